@@ -1,0 +1,149 @@
+//! The one error type of the library.
+//!
+//! Every message names the place (file and line, key or flag), the value found
+//! there and the cure, so that a user never has to guess what to change.
+
+use std::path::{Path, PathBuf};
+
+/// Result of everything in this crate that can fail.
+pub type Result<T> = std::result::Result<T, Error>;
+
+/// What can go wrong.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// Input that the model does not allow: a file, a flag or a value.
+    #[error("{place}: {problem}\n  cure: {cure}")]
+    Input {
+        /// File with line and key, or the flag.
+        place: String,
+        /// What is wrong, with the value found.
+        problem: String,
+        /// What to do about it.
+        cure: String,
+    },
+    /// A file or folder could not be read or written.
+    #[error("cannot {action} {}: {source}\n  cure: check that the path exists and that you may {action} it", path.display())]
+    Io {
+        /// `read` or `write`.
+        action: &'static str,
+        /// The path as the user gave it.
+        path: PathBuf,
+        /// What the operating system said.
+        source: std::io::Error,
+    },
+    /// A strategy chose something that the model forbids.
+    #[error("illegal action at t = {time} s by robot {robot}: {problem}")]
+    IllegalAction {
+        /// Time of the decision [s].
+        time: f64,
+        /// Index of the deciding robot, upstream first.
+        robot: usize,
+        /// Which rule of the model it breaks.
+        problem: String,
+    },
+    /// The independent checker found a run that breaks the model.
+    #[error("the checker refutes this run: {0}")]
+    Refuted(String),
+    /// Stopped by the user before there was anything to report.
+    #[error("interrupted before the first result")]
+    Interrupted,
+}
+
+impl Error {
+    /// Input that is not allowed: `place` is where, `problem` names the value,
+    /// `cure` says what to change.
+    pub fn input(
+        place: impl Into<String>,
+        problem: impl Into<String>,
+        cure: impl Into<String>,
+    ) -> Self {
+        Self::Input {
+            place: place.into(),
+            problem: problem.into(),
+            cure: cure.into(),
+        }
+    }
+
+    /// The same error, blamed on another place: a flag instead of the key it sets.
+    pub fn at(self, place: &str) -> Self {
+        match self {
+            Self::Input { problem, cure, .. } => Self::input(place, problem, cure),
+            other => other,
+        }
+    }
+
+    /// A file that could not be read.
+    pub fn read(path: &Path, source: std::io::Error) -> Self {
+        Self::Io {
+            action: "read",
+            path: path.to_owned(),
+            source,
+        }
+    }
+
+    /// A file or folder that could not be written.
+    pub fn write(path: &Path, source: std::io::Error) -> Self {
+        Self::Io {
+            action: "write",
+            path: path.to_owned(),
+            source,
+        }
+    }
+}
+
+/// The known name nearest to `given`, for "did you mean" hints; none when
+/// nothing is near enough to be a slip of the pen.
+pub fn nearest<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    known
+        .into_iter()
+        .map(|name| {
+            let distance = strsim::damerau_levenshtein(&given.to_lowercase(), &name.to_lowercase());
+            (distance, name)
+        })
+        .filter(|(distance, name)| *distance <= 1 + name.chars().count() / 3)
+        .min_by_key(|(distance, _)| *distance)
+        .map(|(_, name)| name)
+}
+
+/// "did you mean `x`? known: a, b, c", the usual cure for an unknown name.
+pub fn known_names<'a>(given: &str, known: &[&'a str]) -> String {
+    let list = known.join(", ");
+    match nearest(given, known.iter().copied()) {
+        Some(name) => format!("did you mean `{name}`? known: {list}"),
+        None => format!("known: {list}"),
+    }
+}
+
+/// A value from a file as it is shown in a message: control characters
+/// escaped, and cut where it is too long to read.
+pub fn shown(value: &str) -> String {
+    const MOST: usize = 60;
+    let mut text: String = value
+        .chars()
+        .take(MOST)
+        .flat_map(char::escape_debug)
+        .collect();
+    if value.chars().nth(MOST).is_some() {
+        text.push_str("...");
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nearest_finds_slips_and_refuses_strangers() {
+        let known = ["speed", "length", "width"];
+        assert_eq!(nearest("sped", known), Some("speed"));
+        assert_eq!(nearest("WIDHT", known), Some("width"));
+        assert_eq!(nearest("colour", known), None);
+    }
+
+    #[test]
+    fn shown_cuts_and_escapes() {
+        assert_eq!(shown("a\u{7}b"), "a\\u{7}b");
+        assert_eq!(shown(&"x".repeat(100)), format!("{}...", "x".repeat(60)));
+    }
+}

@@ -1,0 +1,5 @@
+pub mod error;
+pub mod files;
+pub mod kinematics;
+pub mod pattern;
+pub mod station;

@@ -1,0 +1,204 @@
+//! Item areas and probabilities drawn from stated distributions.
+
+use super::item::{Item, Pattern};
+use crate::error::{Error, Result, known_names, shown};
+use rand::RngExt;
+use rand::rngs::ChaCha8Rng;
+use rand_distr::{Beta, Distribution as _, LogNormal};
+use std::fmt;
+use std::str::FromStr;
+
+/// A distribution as it is written on the command line, for example
+/// `lognormal:80,0.5`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Distribution {
+    /// `const:V`: always V.
+    Constant(f64),
+    /// `uniform:A,B`: evenly from A to B.
+    Uniform(f64, f64),
+    /// `lognormal:M,S`: median M, standard deviation S of the logarithm.
+    LogNormal(f64, f64),
+    /// `beta:A,B`: on 0 to 1, with the two shape parameters.
+    Beta(f64, f64),
+}
+
+/// How every distribution is written, for help texts and messages.
+const FORMS: &[(&str, &str)] = &[
+    ("const", "const:V"),
+    ("uniform", "uniform:LOW,HIGH"),
+    ("lognormal", "lognormal:MEDIAN,SIGMA"),
+    ("beta", "beta:A,B"),
+];
+
+impl FromStr for Distribution {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let forms = || FORMS.iter().map(|f| f.1).collect::<Vec<_>>().join(", ");
+        let wrong = |problem: String| {
+            Error::input(
+                format!("distribution `{}`", shown(text)),
+                problem,
+                format!("write one of {}", forms()),
+            )
+        };
+        let (name, rest) = text
+            .split_once(':')
+            .ok_or_else(|| wrong("no `:` between name and numbers".into()))?;
+        let numbers: Vec<f64> = rest
+            .split(',')
+            .map(|part| part.trim().parse().ok().filter(|n: &f64| n.is_finite()))
+            .collect::<Option<_>>()
+            .ok_or_else(|| wrong(format!("`{}` are not numbers", shown(rest))))?;
+        match (name, numbers.as_slice()) {
+            ("const", &[v]) => Ok(Self::Constant(v)),
+            ("uniform", &[a, b]) if a <= b => Ok(Self::Uniform(a, b)),
+            ("uniform", &[a, b]) => Err(wrong(format!("{a} is above {b}"))),
+            ("lognormal", &[m, s]) if m > 0.0 && s >= 0.0 => Ok(Self::LogNormal(m, s)),
+            ("beta", &[a, b]) if a > 0.0 && b > 0.0 => Ok(Self::Beta(a, b)),
+            (known, _) if FORMS.iter().any(|f| f.0 == known) => Err(wrong(
+                "wrong number of parameters, or one out of range".into(),
+            )),
+            _ => {
+                let names: Vec<_> = FORMS.iter().map(|f| f.0).collect();
+                Err(wrong(format!(
+                    "unknown name; {}",
+                    known_names(name, &names)
+                )))
+            }
+        }
+    }
+}
+
+impl fmt::Display for Distribution {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Constant(v) => write!(f, "const:{v}"),
+            Self::Uniform(a, b) => write!(f, "uniform:{a},{b}"),
+            Self::LogNormal(m, s) => write!(f, "lognormal:{m},{s}"),
+            Self::Beta(a, b) => write!(f, "beta:{a},{b}"),
+        }
+    }
+}
+
+impl Distribution {
+    /// One draw.
+    fn draw(&self, rng: &mut ChaCha8Rng) -> f64 {
+        // The parameters were checked when the text was read, so the fall-backs of
+        // the two library distributions never come to pass.
+        match *self {
+            Self::Constant(v) => v,
+            Self::Uniform(a, b) => a + (b - a) * rng.random::<f64>(),
+            Self::LogNormal(m, s) => {
+                LogNormal::new(m.ln(), s).map_or(m, |distribution| distribution.sample(rng))
+            }
+            Self::Beta(a, b) => {
+                Beta::new(a, b).map_or(a / (a + b), |distribution| distribution.sample(rng))
+            }
+        }
+    }
+}
+
+/// What generated items carry besides their position; `None` leaves the field out.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Attributes {
+    /// Area [cm^2].
+    pub area_cm2: Option<Distribution>,
+    /// Probability that the detection is a real item.
+    pub p_detection: Option<Distribution>,
+    /// Probability that a grasp succeeds.
+    pub p_grasp: Option<Distribution>,
+}
+
+impl Attributes {
+    /// The pattern with these attributes drawn for every item, in index order.
+    ///
+    /// # Errors
+    /// A distribution that gives a value which is no area or no probability.
+    pub fn apply(&self, pattern: Pattern, rng: &mut ChaCha8Rng) -> Result<Pattern> {
+        if *self == Self::default() {
+            return Ok(pattern);
+        }
+        let mut draw = |d: &Option<Distribution>| d.as_ref().map(|d| d.draw(rng));
+        let items = pattern
+            .items()
+            .iter()
+            .map(|item| Item {
+                area_cm2: draw(&self.area_cm2),
+                p_detection: draw(&self.p_detection),
+                p_grasp: draw(&self.p_grasp),
+                ..item.clone()
+            })
+            .collect();
+        Pattern::new(items)
+    }
+
+    /// For provenance: `area lognormal:80,0.5, p_grasp beta:8,2`.
+    pub fn describe(&self) -> String {
+        let named = [
+            ("area", &self.area_cm2),
+            ("p_detection", &self.p_detection),
+            ("p_grasp", &self.p_grasp),
+        ];
+        let parts: Vec<String> = named
+            .iter()
+            .filter_map(|(name, d)| d.as_ref().map(|d| format!("{name} {d}")))
+            .collect();
+        if parts.is_empty() {
+            "no areas or probabilities".into()
+        } else {
+            parts.join(", ")
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pattern::{grid, random_stream};
+
+    #[test]
+    fn text_and_back() {
+        for text in ["const:3", "uniform:1,2", "lognormal:80,0.5", "beta:8,2"] {
+            assert_eq!(text.parse::<Distribution>().unwrap().to_string(), text);
+        }
+        for bad in [
+            "",
+            "const",
+            "const:x",
+            "uniform:2,1",
+            "beta:0,1",
+            "betta:1,2",
+            "const:nan",
+        ] {
+            assert!(bad.parse::<Distribution>().is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn draws_follow_the_stated_distribution() {
+        let attributes = Attributes {
+            area_cm2: Some("lognormal:80,0.5".parse().unwrap()),
+            p_detection: Some("uniform:0.6,1".parse().unwrap()),
+            p_grasp: Some("beta:8,2".parse().unwrap()),
+        };
+        let plain = grid(1.0, 0.1, 20_000).unwrap();
+        let drawn = attributes.apply(plain, &mut random_stream(1, 0)).unwrap();
+        let n = drawn.len() as f64;
+        let mean = |f: &dyn Fn(&Item) -> f64| drawn.items().iter().map(f).sum::<f64>() / n;
+        let log_area = mean(&|i| i.area_cm2.unwrap().ln());
+        assert!((log_area - 80f64.ln()).abs() < 0.02, "{log_area}");
+        assert!((mean(&|i| i.p_detection.unwrap()) - 0.8).abs() < 0.01);
+        assert!((mean(&|i| i.p_grasp.unwrap()) - 0.8).abs() < 0.01);
+    }
+
+    #[test]
+    fn a_distribution_that_leaves_its_range_is_an_error() {
+        let attributes = Attributes {
+            p_grasp: Some(Distribution::Uniform(0.5, 3.0)),
+            ..Attributes::default()
+        };
+        let plain = grid(1.0, 0.1, 100).unwrap();
+        assert!(attributes.apply(plain, &mut random_stream(1, 0)).is_err());
+    }
+}

@@ -1,0 +1,74 @@
+//! The grid pattern.
+
+use super::item::{Item, Pattern};
+use crate::error::{Error, Result};
+
+/// `count` items on a square lattice of spacing `spacing` [m] on a belt of width
+/// `width` [m], column by column from x0 = 0 upstream (Jermann et al., grid sampled
+/// patterns). The last column may be partial.
+///
+/// # Errors
+/// A spacing that is not a positive length, no items.
+pub fn grid(width: f64, spacing: f64, count: usize) -> Result<Pattern> {
+    check_spacing("spacing", spacing)?;
+    // A spacing that divides the width counts both edges whatever the rounding.
+    let rows = (width / spacing + 1e-9).floor() as usize + 1;
+    let middle = (rows - 1) as f64 / 2.0;
+    let items = (0..count)
+        .map(|i| {
+            let (column, row) = (i / rows, i % rows);
+            Item::at(
+                (i + 1).to_string(),
+                -(column as f64) * spacing,
+                (row as f64 - middle) * spacing,
+            )
+        })
+        .collect();
+    Pattern::new(items)
+}
+
+/// Spacing and radius alike must be a length that a belt can hold.
+pub(super) fn check_spacing(name: &str, value: f64) -> Result<()> {
+    if (1e-4..=1e3).contains(&value) {
+        return Ok(());
+    }
+    Err(Error::input(
+        format!("--{name}"),
+        format!("{value} m is not a distance between items"),
+        "give metres, from 0.0001 to 1000",
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_papers_grid_has_eight_rows_on_the_wide_belt() {
+        let pattern = grid(1.05, 0.15, 50).unwrap();
+        let items = pattern.items();
+        assert_eq!(items[0].y, -0.525);
+        assert!((items[7].y - 0.525).abs() < 1e-15);
+        assert_eq!(items[8].x0, -0.15);
+        // The last column holds the two that are left of 50.
+        assert_eq!(items[48].x0, items[49].x0);
+        assert_eq!(items[48].x0, -6.0 * 0.15);
+        pattern
+            .check_on(
+                &crate::station::built_in("paper")
+                    .unwrap()
+                    .station(None)
+                    .unwrap(),
+            )
+            .unwrap();
+    }
+
+    #[test]
+    fn a_spacing_wider_than_the_belt_is_one_row() {
+        let pattern = grid(0.4, 0.5, 3).unwrap();
+        assert!(pattern.items().iter().all(|item| item.y == 0.0));
+        for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert!(grid(0.4, bad, 3).is_err());
+        }
+    }
+}

@@ -1,0 +1,234 @@
+//! Items and the validated, sorted pattern.
+
+use crate::error::{Error, Result, shown};
+use crate::station::Station;
+use std::collections::HashMap;
+
+/// Positions past this [m] are refused: no belt is that long.
+const LARGEST: f64 = 1e6;
+
+/// One item on the belt.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Item {
+    /// Name, unique in its pattern.
+    pub id: String,
+    /// Position along the travel at time 0 [m], at most 0.
+    pub x0: f64,
+    /// Position across the belt [m]; items do not slide.
+    pub y: f64,
+    /// Area seen from above [cm^2].
+    pub area_cm2: Option<f64>,
+    /// Probability that the detection is a real item.
+    pub p_detection: Option<f64>,
+    /// Probability that a grasp succeeds.
+    pub p_grasp: Option<f64>,
+    /// Explicit weight; wins over the one that follows from the columns above.
+    pub weight: Option<f64>,
+    /// What it is, for reports.
+    pub class: Option<String>,
+}
+
+/// The logistic function.
+pub fn sigmoid(z: f64) -> f64 {
+    1.0 / (1.0 + (-z).exp())
+}
+
+impl Item {
+    /// An item of which only the position is known [m].
+    pub fn at(id: impl Into<String>, x0: f64, y: f64) -> Self {
+        Self {
+            id: id.into(),
+            x0,
+            y,
+            ..Self::default()
+        }
+    }
+
+    /// The object-specific reward `r = p_detection p_grasp sigmoid(A / 100 cm^2)`
+    /// (Jermann et al., equation 2), or the explicit weight. A missing probability
+    /// is 1 and a missing area 0, so 0.5 when nothing is known.
+    pub fn reward(&self) -> f64 {
+        self.weight.unwrap_or_else(|| {
+            self.p_detection.unwrap_or(1.0)
+                * self.p_grasp.unwrap_or(1.0)
+                * sigmoid(self.area_cm2.unwrap_or(0.0) / 100.0)
+        })
+    }
+
+    /// What the model forbids about this item on its own: the field, the value's
+    /// problem and the cure.
+    fn problem(&self) -> Option<(&'static str, String, &'static str)> {
+        let position = |value: f64| value.is_finite() && value.abs() <= LARGEST;
+        let share = |value: &Option<f64>| value.is_none_or(|p| (0.0..=1.0).contains(&p));
+        let amount =
+            |value: &Option<f64>| value.is_none_or(|a| a.is_finite() && (0.0..=1e12).contains(&a));
+        if self.id.is_empty() {
+            Some(("id", "the id is empty".into(), "give every item an id"))
+        } else if !position(self.x0) {
+            let cure = "give metres in the belt frame";
+            Some(("x", format!("{} is not a position", self.x0), cure))
+        } else if self.x0 > 0.0 {
+            Some((
+                "x",
+                format!(
+                    "the item is at x = {} m at time 0, past the belt's start",
+                    self.x0
+                ),
+                "shift the pattern so that every x is 0 or less",
+            ))
+        } else if !position(self.y) {
+            let cure = "give metres from the centre line";
+            Some(("y", format!("{} is not a position", self.y), cure))
+        } else if !amount(&self.area_cm2) {
+            let value = self.area_cm2.unwrap_or_default();
+            let cure = "give cm^2, 0 or more, or leave the field empty";
+            Some(("area_cm2", format!("{value} is not an area"), cure))
+        } else if !share(&self.p_detection) {
+            let value = self.p_detection.unwrap_or_default();
+            let cure = "give a number from 0 to 1, or leave the field empty";
+            Some(("p_detection", format!("{value} is not a probability"), cure))
+        } else if !share(&self.p_grasp) {
+            let value = self.p_grasp.unwrap_or_default();
+            let cure = "give a number from 0 to 1, or leave the field empty";
+            Some(("p_grasp", format!("{value} is not a probability"), cure))
+        } else if !amount(&self.weight) {
+            let value = self.weight.unwrap_or_default();
+            let cure = "give a number, 0 or more, or leave the field empty";
+            Some(("weight", format!("{value} is not a weight"), cure))
+        } else {
+            None
+        }
+    }
+}
+
+/// The items of one run, sorted stably by `x0`, the furthest downstream first. An
+/// item's index is its place in this order; ids never break ties.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pattern {
+    items: Vec<Item>,
+}
+
+impl Pattern {
+    /// Checks and sorts the items.
+    ///
+    /// # Errors
+    /// No item at all, a value that the model forbids, an item ahead of x = 0, an id
+    /// twice.
+    pub fn new(items: Vec<Item>) -> Result<Self> {
+        Self::checked(items, "pattern", &|i| format!("item {}", i + 1))
+    }
+
+    /// As [`Pattern::new`]; `name` is the whole, `place` names item `i` as given.
+    pub(super) fn checked(
+        mut items: Vec<Item>,
+        name: &str,
+        place: &dyn Fn(usize) -> String,
+    ) -> Result<Self> {
+        if items.is_empty() {
+            return Err(Error::input(
+                name,
+                "the pattern has no item",
+                "give at least one item, or generate one with `pickline pattern generate`",
+            ));
+        }
+        let mut seen: HashMap<&str, usize> = HashMap::with_capacity(items.len());
+        for (i, item) in items.iter().enumerate() {
+            if let Some((field, problem, cure)) = item.problem() {
+                return Err(Error::input(
+                    format!("{}: {field} of item `{}`", place(i), shown(&item.id)),
+                    problem,
+                    cure,
+                ));
+            }
+            if let Some(first) = seen.insert(&item.id, i) {
+                return Err(Error::input(
+                    format!("{}: id", place(i)),
+                    format!("`{}` is also the id of {}", shown(&item.id), place(first)),
+                    "give every item an id of its own",
+                ));
+            }
+        }
+        for item in &mut items {
+            // -0.0 and 0.0 are one place; a single zero keeps sorting and output plain.
+            item.x0 += 0.0;
+        }
+        items.sort_by(|a, b| b.x0.total_cmp(&a.x0));
+        Ok(Self { items })
+    }
+
+    /// The items, furthest downstream first.
+    pub fn items(&self) -> &[Item] {
+        &self.items
+    }
+
+    /// How many items; never 0.
+    #[allow(clippy::len_without_is_empty)]
+    pub fn len(&self) -> usize {
+        self.items.len()
+    }
+
+    /// Checks that every item lies on the station's belt.
+    ///
+    /// # Errors
+    /// The first item beside the belt.
+    pub fn check_on(&self, station: &Station) -> Result<()> {
+        let edge = station.belt().width / 2.0;
+        // A row on the very edge may be off by the rounding of its own product.
+        match self.items.iter().find(|item| item.y.abs() > edge + 1e-9) {
+            None => Ok(()),
+            Some(item) => Err(Error::input(
+                format!("y of item `{}`", shown(&item.id)),
+                format!(
+                    "{} m lies beside the belt, which covers |y| <= {edge} m",
+                    item.y
+                ),
+                "use a station with a wider belt (belt.width), or a pattern made for this one",
+            )),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reward_follows_the_paper() {
+        let mut item = Item::at("a", 0.0, 0.0);
+        assert_eq!(item.reward(), 0.5);
+        item.area_cm2 = Some(100.0);
+        item.p_grasp = Some(0.5);
+        assert!((item.reward() - 0.5 / (1.0 + (-1.0f64).exp())).abs() < 1e-15);
+        item.weight = Some(2.0);
+        assert_eq!(item.reward(), 2.0);
+    }
+
+    #[test]
+    fn sorting_is_stable_and_downstream_first() {
+        let items = vec![
+            Item::at("a", -1.0, 0.1),
+            Item::at("b", 0.0, 0.2),
+            Item::at("c", -1.0, 0.0),
+            Item::at("d", -0.0, 0.3),
+        ];
+        let pattern = Pattern::new(items).unwrap();
+        let ids: Vec<_> = pattern.items().iter().map(|i| i.id.as_str()).collect();
+        assert_eq!(ids, ["b", "d", "a", "c"]);
+    }
+
+    #[test]
+    fn bad_items_are_named() {
+        for (item, word) in [
+            (Item::at("", 0.0, 0.0), "id is empty"),
+            (Item::at("a", 0.1, 0.0), "past the belt's start"),
+            (Item::at("a", f64::NAN, 0.0), "x of item"),
+            (Item::at("a", 0.0, f64::INFINITY), "y of item"),
+        ] {
+            let message = Pattern::new(vec![item]).unwrap_err().to_string();
+            assert!(message.contains(word), "{message}");
+        }
+        let twice = vec![Item::at("a", 0.0, 0.0), Item::at("a", -1.0, 0.0)];
+        assert!(Pattern::new(twice).is_err());
+        assert!(Pattern::new(vec![]).is_err());
+    }
+}

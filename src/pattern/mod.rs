@@ -1,0 +1,30 @@
+//! Patterns: the items on the belt, generated or recorded.
+
+mod attributes;
+mod describe;
+mod file;
+mod grid;
+mod item;
+//pub mod mot;
+mod poisson;
+mod set;
+
+pub use attributes::{Attributes, Distribution};
+pub use describe::{Description, describe};
+pub use file::{load, parse, to_csv};
+pub use grid::grid;
+pub use item::{Item, Pattern, sigmoid};
+pub use poisson::poisson_disk;
+pub use set::{PatternSet, PatternSource, Recipe};
+
+use rand::SeedableRng;
+use rand::rngs::ChaCha8Rng;
+
+/// The random numbers of draw `index` under `seed`: ChaCha8 with one stream a draw,
+/// so that a pattern never depends on how many were drawn before it or on which
+/// thread. ChaCha8 stays the same on every machine and in every release.
+pub fn random_stream(seed: u64, index: u64) -> ChaCha8Rng {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(index);
+    rng
+}

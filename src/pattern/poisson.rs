@@ -1,0 +1,315 @@
+//! Maximal Poisson disk patterns.
+//!
+//! Bridson, "Fast Poisson disk sampling in arbitrary dimensions", SIGGRAPH 2007
+//! sketches (DOI 10.1145/1278780.1278807), followed by a fill that makes the
+//! sample *maximal*: no further item would fit. The fill uses that an uncovered
+//! region, if there is one, has a corner where two circles of radius r around items
+//! cross, or where such a circle meets the strip's border.
+
+use super::grid::check_spacing;
+use super::item::{Item, Pattern};
+use crate::error::{Error, Result};
+use rand::RngExt;
+use rand::rngs::ChaCha8Rng;
+
+/// Darts thrown around an active item before it is retired (Bridson's k).
+const TRIES: usize = 30;
+/// Darts thrown into an uncovered region before its corner itself is taken.
+const FILL_TRIES: usize = 8;
+/// Items keep this much more than the radius, so that shifting the whole pattern
+/// cannot round a distance to below it.
+const MARGIN: f64 = 1.0 + 1e-9;
+/// More items than this in one pattern would not fit into memory with comfort.
+const MOST_ITEMS: usize = 10_000_000;
+
+/// `count` items on a belt of width `width` [m], no two closer than `radius` [m],
+/// so dense that no further item would fit between them; the first at x0 = 0.
+///
+/// # Errors
+/// A radius that is not a positive length, no items or too many.
+pub fn poisson_disk(
+    width: f64,
+    radius: f64,
+    count: usize,
+    rng: &mut ChaCha8Rng,
+) -> Result<Pattern> {
+    check_spacing("radius", radius)?;
+    if count > MOST_ITEMS {
+        return Err(Error::input(
+            "--count",
+            format!("{count} items"),
+            format!("a pattern has at most {MOST_ITEMS}"),
+        ));
+    }
+    // A maximal sample holds about 0.7 items per square radius, and its border
+    // acts as if the strip were about a radius wider. A little more than that
+    // leaves the upstream end, where the strip is cut, outside the kept items.
+    let mut length = radius * (count as f64 * radius / (0.65 * (width + radius)) + 4.0);
+    let mut points = loop {
+        let points = Sampler::new(length, width, radius * MARGIN, rng).run();
+        if points.len() > count {
+            break points;
+        }
+        length *= 1.25;
+    };
+    points.sort_by(|a, b| b[0].total_cmp(&a[0]));
+    points.truncate(count);
+    let first = points.first().map_or(0.0, |p| p[0]);
+    let items = points
+        .iter()
+        .enumerate()
+        .map(|(i, p)| Item::at((i + 1).to_string(), p[0] - first, p[1] - width / 2.0))
+        .collect();
+    Pattern::new(items)
+}
+
+type Point = [f64; 2];
+
+/// Points in `[0, size.0] x [0, size.1]` with a background grid whose cells hold one
+/// point each.
+struct Sampler<'a> {
+    size: Point,
+    /// Least distance between two points.
+    least: f64,
+    cell: f64,
+    columns: usize,
+    rows: usize,
+    /// Index of the point in each cell plus one; 0 is an empty cell.
+    cells: Vec<u32>,
+    points: Vec<Point>,
+    rng: &'a mut ChaCha8Rng,
+}
+
+impl<'a> Sampler<'a> {
+    fn new(length: f64, width: f64, least: f64, rng: &'a mut ChaCha8Rng) -> Self {
+        let cell = least / std::f64::consts::SQRT_2;
+        let columns = (length / cell) as usize + 1;
+        let rows = (width / cell) as usize + 1;
+        Self {
+            size: [length, width],
+            least,
+            cell,
+            columns,
+            rows,
+            cells: vec![0; columns * rows],
+            points: Vec::new(),
+            rng,
+        }
+    }
+
+    fn run(mut self) -> Vec<Point> {
+        let start = [
+            self.rng.random::<f64>() * self.size[0],
+            self.rng.random::<f64>() * self.size[1],
+        ];
+        self.insert(start);
+        self.bridson();
+        self.fill();
+        self.points
+    }
+
+    fn bridson(&mut self) {
+        let mut active: Vec<u32> = vec![0];
+        while !active.is_empty() {
+            let at = self.rng.random_range(0..active.len());
+            let centre = self.points[active[at] as usize];
+            let found = (0..TRIES).find_map(|_| {
+                // Uniform by area over the ring from r to 2 r.
+                let radius = self.least * (1.0 + 3.0 * self.rng.random::<f64>()).sqrt();
+                let angle = std::f64::consts::TAU * self.rng.random::<f64>();
+                let point = [
+                    centre[0] + radius * angle.cos(),
+                    centre[1] + radius * angle.sin(),
+                ];
+                self.fits(point, self.least).then_some(point)
+            });
+            match found {
+                Some(point) => {
+                    active.push(self.points.len() as u32);
+                    self.insert(point);
+                }
+                None => {
+                    active.swap_remove(at);
+                }
+            }
+        }
+    }
+
+    /// Adds points until every place of the strip is closer than `least` to one.
+    fn fill(&mut self) {
+        for x in [0.0, self.size[0]] {
+            for y in [0.0, self.size[1]] {
+                self.fill_at([x, y]);
+            }
+        }
+        // Points added on the way are visited in turn: every pair of circles is
+        // looked at from the later of its two points.
+        let mut corners = Vec::new();
+        let mut i = 0;
+        while i < self.points.len() {
+            self.corners_around(i, &mut corners);
+            for &corner in &corners {
+                self.fill_at(corner);
+            }
+            i += 1;
+        }
+    }
+
+    /// The places where an uncovered region next to point `i` could have a corner.
+    fn corners_around(&self, i: usize, corners: &mut Vec<Point>) {
+        let [px, py] = self.points[i];
+        let r = self.least;
+        corners.clear();
+        // A lone circle has no crossing; its own extremes stand for it.
+        corners.extend([[px - r, py], [px + r, py], [px, py - r], [px, py + r]]);
+        for x in [0.0, self.size[0]] {
+            let square = r * r - (x - px) * (x - px);
+            if square >= 0.0 {
+                corners.extend([[x, py - square.sqrt()], [x, py + square.sqrt()]]);
+            }
+        }
+        for y in [0.0, self.size[1]] {
+            let square = r * r - (y - py) * (y - py);
+            if square >= 0.0 {
+                corners.extend([[px - square.sqrt(), y], [px + square.sqrt(), y]]);
+            }
+        }
+        self.for_each_near([px, py], 3, |j| {
+            let [qx, qy] = self.points[j];
+            let (dx, dy) = (qx - px, qy - py);
+            let square = dx * dx + dy * dy;
+            if j != i && square < 4.0 * r * r {
+                let height = (r * r / square - 0.25).sqrt();
+                let (mx, my) = (px + dx / 2.0, py + dy / 2.0);
+                corners.extend([
+                    [mx - dy * height, my + dx * height],
+                    [mx + dy * height, my - dx * height],
+                ]);
+            }
+        });
+    }
+
+    /// If `corner` is uncovered, adds a point in the uncovered region next to it.
+    fn fill_at(&mut self, corner: Point) {
+        // A corner lies at exactly `least` from its own circles, give or take the
+        // rounding of the crossing.
+        let tolerant = self.least * (1.0 - 1e-12);
+        if !self.fits(corner, tolerant) {
+            return;
+        }
+        let dart = (0..FILL_TRIES).find_map(|_| {
+            let point = [
+                corner[0] + (self.rng.random::<f64>() - 0.5) * self.least,
+                corner[1] + (self.rng.random::<f64>() - 0.5) * self.least,
+            ];
+            self.fits(point, self.least).then_some(point)
+        });
+        self.insert(dart.unwrap_or(corner));
+        if dart.is_some() {
+            // The dart may not have covered the corner; the region only shrinks.
+            self.fill_at(corner);
+        }
+    }
+
+    fn insert(&mut self, point: Point) {
+        let (column, row) = self.cell_of(point);
+        self.points.push(point);
+        self.cells[row * self.columns + column] = self.points.len() as u32;
+    }
+
+    fn cell_of(&self, point: Point) -> (usize, usize) {
+        (
+            ((point[0] / self.cell) as usize).min(self.columns - 1),
+            ((point[1] / self.cell) as usize).min(self.rows - 1),
+        )
+    }
+
+    /// Whether the strip has room for `point` with `least` around it.
+    fn fits(&self, point: Point, least: f64) -> bool {
+        let inside =
+            (0.0..=self.size[0]).contains(&point[0]) && (0.0..=self.size[1]).contains(&point[1]);
+        if !inside {
+            return false;
+        }
+        let mut free = true;
+        self.for_each_near(point, 2, |j| {
+            let (dx, dy) = (self.points[j][0] - point[0], self.points[j][1] - point[1]);
+            free &= dx * dx + dy * dy >= least * least;
+        });
+        free
+    }
+
+    /// Calls `visit` with every point at most `cells` cells away.
+    fn for_each_near(&self, point: Point, cells: usize, mut visit: impl FnMut(usize)) {
+        let (column, row) = self.cell_of(point);
+        for r in row.saturating_sub(cells)..=(row + cells).min(self.rows - 1) {
+            for c in column.saturating_sub(cells)..=(column + cells).min(self.columns - 1) {
+                if let Some(index) = self.cells[r * self.columns + c].checked_sub(1) {
+                    visit(index as usize);
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pattern::random_stream;
+
+    fn draw(width: f64, radius: f64, count: usize, seed: u64) -> Pattern {
+        poisson_disk(width, radius, count, &mut random_stream(seed, 0)).unwrap()
+    }
+
+    #[test]
+    fn no_two_items_are_closer_than_the_radius() {
+        for (width, radius) in [(1.05, 0.15), (0.4, 0.2), (0.1, 0.3), (2.0, 0.05)] {
+            let pattern = draw(width, radius, 400, 3);
+            let items = pattern.items();
+            assert_eq!(items.len(), 400);
+            assert_eq!(items[0].x0, 0.0);
+            for (i, a) in items.iter().enumerate() {
+                assert!(a.y.abs() <= width / 2.0 + 1e-12);
+                for b in &items[..i] {
+                    let distance = (a.x0 - b.x0).hypot(a.y - b.y);
+                    assert!(distance >= radius, "{distance} < {radius}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn no_further_item_would_fit() {
+        for seed in 0..20 {
+            let (width, radius) = (0.7, 0.1);
+            let pattern = draw(width, radius, 200, seed);
+            let items = pattern.items();
+            // One radius short of the last item the strip was cut, not filled.
+            let end = items[199].x0 + radius;
+            for i in 0..600 {
+                for j in 0..=140 {
+                    let (x, y) = (end * i as f64 / 600.0, width * (j as f64 / 140.0 - 0.5));
+                    let nearest = items
+                        .iter()
+                        .map(|item| (item.x0 - x).hypot(item.y - y))
+                        .fold(f64::INFINITY, f64::min);
+                    assert!(nearest < radius * MARGIN, "a gap at ({x}, {y}): {nearest}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_same_seed_draws_the_same_pattern_for_ever() {
+        assert_eq!(draw(1.05, 0.2, 29, 7), draw(1.05, 0.2, 29, 7));
+        assert_ne!(draw(1.05, 0.2, 29, 7), draw(1.05, 0.2, 29, 8));
+    }
+
+    #[test]
+    fn narrow_strips_and_single_items_work() {
+        assert_eq!(draw(0.01, 0.5, 1, 1).len(), 1);
+        assert_eq!(draw(0.01, 0.5, 50, 1).len(), 50);
+        assert!(poisson_disk(1.0, 0.1, 0, &mut random_stream(1, 0)).is_err());
+        assert!(poisson_disk(1.0, f64::NAN, 5, &mut random_stream(1, 0)).is_err());
+    }
+}

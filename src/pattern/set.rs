@@ -1,0 +1,323 @@
+//! Sets of patterns: what a strategy is judged on.
+
+use super::attributes::Attributes;
+use super::grid::grid;
+use super::item::Pattern;
+use super::poisson::poisson_disk;
+use super::random_stream;
+use crate::error::{Error, Result, known_names, shown};
+use rand::RngExt;
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+/// Range of grid spacings and Poisson radii of the balanced set [m]
+/// (Jermann et al., results of the GT approach).
+const BALANCED_RANGE: (f64, f64) = (0.15, 0.4);
+/// Patterns of each kind in the balanced set (Jermann et al., Table 1: 240 in all).
+const BALANCED_EACH: usize = 120;
+
+/// Where patterns come from, as written after `--patterns`.
+#[derive(Debug, Clone, PartialEq)]
+pub enum PatternSource {
+    /// `balanced[:N]`: N grids and N Poisson disk patterns, spacing and radius evenly
+    /// over [0.15, 0.4] m.
+    Balanced(usize),
+    /// `grid:S`: the one grid of spacing S [m].
+    Grid(f64),
+    /// `poisson:R[:N]`: N Poisson disk patterns of radius R [m].
+    Poisson(f64, usize),
+    /// A pattern file, or a folder of them.
+    Files(PathBuf),
+}
+
+/// How every source is written, for help texts and messages.
+const FORMS: &str =
+    "balanced[:N], grid:SPACING, poisson:RADIUS[:N], a CSV file or a folder of them";
+
+impl FromStr for PatternSource {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let wrong = |problem: String, cure: String| {
+            Error::input(format!("--patterns {}", shown(text)), problem, cure)
+        };
+        let forms = || format!("write one of {FORMS}");
+        let length = |part: &str| {
+            part.parse()
+                .ok()
+                .filter(|value: &f64| value.is_finite() && *value > 0.0)
+                .ok_or_else(|| wrong(format!("`{}` is not a length [m]", shown(part)), forms()))
+        };
+        let count = |part: &str| {
+            part.parse()
+                .ok()
+                .filter(|&n: &usize| (1..=1_000_000).contains(&n))
+                .ok_or_else(|| wrong(format!("`{}` is not a count", shown(part)), forms()))
+        };
+        let parts: Vec<&str> = text.split(':').collect();
+        match parts.as_slice() {
+            ["balanced"] => Ok(Self::Balanced(BALANCED_EACH)),
+            ["balanced", n] => Ok(Self::Balanced(count(n)?)),
+            ["grid", s] => Ok(Self::Grid(length(s)?)),
+            ["poisson", r] => Ok(Self::Poisson(length(r)?, BALANCED_EACH)),
+            ["poisson", r, n] => Ok(Self::Poisson(length(r)?, count(n)?)),
+            _ if Path::new(text).exists() => Ok(Self::Files(text.into())),
+            [name, ..] => Err(wrong(
+                "neither a kind of pattern nor an existing file or folder".into(),
+                format!(
+                    "{}; {}",
+                    forms(),
+                    known_names(name, &["balanced", "grid", "poisson"])
+                ),
+            )),
+            [] => Err(wrong("empty".into(), forms())),
+        }
+    }
+}
+
+impl fmt::Display for PatternSource {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Balanced(n) => write!(f, "balanced:{n}"),
+            Self::Grid(s) => write!(f, "grid:{s}"),
+            Self::Poisson(r, n) => write!(f, "poisson:{r}:{n}"),
+            Self::Files(path) => write!(f, "{}", path.display()),
+        }
+    }
+}
+
+/// Patterns with a label each, and how they were made.
+#[derive(Debug, Clone)]
+pub struct PatternSet {
+    /// Where they come from, in words, with the seed.
+    pub description: String,
+    /// One label a pattern: `grid s=0.15`, `poisson r=0.2 #3`, a file's name.
+    pub labels: Vec<String>,
+    /// The patterns.
+    pub patterns: Vec<Pattern>,
+}
+
+/// What generated patterns have in common.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Recipe {
+    /// Belt width [m].
+    pub width: f64,
+    /// Items a pattern.
+    pub items: usize,
+    /// What the items carry.
+    pub attributes: Attributes,
+    /// Master seed.
+    pub seed: u64,
+}
+
+impl PatternSource {
+    /// The set this source stands for. The same recipe makes the same set.
+    ///
+    /// # Errors
+    /// Files that cannot be read, sizes that make no pattern.
+    pub fn build(&self, recipe: &Recipe) -> Result<PatternSet> {
+        let mut set = PatternSet {
+            description: String::new(),
+            labels: Vec::new(),
+            patterns: Vec::new(),
+        };
+        let made = format!(
+            "{} items a pattern, {}, seed {}",
+            recipe.items,
+            recipe.attributes.describe(),
+            recipe.seed
+        );
+        match self {
+            Self::Balanced(n) => {
+                let (low, high) = BALANCED_RANGE;
+                let steps = (*n).max(2) - 1;
+                let value = |i: usize| low + (high - low) * i as f64 / steps as f64;
+                for i in 0..*n {
+                    set.add_grid(recipe, value(i))?;
+                }
+                for i in 0..*n {
+                    set.add_poisson(recipe, value(i))?;
+                }
+                set.description = format!(
+                    "{n} grid and {n} Poisson disk patterns, spacing and radius evenly over \
+                     [{low}, {high}] m, {made}"
+                );
+            }
+            Self::Grid(spacing) => {
+                set.add_grid(recipe, *spacing)?;
+                set.description = format!("the grid of {spacing} m, {made}");
+            }
+            Self::Poisson(radius, n) => {
+                for _ in 0..*n {
+                    set.add_poisson(recipe, *radius)?;
+                }
+                set.description = format!("{n} Poisson disk patterns of {radius} m, {made}");
+            }
+            Self::Files(path) => set.add_files(path)?,
+        }
+        Ok(set)
+    }
+
+    /// `count` patterns that no set of [`PatternSource::build`] under another seed
+    /// holds, for scoring what was selected on such a set: the balanced set's
+    /// spacings and radii are drawn at random then. None where nothing fresh can be
+    /// drawn: files and the one grid of a spacing.
+    ///
+    /// # Errors
+    /// As for [`PatternSource::build`].
+    pub fn draw_fresh(&self, recipe: &Recipe, count: usize) -> Result<Option<PatternSet>> {
+        match self {
+            Self::Balanced(_) => {
+                let (low, high) = BALANCED_RANGE;
+                let mut set = PatternSet {
+                    description: format!(
+                        "{count} fresh patterns, grid and Poisson disk in turn, spacing and \
+                         radius at random over [{low}, {high}] m, {} items a pattern, {}, seed {}",
+                        recipe.items,
+                        recipe.attributes.describe(),
+                        recipe.seed
+                    ),
+                    labels: Vec::new(),
+                    patterns: Vec::new(),
+                };
+                // A stream of its own, past those of the patterns.
+                let mut rng = random_stream(recipe.seed, u64::MAX);
+                for i in 0..count {
+                    let value = low + (high - low) * rng.random::<f64>();
+                    if i % 2 == 0 {
+                        set.add_grid(recipe, value)?;
+                    } else {
+                        set.add_poisson(recipe, value)?;
+                    }
+                }
+                Ok(Some(set))
+            }
+            Self::Poisson(radius, _) => Self::Poisson(*radius, count).build(recipe).map(Some),
+            Self::Grid(_) | Self::Files(_) => Ok(None),
+        }
+    }
+}
+
+impl PatternSet {
+    fn add_grid(&mut self, recipe: &Recipe, spacing: f64) -> Result<()> {
+        let pattern = grid(recipe.width, spacing, recipe.items)?;
+        let mut rng = random_stream(recipe.seed, self.patterns.len() as u64);
+        self.labels.push(format!("grid s={spacing:.4}"));
+        self.patterns
+            .push(recipe.attributes.apply(pattern, &mut rng)?);
+        Ok(())
+    }
+
+    fn add_poisson(&mut self, recipe: &Recipe, radius: f64) -> Result<()> {
+        let stream = self.patterns.len() as u64;
+        let mut rng = random_stream(recipe.seed, stream);
+        let pattern = poisson_disk(recipe.width, radius, recipe.items, &mut rng)?;
+        self.labels
+            .push(format!("poisson r={radius:.4} #{}", stream + 1));
+        self.patterns
+            .push(recipe.attributes.apply(pattern, &mut rng)?);
+        Ok(())
+    }
+
+    fn add_files(&mut self, path: &Path) -> Result<()> {
+        let mut files = Vec::new();
+        if path.is_dir() {
+            let entries = std::fs::read_dir(path).map_err(|e| Error::read(path, e))?;
+            for entry in entries {
+                let file = entry.map_err(|e| Error::read(path, e))?.path();
+                if file
+                    .extension()
+                    .is_some_and(|e| e.eq_ignore_ascii_case("csv"))
+                {
+                    files.push(file);
+                }
+            }
+            // The order of a folder is the file system's; names are everybody's.
+            files.sort();
+            if files.is_empty() {
+                return Err(Error::input(
+                    format!("--patterns {}", path.display()),
+                    "the folder holds no .csv file",
+                    "put pattern files into it, or name one file",
+                ));
+            }
+        } else {
+            files.push(path.to_owned());
+        }
+        for file in &files {
+            self.patterns.push(super::file::load(file)?);
+            let name = file.file_name().unwrap_or_default().to_string_lossy();
+            self.labels.push(name.into_owned());
+        }
+        self.description = format!(
+            "{} recorded pattern(s) from {}",
+            files.len(),
+            path.display()
+        );
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RECIPE: Recipe = Recipe {
+        width: 1.05,
+        items: 20,
+        attributes: Attributes {
+            area_cm2: None,
+            p_detection: None,
+            p_grasp: None,
+        },
+        seed: 1,
+    };
+
+    #[test]
+    fn the_balanced_set_covers_its_range_evenly() {
+        let set = PatternSource::Balanced(6).build(&RECIPE).unwrap();
+        assert_eq!(set.patterns.len(), 12);
+        assert_eq!(set.labels[0], "grid s=0.1500");
+        assert_eq!(set.labels[5], "grid s=0.4000");
+        assert_eq!(set.labels[11], "poisson r=0.4000 #12");
+        let again = PatternSource::Balanced(6).build(&RECIPE).unwrap();
+        assert_eq!(set.patterns, again.patterns);
+    }
+
+    #[test]
+    fn fresh_patterns_are_others() {
+        let set = PatternSource::Balanced(6).build(&RECIPE).unwrap();
+        let other = Recipe { seed: 2, ..RECIPE };
+        let fresh = PatternSource::Balanced(6)
+            .draw_fresh(&other, 12)
+            .unwrap()
+            .unwrap();
+        assert_eq!(fresh.patterns.len(), 12);
+        assert!(fresh.patterns.iter().all(|p| !set.patterns.contains(p)));
+        assert!(
+            PatternSource::Grid(0.2)
+                .draw_fresh(&other, 3)
+                .unwrap()
+                .is_none()
+        );
+    }
+
+    #[test]
+    fn sources_are_read_and_shown() {
+        for text in ["balanced:3", "grid:0.15", "poisson:0.2:7"] {
+            assert_eq!(text.parse::<PatternSource>().unwrap().to_string(), text);
+        }
+        for bad in [
+            "",
+            "balanced:0",
+            "grid",
+            "grid:-1",
+            "gird:0.1",
+            "no-such.csv",
+            "poisson:x",
+        ] {
+            assert!(bad.parse::<PatternSource>().is_err(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,576 @@
+//! The station file: TOML, SI units, unknown keys are errors.
+
+use super::builtin::built_in;
+use super::geometry::{Belt, Robot, Station};
+use super::line::Line;
+use crate::error::{Error, Result, known_names, shown};
+use nalgebra::Point2;
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::fmt::Write as _;
+use std::path::Path;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// Flags that win over what a file or a built-in station says.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Overrides {
+    /// `--robots`: how many like robots the line has.
+    pub robots: Option<usize>,
+    /// `--belt-speed` [m/s].
+    pub belt_speed: Option<f64>,
+}
+
+/// Reads the station named on the command line: a file if there is one of that
+/// name, else a built-in station.
+///
+/// # Errors
+/// A file that cannot be read or breaks the schema, naming file, line and key; an
+/// unknown built-in name.
+pub fn load(name: &str, overrides: Overrides) -> Result<Station> {
+    let path = Path::new(name);
+    let looks_like_file = name.contains(['/', '\\', '.']) || path.exists();
+    if looks_like_file {
+        let text = crate::files::read_text(path)?;
+        return parse(&text, name, overrides);
+    }
+    let station = built_in(name)?.station(overrides.robots).map_err(|error| {
+        if overrides.robots.is_some() {
+            error.at("--robots")
+        } else {
+            error
+        }
+    })?;
+    match overrides.belt_speed {
+        Some(speed) => station
+            .with_belt_speed(speed)
+            .map_err(|e| e.at("--belt-speed")),
+        None => Ok(station),
+    }
+}
+
+/// Parses a station file; `name` is how messages call it.
+///
+/// # Errors
+/// Whatever is wrong, with its line and key, the value found and the cure.
+pub fn parse(text: &str, name: &str, overrides: Overrides) -> Result<Station> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    if text.trim().is_empty() {
+        return Err(Error::input(
+            name,
+            "the file is empty",
+            "start from the output of `pickline station init`",
+        ));
+    }
+    let file = File {
+        name,
+        text,
+        lines: RefCell::default(),
+    };
+    let root = DeTable::parse(text).map_err(|error| {
+        let line = error.span().map_or(1, |span| file.line(span.start));
+        Error::input(
+            format!("{name}:{line}"),
+            format!(
+                "not valid TOML: {}",
+                error.message().trim().replace('\n', "; ")
+            ),
+            "mend the line; strings need quotes, numbers a digit before the point",
+        )
+    })?;
+    let root = Section {
+        file: &file,
+        path: String::new(),
+        table: root.get_ref(),
+        line: 1,
+    };
+    root.only(&["belt", "robot", "line"])?;
+    let (belt, robots) = read_station(&root, overrides)?;
+    Station::checked(
+        belt,
+        robots,
+        &|key| match (key, overrides.belt_speed, overrides.robots) {
+            ("belt.speed", Some(_), _) => "--belt-speed".to_owned(),
+            ("robot", _, Some(_)) => "--robots".to_owned(),
+            _ => file.place(key),
+        },
+    )
+}
+
+fn read_station(root: &Section, overrides: Overrides) -> Result<(Belt, Vec<Robot>)> {
+    let belt = root.section("belt")?;
+    belt.only(&["speed", "length", "width"])?;
+    let speed = match (belt.optional("speed")?, overrides.belt_speed) {
+        (_, Some(speed)) => speed,
+        (Some(speed), None) => speed,
+        (None, None) => return Err(belt.missing("speed")),
+    };
+    let length = belt.optional("length")?;
+    let width = belt.number("width")?;
+    let (robots, length) = match (root.table.get("robot"), root.table.get("line")) {
+        (Some(robots), None) => {
+            if overrides.robots.is_some() {
+                return Err(Error::input(
+                    "--robots",
+                    format!("`{}` lists its robots one by one", root.file.name),
+                    "drop the flag, or describe like robots by a [line] table",
+                ));
+            }
+            let robots = read_robots(root, robots)?;
+            (robots, length.ok_or_else(|| belt.missing("length"))?)
+        }
+        (None, Some(_)) => {
+            let line = read_line(&root.section("line")?, overrides)?;
+            // Not placed before the width is known to be a size.
+            let robots = line.place(width);
+            for i in 0..robots.len() {
+                root.file.alias(&format!("robot[{i}]"), "line");
+            }
+            (robots, length.unwrap_or_else(|| line.belt_length()))
+        }
+        (Some(_), Some(_)) => {
+            return Err(root.wrong(
+                "line",
+                "the file has both [[robot]] and [line]".into(),
+                "keep one of them".into(),
+            ));
+        }
+        (None, None) => {
+            return Err(Error::input(
+                root.file.name,
+                "the file has no robots",
+                "add [[robot]] tables, or a [line] of like robots",
+            ));
+        }
+    };
+    let belt = Belt {
+        speed,
+        length,
+        width,
+    };
+    Ok((belt, robots))
+}
+
+fn read_robots(root: &Section, value: &Spanned<DeValue>) -> Result<Vec<Robot>> {
+    let DeValue::Array(robots) = value.get_ref() else {
+        return Err(root.wrong(
+            "robot",
+            "`robot` is not a list of tables".into(),
+            "write each robot under its own [[robot]] header, in double brackets".into(),
+        ));
+    };
+    let mut list = Vec::with_capacity(robots.len());
+    for (i, value) in robots.iter().enumerate() {
+        let path = format!("robot[{i}]");
+        let line = root.file.remember(&path, value);
+        let DeValue::Table(table) = value.get_ref() else {
+            return Err(Error::input(
+                root.file.place(&path),
+                "not a table",
+                "write each robot under its own [[robot]] header",
+            ));
+        };
+        let robot = Section {
+            file: root.file,
+            path,
+            table,
+            line,
+        };
+        robot.only(&[
+            "name",
+            "base",
+            "bin",
+            "reach",
+            "speed",
+            "grasp_time",
+            "release_time",
+        ])?;
+        list.push(Robot {
+            name: robot.text("name")?,
+            base: robot.point("base")?,
+            bin: robot.point("bin")?,
+            reach: robot.number("reach")?,
+            speed: robot.number("speed")?,
+            grasp_time: robot.number("grasp_time")?,
+            release_time: robot.number("release_time")?,
+        });
+    }
+    Ok(list)
+}
+
+fn read_line(line: &Section, overrides: Overrides) -> Result<Line> {
+    line.only(&[
+        "robots",
+        "first_base_x",
+        "spacing",
+        "base_offset",
+        "bin_offset",
+        "tail",
+        "reach",
+        "speed",
+        "grasp_time",
+        "release_time",
+    ])?;
+    let robots = match (overrides.robots, line.optional_count("robots")?) {
+        (Some(count), _) | (None, Some(count)) => count,
+        (None, None) => return Err(line.missing("robots")),
+    };
+    let at_least_zero = |key: &str| {
+        let value = line.number(key)?;
+        if value.is_finite() && value >= 0.0 {
+            return Ok(value);
+        }
+        Err(line.wrong(
+            key,
+            format!("{value} is not a length"),
+            "give metres, 0 or more".into(),
+        ))
+    };
+    Ok(Line {
+        // A slip such as robots = 1000000000 must not fill the memory before it
+        // is refused.
+        robots: robots.min(1000),
+        first_base_x: line.number("first_base_x")?,
+        spacing: at_least_zero("spacing")?,
+        base_offset: line.number("base_offset")?,
+        bin_offset: line.number("bin_offset")?,
+        tail: at_least_zero("tail")?,
+        reach: line.number("reach")?,
+        speed: line.number("speed")?,
+        grasp_time: line.number("grasp_time")?,
+        release_time: line.number("release_time")?,
+    })
+}
+
+/// The file under the reader: its name, its text, and on which line each key
+/// stands, for messages.
+struct File<'a> {
+    name: &'a str,
+    text: &'a str,
+    lines: RefCell<HashMap<String, usize>>,
+}
+
+impl File<'_> {
+    fn line(&self, offset: usize) -> usize {
+        let offset = offset.min(self.text.len());
+        1 + self.text.as_bytes()[..offset]
+            .iter()
+            .filter(|&&byte| byte == b'\n')
+            .count()
+    }
+
+    fn remember<T>(&self, key: &str, value: &Spanned<T>) -> usize {
+        let line = self.line(value.span().start);
+        self.lines.borrow_mut().insert(key.to_owned(), line);
+        line
+    }
+
+    /// Messages about `key` point where `other` stands.
+    fn alias(&self, key: &str, other: &str) {
+        let line = self.lines.borrow().get(other).copied();
+        if let Some(line) = line {
+            self.lines.borrow_mut().insert(key.to_owned(), line);
+        }
+    }
+
+    /// `file:line: key`, by the nearest enclosing table whose line is known.
+    fn place(&self, key: &str) -> String {
+        let lines = self.lines.borrow();
+        let mut known = key;
+        loop {
+            if let Some(line) = lines.get(known) {
+                return format!("{}:{line}: {key}", self.name);
+            }
+            match known.rfind('.') {
+                Some(dot) => known = &known[..dot],
+                None => return format!("{}: {key}", self.name),
+            }
+        }
+    }
+}
+
+/// One table of the file, with the path that messages call it by.
+struct Section<'a> {
+    file: &'a File<'a>,
+    path: String,
+    table: &'a DeTable<'a>,
+    line: usize,
+}
+
+impl<'a> Section<'a> {
+    fn key(&self, key: &str) -> String {
+        if self.path.is_empty() {
+            key.to_owned()
+        } else {
+            format!("{}.{key}", self.path)
+        }
+    }
+
+    fn wrong(&self, key: &str, problem: String, cure: String) -> Error {
+        if let Some(value) = self.table.get(key) {
+            self.file.remember(&self.key(key), value);
+        }
+        Error::input(self.file.place(&self.key(key)), problem, cure)
+    }
+
+    fn missing(&self, key: &str) -> Error {
+        Error::input(
+            format!("{}:{}: {}", self.file.name, self.line, self.key(key)),
+            "the key is missing",
+            format!("add `{key} = ...`; `pickline station init` shows every key with its unit"),
+        )
+    }
+
+    fn only(&self, known: &[&str]) -> Result<()> {
+        for (key, _) in self.table.iter() {
+            let name: &str = key.get_ref();
+            if !known.contains(&name) {
+                let line = self.file.line(key.span().start);
+                return Err(Error::input(
+                    format!("{}:{line}: {}", self.file.name, self.key(&shown(name))),
+                    "unknown key",
+                    known_names(name, known),
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn section(&self, key: &str) -> Result<Section<'a>> {
+        let Some(value) = self.table.get(key) else {
+            return Err(Error::input(
+                self.file.name,
+                format!("the file has no [{key}]"),
+                format!("add a [{key}] table; `pickline station init` shows one"),
+            ));
+        };
+        let line = self.file.remember(&self.key(key), value);
+        let DeValue::Table(table) = value.get_ref() else {
+            return Err(self.wrong(
+                key,
+                "not a table".into(),
+                format!("write it as [{key}] with one key a line"),
+            ));
+        };
+        Ok(Section {
+            file: self.file,
+            path: self.key(key),
+            table,
+            line,
+        })
+    }
+
+    fn value(&self, key: &str) -> Option<&'a DeValue<'a>> {
+        let value = self.table.get(key)?;
+        self.file.remember(&self.key(key), value);
+        Some(value.get_ref())
+    }
+
+    fn optional(&self, key: &str) -> Result<Option<f64>> {
+        let Some(value) = self.value(key) else {
+            return Ok(None);
+        };
+        match as_number(value) {
+            Some(number) => Ok(Some(number)),
+            None => Err(self.wrong(
+                key,
+                format!("{} is not a number", describe(value)),
+                "give a number in SI units (m, s, m/s), without quotes".into(),
+            )),
+        }
+    }
+
+    fn number(&self, key: &str) -> Result<f64> {
+        self.optional(key)?.ok_or_else(|| self.missing(key))
+    }
+
+    fn optional_count(&self, key: &str) -> Result<Option<usize>> {
+        match self.value(key) {
+            None => Ok(None),
+            Some(value) => match value {
+                DeValue::Integer(n) => n.as_str().parse().ok(),
+                _ => None,
+            }
+            .map(Some)
+            .ok_or_else(|| {
+                self.wrong(
+                    key,
+                    format!("{} is not a count", describe(value)),
+                    "give a whole number, 1 or more".into(),
+                )
+            }),
+        }
+    }
+
+    fn text(&self, key: &str) -> Result<String> {
+        match self.value(key) {
+            None => Err(self.missing(key)),
+            Some(DeValue::String(text)) => Ok(text.to_string()),
+            Some(other) => Err(self.wrong(
+                key,
+                format!("{} is not a text", describe(other)),
+                format!("put it in quotes: {key} = \"...\""),
+            )),
+        }
+    }
+
+    fn point(&self, key: &str) -> Result<Point2<f64>> {
+        let value = self.value(key).ok_or_else(|| self.missing(key))?;
+        let coordinates = match value {
+            DeValue::Array(list) => list.iter().map(|v| as_number(v.get_ref())).collect(),
+            _ => None::<Vec<f64>>,
+        };
+        match coordinates.as_deref() {
+            Some(&[x, y]) => Ok(Point2::new(x, y)),
+            _ => Err(self.wrong(
+                key,
+                format!("{} is not a position", describe(value)),
+                format!("give x and y in metres: {key} = [1.3, -0.625]"),
+            )),
+        }
+    }
+}
+
+fn as_number(value: &DeValue) -> Option<f64> {
+    match value {
+        DeValue::Float(number) => number.as_str().replace('_', "").parse().ok(),
+        DeValue::Integer(number) => {
+            i64::from_str_radix(&number.as_str().replace('_', ""), number.radix())
+                .ok()
+                .map(|n| n as f64)
+        }
+        _ => None,
+    }
+}
+
+fn describe(value: &DeValue) -> String {
+    match value {
+        DeValue::String(text) => format!("the text \"{}\"", shown(text)),
+        DeValue::Integer(number) => shown(number.as_str()),
+        DeValue::Float(number) => shown(number.as_str()),
+        DeValue::Boolean(truth) => truth.to_string(),
+        DeValue::Datetime(date) => date.to_string(),
+        DeValue::Array(list) => format!("a list of {} values", list.len()),
+        DeValue::Table(_) => "a table".into(),
+    }
+}
+
+/// The station as TOML, every value resolved; [`parse`] reads it back to an equal
+/// station.
+pub fn to_toml(station: &Station) -> String {
+    let belt = station.belt();
+    let mut text = format!(
+        "[belt]\nspeed = {:?}\nlength = {:?}\nwidth = {:?}\n",
+        belt.speed, belt.length, belt.width
+    );
+    for robot in station.robots() {
+        let name = toml::Value::String(robot.name.clone());
+        // Writing to a String cannot fail.
+        let _ = write!(
+            text,
+            "\n[[robot]]\nname = {name}\nbase = [{:?}, {:?}]\nbin = [{:?}, {:?}]\nreach = {:?}\n\
+             speed = {:?}\ngrasp_time = {:?}\nrelease_time = {:?}\n",
+            robot.base.x,
+            robot.base.y,
+            robot.bin.x,
+            robot.bin.y,
+            robot.reach,
+            robot.speed,
+            robot.grasp_time,
+            robot.release_time,
+        );
+    }
+    text
+}
+
+/// A station file with every key explained, equal to the built-in `paper`.
+pub fn commented_example() -> &'static str {
+    include_str!("example.toml")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::station::BUILT_INS;
+
+    const GOOD: &str = "[belt]\nspeed = 0.05\nlength = 4\nwidth = 1.0\n\n[[robot]]\nname = \"a\"\n\
+        base = [1, -0.6]\nbin = [1.0, -0.5]\nreach = 0.8\nspeed = 0.5\ngrasp_time = 0\nrelease_time = 0.1\n";
+
+    #[test]
+    fn reads_back_what_it_writes() {
+        for built_in in BUILT_INS {
+            for robots in 1..5 {
+                let station = built_in.station(Some(robots)).unwrap();
+                let again = parse(&to_toml(&station), "t", Overrides::default()).unwrap();
+                assert_eq!(station, again);
+            }
+        }
+    }
+
+    #[test]
+    fn the_commented_example_is_the_default_station() {
+        for robots in [None, Some(1), Some(3)] {
+            let overrides = Overrides {
+                robots,
+                belt_speed: None,
+            };
+            let example = parse(commented_example(), "example", overrides).unwrap();
+            assert_eq!(example, load("paper", overrides).unwrap());
+        }
+    }
+
+    #[test]
+    fn messages_name_line_and_key() {
+        for (from, to, words) in [
+            (
+                "speed = 0.05",
+                "sped = 0.05",
+                &["t:2: belt.sped", "did you mean `speed`"][..],
+            ),
+            ("reach = 0.8", "reach = -1", &["t:10: robot[0].reach", "-1"]),
+            (
+                "reach = 0.8",
+                "reach = nan",
+                &["t:10: robot[0].reach", "NaN"],
+            ),
+            ("reach = 0.8\n", "", &["t:6: robot[0].reach", "missing"]),
+            (
+                "speed = 0.5\n",
+                "speed = 0.05\n",
+                &["t:11: robot[0].speed", "faster than the belt"],
+            ),
+            (
+                "width = 1.0",
+                "width = \"1\"",
+                &["t:4: belt.width", "not a number"],
+            ),
+            (
+                "bin = [1.0, -0.5]",
+                "bin = 3",
+                &["t:9: robot[0].bin", "not a position"],
+            ),
+            ("[belt]", "[belt", &["t:1", "not valid TOML"]),
+            ("[belt]", "belt = 1\n[other]", &["other", "unknown key"]),
+        ] {
+            let text = GOOD.replace(from, to);
+            let message = parse(&text, "t", Overrides::default())
+                .unwrap_err()
+                .to_string();
+            for word in words {
+                assert!(message.contains(word), "{word} not in {message}");
+            }
+        }
+        assert!(parse(&GOOD.replace('\n', "\r\n"), "t", Overrides::default()).is_ok());
+        assert!(parse(&format!("\u{feff}{GOOD}"), "t", Overrides::default()).is_ok());
+    }
+
+    #[test]
+    fn robots_flag_needs_a_line() {
+        let overrides = Overrides {
+            robots: Some(3),
+            belt_speed: None,
+        };
+        let message = parse(GOOD, "t", overrides).unwrap_err().to_string();
+        assert!(message.starts_with("--robots"), "{message}");
+    }
+}

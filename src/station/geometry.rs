@@ -1,0 +1,299 @@
+//! Belt, robot and the validated station.
+
+use crate::error::{Error, Result};
+use crate::kinematics;
+use nalgebra::Point2;
+
+/// Lengths and times past this [m, s, m/s] are refused: no real line has them, and
+/// the closed forms square them.
+const LARGEST: f64 = 1e6;
+/// Speeds and lengths below this are refused, for the same reason.
+const SMALLEST: f64 = 1e-6;
+/// More robots than this on one belt are taken for a slip of the pen.
+const MOST_ROBOTS: usize = 100;
+
+/// The conveyor: it covers `0 <= x <= length`, `|y| <= width / 2` and moves along +x.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Belt {
+    /// Speed along +x [m/s].
+    pub speed: f64,
+    /// Length along x [m].
+    pub length: f64,
+    /// Width across [m].
+    pub width: f64,
+}
+
+/// One arm beside the belt.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Robot {
+    /// Name, unique in the station.
+    pub name: String,
+    /// Base, the centre of the workspace [m].
+    pub base: Point2<f64>,
+    /// Bin, which is also the resting position [m].
+    pub bin: Point2<f64>,
+    /// Radius of the workspace around the base [m].
+    pub reach: f64,
+    /// End-effector speed [m/s], above the belt's.
+    pub speed: f64,
+    /// Dwell at the grasp [s].
+    pub grasp_time: f64,
+    /// Dwell at the release [s].
+    pub release_time: f64,
+}
+
+impl Robot {
+    /// Departure window `[open, close]` [s] of an item that was at (`x0`, `y`) [m]
+    /// at time 0: the departures at which this robot still meets it inside its
+    /// workspace, ends included. The item is in the robot's *extended workspace*
+    /// (Jermann et al., section on the custom environment) exactly while the
+    /// departure time lies in it. None when the robot can never reach the item.
+    pub fn departure_window(&self, belt: &Belt, x0: f64, y: f64) -> Option<(f64, f64)> {
+        let (x_in, x_out) =
+            kinematics::meeting_range(self.base.x, self.base.y, self.reach, y, belt.length)?;
+        let bin = (self.bin.x, self.bin.y);
+        let close = kinematics::departure_time(x_out, x0, y, bin, belt.speed, self.speed);
+        if close < 0.0 {
+            return None;
+        }
+        let open = kinematics::departure_time(x_in, x0, y, bin, belt.speed, self.speed).max(0.0);
+        // Rounding can turn a window of one point inside out; that is no window.
+        (open <= close).then_some((open, close))
+    }
+}
+
+/// A validated station: belt and robots, upstream to downstream.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Station {
+    belt: Belt,
+    robots: Vec<Robot>,
+}
+
+impl Station {
+    /// Checks belt and robots and makes a station of them.
+    ///
+    /// # Errors
+    /// Anything that the model forbids: a size that is not a positive, finite number,
+    /// an arm that is not faster than the belt, robots out of order, a name twice.
+    pub fn new(belt: Belt, robots: Vec<Robot>) -> Result<Self> {
+        Self::checked(belt, robots, &|key| key.to_owned())
+    }
+
+    /// As [`Station::new`]; `place` turns a key such as `robot[1].reach` into the
+    /// place that messages name (a file adds its name and line).
+    pub(super) fn checked(
+        belt: Belt,
+        robots: Vec<Robot>,
+        place: &dyn Fn(&str) -> String,
+    ) -> Result<Self> {
+        for (key, value) in [
+            ("belt.speed", belt.speed),
+            ("belt.length", belt.length),
+            ("belt.width", belt.width),
+        ] {
+            positive(place, key, value)?;
+        }
+        if robots.is_empty() {
+            return Err(Error::input(
+                place("robot"),
+                "the station has no robot",
+                "give at least one [[robot]], or a [line] with robots = 1 or more",
+            ));
+        }
+        if robots.len() > MOST_ROBOTS {
+            return Err(Error::input(
+                place("robot"),
+                format!("{} robots", robots.len()),
+                format!("a line has at most {MOST_ROBOTS}"),
+            ));
+        }
+        for (i, robot) in robots.iter().enumerate() {
+            check_robot(robot, i, &robots[..i], &belt, place)?;
+        }
+        Ok(Self { belt, robots })
+    }
+
+    /// The belt.
+    pub fn belt(&self) -> &Belt {
+        &self.belt
+    }
+
+    /// The robots, upstream first.
+    pub fn robots(&self) -> &[Robot] {
+        &self.robots
+    }
+
+    /// The same station with another belt speed [m/s].
+    ///
+    /// # Errors
+    /// A speed that is not positive or that some arm does not exceed.
+    pub fn with_belt_speed(&self, speed: f64) -> Result<Self> {
+        let belt = Belt { speed, ..self.belt };
+        Self::checked(belt, self.robots.clone(), &|key| match key {
+            "belt.speed" => "belt speed".to_owned(),
+            other => other.to_owned(),
+        })
+    }
+
+    /// The same belt with only the first `count` robots: what a partly assigned
+    /// line is, since a robot without a rule never claims anything.
+    pub fn first_robots(&self, count: usize) -> Self {
+        Self {
+            belt: self.belt,
+            robots: self.robots[..count].to_vec(),
+        }
+    }
+
+    /// The end-effector speed [m/s] of the slowest arm: belt speeds must stay below.
+    pub fn slowest_arm(&self) -> f64 {
+        self.robots
+            .iter()
+            .map(|robot| robot.speed)
+            .fold(f64::INFINITY, f64::min)
+    }
+}
+
+fn check_robot(
+    robot: &Robot,
+    index: usize,
+    upstream: &[Robot],
+    belt: &Belt,
+    place: &dyn Fn(&str) -> String,
+) -> Result<()> {
+    let key = |field: &str| format!("robot[{index}].{field}");
+    for (field, value) in [
+        ("base", robot.base.x),
+        ("base", robot.base.y),
+        ("bin", robot.bin.x),
+        ("bin", robot.bin.y),
+    ] {
+        if !value.is_finite() || value.abs() > LARGEST {
+            return Err(Error::input(
+                place(&key(field)),
+                format!("{value} is not a position on any line"),
+                format!("give [x, y] in metres, each within +/-{LARGEST:e}"),
+            ));
+        }
+    }
+    positive(place, &key("reach"), robot.reach)?;
+    positive(place, &key("speed"), robot.speed)?;
+    for (field, value) in [
+        ("grasp_time", robot.grasp_time),
+        ("release_time", robot.release_time),
+    ] {
+        if !(0.0..=LARGEST).contains(&value) {
+            return Err(Error::input(
+                place(&key(field)),
+                format!("{value} is not a dwell time"),
+                "give seconds, 0 or more",
+            ));
+        }
+    }
+    if robot.speed <= belt.speed {
+        return Err(Error::input(
+            place(&key("speed")),
+            format!(
+                "the arm of robot `{}` moves at {} m/s, not faster than the belt at {} m/s",
+                robot.name, robot.speed, belt.speed
+            ),
+            "an arm must outrun the belt: slow the belt or give a faster arm",
+        ));
+    }
+    if robot.name.trim().is_empty() {
+        return Err(Error::input(
+            place(&key("name")),
+            "the name is empty",
+            "give every robot a name of its own",
+        ));
+    }
+    if upstream.iter().any(|other| other.name == robot.name) {
+        return Err(Error::input(
+            place(&key("name")),
+            format!("two robots are named `{}`", robot.name),
+            "give every robot a name of its own",
+        ));
+    }
+    if let Some(before) = upstream.last()
+        && robot.base.x < before.base.x
+    {
+        return Err(Error::input(
+            place(&key("base")),
+            format!(
+                "robot `{}` at x = {} m stands upstream of `{}` at x = {} m, which is listed before it",
+                robot.name, robot.base.x, before.name, before.base.x
+            ),
+            "list robots upstream to downstream, that is by base x",
+        ));
+    }
+    Ok(())
+}
+
+fn positive(place: &dyn Fn(&str) -> String, key: &str, value: f64) -> Result<()> {
+    if (SMALLEST..=LARGEST).contains(&value) {
+        return Ok(());
+    }
+    Err(Error::input(
+        place(key),
+        format!("{value} is not a usable size"),
+        format!("give a number in SI units (m, s, m/s) from {SMALLEST:e} to {LARGEST:e}"),
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn robot(name: &str, x: f64) -> Robot {
+        Robot {
+            name: name.into(),
+            base: Point2::new(x, -0.6),
+            bin: Point2::new(x, -0.5),
+            reach: 0.8,
+            speed: 0.5,
+            grasp_time: 0.1,
+            release_time: 0.1,
+        }
+    }
+    const BELT: Belt = Belt {
+        speed: 0.05,
+        length: 4.0,
+        width: 1.0,
+    };
+
+    #[test]
+    fn window_ends_are_meetings_at_the_workspace_edge() {
+        let robot = robot("a", 1.3);
+        let (open, close) = robot.departure_window(&BELT, 0.0, 0.1).unwrap();
+        for (t, edge) in [(open, -1.0), (close, 1.0)] {
+            let tau = kinematics::travel_time(0.05 * t - 1.3, 0.6, 0.05, 0.5);
+            let meet = 0.05 * (t + tau);
+            let half = (0.8f64.powi(2) - 0.7f64.powi(2)).sqrt();
+            assert!((meet - (1.3 + edge * half)).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn no_window_for_what_is_out_of_reach_or_past() {
+        let robot = robot("a", 1.3);
+        assert!(robot.departure_window(&BELT, 0.0, 0.3).is_none());
+        // Placed past the workspace: it could only have been met before time 0.
+        assert!(robot.departure_window(&BELT, 5.0, 0.0).is_none());
+    }
+
+    #[test]
+    fn order_names_and_speeds_are_checked() {
+        assert!(Station::new(BELT, vec![robot("a", 1.0), robot("b", 1.0)]).is_ok());
+        for (robots, word) in [
+            (vec![], "no robot"),
+            (vec![robot("a", 2.0), robot("b", 1.0)], "upstream"),
+            (vec![robot("a", 1.0), robot("a", 2.0)], "two robots"),
+        ] {
+            let message = Station::new(BELT, robots).unwrap_err().to_string();
+            assert!(message.contains(word), "{message}");
+        }
+        let station = Station::new(BELT, vec![robot("a", 1.0)]).unwrap();
+        for speed in [0.5, 0.6, 0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert!(station.with_belt_speed(speed).is_err(), "{speed}");
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! A line of like robots on alternating sides of the belt.
+
+use super::geometry::{Belt, Robot};
+use nalgebra::Point2;
+
+/// Like robots at equal spacing, alternating sides, the first at y < 0
+/// (Jermann et al.: identical agents "lined up on both sides of the conveyor belt in
+/// alternating fashion").
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Line {
+    /// How many.
+    pub robots: usize,
+    /// x of the first base [m].
+    pub first_base_x: f64,
+    /// Between neighbouring bases along x [m].
+    pub spacing: f64,
+    /// Base behind the belt's edge [m].
+    pub base_offset: f64,
+    /// Bin behind the belt's edge, at the base's x [m].
+    pub bin_offset: f64,
+    /// Belt after the last base x + reach [m].
+    pub tail: f64,
+    /// Reach of each [m].
+    pub reach: f64,
+    /// End-effector speed of each [m/s].
+    pub speed: f64,
+    /// Dwell at the grasp [s].
+    pub grasp_time: f64,
+    /// Dwell at the release [s].
+    pub release_time: f64,
+}
+
+impl Line {
+    /// x of the base of robot `index` [m].
+    fn base_x(&self, index: usize) -> f64 {
+        self.first_base_x + index as f64 * self.spacing
+    }
+
+    /// Belt length that follows from the line [m].
+    pub fn belt_length(&self) -> f64 {
+        self.base_x(self.robots.saturating_sub(1)) + self.reach + self.tail
+    }
+
+    /// The robots `r1`, `r2`, ... along a belt of the given width [m].
+    pub fn place(&self, width: f64) -> Vec<Robot> {
+        (0..self.robots)
+            .map(|i| {
+                let x = self.base_x(i);
+                let side = if i % 2 == 0 { -1.0 } else { 1.0 };
+                let edge = width / 2.0;
+                Robot {
+                    name: format!("r{}", i + 1),
+                    base: Point2::new(x, side * (edge + self.base_offset)),
+                    bin: Point2::new(x, side * (edge + self.bin_offset)),
+                    reach: self.reach,
+                    speed: self.speed,
+                    grasp_time: self.grasp_time,
+                    release_time: self.release_time,
+                }
+            })
+            .collect()
+    }
+
+    /// The belt under this line.
+    pub fn belt(&self, speed: f64, width: f64) -> Belt {
+        Belt {
+            speed,
+            length: self.belt_length(),
+            width,
+        }
+    }
+}
