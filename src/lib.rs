@@ -1,5 +1,9 @@
+pub mod checker;
+pub mod decision;
+pub mod dispatch;
 pub mod error;
 pub mod files;
 pub mod kinematics;
 pub mod pattern;
+pub mod sim;
 pub mod station;

@@ -1,0 +1,14 @@
+//! The vocabulary that simulation and live control share: what a decider sees, what
+//! it may do, and what came of it.
+
+mod candidate;
+mod event;
+mod outcome;
+mod snapshot;
+mod strategy;
+
+pub use candidate::{Candidate, Moment};
+pub use event::{Event, Observer};
+pub use outcome::{Figures, Miss, MissReason, Outcome, Pick, RobotFigures};
+pub use snapshot::{BeltItem, Snapshot};
+pub use strategy::{Action, Strategy};

@@ -1,0 +1,121 @@
+//! What came of a run.
+
+use nalgebra::Point2;
+
+/// One pick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pick {
+    /// Index of the robot, upstream first.
+    pub robot: usize,
+    /// Index of the item in its pattern.
+    pub item: u32,
+    /// When the robot left for it, the moment of the claim [s].
+    pub decide: f64,
+    /// When the item leaves the belt, the start of the grasp [s].
+    pub grasp: f64,
+    /// When it is in the bin and the robot free [s].
+    pub release: f64,
+    /// Where the item was met [m].
+    pub meet: Point2<f64>,
+}
+
+/// Why an item was not picked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum MissReason {
+    /// No robot has a departure window for it.
+    Unreachable,
+    /// Some robot could have picked it at some decision and chose another action.
+    PassedOver,
+    /// Whenever it was in a window, the robot was busy.
+    Busy,
+}
+
+impl MissReason {
+    /// All reasons, the first that fits first.
+    pub const ALL: [Self; 3] = [Self::Unreachable, Self::PassedOver, Self::Busy];
+
+    /// The name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Unreachable => "unreachable",
+            Self::PassedOver => "passed_over",
+            Self::Busy => "busy",
+        }
+    }
+}
+
+/// An item that was not picked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Miss {
+    /// Index of the item in its pattern.
+    pub item: u32,
+    /// Why.
+    pub reason: MissReason,
+}
+
+/// What one robot did.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct RobotFigures {
+    /// Number of picks.
+    pub picked: usize,
+    /// Sum of the rewards of its items.
+    pub weight: f64,
+    /// Sum of its processing times [s].
+    pub busy: f64,
+}
+
+/// The figures of a run that everything is judged by.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Figures {
+    /// Items of the pattern, n.
+    pub items: usize,
+    /// Items picked, k.
+    pub picked: usize,
+    /// Sum of the rewards of the picked items.
+    pub weight: f64,
+    /// End of the run, T [s].
+    pub end: f64,
+}
+
+impl Figures {
+    /// k / n.
+    pub fn picked_share(&self) -> f64 {
+        self.picked as f64 / self.items as f64
+    }
+
+    /// 60 k / T [1/min]; 0 for a run that ends at once.
+    pub fn picking_rate(&self) -> f64 {
+        self.per_minute(self.picked as f64)
+    }
+
+    /// 60 sum(r) / T [1/min].
+    pub fn weighted_rate(&self) -> f64 {
+        self.per_minute(self.weight)
+    }
+
+    /// Whether everything was picked.
+    pub fn complete(&self) -> bool {
+        self.picked == self.items
+    }
+
+    fn per_minute(&self, amount: f64) -> f64 {
+        if self.end > 0.0 {
+            60.0 * amount / self.end
+        } else {
+            0.0
+        }
+    }
+}
+
+/// A whole run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// What it is judged by.
+    pub figures: Figures,
+    /// What each robot did, upstream first.
+    pub robots: Vec<RobotFigures>,
+    /// All picks in order of decision, ties in robot order.
+    pub picks: Vec<Pick>,
+    /// All items that were not picked, downstream first.
+    pub missed: Vec<Miss>,
+}

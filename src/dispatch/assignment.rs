@@ -1,0 +1,110 @@
+//! One rule for each robot: what the combinatorial strategy searches over.
+
+use super::registry::Rule;
+use crate::decision::{Action, Snapshot, Strategy};
+use crate::error::{Error, Result, shown};
+use std::fmt;
+use std::str::FromStr;
+
+/// One rule for each robot, upstream first.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct RuleAssignment(Vec<Rule>);
+
+impl RuleAssignment {
+    /// The assignment of these rules.
+    pub fn new(rules: Vec<Rule>) -> Self {
+        Self(rules)
+    }
+
+    /// The rules, upstream first.
+    pub fn rules(&self) -> &[Rule] {
+        &self.0
+    }
+
+    /// The rules' names, upstream first.
+    pub fn names(&self) -> Vec<&'static str> {
+        self.0.iter().map(|rule| rule.name()).collect()
+    }
+
+    /// Checks that there is one rule for each robot.
+    ///
+    /// # Errors
+    /// Another number of rules.
+    pub fn for_robots(self, robots: usize) -> Result<Self> {
+        if self.0.len() == robots {
+            return Ok(self);
+        }
+        Err(Error::input(
+            format!("strategy {self}"),
+            format!("{} rules for {robots} robots", self.0.len()),
+            "give one rule for each robot, upstream first",
+        ))
+    }
+}
+
+impl fmt::Display for RuleAssignment {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "[{}]", self.names().join("; "))
+    }
+}
+
+impl FromStr for RuleAssignment {
+    type Err = Error;
+
+    /// Reads `SPT,FIFO` or `[SPT; FIFO]`.
+    fn from_str(text: &str) -> Result<Self> {
+        let inner = text.trim();
+        let inner = inner
+            .strip_prefix('[')
+            .and_then(|rest| rest.strip_suffix(']'))
+            .unwrap_or(inner);
+        if inner.trim().is_empty() {
+            return Err(Error::input(
+                "strategy",
+                format!("`{}` names no rule", shown(text)),
+                "write one rule for each robot, upstream first, for example SPT,FIFO",
+            ));
+        }
+        inner
+            .split([',', ';'])
+            .map(|part| part.trim().parse())
+            .collect::<Result<_>>()
+            .map(Self)
+    }
+}
+
+/// A rule assignment at work.
+#[derive(Debug, Clone)]
+pub struct RuleStrategy(pub RuleAssignment);
+
+impl Strategy for RuleStrategy {
+    fn decide(&mut self, snapshot: &Snapshot) -> Action {
+        let rule = self.0.0[snapshot.robot];
+        Action::Pick(rule.choose(&snapshot.moment(), snapshot.candidates))
+    }
+
+    fn name(&self) -> String {
+        format!("rules:{}", self.0.names().join(","))
+    }
+
+    fn needs_view(&self) -> bool {
+        false
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_ways_of_writing_are_read() {
+        let plain: RuleAssignment = "SPT,FIFO".parse().unwrap();
+        assert_eq!("[SPT; FIFO]".parse::<RuleAssignment>().unwrap(), plain);
+        assert_eq!(" spt , fifo ".parse::<RuleAssignment>().unwrap(), plain);
+        assert_eq!(plain.to_string(), "[SPT; FIFO]");
+        for bad in ["", "[]", "SPT,", "SPT FIFO", "[SPT", "SPT,XXX"] {
+            assert!(bad.parse::<RuleAssignment>().is_err(), "{bad}");
+        }
+        assert!(plain.for_robots(3).is_err());
+    }
+}

@@ -1,0 +1,26 @@
+//! LD: longest distance.
+
+use super::DispatchingRule;
+use crate::decision::{Candidate, Moment};
+
+/// longest distance: the item furthest from the robot's base.
+pub struct Ld;
+
+impl DispatchingRule for Ld {
+    fn name(&self) -> &'static str {
+        "LD"
+    }
+
+    fn title(&self) -> &'static str {
+        "longest distance"
+    }
+
+    fn key_text(&self) -> &'static str {
+        "-(distance item to robot base at the decision)"
+    }
+
+    #[inline(always)]
+    fn key(&self, at: &Moment, candidate: &Candidate) -> f64 {
+        -at.distance_to_base(candidate)
+    }
+}

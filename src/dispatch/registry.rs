@@ -1,0 +1,110 @@
+//! All rules in one list; help texts, parsing, the search and the docs' table derive
+//! from it.
+
+use super::fifo::Fifo;
+use super::ld::Ld;
+use super::lpt::Lpt;
+use super::pp::Pp;
+use super::sd::Sd;
+use super::spt::Spt;
+use super::{DispatchingRule, RuleAssignment};
+use crate::error::{Error, Result, known_names, shown};
+use std::fmt;
+use std::str::FromStr;
+
+/// Every rule (Jermann et al., list of single-player strategies). The order is part
+/// of the results: assignments that are equal in everything else are listed by it.
+pub static RULES: &[&dyn DispatchingRule] = &[&Fifo, &Spt, &Lpt, &Sd, &Ld, &Pp];
+
+/// A rule by its place in [`RULES`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Rule(u8);
+
+impl Rule {
+    /// All rules, in registry order.
+    pub fn all() -> impl DoubleEndedIterator<Item = Self> + ExactSizeIterator + Clone {
+        // The registry is a short list written by hand.
+        (0..RULES.len() as u8).map(Self)
+    }
+
+    /// Place in the registry.
+    pub fn index(self) -> usize {
+        usize::from(self.0)
+    }
+}
+
+impl std::ops::Deref for Rule {
+    type Target = dyn DispatchingRule;
+
+    fn deref(&self) -> &Self::Target {
+        RULES[self.index()]
+    }
+}
+
+impl fmt::Display for Rule {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Rule {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        Self::all()
+            .find(|rule| rule.name().eq_ignore_ascii_case(text))
+            .ok_or_else(|| {
+                let names: Vec<_> = RULES.iter().map(|rule| rule.name()).collect();
+                Error::input(
+                    "strategy",
+                    format!("`{}` is not a dispatching rule", shown(text)),
+                    known_names(text, &names),
+                )
+            })
+    }
+}
+
+impl RuleAssignment {
+    /// All `6^robots` assignments, in registry order; the first robot's rule varies
+    /// slowest.
+    pub fn all(robots: usize) -> impl Iterator<Item = Self> {
+        let mut next = Some(vec![Rule(0); robots]);
+        std::iter::from_fn(move || {
+            let current = next.clone()?;
+            next = current
+                .iter()
+                .rposition(|rule| rule.index() + 1 < RULES.len())
+                .map(|place| {
+                    let mut rules = current.clone();
+                    rules[place].0 += 1;
+                    rules[place + 1..].fill(Rule(0));
+                    rules
+                });
+            Some(Self::new(current))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_unique_and_read_back() {
+        for rule in Rule::all() {
+            assert_eq!(rule.name().parse::<Rule>().unwrap(), rule);
+            assert_eq!(rule.name().to_lowercase().parse::<Rule>().unwrap(), rule);
+        }
+        let message = "STP".parse::<Rule>().unwrap_err().to_string();
+        assert!(message.contains("did you mean `SPT`"), "{message}");
+    }
+
+    #[test]
+    fn all_assignments_come_once_in_order() {
+        let all: Vec<_> = RuleAssignment::all(2).collect();
+        assert_eq!(all.len(), 36);
+        assert!(all.is_sorted());
+        assert_eq!(all[1].to_string(), "[FIFO; SPT]");
+        assert_eq!(RuleAssignment::all(0).count(), 1);
+    }
+}

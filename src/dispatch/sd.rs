@@ -1,0 +1,26 @@
+//! SD: shortest distance.
+
+use super::DispatchingRule;
+use crate::decision::{Candidate, Moment};
+
+/// shortest distance: the item nearest to the robot's base.
+pub struct Sd;
+
+impl DispatchingRule for Sd {
+    fn name(&self) -> &'static str {
+        "SD"
+    }
+
+    fn title(&self) -> &'static str {
+        "shortest distance"
+    }
+
+    fn key_text(&self) -> &'static str {
+        "distance item to robot base at the decision"
+    }
+
+    #[inline(always)]
+    fn key(&self, at: &Moment, candidate: &Candidate) -> f64 {
+        at.distance_to_base(candidate)
+    }
+}

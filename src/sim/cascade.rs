@@ -1,0 +1,140 @@
+//! The cascade engine: rules only, robot by robot.
+//!
+//! Where extended workspaces do not overlap, downstream decisions never change
+//! upstream ones (`docs/model.md`, independence). The robots can then be simulated
+//! one after the other, each on what those before it left, and all assignments that
+//! begin alike share that work: the tree of all assignments takes
+//! 6 + 6^2 + ... + 6^N passes of one robot instead of N 6^N.
+
+use super::claims::Claims;
+use super::event_loop::make_pick;
+use super::queue::Queue;
+use super::scene::Scene;
+use crate::decision::{Figures, Moment, Pick};
+use crate::dispatch::{DispatchingRule, Rule};
+
+/// Reusable buffers for one scene; nothing is allocated per decision or per pass.
+pub struct Cascade<'a> {
+    scene: &'a Scene<'a>,
+    queue: Queue,
+    /// What the robots up to each depth of the tree left, and made of it.
+    levels: Vec<Level>,
+    passes: u64,
+}
+
+#[derive(Clone)]
+struct Level {
+    claims: Claims,
+    picked: usize,
+    weight: f64,
+    last_release: f64,
+}
+
+impl<'a> Cascade<'a> {
+    /// An engine for `scene`; none when its windows overlap, so that robots cannot be
+    /// simulated one after the other.
+    pub fn new(scene: &'a Scene<'a>) -> Option<Self> {
+        scene.is_independent().then(|| Self {
+            scene,
+            queue: Queue::default(),
+            levels: vec![
+                Level {
+                    claims: Claims::none(scene.pattern().len()),
+                    picked: 0,
+                    weight: 0.0,
+                    last_release: 0.0,
+                };
+                scene.station().robots().len() + 1
+            ],
+            passes: 0,
+        })
+    }
+
+    /// The figures when the first robots follow `rules` and any others stand idle.
+    pub fn run(&mut self, rules: &[Rule]) -> Figures {
+        self.run_observed(rules, |_| {})
+    }
+
+    /// As [`Cascade::run`], telling `on_pick` every pick, robot by robot.
+    pub fn run_observed(&mut self, rules: &[Rule], mut on_pick: impl FnMut(Pick)) -> Figures {
+        for (robot, rule) in rules.iter().enumerate() {
+            self.pass(robot, *rule, &mut on_pick);
+        }
+        self.figures(rules.len())
+    }
+
+    /// Walks the tree of assignments down to all robots. `enter` is given each node,
+    /// the rules of its first robots and their figures, and says whether to go on
+    /// below it.
+    pub fn walk(&mut self, mut enter: impl FnMut(&[Rule], &Figures) -> bool) {
+        let mut prefix = Vec::with_capacity(self.levels.len());
+        self.walk_below(&mut prefix, &mut enter);
+    }
+
+    fn walk_below(
+        &mut self,
+        prefix: &mut Vec<Rule>,
+        enter: &mut impl FnMut(&[Rule], &Figures) -> bool,
+    ) {
+        let robot = prefix.len();
+        if robot == self.scene.station().robots().len() {
+            return;
+        }
+        for rule in Rule::all() {
+            self.pass(robot, rule, &mut |_| {});
+            prefix.push(rule);
+            if enter(prefix, &self.figures(robot + 1)) {
+                self.walk_below(prefix, enter);
+            }
+            prefix.pop();
+        }
+    }
+
+    /// Passes of one robot over the pattern made so far.
+    pub fn passes(&self) -> u64 {
+        self.passes
+    }
+
+    fn figures(&self, robots: usize) -> Figures {
+        let level = &self.levels[robots];
+        let items = self.scene.pattern().len();
+        self.scene.figures(
+            level.picked,
+            level.weight,
+            level.last_release,
+            level.claims.last_missing(items),
+        )
+    }
+
+    /// Simulates `robot` under `rule` on what level `robot` left, into the next level.
+    fn pass(&mut self, robot: usize, rule: Rule, on_pick: &mut impl FnMut(Pick)) {
+        self.passes += 1;
+        let (upstream, rest) = self.levels.split_at_mut(robot + 1);
+        let (before, after) = (&upstream[robot], &mut rest[0]);
+        let rule: &dyn DispatchingRule = &*rule;
+        after.claims.copy_from(&before.claims);
+        let mut picked = before.picked;
+        let mut weight = 0.0;
+        let mut last_release = before.last_release;
+        self.queue.reset();
+        let mut at = Moment::new(self.scene.station(), robot, 0.0);
+        // Only this robot claims now, and what it claims leaves `active` at once.
+        let gone = |item| before.claims.contains(item);
+        while let Some(time) = self.queue.next_decision(self.scene, robot, gone, |_| false) {
+            at.time = time;
+            let place = rule.choose(&at, &self.queue.active);
+            let candidate = self.queue.active.swap_remove(place);
+            let pick = make_pick(&at, robot, &candidate);
+            after.claims.insert(candidate.item);
+            picked += 1;
+            weight += candidate.weight;
+            last_release = last_release.max(pick.release);
+            self.queue.free = pick.release;
+            on_pick(pick);
+        }
+        after.picked = picked;
+        // Robot by robot, as the event loop adds it, so that both agree to the bit.
+        after.weight = before.weight + weight;
+        after.last_release = last_release;
+    }
+}

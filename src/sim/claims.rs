@@ -1,0 +1,58 @@
+//! Which items are claimed: one bit an item.
+
+/// A set of item indices.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Claims {
+    words: Vec<u64>,
+}
+
+impl Claims {
+    /// No claims on `items` items.
+    pub fn none(items: usize) -> Self {
+        Self {
+            words: vec![0; items.div_ceil(64)],
+        }
+    }
+
+    #[inline(always)]
+    pub fn contains(&self, item: u32) -> bool {
+        self.words[item as usize / 64] >> (item % 64) & 1 == 1
+    }
+
+    #[inline(always)]
+    pub fn insert(&mut self, item: u32) {
+        self.words[item as usize / 64] |= 1 << (item % 64);
+    }
+
+    pub fn copy_from(&mut self, other: &Self) {
+        self.words.copy_from_slice(&other.words);
+    }
+
+    /// The highest index below `items` that is not in the set: the last unpicked
+    /// item to leave the belt, as patterns are sorted downstream first.
+    pub fn last_missing(&self, items: usize) -> Option<usize> {
+        let last = self.words.len() - 1;
+        (0..=last).rev().find_map(|w| {
+            let used = if w == last { (items - 1) % 64 + 1 } else { 64 };
+            let missing = !self.words[w] & (u64::MAX >> (64 - used));
+            (missing != 0).then(|| w * 64 + 63 - missing.leading_zeros() as usize)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn last_missing_is_the_highest_free_index() {
+        for items in [1, 63, 64, 65, 130] {
+            let mut claims = Claims::none(items);
+            for expected in (0..items).rev() {
+                assert_eq!(claims.last_missing(items), Some(expected));
+                claims.insert(expected as u32);
+            }
+            assert_eq!(claims.last_missing(items), None);
+        }
+    }
+}
