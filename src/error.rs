@@ -106,7 +106,7 @@ pub fn nearest<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Opt
 }
 
 /// "did you mean `x`? known: a, b, c", the usual cure for an unknown name.
-pub fn known_names<'a>(given: &str, known: &[&'a str]) -> String {
+pub fn known_names(given: &str, known: &[&str]) -> String {
     let list = known.join(", ");
     match nearest(given, known.iter().copied()) {
         Some(name) => format!("did you mean `{name}`? known: {list}"),

@@ -1,9 +1,14 @@
 pub mod checker;
+pub mod cli;
 pub mod decision;
 pub mod dispatch;
 pub mod error;
 pub mod files;
 pub mod kinematics;
+pub mod optimize;
 pub mod pattern;
+pub mod report;
 pub mod sim;
 pub mod station;
+pub mod stats;
+pub mod strategies;

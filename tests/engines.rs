@@ -4,9 +4,9 @@ mod common;
 
 use pickline::checker;
 use pickline::decision::{Action, Figures, Outcome, Pick, Snapshot, Strategy};
-use pickline::dispatch::RuleAssignment;
+use pickline::dispatch::{RuleAssignment, RuleStrategy};
 use pickline::pattern::{Item, Pattern, grid};
-use pickline::sim::{Cascade, Scene, simulate, simulate_rules};
+use pickline::sim::{AssignmentTree, Cascade, Scene, simulate, simulate_rules};
 use pickline::station::{Robot, Station, built_in};
 use proptest::prelude::*;
 use proptest::strategy::{Strategy as _, ValueTree as _};
@@ -243,26 +243,33 @@ fn the_cascade_is_used_on_the_built_in_stations_and_refused_on_overlaps() {
 }
 
 #[test]
-fn the_walk_visits_every_assignment_with_the_figures_of_its_own_run() {
-    let station = built_in("paper").unwrap().station(Some(3)).unwrap();
-    let pattern = grid(station.belt().width, 0.15, 80).unwrap();
-    let scene = Scene::new(&station, &pattern).unwrap();
-    let mut cascade = Cascade::new(&scene).unwrap();
-    let mut seen = Vec::new();
-    cascade.walk(|rules, figures| {
-        seen.push((RuleAssignment::new(rules.to_vec()), *figures));
-        true
-    });
-    assert_eq!(cascade.passes(), 6 + 36 + 216);
-    assert_eq!(seen.len(), 6 + 36 + 216);
-    for (rules, figures) in &seen {
-        let line = station.first_robots(rules.rules().len());
-        let scene = Scene::new(&line, &pattern).unwrap();
-        assert_eq!(
-            *figures,
-            simulate_rules(&scene, rules).unwrap().figures,
-            "{rules}"
-        );
+fn the_tree_gives_every_assignment_the_figures_of_its_own_run() {
+    let crowded = {
+        let station = built_in("paper").unwrap().station(Some(3)).unwrap();
+        let mut robots = station.robots().to_vec();
+        robots[1].base.x -= 1.2;
+        robots[1].bin.x -= 1.2;
+        Station::new(*station.belt(), robots).unwrap()
+    };
+    for station in [
+        built_in("paper").unwrap().station(Some(3)).unwrap(),
+        crowded,
+    ] {
+        let pattern = grid(station.belt().width, 0.15, 80).unwrap();
+        let scene = Scene::new(&station, &pattern).unwrap();
+        let prefixes = (1..=3).flat_map(RuleAssignment::all).collect();
+        let tree = AssignmentTree::new(prefixes);
+        assert_eq!(tree.passes(), 6 + 36 + 216);
+        let mut seen = 0;
+        tree.evaluate(&scene, |place, figures| {
+            let rules = &tree.assignments()[place];
+            let alone = simulate(&scene, &mut RuleStrategy(rules.clone())).unwrap();
+            assert_eq!(figures, alone.figures, "{rules}");
+            assert_eq!(place, seen);
+            seen += 1;
+        })
+        .unwrap();
+        assert_eq!(seen, 6 + 36 + 216);
     }
 }
 

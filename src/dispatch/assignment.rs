@@ -73,14 +73,16 @@ impl FromStr for RuleAssignment {
     }
 }
 
-/// A rule assignment at work.
+/// A rule assignment at work. Robots past its end stand idle.
 #[derive(Debug, Clone)]
 pub struct RuleStrategy(pub RuleAssignment);
 
 impl Strategy for RuleStrategy {
     fn decide(&mut self, snapshot: &Snapshot) -> Action {
-        let rule = self.0.0[snapshot.robot];
-        Action::Pick(rule.choose(&snapshot.moment(), snapshot.candidates))
+        match self.0.0.get(snapshot.robot) {
+            Some(rule) => Action::Pick(rule.choose(&snapshot.moment(), snapshot.candidates)),
+            None => Action::WaitUntil(f64::INFINITY),
+        }
     }
 
     fn name(&self) -> String {

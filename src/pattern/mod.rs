@@ -5,7 +5,7 @@ mod describe;
 mod file;
 mod grid;
 mod item;
-//pub mod mot;
+pub mod mot;
 mod poisson;
 mod set;
 

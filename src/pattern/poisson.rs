@@ -1,10 +1,14 @@
 //! Maximal Poisson disk patterns.
 //!
 //! Bridson, "Fast Poisson disk sampling in arbitrary dimensions", SIGGRAPH 2007
-//! sketches (DOI 10.1145/1278780.1278807), followed by a fill that makes the
-//! sample *maximal*: no further item would fit. The fill uses that an uncovered
-//! region, if there is one, has a corner where two circles of radius r around items
-//! cross, or where such a circle meets the strip's border.
+//! sketches (DOI 10.1145/1278780.1278807), followed by two steps that make the
+//! sample *maximal*: no further item would fit. The first throws darts at what is
+//! still uncovered, kept as ever smaller squares (Ebeida et al., "A simple algorithm
+//! for maximal Poisson-disk sampling in high dimensions", Computer Graphics Forum 31,
+//! 2012, DOI 10.1111/j.1467-8659.2012.03059.x), so that the added items fall at random
+//! like the others. The second leaves nothing to chance: an uncovered region, if there
+//! is one, has a corner where two circles of radius r around items cross, or where
+//! such a circle meets the strip's border, and all of these are looked at.
 
 use super::grid::check_spacing;
 use super::item::{Item, Pattern};
@@ -14,8 +18,11 @@ use rand::rngs::ChaCha8Rng;
 
 /// Darts thrown around an active item before it is retired (Bridson's k).
 const TRIES: usize = 30;
-/// Darts thrown into an uncovered region before its corner itself is taken.
-const FILL_TRIES: usize = 8;
+/// Darts thrown per uncovered square before the squares are quartered.
+const DARTS: usize = 4;
+/// How often they are quartered: what is left then is smaller than a hundredth of
+/// the radius, for the corners to settle.
+const QUARTERINGS: usize = 8;
 /// Items keep this much more than the radius, so that shifting the whole pattern
 /// cannot round a distance to below it.
 const MARGIN: f64 = 1.0 + 1e-9;
@@ -44,7 +51,7 @@ pub fn poisson_disk(
     // A maximal sample holds about 0.7 items per square radius, and its border
     // acts as if the strip were about a radius wider. A little more than that
     // leaves the upstream end, where the strip is cut, outside the kept items.
-    let mut length = radius * (count as f64 * radius / (0.65 * (width + radius)) + 4.0);
+    let mut length = radius * (count as f64 * radius / (0.62 * (width + radius)) + 4.0);
     let mut points = loop {
         let points = Sampler::new(length, width, radius * MARGIN, rng).run();
         if points.len() > count {
@@ -104,7 +111,8 @@ impl<'a> Sampler<'a> {
         ];
         self.insert(start);
         self.bridson();
-        self.fill();
+        self.throw_darts();
+        self.fill_corners();
         self.points
     }
 
@@ -135,8 +143,50 @@ impl<'a> Sampler<'a> {
         }
     }
 
+    /// Throws darts at the uncovered squares until hardly any is left.
+    fn throw_darts(&mut self) {
+        let mut side = self.cell;
+        let mut squares: Vec<Point> = Vec::new();
+        for column in 0..self.columns {
+            for row in 0..self.rows {
+                squares.push([column as f64 * side, row as f64 * side]);
+            }
+        }
+        squares.retain(|&corner| !self.is_covered(corner, side));
+        for _ in 0..QUARTERINGS {
+            for _ in 0..DARTS * squares.len() {
+                let corner = squares[self.rng.random_range(0..squares.len())];
+                let dart = corner.map(|c| c + side * self.rng.random::<f64>());
+                if self.fits(dart, self.least) {
+                    self.insert(dart);
+                }
+            }
+            side /= 2.0;
+            squares = squares
+                .iter()
+                .flat_map(|&[x, y]| [[x, y], [x + side, y], [x, y + side], [x + side, y + side]])
+                .filter(|&corner| !self.is_covered(corner, side))
+                .collect();
+        }
+    }
+
+    /// Whether one point alone covers the square, or it lies outside the strip.
+    fn is_covered(&self, [x, y]: Point, side: f64) -> bool {
+        if x > self.size[0] || y > self.size[1] {
+            return true;
+        }
+        let mut covered = false;
+        self.for_each_near([x + side / 2.0, y + side / 2.0], 2, |j| {
+            let [px, py] = self.points[j];
+            let dx = (px - x).abs().max((px - x - side).abs());
+            let dy = (py - y).abs().max((py - y - side).abs());
+            covered |= dx * dx + dy * dy < self.least * self.least;
+        });
+        covered
+    }
+
     /// Adds points until every place of the strip is closer than `least` to one.
-    fn fill(&mut self) {
+    fn fill_corners(&mut self) {
         for x in [0.0, self.size[0]] {
             for y in [0.0, self.size[1]] {
                 self.fill_at([x, y]);
@@ -189,25 +239,13 @@ impl<'a> Sampler<'a> {
         });
     }
 
-    /// If `corner` is uncovered, adds a point in the uncovered region next to it.
+    /// If `corner` is uncovered, adds a point there.
     fn fill_at(&mut self, corner: Point) {
         // A corner lies at exactly `least` from its own circles, give or take the
         // rounding of the crossing.
         let tolerant = self.least * (1.0 - 1e-12);
-        if !self.fits(corner, tolerant) {
-            return;
-        }
-        let dart = (0..FILL_TRIES).find_map(|_| {
-            let point = [
-                corner[0] + (self.rng.random::<f64>() - 0.5) * self.least,
-                corner[1] + (self.rng.random::<f64>() - 0.5) * self.least,
-            ];
-            self.fits(point, self.least).then_some(point)
-        });
-        self.insert(dart.unwrap_or(corner));
-        if dart.is_some() {
-            // The dart may not have covered the corner; the region only shrinks.
-            self.fill_at(corner);
+        if self.fits(corner, tolerant) {
+            self.insert(corner);
         }
     }
 

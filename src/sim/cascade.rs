@@ -3,8 +3,7 @@
 //! Where extended workspaces do not overlap, downstream decisions never change
 //! upstream ones (`docs/model.md`, independence). The robots can then be simulated
 //! one after the other, each on what those before it left, and all assignments that
-//! begin alike share that work: the tree of all assignments takes
-//! 6 + 6^2 + ... + 6^N passes of one robot instead of N 6^N.
+//! begin alike share that work (see `AssignmentTree`).
 
 use super::claims::Claims;
 use super::event_loop::make_pick;
@@ -19,7 +18,6 @@ pub struct Cascade<'a> {
     queue: Queue,
     /// What the robots up to each depth of the tree left, and made of it.
     levels: Vec<Level>,
-    passes: u64,
 }
 
 #[derive(Clone)]
@@ -46,7 +44,6 @@ impl<'a> Cascade<'a> {
                 };
                 scene.station().robots().len() + 1
             ],
-            passes: 0,
         })
     }
 
@@ -63,36 +60,11 @@ impl<'a> Cascade<'a> {
         self.figures(rules.len())
     }
 
-    /// Walks the tree of assignments down to all robots. `enter` is given each node,
-    /// the rules of its first robots and their figures, and says whether to go on
-    /// below it.
-    pub fn walk(&mut self, mut enter: impl FnMut(&[Rule], &Figures) -> bool) {
-        let mut prefix = Vec::with_capacity(self.levels.len());
-        self.walk_below(&mut prefix, &mut enter);
-    }
-
-    fn walk_below(
-        &mut self,
-        prefix: &mut Vec<Rule>,
-        enter: &mut impl FnMut(&[Rule], &Figures) -> bool,
-    ) {
-        let robot = prefix.len();
-        if robot == self.scene.station().robots().len() {
-            return;
-        }
-        for rule in Rule::all() {
-            self.pass(robot, rule, &mut |_| {});
-            prefix.push(rule);
-            if enter(prefix, &self.figures(robot + 1)) {
-                self.walk_below(prefix, enter);
-            }
-            prefix.pop();
-        }
-    }
-
-    /// Passes of one robot over the pattern made so far.
-    pub fn passes(&self) -> u64 {
-        self.passes
+    /// Simulates `robot` under `rule` on what the robots before it left in the last
+    /// calls, and returns the figures of the line up to it.
+    pub fn extend(&mut self, robot: usize, rule: Rule) -> Figures {
+        self.pass(robot, rule, &mut |_| {});
+        self.figures(robot + 1)
     }
 
     fn figures(&self, robots: usize) -> Figures {
@@ -108,7 +80,6 @@ impl<'a> Cascade<'a> {
 
     /// Simulates `robot` under `rule` on what level `robot` left, into the next level.
     fn pass(&mut self, robot: usize, rule: Rule, on_pick: &mut impl FnMut(Pick)) {
-        self.passes += 1;
         let (upstream, rest) = self.levels.split_at_mut(robot + 1);
         let (before, after) = (&upstream[robot], &mut rest[0]);
         let rule: &dyn DispatchingRule = &*rule;

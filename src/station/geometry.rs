@@ -135,15 +135,6 @@ impl Station {
         })
     }
 
-    /// The same belt with only the first `count` robots: what a partly assigned
-    /// line is, since a robot without a rule never claims anything.
-    pub fn first_robots(&self, count: usize) -> Self {
-        Self {
-            belt: self.belt,
-            robots: self.robots[..count].to_vec(),
-        }
-    }
-
     /// The end-effector speed [m/s] of the slowest arm: belt speeds must stay below.
     pub fn slowest_arm(&self) -> f64 {
         self.robots

@@ -1,0 +1,63 @@
+//! The command line: arguments, resolved settings, one file per verb.
+
+mod args;
+mod optimize;
+mod pattern;
+mod progress;
+mod session;
+mod settings;
+mod simulate;
+mod station;
+
+use crate::error::{Error, Result};
+use args::{Cli, Command};
+use clap::{CommandFactory as _, Parser as _};
+use session::Session;
+use std::io::Write as _;
+use std::process::ExitCode;
+
+/// Everything was done.
+pub const DONE: u8 = 0;
+/// Something failed that the input is not to blame for.
+pub const FAILED: u8 = 1;
+/// Wrong usage, configuration or input.
+pub const USAGE: u8 = 2;
+/// Interrupted; what was found so far has been printed.
+pub const INTERRUPTED: u8 = 130;
+
+/// Parses the command line, runs the verb, reports an error once.
+pub fn main() -> ExitCode {
+    // Prints help, version and usage errors itself, the last with exit code 2.
+    let cli = Cli::parse();
+    let session = Session::new(std::env::args().skip(1).collect());
+    match run(cli.command, &session) {
+        Ok(()) if session.interrupted() => ExitCode::from(INTERRUPTED),
+        Ok(()) => ExitCode::from(DONE),
+        Err(error) => {
+            // Nothing is left to do if even stderr is closed.
+            let _ = writeln!(std::io::stderr(), "pickline: {error}");
+            ExitCode::from(match error {
+                Error::Input { .. } | Error::Io { .. } => USAGE,
+                Error::Interrupted => INTERRUPTED,
+                Error::IllegalAction { .. } | Error::Refuted(_) => FAILED,
+            })
+        }
+    }
+}
+
+fn run(command: Command, session: &Session) -> Result<()> {
+    match command {
+        Command::Optimize(args) => optimize::run(&args, session),
+        Command::Simulate(args) => simulate::run(&args, session),
+        Command::Pattern(args) => pattern::run(args.command.unwrap_or_default(), session),
+        Command::Station(args) => station::run(args.command.unwrap_or_default(), session),
+        Command::Completions { shell } => {
+            let shell = shell
+                .or_else(clap_complete::Shell::from_env)
+                .unwrap_or(clap_complete::Shell::Bash);
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Cli::command(), "pickline", &mut script);
+            session.print(&script)
+        }
+    }
+}

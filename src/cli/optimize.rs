@@ -1,0 +1,206 @@
+//! `pickline optimize`.
+
+use super::args::{OptimizeArgs, SearchArg};
+use super::progress::Bar;
+use super::session::Session;
+use super::settings::json;
+use crate::error::{Error, Result};
+use crate::optimize::{
+    Environment, Evaluator, Grasp, Objective, Optimum, Risk, Search, SearchKind, SpeedScan,
+    chosen_flow, optimize, validate,
+};
+use crate::pattern::{PatternSet, PatternSource, Recipe};
+use crate::report::{OptimumReport, Provenance, ValidationReport};
+use crate::station::Station;
+
+/// Items in a generated pattern: the paper's set as it was fitted (`docs/model.md`).
+const DEFAULT_ITEMS: usize = 150;
+
+pub fn run(args: &OptimizeArgs, session: &Session) -> Result<()> {
+    session.catch_interrupts();
+    let job = Job::new(args)?;
+    args.common.prepare_out()?;
+    let bar = Bar::new(args.common.quiet);
+    let environment = Environment {
+        stop: session.stop(),
+        progress: &bar,
+    };
+    let report = args
+        .common
+        .on_threads(|| job.report(session, &environment))?;
+    args.common.write_out("optimize.json", &json(&report)?)?;
+    args.common.write_out("ranking.csv", &report.to_csv())?;
+    let top = args.top;
+    let text = args
+        .common
+        .render(|| report.to_table(top), || report.to_csv(), &report)?;
+    session.print(text.as_bytes())
+}
+
+/// The arguments resolved.
+struct Job<'a> {
+    args: &'a OptimizeArgs,
+    station: Station,
+    source: PatternSource,
+    recipe: Recipe,
+    objective: Objective,
+    search: Search,
+}
+
+impl<'a> Job<'a> {
+    fn new(args: &'a OptimizeArgs) -> Result<Self> {
+        let station = args.station.load()?;
+        let source: PatternSource = args.patterns.parse()?;
+        let recipe = recipe(args, &source, &station)?;
+        let scan = SpeedScan::new(args.speed_step, &station)?;
+        let grasp = Grasp {
+            starts: args.starts,
+            alpha: args.alpha,
+            seed: args.common.seed,
+        };
+        Ok(Self {
+            objective: Objective::named(&args.objective, scan)?,
+            search: Search {
+                kind: match args.search {
+                    SearchArg::Auto => SearchKind::Auto,
+                    SearchArg::Exhaustive => SearchKind::Exhaustive,
+                    SearchArg::Grasp => SearchKind::Grasp,
+                    SearchArg::Both => SearchKind::Both,
+                },
+                grasp: grasp.checked()?,
+                risk: args.risk.parse::<Risk>()?,
+                scan,
+            },
+            args,
+            station,
+            source,
+            recipe,
+        })
+    }
+
+    fn report(&self, session: &Session, environment: &Environment) -> Result<OptimumReport> {
+        let args = self.args;
+        let set = self.source.build(&self.recipe)?;
+        args.common.remark(&format!(
+            "optimizing {} for station {} ({} robots, belt at {} m/s)\non {}",
+            self.objective.name(),
+            args.station.station,
+            self.station.robots().len(),
+            self.station.belt().speed,
+            set.description
+        ));
+        let evaluator =
+            Evaluator::new(&self.station, &set.patterns, self.objective, args.update_hz)?;
+        let optimum = optimize(&evaluator, &self.search, environment)?;
+        let validation = self.validation(&optimum, environment)?;
+        let mut notes = self.notes(&set, &evaluator, &optimum);
+        if validation.is_none() && args.validate > 0 && !environment.stopped() {
+            notes.push(format!(
+                "no validation: no fresh patterns can be drawn like {}",
+                self.source
+            ));
+        }
+        let made = Provenance::new(
+            &session.command(),
+            &args.station.station,
+            &self.station,
+            &set.description,
+            args.common.seed,
+        );
+        Ok(OptimumReport::new(
+            &optimum,
+            &self.search,
+            self.objective,
+            &set.labels,
+            validation,
+            notes,
+            made,
+        ))
+    }
+
+    /// The winner on fresh patterns, drawn under the next seed.
+    fn validation(
+        &self,
+        optimum: &Optimum,
+        environment: &Environment,
+    ) -> Result<Option<ValidationReport>> {
+        let count = self.args.validate;
+        if count == 0 || environment.stopped() {
+            return Ok(None);
+        }
+        let recipe = Recipe {
+            seed: self.recipe.seed.wrapping_add(1),
+            ..self.recipe
+        };
+        let Some(fresh) = self.source.draw_fresh(&recipe, count)? else {
+            return Ok(None);
+        };
+        let hz = self.args.update_hz;
+        let evaluator = Evaluator::new(&self.station, &fresh.patterns, self.objective, hz)?;
+        let best = optimum.ranking.best();
+        let flow = chosen_flow(self.objective, best);
+        let validation = validate(&evaluator, &best.assignment, flow, hz, environment)?;
+        Ok(validation.map(|v| ValidationReport::new(&v, &fresh.description)))
+    }
+
+    fn notes(&self, set: &PatternSet, evaluator: &Evaluator, optimum: &Optimum) -> Vec<String> {
+        let mut notes = Vec::new();
+        let mut rewards = set
+            .patterns
+            .iter()
+            .flat_map(|p| p.items())
+            .map(|i| i.reward());
+        let first = rewards.next();
+        if first.is_some_and(|first| rewards.all(|reward| reward == first)) {
+            notes.push(
+                "all items weigh the same, so PP picks like FIFO; give areas or probabilities \
+                 (--area, --p-grasp) to tell them apart"
+                    .to_owned(),
+            );
+        }
+        let overlapping = evaluator.pattern_count() - evaluator.independent_patterns();
+        if overlapping > 0 {
+            notes.push(format!(
+                "on {overlapping} of {} patterns extended workspaces overlap; those were \
+                 simulated by the general event loop, assignment by assignment",
+                evaluator.pattern_count()
+            ));
+        }
+        let best = optimum.ranking.best();
+        if matches!(self.objective, Objective::MaxSpeed(_)) {
+            notes.push(match chosen_flow(self.objective, best) {
+                Some(flow) => {
+                    format!("chosen flow: {flow} m/s, the smallest speed limit of these patterns")
+                }
+                None => "no flow can be chosen: of some pattern no belt speed picks everything"
+                    .to_owned(),
+            });
+        }
+        notes
+    }
+}
+
+fn recipe(args: &OptimizeArgs, source: &PatternSource, station: &Station) -> Result<Recipe> {
+    let attributes = args.attributes.resolve()?;
+    if matches!(source, PatternSource::Files(_)) {
+        let given = [
+            ("--items", args.items.is_some()),
+            ("--area", attributes.area_cm2.is_some()),
+            ("--p-detection", attributes.p_detection.is_some()),
+            ("--p-grasp", attributes.p_grasp.is_some()),
+        ];
+        if let Some((flag, _)) = given.iter().find(|(_, given)| *given) {
+            return Err(Error::input(
+                *flag,
+                "has no meaning for recorded patterns",
+                "leave it out; recorded patterns hold their own items",
+            ));
+        }
+    }
+    Ok(Recipe {
+        width: station.belt().width,
+        items: args.items.unwrap_or(DEFAULT_ITEMS),
+        attributes,
+        seed: args.common.seed,
+    })
+}

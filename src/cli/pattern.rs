@@ -1,0 +1,119 @@
+//! `pickline pattern`.
+
+use super::args::{
+    AxisArg, DescribeArgs, Format, GenerateArgs, ImportCommand, MotArgs, PatternCommand,
+    PatternKind,
+};
+use super::session::Session;
+use super::settings::{DEFAULT_GRID, json, load_pattern};
+use crate::error::{Error, Result};
+use crate::files;
+use crate::pattern::{describe, grid, mot, poisson_disk, random_stream, to_csv};
+use crate::report::description_table;
+
+/// Radius [m] and number of items of a Poisson disk pattern when none are given: a
+/// case of the paper.
+const DEFAULT_POISSON: (f64, usize) = (0.2, 29);
+
+pub fn run(command: PatternCommand, session: &Session) -> Result<()> {
+    match command {
+        PatternCommand::Generate(args) => generate(&args, session),
+        PatternCommand::Describe(args) => describe_pattern(&args, session),
+        PatternCommand::Import(ImportCommand::Mot(args)) => import_mot(&args, session),
+    }
+}
+
+fn generate(args: &GenerateArgs, session: &Session) -> Result<()> {
+    let width = match args.width {
+        Some(width) if (1e-6..=1e3).contains(&width) => width,
+        Some(width) => {
+            return Err(Error::input(
+                "--width",
+                format!("{width} m is not a belt width"),
+                "give metres, above 0",
+            ));
+        }
+        None => args.station.load()?.belt().width,
+    };
+    let attributes = args.attributes.resolve()?;
+    let mut rng = random_stream(args.seed, 0);
+    let foreign = |flag: &str, kind: &str| {
+        Error::input(
+            flag,
+            format!("has no meaning for a {kind} pattern"),
+            "leave it out",
+        )
+    };
+    let pattern = match args.kind {
+        PatternKind::Grid => {
+            if args.radius.is_some() {
+                return Err(foreign("--radius", "grid"));
+            }
+            let (spacing, count) = DEFAULT_GRID;
+            let spacing = args.spacing.unwrap_or(spacing);
+            grid(width, spacing, args.count.unwrap_or(count))?
+        }
+        PatternKind::Poisson => {
+            if args.spacing.is_some() {
+                return Err(foreign("--spacing", "Poisson disk"));
+            }
+            let (radius, count) = DEFAULT_POISSON;
+            let radius = args.radius.unwrap_or(radius);
+            poisson_disk(width, radius, args.count.unwrap_or(count), &mut rng)?
+        }
+    };
+    let pattern = attributes.apply(pattern, &mut rng)?;
+    session.print_or_write(args.output.as_deref(), to_csv(&pattern).as_bytes())
+}
+
+fn describe_pattern(args: &DescribeArgs, session: &Session) -> Result<()> {
+    if !(args.belt_speed > 0.0 && args.belt_speed.is_finite()) {
+        return Err(Error::input(
+            "--belt-speed",
+            format!("{} is not a belt speed", args.belt_speed),
+            "give m/s, above 0",
+        ));
+    }
+    let width = crate::station::BUILT_INS[0].belt_width;
+    let (pattern, name) = load_pattern(args.file.as_deref(), width)?;
+    let description = describe(&pattern);
+    let text = match args.format {
+        Format::Table => format!(
+            "{}pattern   {name}\n",
+            description_table(&description, args.belt_speed)
+        ),
+        Format::Json => json(&description)?,
+        Format::Csv => to_csv(&pattern),
+    };
+    session.print(text.as_bytes())
+}
+
+fn import_mot(args: &MotArgs, session: &Session) -> Result<()> {
+    let options = mot::Options {
+        reverse: args.reverse,
+        centre_px: args.centre_px,
+        min_frames: args.min_frames,
+        split_distance_m: args.split_distance,
+        merge_distance_m: args.merge_distance,
+        ..mot::Options::new(
+            args.fps,
+            args.scale,
+            match args.axis {
+                AxisArg::X => mot::Axis::X,
+                AxisArg::Y => mot::Axis::Y,
+            },
+            args.belt_speed,
+        )
+    };
+    let text = files::read_text(&args.file)?;
+    let import = mot::import(&text, &args.file.display().to_string(), &options)?;
+    if !args.quiet {
+        for line in import.report.lines() {
+            eprintln!("{line}");
+        }
+    }
+    if let Some(file) = &args.report {
+        files::write_whole(file, json(&import.report)?.as_bytes())?;
+    }
+    session.print_or_write(args.output.as_deref(), to_csv(&import.pattern).as_bytes())
+}

@@ -1,0 +1,147 @@
+//! Arguments resolved to what the library works with.
+
+use super::args::{AttributeArgs, Common, Format, StationChoice};
+use crate::error::{Error, Result};
+use crate::files;
+use crate::pattern::{self, Attributes, Distribution, Pattern, grid};
+use crate::station::{self, Overrides, Station};
+use serde::Serialize;
+use std::io::Read as _;
+use std::path::Path;
+
+impl StationChoice {
+    /// The station.
+    ///
+    /// # Errors
+    /// As for [`station::load`].
+    pub fn load(&self) -> Result<Station> {
+        let overrides = Overrides {
+            robots: self.robots,
+            belt_speed: self.belt_speed,
+        };
+        station::load(&self.station, overrides)
+    }
+}
+
+impl AttributeArgs {
+    /// The distributions.
+    ///
+    /// # Errors
+    /// A text that is no distribution.
+    pub fn resolve(&self) -> Result<Attributes> {
+        let read = |text: &Option<String>, flag: &str| -> Result<Option<Distribution>> {
+            let read = |text: &String| {
+                text.parse()
+                    .map_err(|e: Error| e.at(&format!("{flag} {text}")))
+            };
+            text.as_ref().map(read).transpose()
+        };
+        Ok(Attributes {
+            area_cm2: read(&self.area, "--area")?,
+            p_detection: read(&self.p_detection, "--p-detection")?,
+            p_grasp: read(&self.p_grasp, "--p-grasp")?,
+        })
+    }
+}
+
+impl Common {
+    /// Runs `work` on the chosen number of threads.
+    ///
+    /// # Errors
+    /// A number of threads that cannot be had, or what `work` returns.
+    pub fn on_threads<T: Send>(&self, work: impl FnOnce() -> Result<T> + Send) -> Result<T> {
+        let threads = self.threads.unwrap_or(0);
+        if self.threads == Some(0) || threads > 1024 {
+            return Err(Error::input(
+                "--threads",
+                format!("{threads} is not a number of threads"),
+                "give 1 to 1024, or leave it out for all cores",
+            ));
+        }
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .map_err(|error| Error::input("--threads", error.to_string(), "give fewer"))?;
+        pool.install(work)
+    }
+
+    /// Makes the folder for result files, so that a long computation does not end in
+    /// one that cannot be written.
+    ///
+    /// # Errors
+    /// A folder that cannot be made.
+    pub fn prepare_out(&self) -> Result<()> {
+        self.out.as_deref().map_or(Ok(()), files::make_folder)
+    }
+
+    /// A remark for the user, unless quiet.
+    pub fn remark(&self, text: &str) {
+        if !self.quiet {
+            eprintln!("{text}");
+        }
+    }
+
+    /// The result in the chosen format.
+    pub fn render(
+        &self,
+        table: impl FnOnce() -> String,
+        csv: impl FnOnce() -> String,
+        value: &impl Serialize,
+    ) -> Result<String> {
+        Ok(match self.format {
+            Format::Table => table(),
+            Format::Csv => csv(),
+            Format::Json => json(value)?,
+        })
+    }
+
+    /// Writes `content` as `name` into the folder for result files, if there is one.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn write_out(&self, name: &str, content: &str) -> Result<()> {
+        match &self.out {
+            Some(folder) => files::write_whole(&folder.join(name), content.as_bytes()),
+            None => Ok(()),
+        }
+    }
+}
+
+/// `value` as JSON text with a line end.
+///
+/// # Errors
+/// Never for the reports of this crate; passed on so that nothing panics.
+pub fn json(value: &impl Serialize) -> Result<String> {
+    let text = serde_json::to_string_pretty(value)
+        .map_err(|error| Error::Refuted(format!("the result is no JSON: {error}")))?;
+    Ok(text + "\n")
+}
+
+/// The pattern that the user named, `-` for stdin, or the built-in grid; and what it
+/// is, in words.
+///
+/// # Errors
+/// A file that cannot be read or is no pattern.
+pub fn load_pattern(file: Option<&str>, width: f64) -> Result<(Pattern, String)> {
+    match file {
+        None => {
+            let (spacing, count) = DEFAULT_GRID;
+            let pattern = grid(width, spacing, count)?;
+            Ok((
+                pattern,
+                format!("the built-in grid of {spacing} m, {count} items"),
+            ))
+        }
+        Some("-") => {
+            let mut text = String::new();
+            std::io::stdin()
+                .read_to_string(&mut text)
+                .map_err(|error| Error::read(Path::new("stdin"), error))?;
+            Ok((pattern::parse(&text, "stdin")?, "read from stdin".into()))
+        }
+        Some(file) => Ok((pattern::load(Path::new(file))?, file.to_owned())),
+    }
+}
+
+/// Spacing [m] and number of items of the pattern that stands in where none is given.
+pub const DEFAULT_GRID: (f64, usize) = (0.15, 50);

@@ -1,0 +1,53 @@
+//! `pickline simulate`.
+
+use super::args::SimulateArgs;
+use super::session::Session;
+use super::settings::{json, load_pattern};
+use crate::decision::Observer;
+use crate::error::Result;
+use crate::report::{Provenance, RunReport};
+use crate::sim::{Scene, Trace, simulate_observed};
+use crate::{checker, files, strategies};
+
+pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
+    let common = &args.common;
+    let station = args.station.load()?;
+    let robots = station.robots().len();
+    let (pattern, pattern_name) = load_pattern(args.pattern.as_deref(), station.belt().width)?;
+    let text = match &args.strategy {
+        Some(text) => text.clone(),
+        None => strategies::default_strategy(robots),
+    };
+    let mut strategy = strategies::build(&text, robots)?;
+    if args.pattern.is_none() || args.strategy.is_none() {
+        common.remark(&format!(
+            "simulating {} on {pattern_name}, station {}",
+            strategy.name(),
+            args.station.station
+        ));
+    }
+    common.prepare_out()?;
+    let scene = Scene::new(&station, &pattern)?.with_update_hz(args.update_hz)?;
+    let mut trace = args.trace.as_ref().map(|_| Trace::new(&station, &pattern));
+    let observer = trace.as_mut().map(|trace| trace as &mut dyn Observer);
+    let outcome = simulate_observed(&scene, strategy.as_mut(), observer)?;
+    let made = Provenance::new(
+        &session.command(),
+        &args.station.station,
+        &station,
+        &pattern_name,
+        common.seed,
+    );
+    let mut report = RunReport::new(strategy.name(), &station, &pattern, &outcome, made);
+    if args.check {
+        checker::check(&station, &pattern, &outcome)?;
+        report.checked = Some(true);
+    }
+    if let (Some(file), Some(trace)) = (&args.trace, &trace) {
+        files::write_whole(file, trace.to_csv().as_bytes())?;
+    }
+    common.write_out("run.json", &json(&report)?)?;
+    common.write_out("picks.csv", &report.to_csv())?;
+    let text = common.render(|| report.to_table(), || report.to_csv(), &report)?;
+    session.print(text.as_bytes())
+}

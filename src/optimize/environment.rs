@@ -1,0 +1,42 @@
+//! What long work is given from outside: a stop flag and somewhere to report progress.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Is told how far long work has come.
+pub trait Progress: Sync {
+    /// A stage of `total` steps begins.
+    fn begin(&self, stage: &str, total: u64);
+    /// So many more steps are done.
+    fn advance(&self, steps: u64);
+    /// The best found so far.
+    fn incumbent(&self, text: &str);
+    /// The stage is over.
+    fn end(&self);
+}
+
+/// Says nothing.
+#[derive(Debug, Clone, Copy)]
+pub struct Silent;
+
+impl Progress for Silent {
+    fn begin(&self, _: &str, _: u64) {}
+    fn advance(&self, _: u64) {}
+    fn incumbent(&self, _: &str) {}
+    fn end(&self) {}
+}
+
+/// Stop flag and progress sink, passed in and never global.
+#[derive(Clone, Copy)]
+pub struct Environment<'a> {
+    /// Set from outside to make the work end soon with what it has.
+    pub stop: &'a AtomicBool,
+    /// Where progress goes.
+    pub progress: &'a dyn Progress,
+}
+
+impl Environment<'_> {
+    /// Whether the work was asked to end.
+    pub fn stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+}

@@ -1,0 +1,192 @@
+//! Assignments by patterns under common random numbers.
+
+use super::environment::Environment;
+use super::objective::{Objective, Risk};
+use crate::dispatch::RuleAssignment;
+use crate::error::Result;
+use crate::pattern::Pattern;
+use crate::sim::{AssignmentTree, Scene};
+use crate::station::Station;
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// What one assignment made of the patterns.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Score {
+    /// The objective on each pattern.
+    pub values: Vec<f64>,
+    /// Share of the items picked at the station's own belt speed, mean over patterns.
+    pub picked_share: f64,
+}
+
+/// The scores of a batch of assignments.
+#[derive(Debug, Clone)]
+pub struct Evaluation {
+    /// The assignments, in registry order.
+    pub assignments: Vec<RuleAssignment>,
+    /// One score each.
+    pub scores: Vec<Score>,
+    /// Places of the patterns that the scores are over: all of them unless the work
+    /// was stopped on the way.
+    pub patterns: Vec<usize>,
+}
+
+/// Runs assignments on patterns: every assignment sees the same patterns, patterns
+/// are shared out to threads, and no figure depends on how many there are.
+pub struct Evaluator<'a> {
+    station: &'a Station,
+    patterns: &'a [Pattern],
+    scenes: Vec<Scene<'a>>,
+    objective: Objective,
+    update_hz: f64,
+    runs: AtomicU64,
+}
+
+impl<'a> Evaluator<'a> {
+    /// An evaluator of `objective` for `station` on `patterns`.
+    ///
+    /// # Errors
+    /// A pattern that does not lie on the belt, an update frequency that is none.
+    pub fn new(
+        station: &'a Station,
+        patterns: &'a [Pattern],
+        objective: Objective,
+        update_hz: f64,
+    ) -> Result<Self> {
+        let scenes = patterns
+            .par_iter()
+            .map(|pattern| Scene::new(station, pattern)?.with_update_hz(update_hz))
+            .collect::<Result<_>>()?;
+        Ok(Self {
+            station,
+            patterns,
+            scenes,
+            objective,
+            update_hz,
+            runs: AtomicU64::new(0),
+        })
+    }
+
+    /// The same patterns judged by another objective.
+    pub fn with_objective(&self, objective: Objective) -> Self {
+        Self {
+            station: self.station,
+            patterns: self.patterns,
+            scenes: self.scenes.clone(),
+            objective,
+            update_hz: self.update_hz,
+            runs: AtomicU64::new(0),
+        }
+    }
+
+    /// The station.
+    pub fn station(&self) -> &'a Station {
+        self.station
+    }
+
+    /// The objective.
+    pub fn objective(&self) -> Objective {
+        self.objective
+    }
+
+    /// The patterns.
+    pub fn patterns(&self) -> &'a [Pattern] {
+        self.patterns
+    }
+
+    /// How many patterns there are.
+    pub fn pattern_count(&self) -> usize {
+        self.patterns.len()
+    }
+
+    /// On how many patterns the robots are independent, so that the cascade serves.
+    pub fn independent_patterns(&self) -> usize {
+        self.scenes.iter().filter(|s| s.is_independent()).count()
+    }
+
+    /// Runs so far: one assignment on one pattern at one belt speed.
+    pub fn runs(&self) -> u64 {
+        self.runs.load(Ordering::Relaxed)
+    }
+
+    /// Scores `assignments`, telling the environment's progress of each pattern done.
+    /// Those shorter than the line leave the robots past their end idle.
+    ///
+    /// # Errors
+    /// More rules than robots.
+    pub fn evaluate(
+        &self,
+        assignments: Vec<RuleAssignment>,
+        environment: &Environment,
+    ) -> Result<Evaluation> {
+        let tree = AssignmentTree::new(assignments);
+        let done: Vec<Option<(Vec<f64>, Vec<f64>)>> = self
+            .scenes
+            .par_iter()
+            .map(|scene| {
+                if environment.stopped() {
+                    return Ok(None);
+                }
+                let result = self.on_pattern(scene, &tree).map(Some);
+                environment.progress.advance(1);
+                result
+            })
+            .collect::<Result<_>>()?;
+        let patterns = (0..done.len()).filter(|&i| done[i].is_some()).collect();
+        let done: Vec<_> = done.into_iter().flatten().collect();
+        let scores = (0..tree.assignments().len())
+            .map(|a| Score {
+                values: done.iter().map(|(values, _)| values[a]).collect(),
+                picked_share: done.iter().map(|(_, shares)| shares[a]).sum::<f64>()
+                    / done.len() as f64,
+            })
+            .collect();
+        Ok(Evaluation {
+            assignments: tree.assignments().to_vec(),
+            scores,
+            patterns,
+        })
+    }
+
+    /// Objective and picked share of every assignment on one pattern.
+    fn on_pattern(&self, scene: &Scene, tree: &AssignmentTree) -> Result<(Vec<f64>, Vec<f64>)> {
+        let count = tree.assignments().len();
+        let (mut values, mut shares) = (vec![0.0; count], vec![0.0; count]);
+        tree.evaluate(scene, |place, figures| {
+            shares[place] = figures.picked_share();
+            values[place] = self.objective.of_run(&figures).unwrap_or_default();
+        })?;
+        let mut runs = count as u64;
+        if let Objective::MaxSpeed(scan) = self.objective {
+            let (limits, more) =
+                scan.limits(self.station, scene.pattern(), tree, self.update_hz)?;
+            values = limits;
+            runs += more;
+        }
+        self.runs.fetch_add(runs, Ordering::Relaxed);
+        Ok((values, shares))
+    }
+}
+
+impl Evaluation {
+    /// Whether every pattern was evaluated.
+    pub fn is_whole(&self, evaluator: &Evaluator) -> bool {
+        self.patterns.len() == evaluator.pattern_count()
+    }
+
+    /// Place of the assignment with the highest aggregate, ties to the first; none
+    /// when nothing was evaluated.
+    pub fn leader(&self, risk: Risk) -> Option<usize> {
+        if self.patterns.is_empty() {
+            return None;
+        }
+        let mut best: Option<(usize, f64)> = None;
+        for (place, score) in self.scores.iter().enumerate() {
+            let value = risk.aggregate(&score.values);
+            if best.is_none_or(|(_, highest)| value > highest) {
+                best = Some((place, value));
+            }
+        }
+        best.map(|(place, _)| place)
+    }
+}

@@ -1,0 +1,301 @@
+//! GRASP: greedy randomised adaptive search.
+//!
+//! Feo and Resende, "Greedy randomized adaptive search procedures", Journal of Global
+//! Optimization 6, 1995 (DOI 10.1007/BF01096763). Each start builds an assignment
+//! robot by robot, choosing at random among the rules that score nearly as well as
+//! the best, and then climbs to a local optimum.
+
+use super::environment::Environment;
+use super::evaluator::{Evaluation, Evaluator, Score};
+use super::objective::{Objective, Risk};
+use crate::dispatch::{Rule, RuleAssignment};
+use crate::error::{Error, Result};
+use crate::pattern::random_stream;
+use rand::RngExt;
+use rand::rngs::ChaCha8Rng;
+use std::collections::HashMap;
+
+/// How the search is run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Grasp {
+    /// Number of starts.
+    pub starts: usize,
+    /// Width of the restricted candidate list: rules within this share of the span
+    /// from the best to the worst are eligible. 0 is greedy, 1 is random.
+    pub alpha: f64,
+    /// Seed of the choices.
+    pub seed: u64,
+}
+
+impl Default for Grasp {
+    fn default() -> Self {
+        Self {
+            starts: 8,
+            alpha: 0.3,
+            seed: 1,
+        }
+    }
+}
+
+/// What the search found.
+#[derive(Debug, Clone)]
+pub struct GraspOutcome {
+    /// Best assignment found; none when stopped before the first was scored.
+    pub best: Option<RuleAssignment>,
+    /// Its aggregate.
+    pub value: f64,
+    /// Starts that reached a local optimum.
+    pub starts: usize,
+    /// How many of them ended in the best assignment.
+    pub hits: usize,
+    /// Moves of all local searches.
+    pub moves: usize,
+    /// Assignments of the whole line that were scored.
+    pub scored: usize,
+    /// Whether it was stopped before the last start ended.
+    pub interrupted: bool,
+}
+
+/// Scores that were computed once, by assignment.
+pub(super) type Memo = HashMap<RuleAssignment, Score>;
+
+impl Grasp {
+    /// Checks the settings.
+    ///
+    /// # Errors
+    /// No starts, an alpha outside [0, 1].
+    pub fn checked(self) -> Result<Self> {
+        if self.starts == 0 {
+            let cure = "give 1 or more";
+            return Err(Error::input("--starts", "no starts", cure));
+        }
+        if !(0.0..=1.0).contains(&self.alpha) {
+            return Err(Error::input(
+                "--alpha",
+                format!("{} is not a share", self.alpha),
+                "give 0 (greedy) to 1 (random)",
+            ));
+        }
+        Ok(self)
+    }
+
+    /// Upper estimate of the robot passes per pattern that the search takes: what
+    /// `auto` compares with the enumeration.
+    pub(super) fn estimated_passes(&self, robots: usize) -> f64 {
+        let rules = Rule::all().len();
+        // Local searches that start near a greedy solution end after a few moves.
+        const MOVES: usize = 3;
+        let neighbours = robots * (rules - 1) + robots * robots.saturating_sub(1) / 2;
+        (self.starts * (robots * rules + MOVES * neighbours) * robots) as f64
+    }
+
+    /// Runs the search; scores go to and come from `memo`.
+    pub(super) fn run(
+        &self,
+        evaluator: &Evaluator,
+        risk: Risk,
+        memo: &mut Memo,
+        environment: &Environment,
+    ) -> Result<GraspOutcome> {
+        let mut walk = Walk {
+            evaluator,
+            // A part of the line rarely picks everything at any speed, so its speed
+            // limit says nothing about it; its picked share does.
+            for_parts: match evaluator.objective() {
+                Objective::MaxSpeed(_) => evaluator.with_objective(Objective::PickedShare),
+                other => evaluator.with_objective(other),
+            },
+            parts: Memo::new(),
+            risk,
+            memo,
+            environment,
+        };
+        let mut outcome = GraspOutcome {
+            best: None,
+            value: f64::NEG_INFINITY,
+            starts: 0,
+            hits: 0,
+            moves: 0,
+            scored: 0,
+            interrupted: false,
+        };
+        for start in 0..self.starts {
+            let mut rng = random_stream(self.seed, start as u64);
+            let Some((assignment, value, moves)) = walk.one_start(self.alpha, &mut rng)? else {
+                outcome.interrupted = true;
+                break;
+            };
+            outcome.starts += 1;
+            outcome.moves += moves;
+            if outcome.best.as_ref() == Some(&assignment) {
+                outcome.hits += 1;
+            } else if value > outcome.value {
+                environment
+                    .progress
+                    .incumbent(&format!("{assignment} {value:.4}"));
+                outcome.best = Some(assignment);
+                outcome.value = value;
+                outcome.hits = 1;
+            }
+        }
+        if outcome.interrupted {
+            // The unfinished start may have scored something better on its way.
+            for (assignment, score) in walk.memo.iter() {
+                let value = risk.aggregate(&score.values);
+                let better = value > outcome.value
+                    || (value == outcome.value && Some(assignment) < outcome.best.as_ref());
+                if better {
+                    outcome.best = Some(assignment.clone());
+                    outcome.value = value;
+                }
+            }
+        }
+        outcome.scored = walk.memo.len();
+        Ok(outcome)
+    }
+}
+
+struct Walk<'w, 'a> {
+    evaluator: &'w Evaluator<'a>,
+    for_parts: Evaluator<'a>,
+    parts: Memo,
+    risk: Risk,
+    memo: &'w mut Memo,
+    environment: &'w Environment<'w>,
+}
+
+impl Walk<'_, '_> {
+    /// A local optimum, its value and the moves to it; none when stopped.
+    fn one_start(
+        &mut self,
+        alpha: f64,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<Option<(RuleAssignment, f64, usize)>> {
+        let robots = self.evaluator.station().robots().len();
+        let Some(mut current) = self.construct(robots, alpha, rng)? else {
+            return Ok(None);
+        };
+        let Some(values) = self.values(std::slice::from_ref(&current), true)? else {
+            return Ok(None);
+        };
+        let mut value = values[0];
+        let mut moves = 0;
+        loop {
+            let neighbours = neighbours(&current);
+            let Some(values) = self.values(&neighbours, true)? else {
+                return Ok(None);
+            };
+            // The best neighbour, ties to the first in registry order.
+            let best =
+                (0..neighbours.len()).reduce(|a, b| if values[b] > values[a] { b } else { a });
+            match best {
+                Some(best) if values[best] > value => {
+                    current = neighbours[best].clone();
+                    value = values[best];
+                    moves += 1;
+                }
+                _ => return Ok(Some((current, value, moves))),
+            }
+        }
+    }
+
+    fn construct(
+        &mut self,
+        robots: usize,
+        alpha: f64,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<Option<RuleAssignment>> {
+        let mut rules: Vec<Rule> = Vec::with_capacity(robots);
+        for robot in 0..robots {
+            let options: Vec<RuleAssignment> = Rule::all()
+                .map(|rule| RuleAssignment::new([&rules[..], &[rule]].concat()))
+                .collect();
+            let Some(values) = self.values(&options, robot + 1 == robots)? else {
+                return Ok(None);
+            };
+            let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+            let least = high - alpha * (high - low);
+            let eligible: Vec<usize> = (0..options.len()).filter(|&i| values[i] >= least).collect();
+            let choice = eligible[rng.random_range(0..eligible.len())];
+            rules = options[choice].rules().to_vec();
+        }
+        Ok(Some(RuleAssignment::new(rules)))
+    }
+
+    /// The aggregate of each assignment, from the memo where it is known; none when
+    /// stopped. `whole` says that they are for the whole line.
+    fn values(&mut self, assignments: &[RuleAssignment], whole: bool) -> Result<Option<Vec<f64>>> {
+        let (evaluator, memo) = if whole {
+            (self.evaluator, &mut *self.memo)
+        } else {
+            (&self.for_parts, &mut self.parts)
+        };
+        let unknown: Vec<RuleAssignment> = assignments
+            .iter()
+            .filter(|a| !memo.contains_key(a))
+            .cloned()
+            .collect();
+        if !unknown.is_empty() {
+            let evaluation = evaluator.evaluate(unknown, self.environment)?;
+            if !evaluation.is_whole(evaluator) {
+                return Ok(None);
+            }
+            let Evaluation {
+                assignments,
+                scores,
+                ..
+            } = evaluation;
+            memo.extend(assignments.into_iter().zip(scores));
+        }
+        let value = |a: &RuleAssignment| memo.get(a).map(|s| self.risk.aggregate(&s.values));
+        Ok(assignments.iter().map(value).collect())
+    }
+}
+
+/// All assignments that differ in one robot's rule or by a swap of two robots' rules,
+/// in registry order.
+fn neighbours(assignment: &RuleAssignment) -> Vec<RuleAssignment> {
+    let rules = assignment.rules();
+    let mut list = Vec::new();
+    for robot in 0..rules.len() {
+        for rule in Rule::all().filter(|&rule| rule != rules[robot]) {
+            let mut changed = rules.to_vec();
+            changed[robot] = rule;
+            list.push(RuleAssignment::new(changed));
+        }
+        for other in robot + 1..rules.len() {
+            if rules[robot] != rules[other] {
+                let mut swapped = rules.to_vec();
+                swapped.swap(robot, other);
+                list.push(RuleAssignment::new(swapped));
+            }
+        }
+    }
+    list.sort_unstable();
+    list
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_neighbourhood_is_one_change_or_one_swap() {
+        let at = "SPT,FIFO,SPT".parse().unwrap();
+        let list = neighbours(&at);
+        assert_eq!(list.len(), 3 * 5 + 2);
+        assert!(list.is_sorted() && !list.contains(&at));
+        assert!(list.contains(&"FIFO,SPT,SPT".parse().unwrap()));
+    }
+
+    #[test]
+    fn settings_are_checked() {
+        let grasp = Grasp::default();
+        assert!(grasp.checked().is_ok());
+        assert!(Grasp { starts: 0, ..grasp }.checked().is_err());
+        for alpha in [-0.1, 1.1, f64::NAN] {
+            assert!(Grasp { alpha, ..grasp }.checked().is_err());
+        }
+    }
+}

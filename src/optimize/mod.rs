@@ -1,0 +1,20 @@
+//! Which rule to give each robot: objectives, the evaluator under common random
+//! numbers, exhaustive search and GRASP, the ranking with its ties, validation.
+
+mod environment;
+mod evaluator;
+mod grasp;
+mod objective;
+mod ranking;
+mod search;
+mod speed_limit;
+mod validation;
+
+pub use environment::{Environment, Progress, Silent};
+pub use evaluator::{Evaluation, Evaluator, Score};
+pub use grasp::{Grasp, GraspOutcome};
+pub use objective::{Objective, Risk};
+pub use ranking::{Ranked, Ranking};
+pub use search::{Optimum, Search, SearchKind, StopReason, optimize};
+pub use speed_limit::SpeedScan;
+pub use validation::{Validation, chosen_flow, validate};

@@ -1,0 +1,169 @@
+//! What is maximised: a figure of each run and how it is aggregated over patterns.
+
+use super::speed_limit::SpeedScan;
+use crate::decision::Figures;
+use crate::error::{Error, Result, known_names, shown};
+use crate::stats;
+use std::fmt;
+use std::str::FromStr;
+
+/// The figure of one pattern, to be maximised.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Objective {
+    /// Picks per minute.
+    PickingRate,
+    /// Share of the items picked.
+    PickedShare,
+    /// Reward-weighted picks per minute.
+    WeightedRate,
+    /// Highest belt speed up to which everything is picked [m/s]: the maximal part
+    /// flow of Huang et al. 2015 (Robotics and Autonomous Systems 64).
+    MaxSpeed(SpeedScan),
+}
+
+impl Objective {
+    /// All names with what they are, the default first.
+    pub const NAMES: [(&'static str, &'static str, &'static str); 4] = [
+        ("picking-rate", "1/min", "picks per minute"),
+        ("picked-share", "1", "share of the items picked"),
+        ("weighted-rate", "1/min", "reward-weighted picks per minute"),
+        (
+            "max-speed",
+            "m/s",
+            "highest belt speed up to which everything is picked",
+        ),
+    ];
+
+    fn entry(&self) -> (&'static str, &'static str, &'static str) {
+        Self::NAMES[match self {
+            Self::PickingRate => 0,
+            Self::PickedShare => 1,
+            Self::WeightedRate => 2,
+            Self::MaxSpeed(_) => 3,
+        }]
+    }
+
+    /// The objective of that name; `scan` is used by `max-speed` only.
+    ///
+    /// # Errors
+    /// An unknown name, with the nearest known one.
+    pub fn named(name: &str, scan: SpeedScan) -> Result<Self> {
+        match name {
+            "picking-rate" => Ok(Self::PickingRate),
+            "picked-share" => Ok(Self::PickedShare),
+            "weighted-rate" => Ok(Self::WeightedRate),
+            "max-speed" => Ok(Self::MaxSpeed(scan)),
+            _ => Err(Error::input(
+                "--objective",
+                format!("unknown objective `{}`", shown(name)),
+                known_names(name, &Self::NAMES.map(|n| n.0)),
+            )),
+        }
+    }
+
+    /// The name on the command line.
+    pub fn name(&self) -> &'static str {
+        self.entry().0
+    }
+
+    /// The unit.
+    pub fn unit(&self) -> &'static str {
+        self.entry().1
+    }
+
+    /// The figure of one run at the station's own belt speed; none for `max-speed`,
+    /// which takes many runs.
+    pub(super) fn of_run(&self, figures: &Figures) -> Option<f64> {
+        match self {
+            Self::PickingRate => Some(figures.picking_rate()),
+            Self::PickedShare => Some(figures.picked_share()),
+            Self::WeightedRate => Some(figures.weighted_rate()),
+            Self::MaxSpeed(_) => None,
+        }
+    }
+}
+
+/// How the figures of all patterns become one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Risk {
+    /// Their mean.
+    Mean,
+    /// The worst of them.
+    Worst,
+    /// The mean of the worst share of them (conditional value at risk).
+    Cvar(f64),
+}
+
+impl Risk {
+    /// One figure of many.
+    pub fn aggregate(&self, values: &[f64]) -> f64 {
+        self.aggregate_in(&mut values.to_vec())
+    }
+
+    /// As [`Risk::aggregate`]; `values` may come back in another order.
+    pub(super) fn aggregate_in(&self, values: &mut [f64]) -> f64 {
+        match *self {
+            Self::Mean => stats::mean(values),
+            Self::Worst => values.iter().copied().fold(f64::INFINITY, f64::min),
+            Self::Cvar(share) => stats::worst_mean(values, share),
+        }
+    }
+}
+
+impl fmt::Display for Risk {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Mean => f.write_str("mean"),
+            Self::Worst => f.write_str("worst"),
+            Self::Cvar(share) => write!(f, "cvar:{share}"),
+        }
+    }
+}
+
+impl FromStr for Risk {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let wrong = |problem: String| {
+            let cure = "write mean, worst or cvar:A with A above 0 and at most 1";
+            Error::input("--risk", problem, cure)
+        };
+        match text.split_once(':') {
+            None if text == "mean" => Ok(Self::Mean),
+            None if text == "worst" => Ok(Self::Worst),
+            Some(("cvar", share)) => match share.parse() {
+                Ok(a) if a > 0.0 && a <= 1.0 => Ok(Self::Cvar(a)),
+                _ => Err(wrong(format!("`{}` is not a share", shown(share)))),
+            },
+            _ => Err(wrong(format!("unknown risk `{}`", shown(text)))),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn risks_are_read_and_aggregate() {
+        let values = [3.0, 1.0, 2.0, 4.0];
+        for (text, expected) in [("mean", 2.5), ("worst", 1.0), ("cvar:0.5", 1.5)] {
+            let risk: Risk = text.parse().unwrap();
+            assert_eq!(risk.to_string(), text);
+            assert_eq!(risk.aggregate(&values), expected);
+        }
+        for bad in ["", "cvar", "cvar:0", "cvar:2", "cvar:nan", "best"] {
+            assert!(bad.parse::<Risk>().is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn names_are_read() {
+        for (name, _, _) in Objective::NAMES {
+            let objective = Objective::named(name, SpeedScan::default()).unwrap();
+            assert_eq!(objective.name(), name);
+        }
+        let error = Objective::named("pickingrate", SpeedScan::default()).unwrap_err();
+        assert!(error.to_string().contains("`picking-rate`"));
+    }
+}

@@ -1,0 +1,147 @@
+//! The highest belt speed up to which everything is picked.
+//!
+//! Completeness is not monotone in speed: a line may miss an item at one speed and
+//! pick everything at a higher one. So the limit is found by scanning upwards, every
+//! step verified, and bisection is not used.
+
+use crate::dispatch::RuleAssignment;
+use crate::error::{Error, Result};
+use crate::pattern::Pattern;
+use crate::sim::{AssignmentTree, Scene};
+use crate::station::Station;
+
+/// The speeds that are tried: `step`, `2 step`, ... [m/s], below the slowest arm's.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpeedScan {
+    /// Resolution of the limit [m/s].
+    pub step: f64,
+}
+
+impl Default for SpeedScan {
+    fn default() -> Self {
+        Self { step: 0.001 }
+    }
+}
+
+/// More speeds than this in one scan are taken for a slip of the pen.
+const MOST_STEPS: f64 = 1e5;
+
+impl SpeedScan {
+    /// A scan with this resolution [m/s] that fits `station`.
+    ///
+    /// # Errors
+    /// A step that leaves no speed below the slowest arm's, or far too many.
+    pub fn new(step: f64, station: &Station) -> Result<Self> {
+        let fastest = station.slowest_arm();
+        let steps = fastest / step;
+        if step > 0.0 && steps > 1.0 && steps <= MOST_STEPS {
+            return Ok(Self { step });
+        }
+        Err(Error::input(
+            "--speed-step",
+            format!("{step} m/s is no step towards the slowest arm's {fastest} m/s"),
+            format!("give m/s, from {} to below {fastest}", fastest / MOST_STEPS),
+        ))
+    }
+
+    /// The `k`-th speed [m/s], as the decimal number that a user would write.
+    fn speed(&self, k: u32) -> f64 {
+        (f64::from(k) * self.step * 1e9).round() / 1e9
+    }
+
+    /// For each assignment of `tree`, in its order, the highest speed of the scan up
+    /// to which all items of `pattern` are picked at every speed of the scan; 0 when
+    /// already the slowest misses one. Also returns how many runs that took.
+    ///
+    /// # Errors
+    /// A pattern that does not lie on the belt.
+    pub fn limits(
+        &self,
+        station: &Station,
+        pattern: &Pattern,
+        tree: &AssignmentTree,
+        update_hz: f64,
+    ) -> Result<(Vec<f64>, u64)> {
+        let mut limits = vec![0.0; tree.assignments().len()];
+        let mut runs = 0;
+        // Those that have missed nothing yet, as places in `limits`.
+        let mut alive: Vec<usize> = (0..limits.len()).collect();
+        let mut tree = tree.clone();
+        for k in 1.. {
+            let speed = self.speed(k);
+            if alive.is_empty() || speed >= station.slowest_arm() {
+                break;
+            }
+            let station = station.with_belt_speed(speed)?;
+            let scene = Scene::new(&station, pattern)?.with_update_hz(update_hz)?;
+            let mut still: Vec<usize> = Vec::with_capacity(alive.len());
+            let mut survivors: Vec<RuleAssignment> = Vec::with_capacity(alive.len());
+            tree.evaluate(&scene, |place, figures| {
+                if figures.complete() {
+                    limits[alive[place]] = speed;
+                    still.push(alive[place]);
+                    survivors.push(tree.assignments()[place].clone());
+                }
+            })?;
+            runs += alive.len() as u64;
+            if still.len() < alive.len() {
+                tree = AssignmentTree::new(survivors);
+                alive = still;
+            }
+        }
+        Ok((limits, runs))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pattern::grid;
+    use crate::sim::simulate_rules;
+    use crate::station::built_in;
+
+    #[test]
+    fn the_papers_grid_first_misses_at_the_speed_of_the_model_page() {
+        let station = built_in("paper").unwrap().station(None).unwrap();
+        let pattern = grid(1.05, 0.15, 50).unwrap();
+        let tree = AssignmentTree::new(vec!["SPT,FIFO".parse().unwrap()]);
+        let (limits, _) = SpeedScan::default()
+            .limits(&station, &pattern, &tree, 0.0)
+            .unwrap();
+        assert_eq!(limits, [0.043]);
+    }
+
+    #[test]
+    fn all_assignments_at_once_have_the_limits_of_a_plain_scan() {
+        let station = built_in("paper").unwrap().station(None).unwrap();
+        let pattern = grid(1.05, 0.22, 40).unwrap();
+        let tree = AssignmentTree::all(2);
+        let scan = SpeedScan::new(0.004, &station).unwrap();
+        let (limits, _) = scan.limits(&station, &pattern, &tree, 0.0).unwrap();
+        for (assignment, limit) in tree.assignments().iter().zip(limits) {
+            let mut plain = 0.0;
+            for k in 1..125 {
+                let speed = f64::from(k) * 4.0 / 1000.0;
+                let station = station.with_belt_speed(speed).unwrap();
+                let scene = Scene::new(&station, &pattern).unwrap();
+                if !simulate_rules(&scene, assignment)
+                    .unwrap()
+                    .figures
+                    .complete()
+                {
+                    break;
+                }
+                plain = speed;
+            }
+            assert_eq!(limit, plain, "{assignment}");
+        }
+    }
+
+    #[test]
+    fn steps_that_make_no_scan_are_refused() {
+        let station = built_in("paper").unwrap().station(None).unwrap();
+        for step in [0.0, -0.1, f64::NAN, 0.5, 1e-9] {
+            assert!(SpeedScan::new(step, &station).is_err(), "{step}");
+        }
+    }
+}

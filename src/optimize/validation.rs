@@ -1,0 +1,98 @@
+//! The winner on fresh patterns, so that the figure reported is not the one that was
+//! selected on.
+
+use super::environment::Environment;
+use super::evaluator::Evaluator;
+use super::objective::Objective;
+use super::ranking::Ranked;
+use crate::dispatch::RuleAssignment;
+use crate::error::Result;
+use crate::sim::{AssignmentTree, Scene};
+use crate::stats::{self, Interval};
+use rayon::prelude::*;
+
+/// Figures of one assignment on patterns that had no part in choosing it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Validation {
+    /// Patterns evaluated.
+    pub patterns: usize,
+    /// Mean of the objective.
+    pub value: f64,
+    /// Its 95 % interval.
+    pub interval: Interval,
+    /// Mean share of the items picked, at the station's belt speed.
+    pub picked_share: f64,
+    /// The objective on the worst pattern.
+    pub worst: f64,
+    /// Belt speed of the completion share [m/s]: the station's, or the flow that a
+    /// `max-speed` search chose.
+    pub speed: f64,
+    /// Patterns of which everything was picked at that speed (Huang et al. 2015
+    /// report their share at the chosen flow).
+    pub complete: usize,
+    /// 95 % interval of their share.
+    pub complete_interval: Interval,
+}
+
+impl Validation {
+    /// Share of the patterns of which everything was picked.
+    pub fn complete_share(&self) -> f64 {
+        self.complete as f64 / self.patterns as f64
+    }
+}
+
+/// Scores `assignment` on the fresh patterns of `evaluator`; completion is counted at
+/// `flow` [m/s], or at the station's own speed. None when the user stopped.
+///
+/// # Errors
+/// As for [`Evaluator::evaluate`], a flow that is no belt speed.
+pub fn validate(
+    evaluator: &Evaluator,
+    assignment: &RuleAssignment,
+    flow: Option<f64>,
+    update_hz: f64,
+    environment: &Environment,
+) -> Result<Option<Validation>> {
+    let patterns = evaluator.pattern_count();
+    environment.progress.begin("validating", patterns as u64);
+    let evaluation = evaluator.evaluate(vec![assignment.clone()], environment)?;
+    environment.progress.end();
+    if !evaluation.is_whole(evaluator) {
+        return Ok(None);
+    }
+    let score = &evaluation.scores[0];
+    let speed = flow.unwrap_or(evaluator.station().belt().speed);
+    let station = evaluator.station().with_belt_speed(speed)?;
+    let tree = AssignmentTree::new(vec![assignment.clone()]);
+    let complete = evaluator
+        .patterns()
+        .par_iter()
+        .map(|pattern| {
+            let scene = Scene::new(&station, pattern)?.with_update_hz(update_hz)?;
+            let mut complete = 0;
+            tree.evaluate(&scene, |_, figures| {
+                complete = usize::from(figures.complete())
+            })?;
+            Ok(complete)
+        })
+        .collect::<Result<Vec<usize>>>()?
+        .iter()
+        .sum();
+    Ok(Some(Validation {
+        patterns,
+        value: stats::mean(&score.values),
+        interval: stats::mean_interval(&score.values),
+        picked_share: score.picked_share,
+        worst: score.values.iter().copied().fold(f64::INFINITY, f64::min),
+        speed,
+        complete,
+        complete_interval: stats::share_interval(complete, patterns),
+    }))
+}
+
+/// The flow that a `max-speed` search recommends: the smallest speed limit of the
+/// patterns it was made on (Huang et al.'s minimum-maximal part flow) [m/s]. None for
+/// other objectives, and where no speed picks everything of every pattern.
+pub fn chosen_flow(objective: Objective, best: &Ranked) -> Option<f64> {
+    (matches!(objective, Objective::MaxSpeed(_)) && best.worst > 0.0).then_some(best.worst)
+}

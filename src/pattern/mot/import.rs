@@ -1,0 +1,391 @@
+//! The import itself: read, split, drop, merge, drop, place.
+
+use super::options::Options;
+use super::place::{BACKWARDS, Found, ODD_SHARE, STILL, not_riding, place};
+use super::read::read;
+use super::report::{Merged, Report, Split, count, named};
+use super::track::{Object, median_of, merge, split, stride};
+use crate::error::{Error, Result};
+use crate::pattern::Pattern;
+
+/// The median over all items is surer than one item's speed, so it may be off by less.
+const MEDIAN_SHARE: f64 = 0.05;
+
+/// A pattern from a tracker's file, and how it came about.
+#[derive(Debug, Clone)]
+pub struct Import {
+    /// One item per object, named by its track.
+    pub pattern: Pattern,
+    /// What was dropped, split, merged and measured.
+    pub report: Report,
+}
+
+/// Turns the text of a MOTChallenge file into a pattern, as the module's head tells;
+/// `name` is how messages call the file.
+///
+/// An item's `x0` [m] and `y` [m] are medians over its boxes, `area_cm2` is the median
+/// area of the boxes that have one, `p_detection` the mean of the confidences that lie
+/// in 0 to 1. A box of size -1 x -1 (or 0 x 0) is a point at left, top.
+///
+/// # Errors
+/// An option that no camera or belt has, a file with more broken lines than good
+/// ones, a file of which no item remains. Never panics, whatever the text.
+pub fn import(text: &str, name: &str, options: &Options) -> Result<Import> {
+    options.check()?;
+    let mut reading = read(text, name, options)?;
+    let tracks = std::mem::take(&mut reading.tracks);
+    let first_line = tracks
+        .iter()
+        .flat_map(|t| &t.sightings)
+        .map(|s| s.line)
+        .min();
+    let mut report = Report::new(name, options, reading, &tracks);
+    let stride = stride(&tracks);
+    let mut pieces = Vec::with_capacity(tracks.len());
+    for track in tracks {
+        let mut parts = split(track, stride, options);
+        if let [first, _, ..] = &parts[..] {
+            report.split.push(Split {
+                track: first.name.clone(),
+                pieces: parts.len(),
+            });
+        }
+        pieces.append(&mut parts);
+    }
+    // What plainly does not ride goes first: its x0 means nothing, and must not draw a
+    // passing item's track into a merger. A stump too short to tell stays for now.
+    pieces.retain(|track| {
+        let speed = track.speed(options);
+        let lag = speed.map_or(0.0, |v| (options.belt_speed - v) * track.duration(options));
+        let reason = not_riding(speed, options).filter(|_| lag > options.merge_distance_m);
+        report.note_drop(track, speed, reason)
+    });
+    let objects = merge(pieces, options);
+    let mut kept: Vec<Option<Found>> = Vec::with_capacity(objects.len());
+    for object in &objects {
+        if object.parts.len() > 1 {
+            report.merged.push(Merged {
+                track: object.track.name.clone(),
+                parts: object.parts.clone(),
+            });
+        }
+        let speed = object.track.speed(options);
+        let found = Found::new(object, speed, options);
+        let reason = if object.track.sightings.len() < options.min_frames {
+            Some(format!("fewer than {} frames", options.min_frames))
+        } else if found.is_absurd(options) {
+            Some("absurdly far away or large".to_owned())
+        } else {
+            not_riding(speed, options).map(str::to_owned)
+        };
+        let stays = report.note_drop(&object.track, speed, reason.as_deref());
+        kept.push(stays.then_some(found));
+    }
+    let twins = twins(&objects, &kept);
+    let found: Vec<Found> = kept.into_iter().flatten().collect();
+    let item_speeds = || found.iter().filter_map(|f| f.speed);
+    report.measured_speed_items = median_of(item_speeds());
+    let lost = report.dropped.iter().filter_map(|d| d.speed);
+    report.measured_speed = median_of(lost.chain(item_speeds()));
+    if found.is_empty() {
+        return Err(nothing_remains(&report, first_line, options));
+    }
+    warn(&mut report, &found, &twins, options);
+    let items = place(found, &mut report, options);
+    let pattern = Pattern::checked(items, name, &|_| name.to_owned())?;
+    report.items = pattern.len();
+    Ok(Import { pattern, report })
+}
+
+/// Pairs of items, by name, that were at one place at one time.
+fn twins(objects: &[Object], kept: &[Option<Found>]) -> Vec<String> {
+    let name = |index: usize| kept[index].as_ref().map(|found| &found.item.id);
+    let pair = |(index, object): (usize, &Object)| {
+        let (one, other) = (name(object.twin?)?, name(index)?);
+        Some(format!("{one} and {other}"))
+    };
+    objects.iter().enumerate().filter_map(pair).collect()
+}
+
+fn warn(report: &mut Report, found: &[Found], twins: &[String], options: &Options) {
+    let belt = options.belt_speed;
+    let off = |speed: f64, share: f64| (speed - belt).abs() > share * belt;
+    let odd: Vec<&str> = found
+        .iter()
+        .filter(|f| f.speed.is_some_and(|v| off(v, ODD_SHARE)))
+        .map(|f| f.item.id.as_str())
+        .collect();
+    if !odd.is_empty() {
+        report.warnings.push(format!(
+            "{} more than 25 % off the belt's speed, scale, fps or belt speed may be wrong: {}",
+            count(odd.len(), "item"),
+            named(odd)
+        ));
+    }
+    if let Some(speed) = report
+        .measured_speed_items
+        .filter(|&v| off(v, MEDIAN_SHARE))
+    {
+        report.warnings.push(format!(
+            "the items move at {speed:.4} m/s (median), the belt's speed was given as {belt} \
+             m/s: correct --scale, --fps or --belt-speed until they agree"
+        ));
+    }
+    if !twins.is_empty() {
+        report.warnings.push(format!(
+            "{} at one place at one time, perhaps one item tracked twice: {}",
+            count(twins.len(), "pair"),
+            named(twins.iter().map(String::as_str))
+        ));
+    }
+}
+
+fn nothing_remains(report: &Report, first_line: Option<usize>, options: &Options) -> Error {
+    let groups = report.dropped_by_reason();
+    let each = |(reason, names): &(&str, Vec<&str>)| format!("{} {reason}", names.len());
+    let reasons: Vec<String> = groups.iter().map(each).collect();
+    let most = groups.iter().max_by_key(|(_, names)| names.len());
+    let speeds = format!(
+        "the tracks' median speed is {:.4} m/s, the belt's was given as {} m/s",
+        report.measured_speed.unwrap_or_default(),
+        options.belt_speed
+    );
+    let cure = match most.map_or("", |(reason, _)| reason) {
+        BACKWARDS => format!("turn --reverse over, or check --axis: {speeds}"),
+        STILL => format!("check --scale, --fps, --belt-speed and --axis: {speeds}"),
+        reason if reason.starts_with("fewer") => {
+            "lower --min-frames, or have the tracker keep its ids for longer".to_owned()
+        }
+        _ => "check --scale and --fps".to_owned(),
+    };
+    Error::input(
+        format!("{}:{}", report.file, first_line.unwrap_or(1)),
+        format!(
+            "no item remains of {}: {}",
+            count(report.tracks, "track"),
+            reasons.join(", ")
+        ),
+        cure,
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::options::Axis;
+    use super::*;
+    use proptest::prelude::*;
+    use std::fmt::Write;
+
+    const MESSY: &str = include_str!("../../../tests/data/messy_mot.txt");
+
+    /// 10 frames a second, 1 mm a pixel: the belt moves 10 px a frame.
+    fn options() -> Options {
+        Options::new(10.0, 0.001, Axis::X, 0.1)
+    }
+
+    /// Lines of boxes of 40 x 20 around (`along` at frame 0 + `step` a frame, `across`).
+    fn track(id: u32, frames: std::ops::Range<u32>, along: f64, step: f64, across: f64) -> String {
+        frames.fold(String::new(), |mut text, frame| {
+            let left = along + step * f64::from(frame) - 20.0;
+            let top = across - 10.0;
+            let _ = writeln!(text, "{frame},{id},{left},{top},40,20,0.8,-1,-1,-1");
+            text
+        })
+    }
+
+    fn of(text: &str) -> Import {
+        import(text, "t.txt", &options()).unwrap()
+    }
+
+    fn ids(import: &Import) -> Vec<&str> {
+        let items = import.pattern.items();
+        items.iter().map(|item| item.id.as_str()).collect()
+    }
+
+    fn reasons(import: &Import) -> Vec<(&str, &str)> {
+        let dropped = import.report.dropped.iter();
+        dropped.map(|d| (&*d.track, &*d.reason)).collect()
+    }
+
+    fn has(lines: &[String], words: &str) -> bool {
+        lines.iter().any(|line| line.contains(words))
+    }
+
+    #[test]
+    fn gaps_stay_and_reused_ids_are_split() {
+        let text = track(4, 1..11, 0.0, 10.0, 50.0)
+            + &track(4, 20..25, 0.0, 10.0, 50.0)
+            + &track(4, 60..70, -600.0, 10.0, 50.0);
+        let result = of(&text);
+        assert_eq!(ids(&result), ["4", "4.2"]);
+        assert!((result.pattern.items()[1].x0 + 0.6).abs() < 1e-12);
+        assert_eq!(result.report.split[0].pieces, 2);
+        assert!(has(&result.report.lines(), "id was used again: 4 into 2"));
+    }
+
+    #[test]
+    fn changed_ids_are_merged_even_from_stumps() {
+        let text = track(1, 1..11, 0.0, 10.0, 50.0)
+            + &track(2, 11..12, 3.0, 10.0, 50.0)
+            + &track(3, 12..20, -2.0, 10.0, 51.0);
+        let result = of(&text);
+        assert_eq!(ids(&result), ["1"]);
+        assert_eq!(result.report.merged[0].parts, ["1", "2", "3"]);
+        assert!(has(&result.report.lines(), "changed their id: 1 + 2 + 3"));
+        // A glitch of one frame splits a track in three; its ends find each other.
+        let glitch = track(1, 1..8, 0.0, 10.0, 50.0)
+            + &track(1, 8..9, 400.0, 10.0, 50.0)
+            + &track(1, 9..15, 0.0, 10.0, 50.0);
+        let result = of(&glitch);
+        assert_eq!(result.report.merged[0].parts, ["1", "1.3"]);
+        assert_eq!(reasons(&result), [("1.2", "fewer than 2 frames")]);
+    }
+
+    #[test]
+    fn what_does_not_ride_is_dropped() {
+        let text = track(1, 1..11, 0.0, 10.0, 50.0)
+            + &track(2, 1..60, 100.0, 0.01, 90.0)
+            + &track(3, 1..60, 900.0, -9.0, 70.0)
+            + &track(5, 1..60, 300.0, -0.02, 70.0)
+            + &track(6, 7..8, 700.0, 10.0, 70.0)
+            + &track(7, 1..3, 900.0, 1.0, 60.0);
+        let result = of(&text);
+        assert_eq!(ids(&result), ["1"]);
+        let expected = [
+            ("2", "stands still"),
+            ("3", "moves backwards"),
+            ("5", "stands still"),
+            ("7", "stands still"),
+            ("6", "fewer than 2 frames"),
+        ];
+        assert_eq!(reasons(&result), expected);
+        assert_eq!(result.report.dropped[1].frames, 59);
+        assert!((result.report.dropped[1].speed.unwrap() + 0.09).abs() < 1e-9);
+        assert!(has(&result.report.lines(), "stands still: 2, 5, 7"));
+        let mut once = options();
+        once.min_frames = 1;
+        let result = import(&text, "t", &once).unwrap();
+        assert_eq!(ids(&result), ["6", "1"]);
+        // A dirty speck must not swallow the item that passes through it.
+        let speck = track(1, 30..40, 0.0, 10.0, 50.0) + &track(2, 1..29, 150.0, 0.0, 50.0);
+        assert_eq!(ids(&of(&speck)), ["1"]);
+        assert!(of(&speck).report.merged.is_empty());
+    }
+
+    #[test]
+    fn odd_speeds_and_twins_are_kept_with_a_warning() {
+        let text = track(1, 1..11, 0.0, 10.0, 50.0)
+            + &track(2, 1..11, 300.0, 14.0, 90.0)
+            + &track(3, 2..11, 4.0, 10.0, 51.0);
+        let result = of(&text);
+        assert_eq!(result.report.items, 3);
+        let warnings = &result.report.warnings;
+        assert!(has(warnings, "1 item more than 25 % off"), "{warnings:?}");
+        assert!(has(warnings, "tracked twice: 1 and 3"), "{warnings:?}");
+        let slow = track(1, 1..11, 0.0, 9.0, 50.0);
+        let report = of(&slow).report;
+        assert!(has(&report.warnings, "move at 0.0900 m/s"));
+        assert!(has(&report.lines(), "warning: the items move"));
+    }
+
+    #[test]
+    fn when_nothing_remains_the_error_says_why() {
+        for (text, words) in [
+            (
+                track(1, 1..9, 0.0, 0.0, 5.0),
+                &["t.txt:1", "1 stands still", "--scale"][..],
+            ),
+            (
+                track(1, 1..2, 0.0, 0.0, 5.0),
+                &["fewer than 2 frames", "--min-frames"],
+            ),
+            (
+                track(1, 1..9, 0.0, 1.0, 5.0),
+                &["median speed is 0.0100 m/s", "given as 0.1"],
+            ),
+            (
+                "999999999,1,1,1,1,1,1\n1000000000,1,11,1,1,1,1".into(),
+                &["absurdly", "--fps"],
+            ),
+            (String::new(), &["no line"]),
+        ] {
+            let message = import(&text, "t.txt", &options()).unwrap_err().to_string();
+            for word in words {
+                assert!(message.contains(word), "{word} not in {message}");
+            }
+        }
+        let mut bad = options();
+        bad.fps = 0.0;
+        assert!(
+            import("", "t", &bad)
+                .unwrap_err()
+                .to_string()
+                .contains("--fps")
+        );
+    }
+
+    #[test]
+    fn the_messy_file_is_understood() {
+        let result = of(MESSY);
+        let report = &result.report;
+        assert_eq!(ids(&result), ["1", "2", "3", "5", "3.2"], "{report:#?}");
+        let xs: Vec<f64> = result.pattern.items().iter().map(|i| i.x0).collect();
+        for (x, expected) in xs.iter().zip([0.0, -0.1, -0.2, -0.3, -1.2]) {
+            assert!((x - expected).abs() < 0.003, "{xs:?}");
+        }
+        assert_eq!((report.malformed_lines, report.repeated_lines), (3, 1));
+        assert!(report.cut_off_line.is_some());
+        assert_eq!(report.merged[0].parts, ["2", "8"]);
+        let expected = [
+            ("6", "stands still"),
+            ("7", "moves backwards"),
+            ("9", "fewer than 2 frames"),
+        ];
+        assert_eq!(reasons(&result), expected);
+        let json = serde_json::to_value(report).unwrap();
+        assert_eq!(json["items"], 5);
+    }
+
+    #[test]
+    fn a_long_and_degenerate_file_is_quick() {
+        // 60,000 tracks of one place at one time: every one is everybody's neighbour.
+        let mut text = String::new();
+        for id in 0..60_000 {
+            let _ = writeln!(text, "1,{id},5,5,2,2,1\n2,{id},15,5,2,2,1");
+        }
+        let start = std::time::Instant::now();
+        assert_eq!(of(&text).report.items, 60_000);
+        assert!(start.elapsed().as_secs() < 20);
+    }
+
+    proptest! {
+        #[test]
+        fn no_text_panics(text in "\\PC*", fields in "([-0-9.,e \t\r\n]|nan|inf){0,400}") {
+            let mut loose = options();
+            loose.min_frames = 1;
+            for text in [text, fields] {
+                let _ = import(&text, "t", &options()).map(|i| i.report.lines());
+                let _ = import(&text, "t", &loose).map(|i| i.report.lines());
+            }
+        }
+
+        #[test]
+        fn no_boxes_panic(
+            boxes in prop::collection::vec((1u32..40, 0u32..6, -500i32..500, 0i32..200), 1..200),
+            axis in prop::sample::select(vec![Axis::X, Axis::Y]),
+            reverse: bool,
+        ) {
+            let mut text = String::new();
+            for (frame, id, left, top) in boxes {
+                let _ = writeln!(text, "{frame} {id} {left} {top} 8 8 1");
+            }
+            let mut options = options();
+            (options.axis, options.reverse, options.min_frames) = (axis, reverse, 1);
+            if let Ok(result) = import(&text, "t", &options) {
+                prop_assert_eq!(result.pattern.items()[0].x0, 0.0);
+                prop_assert_eq!(result.report.items, result.pattern.len());
+            }
+        }
+
+    }
+}

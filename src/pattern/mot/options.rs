@@ -1,0 +1,232 @@
+//! What the import must know about the camera and the belt.
+
+use crate::error::{Error, Result, shown};
+use std::str::FromStr;
+
+/// Figures outside this range are slips of the pen, and their squares may overflow.
+const SENSIBLE: std::ops::RangeInclusive<f64> = 1e-9..=1e6;
+
+/// The image axis that the belt travels along.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Axis {
+    /// Image x: items cross the picture from side to side.
+    X,
+    /// Image y: items cross the picture from top to bottom or back.
+    Y,
+}
+
+impl FromStr for Axis {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        match text.trim() {
+            "x" | "X" => Ok(Self::X),
+            "y" | "Y" => Ok(Self::Y),
+            _ => Err(Error::input(
+                "--axis",
+                format!("`{}` is not an image axis", shown(text)),
+                "give x or y, the image axis that the belt travels along",
+            )),
+        }
+    }
+}
+
+/// How pixels and frames become metres and seconds, and how forgiving to be.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// Frames per second of the recording [1/s].
+    pub fps: f64,
+    /// Size of a pixel on the belt [m/px].
+    pub scale_m_per_px: f64,
+    /// The image axis that the belt travels along.
+    pub axis: Axis,
+    /// Whether items travel towards smaller pixel values.
+    pub reverse: bool,
+    /// Speed of the belt during the recording [m/s].
+    pub belt_speed: f64,
+    /// The belt's centre line: its pixel on the axis across the travel [px]. None:
+    /// the middle between the outermost items.
+    pub centre_px: Option<f64>,
+    /// Objects seen in fewer frames than this are dropped.
+    pub min_frames: usize,
+    /// A track that jumps further than this from one of its boxes to the next,
+    /// against the belt's motion, is split [m].
+    pub split_distance_m: f64,
+    /// Tracks one after the other that agree in x0 and in y this closely are one
+    /// object [m].
+    pub merge_distance_m: f64,
+}
+
+impl Options {
+    /// The four figures that no file can tell, [1/s], [m/px] and [m/s]; the rest as
+    /// usual: travel towards larger pixel values, centre line from the items, at
+    /// least 2 frames, split at 0.1 m, merge at 0.02 m.
+    pub fn new(fps: f64, scale_m_per_px: f64, axis: Axis, belt_speed: f64) -> Self {
+        Self {
+            fps,
+            scale_m_per_px,
+            axis,
+            reverse: false,
+            belt_speed,
+            centre_px: None,
+            min_frames: 2,
+            split_distance_m: 0.1,
+            merge_distance_m: 0.02,
+        }
+    }
+
+    /// Refuses what no camera and no belt has, named by its flag.
+    pub(super) fn check(&self) -> Result<()> {
+        let figures = [
+            (
+                "--fps",
+                self.fps,
+                "frame rate",
+                "the camera's frames per second, for example 25",
+            ),
+            (
+                "--scale",
+                self.scale_m_per_px,
+                "scale",
+                "metres on the belt per pixel, for example 0.001",
+            ),
+            (
+                "--belt-speed",
+                self.belt_speed,
+                "speed",
+                "the belt's speed in m/s, for example 0.05",
+            ),
+            (
+                "--split-distance",
+                self.split_distance_m,
+                "distance",
+                "metres, for example 0.1",
+            ),
+            (
+                "--merge-distance",
+                self.merge_distance_m,
+                "distance",
+                "metres, for example 0.02",
+            ),
+        ];
+        for (flag, value, what, cure) in figures {
+            // NaN is in no range.
+            if !SENSIBLE.contains(&value) {
+                let (least, most) = (SENSIBLE.start(), SENSIBLE.end());
+                return Err(Error::input(
+                    flag,
+                    format!("{value:?} is not a {what}: it must lie in {least:?} to {most:?}"),
+                    format!("give {cure}"),
+                ));
+            }
+        }
+        if self.min_frames == 0 {
+            return Err(Error::input(
+                "--min-frames",
+                "0 is not a number of frames",
+                "give 1 to keep every object, 2 to drop those seen only once",
+            ));
+        }
+        match self.centre_px {
+            Some(pixel) if !(pixel.is_finite() && pixel.abs() <= *SENSIBLE.end()) => {
+                Err(Error::input(
+                    "--centre-px",
+                    format!("{pixel:?} is not a pixel"),
+                    "give the pixel of the belt's centre line on the axis across the travel, \
+                     or leave it out",
+                ))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Along the travel and across it [px], from image coordinates. Along grows with
+    /// the travel, across stays as the image counts it.
+    pub(super) fn turned(&self, image_x: f64, image_y: f64) -> (f64, f64) {
+        let (along, across) = match self.axis {
+            Axis::X => (image_x, image_y),
+            Axis::Y => (image_y, image_x),
+        };
+        (if self.reverse { -along } else { along }, across)
+    }
+
+    /// +1 where the pixels across the travel grow to its left, which is belt +y, and
+    /// -1 where they grow to its right (the table in the module's head).
+    pub(super) fn left(&self) -> f64 {
+        match (self.axis, self.reverse) {
+            (Axis::X, false) | (Axis::Y, true) => -1.0,
+            (Axis::X, true) | (Axis::Y, false) => 1.0,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_option_is_checked_and_named() {
+        type Set = fn(&mut Options, f64);
+        let good = Options::new(25.0, 0.001, Axis::X, 0.05);
+        assert!(good.check().is_ok());
+        for bad in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e300, 1e-300] {
+            let set: [(&str, Set); 5] = [
+                ("--fps", |o, v| o.fps = v),
+                ("--scale", |o, v| o.scale_m_per_px = v),
+                ("--belt-speed", |o, v| o.belt_speed = v),
+                ("--split-distance", |o, v| o.split_distance_m = v),
+                ("--merge-distance", |o, v| o.merge_distance_m = v),
+            ];
+            for (flag, set) in set {
+                let mut options = good.clone();
+                set(&mut options, bad);
+                let message = options.check().unwrap_err().to_string();
+                assert!(message.starts_with(flag), "{message}");
+                assert!(message.contains(&format!("{bad:?}")), "{message}");
+            }
+        }
+        let mut options = good.clone();
+        options.min_frames = 0;
+        let message = options.check().unwrap_err().to_string();
+        assert!(message.starts_with("--min-frames"), "{message}");
+        for bad in [f64::NAN, f64::NEG_INFINITY, 1e12] {
+            let mut options = good.clone();
+            options.centre_px = Some(bad);
+            let message = options.check().unwrap_err().to_string();
+            assert!(message.starts_with("--centre-px"), "{message}");
+        }
+    }
+
+    #[test]
+    fn axes_are_read_from_text() {
+        assert_eq!("x".parse::<Axis>().unwrap(), Axis::X);
+        assert_eq!("Y".parse::<Axis>().unwrap(), Axis::Y);
+        let message = "z".parse::<Axis>().unwrap_err().to_string();
+        assert!(
+            message.contains("--axis") && message.contains("`z`"),
+            "{message}"
+        );
+    }
+
+    #[test]
+    fn the_belt_frame_is_right_handed() {
+        // With z towards the camera, x cross y must be +z. On the screen (y down)
+        // that is: turning the travel a quarter against the clock gives belt y.
+        for (axis, reverse, travel) in [
+            (Axis::X, false, (1.0, 0.0)),
+            (Axis::X, true, (-1.0, 0.0)),
+            (Axis::Y, false, (0.0, 1.0)),
+            (Axis::Y, true, (0.0, -1.0)),
+        ] {
+            let mut options = Options::new(25.0, 0.001, axis, 0.05);
+            options.reverse = reverse;
+            let (along, _) = options.turned(travel.0, travel.1);
+            assert_eq!(along, 1.0, "{axis:?} {reverse}: the travel is belt x");
+            let left: (f64, f64) = (travel.1, -travel.0);
+            let (along, across) = options.turned(left.0, left.1);
+            assert_eq!(along, 0.0);
+            assert_eq!(across * options.left(), 1.0, "{axis:?} {reverse}");
+        }
+    }
+}

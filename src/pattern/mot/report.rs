@@ -1,0 +1,300 @@
+//! What the import did to a file, for people and for machines.
+
+use super::options::Options;
+use super::read::{Reading, Track};
+
+/// How many dropped lines are listed; the counts tell of all.
+pub(super) const LISTED: usize = 20;
+/// How many tracks one line of text names.
+const NAMED: usize = 10;
+
+/// A line of the file that was not used.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct DroppedLine {
+    /// From 1.
+    pub line: usize,
+    /// What is wrong with it.
+    pub reason: String,
+}
+
+/// An object that did not become an item.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Dropped {
+    /// Its id.
+    pub track: String,
+    /// Why.
+    pub reason: String,
+    /// In how many frames it was seen.
+    pub frames: usize,
+    /// Measured speed along the travel [m/s]; none from a single frame.
+    pub speed: Option<f64>,
+}
+
+/// A track that was several objects under one id.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct Split {
+    /// The id in the file.
+    pub track: String,
+    /// How many tracks it became: `ID`, `ID.2`, ...
+    pub pieces: usize,
+}
+
+/// An object that had several ids one after the other.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct Merged {
+    /// The id it goes under: its first.
+    pub track: String,
+    /// All of its ids, in order of time.
+    pub parts: Vec<String>,
+}
+
+/// What was read, dropped, split, merged and measured.
+#[derive(Debug, Clone, serde::Serialize)]
+pub struct Report {
+    /// The file as messages call it.
+    pub file: String,
+    /// Lines that are not blank.
+    pub lines: usize,
+    /// Ids in the file.
+    pub tracks: usize,
+    /// Items of the pattern.
+    pub items: usize,
+    /// Lines that could not be read, the cut-off one apart.
+    pub malformed_lines: usize,
+    /// Lines whose frame and id were there before.
+    pub repeated_lines: usize,
+    /// The last line, where it was cut off.
+    pub cut_off_line: Option<usize>,
+    /// The first dropped lines of all three kinds.
+    pub dropped_lines: Vec<DroppedLine>,
+    /// How many lines were dropped in all.
+    pub dropped_lines_total: usize,
+    /// Objects that did not become items.
+    pub dropped: Vec<Dropped>,
+    /// Tracks that were several objects.
+    pub split: Vec<Split>,
+    /// Objects that had several ids.
+    pub merged: Vec<Merged>,
+    /// Boxes without a size, taken as points: they say nothing about the area.
+    pub points: usize,
+    /// Boxes with no confidence or one outside 0 to 1: they say nothing about
+    /// `p_detection`.
+    pub no_confidence: usize,
+    /// Boxes with confidence 0, kept.
+    pub zero_confidence: usize,
+    /// What may be wrong although it was used.
+    pub warnings: Vec<String>,
+    /// Pixel of the belt's centre line that was used [px].
+    pub centre_px: f64,
+    /// Whether that was given; otherwise the middle between the outermost items.
+    pub centre_given: bool,
+    /// What was added to every x0 [m], so that the largest is 0.
+    pub shift_m: f64,
+    /// Belt speed as given [m/s].
+    pub belt_speed: f64,
+    /// Median of the objects' measured speeds [m/s], dropped ones included; none when
+    /// all were seen only once.
+    pub measured_speed: Option<f64>,
+    /// The same over the items only [m/s]: the figure to calibrate by.
+    pub measured_speed_items: Option<f64>,
+}
+
+/// "1 line", "2 lines".
+pub(super) fn count(number: usize, what: &str) -> String {
+    format!("{number} {what}{}", if number == 1 { "" } else { "s" })
+}
+
+/// The first few names and how many more there are.
+pub(super) fn named<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+    let mut names = names.into_iter();
+    let mut text = names.by_ref().take(NAMED).collect::<Vec<_>>().join(", ");
+    match names.count() {
+        0 => {}
+        more => text.push_str(&format!(" and {more} more")),
+    }
+    text
+}
+
+impl Report {
+    /// What reading alone tells.
+    pub(super) fn new(name: &str, options: &Options, reading: Reading, tracks: &[Track]) -> Self {
+        let cut_off = usize::from(reading.cut_off.is_some());
+        let mut report = Self {
+            file: name.to_owned(),
+            lines: reading.lines,
+            tracks: tracks.len(),
+            items: 0,
+            malformed_lines: reading.malformed,
+            repeated_lines: reading.repeated,
+            cut_off_line: reading.cut_off,
+            dropped_lines: reading.dropped,
+            dropped_lines_total: reading.malformed + reading.repeated + cut_off,
+            dropped: Vec::new(),
+            split: Vec::new(),
+            merged: Vec::new(),
+            points: 0,
+            no_confidence: 0,
+            zero_confidence: 0,
+            warnings: Vec::new(),
+            centre_px: 0.0,
+            centre_given: options.centre_px.is_some(),
+            shift_m: 0.0,
+            belt_speed: options.belt_speed,
+            measured_speed: None,
+            measured_speed_items: None,
+        };
+        for sighting in tracks.iter().flat_map(|track| &track.sightings) {
+            report.points += usize::from(sighting.area.is_none());
+            match sighting.confidence {
+                Some(0.0) => report.zero_confidence += 1,
+                Some(p) if (0.0..=1.0).contains(&p) => {}
+                _ => report.no_confidence += 1,
+            }
+        }
+        report
+    }
+
+    /// Notes a drop when there is a reason for one; whether the track stays.
+    pub(super) fn note_drop(
+        &mut self,
+        track: &Track,
+        speed: Option<f64>,
+        reason: Option<&str>,
+    ) -> bool {
+        let Some(reason) = reason else { return true };
+        self.dropped.push(Dropped {
+            track: track.name.clone(),
+            reason: reason.to_owned(),
+            frames: track.sightings.len(),
+            speed,
+        });
+        false
+    }
+
+    /// The dropped objects by reason, in order of their first: (reason, names).
+    pub(super) fn dropped_by_reason(&self) -> Vec<(&str, Vec<&str>)> {
+        let mut groups: Vec<(&str, Vec<&str>)> = Vec::new();
+        for dropped in &self.dropped {
+            match groups
+                .iter_mut()
+                .find(|(reason, _)| *reason == dropped.reason)
+            {
+                Some((_, names)) => names.push(&dropped.track),
+                None => groups.push((&dropped.reason, vec![&dropped.track])),
+            }
+        }
+        groups
+    }
+
+    /// The report as text, one finding a line.
+    pub fn lines(&self) -> Vec<String> {
+        let mut out = vec![format!(
+            "{}: {} and {} became {}",
+            self.file,
+            count(self.lines, "line"),
+            count(self.tracks, "track"),
+            count(self.items, "item")
+        )];
+        if let Some(items) = self.measured_speed_items.or(self.measured_speed) {
+            let all = self.measured_speed.unwrap_or(items);
+            out.push(format!(
+                "median measured speed {items:.4} m/s over the items, {all:.4} m/s over all \
+                 tracks; the belt's was given as {} m/s",
+                self.belt_speed
+            ));
+        }
+        let origin = match self.centre_given {
+            true => "as given",
+            false => "the middle between the outermost items",
+        };
+        out.push(format!(
+            "centre line at pixel {:.2}, {origin}",
+            self.centre_px
+        ));
+        out.push(format!(
+            "shifted along x by {:.4} m, so that the first item is at x = 0",
+            self.shift_m
+        ));
+        self.line_findings(&mut out);
+        self.track_findings(&mut out);
+        out.extend(self.warnings.iter().map(|text| format!("warning: {text}")));
+        out
+    }
+
+    fn line_findings(&self, out: &mut Vec<String>) {
+        if self.dropped_lines_total > 0 {
+            out.push(format!(
+                "dropped {}: {} malformed, {} repeated, {} cut off",
+                count(self.dropped_lines_total, "line"),
+                self.malformed_lines,
+                self.repeated_lines,
+                usize::from(self.cut_off_line.is_some())
+            ));
+            let listed = self.dropped_lines.iter();
+            out.extend(listed.map(|d| format!("  line {}: {}", d.line, d.reason)));
+            match self
+                .dropped_lines_total
+                .saturating_sub(self.dropped_lines.len())
+            {
+                0 => {}
+                more => out.push(format!("  and {more} more")),
+            }
+        }
+        for (number, meaning) in [
+            (self.points, "without a size: points, no area"),
+            (
+                self.no_confidence,
+                "without a confidence from 0 to 1: left out of p_detection",
+            ),
+            (
+                self.zero_confidence,
+                "with confidence 0: kept (in MOTChallenge ground truth 0 means ignored)",
+            ),
+        ] {
+            if number > 0 {
+                let boxes = if number == 1 { "box" } else { "boxes" };
+                out.push(format!("{number} {boxes} {meaning}"));
+            }
+        }
+    }
+
+    fn track_findings(&self, out: &mut Vec<String>) {
+        if !self.split.is_empty() {
+            let each = |s: &Split| format!("{} into {}", s.track, s.pieces);
+            let all: Vec<String> = self.split.iter().map(each).collect();
+            out.push(format!(
+                "split {} whose id was used again: {}",
+                count(all.len(), "track"),
+                named(all.iter().map(String::as_str))
+            ));
+        }
+        if !self.merged.is_empty() {
+            let all: Vec<String> = self.merged.iter().map(|m| m.parts.join(" + ")).collect();
+            out.push(format!(
+                "merged {} that changed their id: {}",
+                count(all.len(), "object"),
+                named(all.iter().map(String::as_str))
+            ));
+        }
+        for (reason, names) in self.dropped_by_reason() {
+            out.push(format!(
+                "dropped {}, {reason}: {}",
+                count(names.len(), "track"),
+                named(names)
+            ));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_lists_are_cut_short() {
+        assert_eq!(named(["a", "b"]), "a, b");
+        assert!(named(["a"; 12]).ends_with("a and 2 more"));
+        assert_eq!(count(1, "line"), "1 line");
+        assert_eq!(count(0, "line"), "0 lines");
+    }
+}

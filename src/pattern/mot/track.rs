@@ -1,0 +1,387 @@
+//! From tracks to objects: split where an id was used again, merged where one object
+//! changed its id, and measured.
+
+use super::options::Options;
+use super::read::{Sighting, Track};
+use std::collections::HashMap;
+
+/// Up to this many boxes all pairs are compared for the speed; beyond it the cost
+/// would grow with the square while the estimate is good already.
+const ALL_PAIRS: usize = 32;
+/// How many tracks of one cell are looked at for a merger. A cell is about as large as
+/// one item, so only a degenerate file has more there; the bound keeps that one quick.
+const NEIGHBOURS: usize = 64;
+
+/// The median of `values`, the mean of the middle two when their number is even; 0 of
+/// none. Reorders them; linear time.
+fn median(values: &mut [f64]) -> f64 {
+    let middle = values.len() / 2;
+    if values.is_empty() {
+        return 0.0;
+    }
+    let even = values.len().is_multiple_of(2);
+    let (below, &mut upper, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
+    match below.iter().copied().max_by(f64::total_cmp) {
+        Some(lower) if even => f64::midpoint(lower, upper),
+        _ => upper,
+    }
+}
+
+/// The median of the values, none of none.
+pub(super) fn median_of(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.collect();
+    (!values.is_empty()).then(|| median(&mut values))
+}
+
+/// Time between two frames [s].
+fn seconds(from: &Sighting, to: &Sighting, options: &Options) -> f64 {
+    (f64::from(to.frame) - f64::from(from.frame)) / options.fps
+}
+
+/// Travel between two boxes [m].
+fn travel(from: &Sighting, to: &Sighting, options: &Options) -> f64 {
+    (to.along - from.along) * options.scale_m_per_px
+}
+
+fn speed_between(from: &Sighting, to: &Sighting, options: &Options) -> f64 {
+    travel(from, to, options) / seconds(from, to, options)
+}
+
+impl Track {
+    /// First and last frame.
+    fn span(&self) -> (u32, u32) {
+        let frame = |sighting: Option<&Sighting>| sighting.map_or(0, |s| s.frame);
+        (frame(self.sightings.first()), frame(self.sightings.last()))
+    }
+
+    /// First to last box [s].
+    pub fn duration(&self, options: &Options) -> f64 {
+        let (first, last) = self.span();
+        f64::from(last.saturating_sub(first)) / options.fps
+    }
+
+    /// Where it was at time 0, along the travel [m]: the median over its boxes.
+    pub fn x0(&self, options: &Options) -> f64 {
+        let at_start = |s: &Sighting| {
+            let time = (f64::from(s.frame) - 1.0) / options.fps;
+            s.along * options.scale_m_per_px - options.belt_speed * time
+        };
+        median(&mut self.sightings.iter().map(at_start).collect::<Vec<_>>())
+    }
+
+    /// Where it is across the travel, as the image counts it [px]: the median.
+    pub fn across(&self) -> f64 {
+        median(&mut self.sightings.iter().map(|s| s.across).collect::<Vec<_>>())
+    }
+
+    /// Its speed along the travel [m/s], none from a single box: the median of the
+    /// slopes between pairs of boxes (Theil 1950; Sen 1968,
+    /// doi:10.1080/01621459.1968.10480934). Of a long track every box is paired with
+    /// the one half the track later only, which takes linear time.
+    pub fn speed(&self, options: &Options) -> Option<f64> {
+        let seen = &self.sightings;
+        let slope = |(from, to): (&Sighting, &Sighting)| speed_between(from, to, options);
+        let mut slopes: Vec<f64> = if seen.len() <= ALL_PAIRS {
+            let pairs = |i: usize| seen[i + 1..].iter().map(move |to| (&seen[i], to));
+            (0..seen.len()).flat_map(pairs).map(slope).collect()
+        } else {
+            let half = seen.len() / 2;
+            seen.iter().zip(&seen[half..]).map(slope).collect()
+        };
+        (!slopes.is_empty()).then(|| median(&mut slopes))
+    }
+}
+
+/// The smallest step between two frames of one track: 1, or more where the tracker
+/// looked at every n-th frame only. None when no track has two boxes.
+pub(super) fn stride(tracks: &[Track]) -> Option<u32> {
+    let steps = tracks.iter().flat_map(|track| track.sightings.windows(2));
+    steps.map(|pair| pair[1].frame - pair[0].frame).min()
+}
+
+/// Cuts a track where it jumps by more than the split distance from one box to the
+/// next; the pieces are called `ID`, `ID.2`, ...
+///
+/// Along the travel, a jump is one against the belt's motion *and* against the
+/// track's own: what stands still, or moves at another speed than was told, falls
+/// behind the belt from box to box and is still one object. Items do not slide, so a
+/// jump across the travel is one too.
+pub(super) fn split(track: Track, stride: Option<u32>, options: &Options) -> Vec<Track> {
+    let own = own_speed(&track.sightings, stride, options);
+    let limit = options.split_distance_m;
+    let jumps = |from: &Sighting, to: &Sighting| {
+        let (time, moved) = (seconds(from, to, options), travel(from, to, options));
+        let off = |speed: f64| (moved - speed * time).abs() > limit;
+        let aside = (to.across - from.across).abs() * options.scale_m_per_px;
+        aside > limit || (off(options.belt_speed) && off(own))
+    };
+    let name = track.name;
+    let mut pieces: Vec<Track> = Vec::new();
+    for sighting in track.sightings {
+        let follows =
+            |piece: &Track| (piece.sightings.last()).is_some_and(|last| !jumps(last, &sighting));
+        match pieces.last_mut() {
+            Some(piece) if follows(piece) => piece.sightings.push(sighting),
+            _ => pieces.push(Track {
+                name: match pieces.len() {
+                    0 => name.clone(),
+                    count => format!("{name}.{}", count + 1),
+                },
+                sightings: vec![sighting],
+            }),
+        }
+    }
+    pieces
+}
+
+/// The speed that most steps of a track agree on [m/s]: the median over those of one
+/// stride, of two in the middle the one nearer to the belt's. Longer steps are left
+/// out, for an id that came back took a long one; without a short one the belt's speed.
+fn own_speed(seen: &[Sighting], stride: Option<u32>, options: &Options) -> f64 {
+    let short = |pair: &&[Sighting]| Some(pair[1].frame - pair[0].frame) == stride;
+    let mut speeds: Vec<f64> = seen
+        .windows(2)
+        .filter(short)
+        .map(|pair| speed_between(&pair[0], &pair[1], options))
+        .collect();
+    speeds.sort_unstable_by(f64::total_cmp);
+    let off = |speed: &f64| (speed - options.belt_speed).abs();
+    let middle = speeds.len() / 2;
+    let candidates = match speeds.len() % 2 {
+        0 if middle > 0 => &speeds[middle - 1..=middle],
+        1 => &speeds[middle..=middle],
+        _ => &[],
+    };
+    let nearest = candidates
+        .iter()
+        .min_by(|a, b| off(a).total_cmp(&off(b)))
+        .copied();
+    nearest.unwrap_or(options.belt_speed)
+}
+
+/// One object: what was seen of it, under all of its ids.
+#[derive(Debug)]
+pub(super) struct Object {
+    /// Under the name of its first track.
+    pub track: Track,
+    /// The tracks it was put together from, in order of time.
+    pub parts: Vec<String>,
+    /// Another object, by index, that was at the same place at the same time.
+    pub twin: Option<usize>,
+}
+
+/// Puts tracks together that are one object with a new id: they do not overlap in
+/// time and agree in x0 and across within the merge distance. Every track follows the
+/// nearest one that ended before it began; linear time but for the sorting.
+pub(super) fn merge(mut tracks: Vec<Track>, options: &Options) -> Vec<Object> {
+    let reach = options.merge_distance_m;
+    tracks.sort_by_key(Track::span);
+    let place = |t: &Track| (t.x0(options), t.across() * options.scale_m_per_px);
+    let places: Vec<(f64, f64)> = tracks.iter().map(place).collect();
+    let spans: Vec<(u32, u32)> = tracks.iter().map(Track::span).collect();
+    // A cell is as wide as the merge distance, so that partners are neighbours. It
+    // holds the tracks that nothing follows yet.
+    let cell_of = |(x, y): (f64, f64)| ((x / reach).floor() as i64, (y / reach).floor() as i64);
+    let mut cells: HashMap<(i64, i64), Vec<usize>> = HashMap::with_capacity(tracks.len());
+    let mut objects: Vec<Object> = Vec::new();
+    let mut object_of: Vec<usize> = Vec::with_capacity(tracks.len());
+    for (index, track) in tracks.into_iter().enumerate() {
+        let (here, (x, y)) = (cell_of(places[index]), places[index]);
+        let mut before: Option<(f64, (i64, i64), usize)> = None;
+        let mut twin = None;
+        for (dx, dy) in (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| (dx, dy))) {
+            let cell = (here.0.saturating_add(dx), here.1.saturating_add(dy));
+            let near = cells.get(&cell).map_or(&[][..], Vec::as_slice);
+            for &other in near.iter().rev().take(NEIGHBOURS) {
+                let off = (places[other].0 - x).abs().max((places[other].1 - y).abs());
+                if off > reach {
+                    continue;
+                }
+                if spans[other].1 >= spans[index].0 {
+                    twin = Some(object_of[other]);
+                } else if before.is_none_or(|(least, ..)| off < least) {
+                    before = Some((off, cell, other));
+                }
+            }
+        }
+        if let Some((_, cell, other)) = before {
+            let object = object_of[other];
+            objects[object].parts.push(track.name);
+            objects[object].track.sightings.extend(track.sightings);
+            object_of.push(object);
+            if let Some(near) = cells.get_mut(&cell)
+                && let Some(at) = near.iter().rposition(|&i| i == other)
+            {
+                near.remove(at);
+            }
+        } else {
+            object_of.push(objects.len());
+            objects.push(Object {
+                parts: vec![track.name.clone()],
+                track,
+                twin,
+            });
+        }
+        cells.entry(here).or_default().push(index);
+    }
+    objects
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::options::Axis;
+    use super::*;
+
+    /// 10 frames a second, 1 mm a pixel: the belt moves 10 px a frame.
+    fn options() -> Options {
+        Options::new(10.0, 0.001, Axis::X, 0.1)
+    }
+
+    /// Boxes at (frame, along, across).
+    fn track(name: &str, boxes: &[(u32, f64, f64)]) -> Track {
+        let sighting = |&(frame, along, across): &(u32, f64, f64)| Sighting {
+            frame,
+            line: 1,
+            along,
+            across,
+            area: None,
+            confidence: None,
+        };
+        Track {
+            name: name.to_owned(),
+            sightings: boxes.iter().map(sighting).collect(),
+        }
+    }
+
+    /// A track over `frames` at `speed` [px a frame] from `along` at frame 0.
+    fn moving(name: &str, frames: std::ops::Range<u32>, along: f64, speed: f64) -> Track {
+        let boxes: Vec<_> = frames
+            .map(|f| (f, along + speed * f64::from(f), 100.0))
+            .collect();
+        track(name, &boxes)
+    }
+
+    fn pieces(track: Track) -> Vec<(String, usize)> {
+        let stride = stride(std::slice::from_ref(&track));
+        split(track, stride, &options())
+            .into_iter()
+            .map(|t| (t.name, t.sightings.len()))
+            .collect()
+    }
+
+    fn parts(tracks: Vec<Track>) -> Vec<Vec<String>> {
+        merge(tracks, &options())
+            .into_iter()
+            .map(|o| o.parts)
+            .collect()
+    }
+
+    #[test]
+    fn medians_of_few() {
+        assert_eq!(median(&mut []), 0.0);
+        assert_eq!(median(&mut [3.0]), 3.0);
+        assert_eq!(median(&mut [4.0, 1.0]), 2.5);
+        assert_eq!(median(&mut [9.0, 1.0, 2.0]), 2.0);
+        assert_eq!(median(&mut [9.0, 1.0, 2.0, 4.0]), 3.0);
+    }
+
+    #[test]
+    fn the_speed_is_robust_in_short_and_long_tracks() {
+        for length in [5, 32, 33, 400] {
+            let mut seen = moving("1", 1..length + 1, 0.0, 10.0);
+            let speed = |t: &Track| t.speed(&options()).unwrap();
+            assert!((speed(&seen) - 0.1).abs() < 1e-12, "{length}");
+            for at in (1..seen.sightings.len()).step_by(10) {
+                seen.sightings[at].along += 500.0;
+            }
+            assert!((speed(&seen) - 0.1).abs() < 1e-3, "{length}");
+            assert!((seen.x0(&options()) - 0.01).abs() < 1e-9);
+        }
+        assert_eq!(moving("1", 4..5, 0.0, 10.0).speed(&options()), None);
+    }
+
+    #[test]
+    fn gaps_that_fit_the_motion_stay_whole() {
+        let boxes: Vec<_> = [1, 2, 3, 40, 41, 90]
+            .map(|f| (f, 10.0 * f64::from(f), 5.0))
+            .into();
+        assert_eq!(pieces(track("4", &boxes)), [("4".to_owned(), 6)]);
+    }
+
+    #[test]
+    fn an_id_that_comes_back_is_split() {
+        let mut seen = moving("4", 1..11, 0.0, 10.0);
+        seen.sightings
+            .extend(moving("4", 50..55, -490.0, 10.0).sightings);
+        seen.sightings
+            .extend(moving("4", 80..81, -790.0, 10.0).sightings);
+        let names = ["4", "4.2", "4.3"].map(str::to_owned);
+        let expected: Vec<_> = names.into_iter().zip([10, 5, 1]).collect();
+        assert_eq!(pieces(seen), expected);
+        // Right after, and to a neighbour across the belt.
+        let swap = track(
+            "5",
+            &[
+                (1, 0.0, 0.0),
+                (2, 10.0, 0.0),
+                (3, 20.0, 150.0),
+                (4, 30.0, 150.0),
+            ],
+        );
+        assert_eq!(pieces(swap).len(), 2);
+        let ahead = track("6", &[(1, 0.0, 0.0), (2, 10.0, 0.0), (3, 320.0, 0.0)]);
+        assert_eq!(pieces(ahead).len(), 2);
+    }
+
+    #[test]
+    fn what_moves_otherwise_is_not_split() {
+        // Every step falls 0.2 m behind the belt.
+        let mut fast_belt = options();
+        fast_belt.belt_speed = 2.0;
+        let standing = moving("1", 1..20, 300.0, 0.0);
+        let whole = split(standing, Some(1), &fast_belt);
+        assert_eq!(whole.len(), 1);
+        let sparse = track("2", &[(1, 300.0, 0.0), (6, 300.0, 0.0), (11, 300.0, 0.0)]);
+        assert_eq!(split(sparse, Some(5), &fast_belt).len(), 1);
+    }
+
+    #[test]
+    fn one_object_under_two_ids_is_merged() {
+        let tracks = vec![
+            moving("9", 12..20, 3.0, 10.0),
+            moving("3", 1..11, 0.0, 10.0),
+            moving("8", 30..33, 15.0, 10.0),
+            moving("5", 1..11, 400.0, 10.0),
+        ];
+        assert_eq!(parts(tracks), [vec!["3", "9", "8"], vec!["5"]]);
+    }
+
+    #[test]
+    fn overlapping_or_distant_tracks_are_not_merged() {
+        let overlapping = vec![
+            moving("1", 1..11, 0.0, 10.0),
+            moving("2", 10..20, 1.0, 10.0),
+        ];
+        let objects = merge(overlapping, &options());
+        assert_eq!(objects.len(), 2);
+        assert_eq!((objects[0].twin, objects[1].twin), (None, Some(0)));
+        let along = vec![
+            moving("1", 1..9, 0.0, 10.0),
+            moving("2", 10..20, 21.0, 10.0),
+        ];
+        assert_eq!(parts(along).len(), 2);
+        let mut aside = moving("2", 10..20, 0.0, 10.0);
+        aside.sightings.iter_mut().for_each(|s| s.across += 21.0);
+        assert_eq!(parts(vec![moving("1", 1..9, 0.0, 10.0), aside]).len(), 2);
+    }
+
+    #[test]
+    fn the_nearest_predecessor_is_taken() {
+        let tracks = vec![
+            moving("1", 1..9, -15.0, 10.0),
+            moving("2", 1..9, 4.0, 10.0),
+            moving("3", 10..20, 0.0, 10.0),
+        ];
+        assert_eq!(parts(tracks), [vec!["1"], vec!["2", "3"]]);
+    }
+}

@@ -1,0 +1,15 @@
+//! Results as JSON, CSV, tables and pictures, each saying how it was made.
+
+mod description;
+mod optimum;
+mod provenance;
+mod run;
+mod station_picture;
+mod table;
+
+pub use description::description_table;
+pub use optimum::{OptimumReport, ValidationReport};
+pub use provenance::{Provenance, station_hash};
+pub use run::RunReport;
+pub use station_picture::station_picture;
+pub use table::{Table, fixed};

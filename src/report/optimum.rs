@@ -1,0 +1,396 @@
+//! The result of a search.
+
+use super::provenance::Provenance;
+use super::table::{Table, fixed};
+use crate::dispatch::RULES;
+use crate::optimize::{
+    Objective, Optimum, Ranked, Risk, Search, SearchKind, StopReason, Validation,
+};
+use crate::stats::Interval;
+use serde::Serialize;
+
+/// A search as it is printed and written; the JSON field names are the product's
+/// format.
+#[derive(Debug, Clone, Serialize)]
+pub struct OptimumReport {
+    /// The winner's rules, upstream first.
+    pub best: Vec<&'static str>,
+    /// Name of the objective.
+    pub objective: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// How patterns were aggregated.
+    pub risk: String,
+    /// `exhaustive` or `grasp`.
+    pub search: &'static str,
+    /// Why the search ended.
+    pub stop_reason: &'static str,
+    /// Assignments in the ranking.
+    pub assignments: usize,
+    /// Patterns that it is over.
+    pub patterns: usize,
+    /// Simulated runs: one assignment on one pattern at one belt speed.
+    pub runs: u64,
+    /// What GRASP found, where it ran.
+    pub grasp: Option<GraspReport>,
+    /// The assignment with the highest aggregate before ties were broken.
+    pub leader: Vec<&'static str>,
+    /// Assignments among which the tie was broken, the leader included.
+    pub contenders: usize,
+    /// How the intervals were made.
+    pub intervals: String,
+    /// All assignments, the best first.
+    pub ranking: Vec<RankedReport>,
+    /// The winner on fresh patterns.
+    pub validation: Option<ValidationReport>,
+    /// What a reader should know.
+    pub notes: Vec<String>,
+    /// How it was made.
+    pub made: Provenance,
+}
+
+/// What GRASP found.
+#[derive(Debug, Clone, Serialize)]
+pub struct GraspReport {
+    /// Starts that reached a local optimum.
+    pub starts: usize,
+    /// How many of them ended in the best assignment.
+    pub hits: usize,
+    /// Width of the restricted candidate list.
+    pub alpha: f64,
+    /// The best assignment found.
+    pub best: Option<Vec<&'static str>>,
+    /// Its aggregate.
+    pub value: Option<f64>,
+    /// Optimum minus that, where all assignments were enumerated too.
+    pub gap: Option<f64>,
+}
+
+/// One line of the ranking.
+#[derive(Debug, Clone, Serialize)]
+pub struct RankedReport {
+    /// The rules, upstream first.
+    pub assignment: Vec<&'static str>,
+    /// Mean of the objective over the patterns.
+    pub mean: f64,
+    /// Its aggregate under the chosen risk.
+    pub value: f64,
+    /// Lower end of the 95 % interval of best minus this one.
+    pub diff_low: f64,
+    /// Upper end.
+    pub diff_high: f64,
+    /// Whether that interval contains 0.
+    pub tied: bool,
+    /// Mean share of the items picked.
+    pub picked_share: f64,
+    /// The objective on the worst pattern.
+    pub worst: f64,
+    /// Label of that pattern.
+    pub worst_pattern: String,
+    /// Mean speed limit [m/s], where a tie was broken by it.
+    pub max_speed: Option<f64>,
+}
+
+/// The winner on patterns that had no part in choosing it.
+#[derive(Debug, Clone, Serialize)]
+pub struct ValidationReport {
+    /// What the patterns are.
+    pub patterns: String,
+    /// How many.
+    pub count: usize,
+    /// Mean of the objective.
+    pub mean: f64,
+    /// Lower end of its 95 % interval.
+    pub mean_low: f64,
+    /// Upper end.
+    pub mean_high: f64,
+    /// Mean share of the items picked.
+    pub picked_share: f64,
+    /// The objective on the worst pattern.
+    pub worst: f64,
+    /// Belt speed at which completion was counted [m/s].
+    pub speed: f64,
+    /// Patterns of which everything was picked.
+    pub complete: usize,
+    /// Their share: the task-completion share.
+    pub complete_share: f64,
+    /// Lower end of its 95 % interval.
+    pub complete_low: f64,
+    /// Upper end.
+    pub complete_high: f64,
+}
+
+impl ValidationReport {
+    /// The report of `validation` on the patterns described.
+    pub fn new(validation: &Validation, patterns: &str) -> Self {
+        Self {
+            patterns: patterns.to_owned(),
+            count: validation.patterns,
+            mean: validation.value,
+            mean_low: validation.interval.low,
+            mean_high: validation.interval.high,
+            picked_share: validation.picked_share,
+            worst: validation.worst,
+            speed: validation.speed,
+            complete: validation.complete,
+            complete_share: validation.complete_share(),
+            complete_low: validation.complete_interval.low,
+            complete_high: validation.complete_interval.high,
+        }
+    }
+
+    fn lines(&self, digits: usize, unit: &str) -> String {
+        format!(
+            "validated {} {unit} (95 % interval {} to {}), worst {}, {} % picked\n          \
+             task completion at {} m/s: {} of {} patterns fully picked, {} % (95 % interval {} to {} %)\n          \
+             on {}\n",
+            fixed(self.mean, digits),
+            fixed(self.mean_low, digits),
+            fixed(self.mean_high, digits),
+            fixed(self.worst, digits),
+            fixed(100.0 * self.picked_share, 1),
+            self.speed,
+            self.complete,
+            self.count,
+            fixed(100.0 * self.complete_share, 1),
+            fixed(100.0 * self.complete_low, 1),
+            fixed(100.0 * self.complete_high, 1),
+            self.patterns,
+        )
+    }
+}
+
+impl OptimumReport {
+    /// The report of `optimum`; `labels` names the patterns.
+    pub fn new(
+        optimum: &Optimum,
+        search: &Search,
+        objective: Objective,
+        labels: &[String],
+        validation: Option<ValidationReport>,
+        notes: Vec<String>,
+        made: Provenance,
+    ) -> Self {
+        let ranking = &optimum.ranking;
+        let line = |ranked: &Ranked| {
+            let Interval { low, high } = ranked.difference;
+            RankedReport {
+                assignment: ranked.assignment.names(),
+                mean: ranked.mean,
+                value: ranked.value,
+                diff_low: low,
+                diff_high: high,
+                tied: ranked.tied,
+                picked_share: ranked.picked_share,
+                worst: ranked.worst,
+                worst_pattern: labels[ranked.worst_pattern].clone(),
+                max_speed: ranked.max_speed,
+            }
+        };
+        Self {
+            best: ranking.best().assignment.names(),
+            objective: objective.name(),
+            unit: objective.unit(),
+            risk: search.risk.to_string(),
+            search: match optimum.kind {
+                SearchKind::Grasp => "grasp",
+                _ => "exhaustive",
+            },
+            stop_reason: optimum.stop.name(),
+            assignments: ranking.entries.len(),
+            patterns: optimum.patterns,
+            runs: optimum.runs,
+            grasp: optimum.grasp.as_ref().map(|grasp| GraspReport {
+                starts: grasp.starts,
+                hits: grasp.hits,
+                alpha: search.grasp.alpha,
+                best: grasp.best.as_ref().map(|best| best.names()),
+                value: grasp.best.as_ref().map(|_| grasp.value),
+                gap: optimum.grasp_gap,
+            }),
+            leader: ranking.leader.names(),
+            contenders: ranking.contenders,
+            intervals: ranking.method.clone(),
+            ranking: ranking.entries.iter().map(line).collect(),
+            validation,
+            notes,
+            made,
+        }
+    }
+
+    /// Digits behind the point that the objective's unit asks for.
+    fn digits(&self) -> usize {
+        match self.unit {
+            "1/min" => 2,
+            _ => 4,
+        }
+    }
+
+    /// The first `top` lines of the ranking and all that belongs to it.
+    pub fn to_table(&self, top: usize) -> String {
+        let (digits, unit) = (self.digits(), self.unit);
+        let mut header = vec![
+            "#".to_owned(),
+            "<assignment".to_owned(),
+            format!("mean [{unit}]"),
+        ];
+        let by_risk = self.risk != Risk::Mean.to_string();
+        if by_risk {
+            header.push(format!("{} [{unit}]", self.risk));
+        }
+        header.extend([
+            "best minus this, 95 %".to_owned(),
+            "<".to_owned(),
+            "picked [%]".to_owned(),
+            format!("worst [{unit}]"),
+            "<on pattern".to_owned(),
+        ]);
+        let by_speed = self.ranking.iter().any(|line| line.max_speed.is_some());
+        if by_speed {
+            header.push("max speed [m/s]".to_owned());
+        }
+        let mut table = Table::new(&header.iter().map(String::as_str).collect::<Vec<_>>());
+        for (i, line) in self.ranking.iter().take(top).enumerate() {
+            let mut row = vec![
+                (i + 1).to_string(),
+                bracketed(&line.assignment),
+                fixed(line.mean, digits),
+            ];
+            if by_risk {
+                row.push(fixed(line.value, digits));
+            }
+            row.extend([
+                if i == 0 {
+                    String::new()
+                } else {
+                    format!(
+                        "{} to {}",
+                        fixed(line.diff_low, digits),
+                        fixed(line.diff_high, digits)
+                    )
+                },
+                (match (i, line.tied) {
+                    (0, _) => "best",
+                    (_, true) => "tied",
+                    (_, false) => "",
+                })
+                .to_owned(),
+                fixed(100.0 * line.picked_share, 1),
+                fixed(line.worst, digits),
+                line.worst_pattern.clone(),
+            ]);
+            if by_speed {
+                row.push(line.max_speed.map_or(String::new(), |v| fixed(v, 4)));
+            }
+            table.row(row);
+        }
+        let mut text = table.render();
+        if self.ranking.len() > top {
+            text += &format!("          ... {} more (--top)\n", self.ranking.len() - top);
+        }
+        text += &format!(
+            "best      {}: {} ({}, {})\n",
+            bracketed(&self.best),
+            self.objective,
+            unit,
+            self.risk
+        );
+        text += &self.tie_line();
+        text += &self.search_line();
+        if let Some(validation) = &self.validation {
+            text += &validation.lines(digits, unit);
+        }
+        for note in &self.notes {
+            text += &format!("note      {note}\n");
+        }
+        text + &self.made.lines()
+    }
+
+    fn tie_line(&self) -> String {
+        if self.contenders < 2 {
+            return format!("ties      none; {}\n", self.intervals);
+        }
+        let changed = if self.leader == self.best {
+            String::new()
+        } else {
+            format!("; {} had the highest figure", bracketed(&self.leader))
+        };
+        format!(
+            "ties      {} assignments that no paired test proves worse than another ({}){changed};\n          \
+             told apart by max speed, then by worst pattern, then by the order {}\n",
+            self.contenders,
+            self.intervals,
+            RULES
+                .iter()
+                .map(|rule| rule.name())
+                .collect::<Vec<_>>()
+                .join(" ")
+        )
+    }
+
+    fn search_line(&self) -> String {
+        let how = if self.stop_reason == StopReason::Interrupted.name() {
+            format!(
+                "interrupted; the best over {} patterns so far",
+                self.patterns
+            )
+        } else if self.search == "exhaustive" {
+            format!("all {} assignments enumerated", self.assignments)
+        } else {
+            format!("GRASP, {} assignments scored", self.assignments)
+        };
+        let grasp = self.grasp.as_ref().map_or(String::new(), |grasp| {
+            let gap = match (grasp.gap, &grasp.best) {
+                (Some(gap), Some(best)) => format!(
+                    ", best {}, gap to the optimum {} {}",
+                    bracketed(best),
+                    fixed(gap, self.digits()),
+                    self.unit
+                ),
+                _ => String::new(),
+            };
+            format!(
+                "; GRASP (alpha {}): {} of {} starts ended in its best{gap}",
+                grasp.alpha, grasp.hits, grasp.starts
+            )
+        });
+        format!("search    {how}{grasp}; {} runs\n", self.runs)
+    }
+
+    /// The whole ranking as CSV.
+    pub fn to_csv(&self) -> String {
+        let header = [
+            "rank",
+            "assignment",
+            "mean",
+            "value",
+            "diff_low",
+            "diff_high",
+            "tied",
+            "picked_share",
+            "worst",
+            "worst_pattern",
+            "max_speed",
+        ];
+        let rows = self.ranking.iter().enumerate().map(|(i, line)| {
+            [
+                (i + 1).to_string(),
+                line.assignment.join(" "),
+                line.mean.to_string(),
+                line.value.to_string(),
+                line.diff_low.to_string(),
+                line.diff_high.to_string(),
+                line.tied.to_string(),
+                line.picked_share.to_string(),
+                line.worst.to_string(),
+                line.worst_pattern.clone(),
+                line.max_speed.map(|v| v.to_string()).unwrap_or_default(),
+            ]
+        });
+        crate::files::csv_text(std::iter::once(header.map(str::to_owned)).chain(rows))
+    }
+}
+
+fn bracketed(names: &[&str]) -> String {
+    format!("[{}]", names.join("; "))
+}

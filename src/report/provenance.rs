@@ -1,0 +1,59 @@
+//! How a result was made: enough to make it again, nothing that changes from run to
+//! run, so that equal inputs give equal bytes.
+
+use crate::station::{Station, to_toml};
+use serde::Serialize;
+use sha2::{Digest, Sha256};
+
+/// Where a result comes from. No date, no machine, no thread count.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Provenance {
+    /// Program and version.
+    pub program: String,
+    /// The command line, without what cannot change the result (threads, quietness,
+    /// where and in which form it is written).
+    pub command: String,
+    /// The station in words.
+    pub station: String,
+    /// First 16 hexadecimal digits of the SHA-256 of the resolved station file.
+    pub station_hash: String,
+    /// What was simulated, in words, with its seed.
+    pub patterns: String,
+    /// Master seed.
+    pub seed: u64,
+}
+
+impl Provenance {
+    /// Provenance of a result on `station`, which the user knows as `name`.
+    pub fn new(command: &str, name: &str, station: &Station, patterns: &str, seed: u64) -> Self {
+        Self {
+            program: format!("pickline {}", env!("CARGO_PKG_VERSION")),
+            command: command.to_owned(),
+            station: format!(
+                "{name}, {} robot(s), belt at {} m/s",
+                station.robots().len(),
+                station.belt().speed
+            ),
+            station_hash: station_hash(station),
+            patterns: patterns.to_owned(),
+            seed,
+        }
+    }
+
+    /// One line a fact, for the foot of a table.
+    pub fn lines(&self) -> String {
+        format!(
+            "station   {} (hash {})\npatterns  {}\nmade by   {}: {}\n",
+            self.station, self.station_hash, self.patterns, self.program, self.command
+        )
+    }
+}
+
+/// Identifies a station by its resolved values, however they were given.
+pub fn station_hash(station: &Station) -> String {
+    let digest = Sha256::digest(to_toml(station).as_bytes());
+    digest[..8]
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect()
+}

@@ -1,0 +1,213 @@
+//! One simulated run.
+
+use super::provenance::Provenance;
+use super::table::{Table, fixed};
+use crate::decision::{MissReason, Outcome};
+use crate::pattern::Pattern;
+use crate::station::Station;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// A run as it is printed and written; the JSON field names are the product's format.
+#[derive(Debug, Clone, Serialize)]
+pub struct RunReport {
+    /// The strategy as it is written on the command line.
+    pub strategy: String,
+    /// Items of the pattern.
+    pub items: usize,
+    /// Items picked.
+    pub picked: usize,
+    /// Their share.
+    pub picked_share: f64,
+    /// End of the run [s].
+    pub end_s: f64,
+    /// Picks per minute.
+    pub picking_rate_per_min: f64,
+    /// Reward-weighted picks per minute.
+    pub weighted_rate_per_min: f64,
+    /// Each robot, upstream first.
+    pub robots: Vec<RobotReport>,
+    /// Picks in order of decision.
+    pub picks: Vec<PickReport>,
+    /// Items that were not picked, downstream first.
+    pub missed: Vec<MissReport>,
+    /// How many items were missed for which reason.
+    pub missed_by_reason: BTreeMap<&'static str, usize>,
+    /// Whether the independent checker confirmed the run; absent when not asked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub checked: Option<bool>,
+    /// How it was made.
+    pub made: Provenance,
+}
+
+/// What one robot did.
+#[derive(Debug, Clone, Serialize)]
+pub struct RobotReport {
+    /// Its name.
+    pub name: String,
+    /// Number of picks.
+    pub picked: usize,
+    /// Sum of the rewards of its items.
+    pub weight: f64,
+    /// Sum of its processing times [s].
+    pub busy_s: f64,
+    /// Busy time over the end of the run.
+    pub utilisation: f64,
+}
+
+/// One pick.
+#[derive(Debug, Clone, Serialize)]
+pub struct PickReport {
+    /// Index of the robot, upstream first.
+    pub robot: usize,
+    /// Id of the item.
+    pub item: String,
+    /// When the robot left for it [s].
+    pub decide_s: f64,
+    /// Start of the grasp [s].
+    pub grasp_s: f64,
+    /// When the robot was free again [s].
+    pub release_s: f64,
+    /// Meeting point [m].
+    pub meet: [f64; 2],
+}
+
+/// One item that was not picked.
+#[derive(Debug, Clone, Serialize)]
+pub struct MissReport {
+    /// Id of the item.
+    pub item: String,
+    /// Why.
+    pub reason: &'static str,
+}
+
+impl RunReport {
+    /// The report of `outcome`.
+    pub fn new(
+        strategy: String,
+        station: &Station,
+        pattern: &Pattern,
+        outcome: &Outcome,
+        made: Provenance,
+    ) -> Self {
+        let figures = &outcome.figures;
+        let id = |item: u32| pattern.items()[item as usize].id.clone();
+        let mut missed_by_reason: BTreeMap<_, _> =
+            MissReason::ALL.map(|reason| (reason.name(), 0)).into();
+        for miss in &outcome.missed {
+            *missed_by_reason.entry(miss.reason.name()).or_default() += 1;
+        }
+        let robots = station.robots().iter().zip(&outcome.robots);
+        Self {
+            strategy,
+            items: figures.items,
+            picked: figures.picked,
+            picked_share: figures.picked_share(),
+            end_s: figures.end,
+            picking_rate_per_min: figures.picking_rate(),
+            weighted_rate_per_min: figures.weighted_rate(),
+            robots: robots
+                .map(|(robot, did)| RobotReport {
+                    name: robot.name.clone(),
+                    picked: did.picked,
+                    weight: did.weight,
+                    busy_s: did.busy,
+                    utilisation: if figures.end > 0.0 {
+                        did.busy / figures.end
+                    } else {
+                        0.0
+                    },
+                })
+                .collect(),
+            picks: outcome
+                .picks
+                .iter()
+                .map(|pick| PickReport {
+                    robot: pick.robot,
+                    item: id(pick.item),
+                    decide_s: pick.decide,
+                    grasp_s: pick.grasp,
+                    release_s: pick.release,
+                    meet: [pick.meet.x, pick.meet.y],
+                })
+                .collect(),
+            missed: outcome
+                .missed
+                .iter()
+                .map(|miss| MissReport {
+                    item: id(miss.item),
+                    reason: miss.reason.name(),
+                })
+                .collect(),
+            missed_by_reason,
+            checked: None,
+            made,
+        }
+    }
+
+    /// The run for a terminal.
+    pub fn to_table(&self) -> String {
+        let mut robots = Table::new(&["<robot", "picked", "busy [s]", "utilisation [%]"]);
+        for robot in &self.robots {
+            robots.row([
+                robot.name.clone(),
+                robot.picked.to_string(),
+                fixed(robot.busy_s, 1),
+                fixed(100.0 * robot.utilisation, 1),
+            ]);
+        }
+        let reasons: Vec<String> = self
+            .missed_by_reason
+            .iter()
+            .filter(|(_, count)| **count > 0)
+            .map(|(reason, count)| format!("{count} {reason}"))
+            .collect();
+        let missed = if reasons.is_empty() {
+            "nothing".to_owned()
+        } else {
+            reasons.join(", ")
+        };
+        let checked = match self.checked {
+            Some(true) => "checked   confirmed by the independent checker\n",
+            _ => "",
+        };
+        format!(
+            "{}strategy  {}\npicked    {} of {} ({} %) in {} s\nrate      {} picks/min, weighted {} /min\n\
+             missed    {missed}\n{checked}{}",
+            robots.render(),
+            self.strategy,
+            self.picked,
+            self.items,
+            fixed(100.0 * self.picked_share, 1),
+            fixed(self.end_s, 1),
+            fixed(self.picking_rate_per_min, 2),
+            fixed(self.weighted_rate_per_min, 2),
+            self.made.lines(),
+        )
+    }
+
+    /// The picks as CSV, one line each, in order of decision.
+    pub fn to_csv(&self) -> String {
+        let header = [
+            "robot",
+            "item",
+            "decide_s",
+            "grasp_s",
+            "release_s",
+            "meet_x",
+            "meet_y",
+        ];
+        let rows = self.picks.iter().map(|pick| {
+            [
+                self.robots[pick.robot].name.clone(),
+                pick.item.clone(),
+                pick.decide_s.to_string(),
+                pick.grasp_s.to_string(),
+                pick.release_s.to_string(),
+                pick.meet[0].to_string(),
+                pick.meet[1].to_string(),
+            ]
+        });
+        crate::files::csv_text(std::iter::once(header.map(str::to_owned)).chain(rows))
+    }
+}

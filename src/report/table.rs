@@ -1,0 +1,76 @@
+//! Tables for the terminal: plain characters, readable without colour.
+
+use comfy_table::{Cell, CellAlignment, ContentArrangement};
+
+/// A table that is built row by row.
+#[derive(Debug)]
+pub struct Table {
+    table: comfy_table::Table,
+}
+
+impl Table {
+    /// A table with this header; a column whose header begins with `<` is set flush
+    /// left, all others flush right.
+    pub fn new(header: &[&str]) -> Self {
+        let mut table = comfy_table::Table::new();
+        table.load_style(comfy_table::presets::UTF8_HORIZONTAL_ONLY);
+        // Every row on one line whatever the terminal's width, so that two runs give
+        // the same bytes.
+        table.set_content_arrangement(ContentArrangement::Disabled);
+        table.set_header(header.iter().map(|name| name.trim_start_matches('<')));
+        for (i, name) in header.iter().enumerate() {
+            if let Some(column) = table.column_mut(i) {
+                column.set_cell_alignment(if name.starts_with('<') {
+                    CellAlignment::Left
+                } else {
+                    CellAlignment::Right
+                });
+            }
+        }
+        Self { table }
+    }
+
+    /// Adds a row.
+    pub fn row<T: Into<String>>(&mut self, cells: impl IntoIterator<Item = T>) {
+        self.table
+            .add_row(cells.into_iter().map(|cell| Cell::new(cell.into())));
+    }
+
+    /// The finished table, with a line end.
+    pub fn render(&self) -> String {
+        let text = self.table.to_string();
+        let lines = text.lines().map(|line| format!("{}\n", line.trim_end()));
+        lines.collect()
+    }
+}
+
+/// A number with so many digits behind the point, never `-0`.
+pub fn fixed(value: f64, digits: usize) -> String {
+    let text = format!("{value:.digits$}");
+    match text.strip_prefix('-') {
+        Some(rest) if rest.chars().all(|c| c == '0' || c == '.') => rest.to_owned(),
+        _ => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_no_negative_zero() {
+        assert_eq!(fixed(-0.001, 2), "0.00");
+        assert_eq!(fixed(-0.01, 2), "-0.01");
+        assert_eq!(fixed(26.666, 1), "26.7");
+    }
+
+    #[test]
+    fn columns_line_up() {
+        let mut table = Table::new(&["<name", "n"]);
+        table.row(["a", "1"]);
+        table.row(["bc", "10"]);
+        let text = table.render();
+        assert!(text.contains("a      1") || text.contains(" a"), "{text}");
+        assert!(text.lines().all(|line| !line.ends_with(' ')));
+    }
+}

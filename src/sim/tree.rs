@@ -1,0 +1,112 @@
+//! Many assignments on one scene, with the work that they have in common done once.
+
+use super::cascade::Cascade;
+use super::event_loop::simulate;
+use super::scene::Scene;
+use crate::decision::Figures;
+use crate::dispatch::{Rule, RuleAssignment, RuleStrategy};
+use crate::error::Result;
+
+/// Assignments as a prefix tree: two that begin alike share the passes of the robots
+/// that they have in common. The tree of all assignments of N robots takes
+/// 6 + 6^2 + ... + 6^N passes of one robot.
+#[derive(Debug, Clone)]
+pub struct AssignmentTree {
+    assignments: Vec<RuleAssignment>,
+    /// In preorder: a node's parent is the last one before it that is one shallower.
+    nodes: Vec<Node>,
+}
+
+#[derive(Debug, Clone)]
+struct Node {
+    robot: usize,
+    rule: Rule,
+    /// Position in `assignments` of the one that ends here.
+    assignment: Option<usize>,
+}
+
+impl AssignmentTree {
+    /// The tree of these assignments, which may be of different lengths: robots
+    /// without a rule stand idle. Empty assignments are left out, doubles kept once.
+    pub fn new(mut assignments: Vec<RuleAssignment>) -> Self {
+        assignments.retain(|assignment| !assignment.rules().is_empty());
+        assignments.sort_unstable();
+        assignments.dedup();
+        let mut nodes = Vec::new();
+        let mut before: &[Rule] = &[];
+        for (place, assignment) in assignments.iter().enumerate() {
+            let rules = assignment.rules();
+            let common = before.iter().zip(rules).take_while(|(a, b)| a == b).count();
+            for (robot, &rule) in rules.iter().enumerate().skip(common) {
+                nodes.push(Node {
+                    robot,
+                    rule,
+                    assignment: (robot + 1 == rules.len()).then_some(place),
+                });
+            }
+            before = rules;
+        }
+        Self { assignments, nodes }
+    }
+
+    /// The tree of all `6^robots` assignments.
+    pub fn all(robots: usize) -> Self {
+        Self::new(RuleAssignment::all(robots).collect())
+    }
+
+    /// The assignments, in registry order.
+    pub fn assignments(&self) -> &[RuleAssignment] {
+        &self.assignments
+    }
+
+    /// Robot passes that one walk takes where robots are independent.
+    pub fn passes(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// The figures of every assignment on `scene`, told to `visit` with its position
+    /// in [`AssignmentTree::assignments`], in that order. Uses the cascade where the
+    /// robots are independent on this scene, else the event loop.
+    ///
+    /// # Errors
+    /// More rules than robots.
+    pub fn evaluate(&self, scene: &Scene, mut visit: impl FnMut(usize, Figures)) -> Result<()> {
+        let robots = scene.station().robots().len();
+        if let Some(long) = self.assignments.iter().find(|a| a.rules().len() > robots) {
+            return long.clone().for_robots(robots).map(drop);
+        }
+        if let Some(mut cascade) = Cascade::new(scene) {
+            for node in &self.nodes {
+                let figures = cascade.extend(node.robot, node.rule);
+                if let Some(place) = node.assignment {
+                    visit(place, figures);
+                }
+            }
+        } else {
+            for (place, assignment) in self.assignments.iter().enumerate() {
+                let mut strategy = RuleStrategy(assignment.clone());
+                visit(place, simulate(scene, &mut strategy)?.figures);
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shared_prefixes_are_passed_once() {
+        let read = |text: &str| text.parse::<RuleAssignment>().unwrap();
+        let tree = AssignmentTree::new(vec![
+            read("SPT,FIFO,LD"),
+            read("SPT,FIFO,LD"),
+            read("SPT,FIFO"),
+            read("SPT,SPT"),
+        ]);
+        assert_eq!(tree.assignments().len(), 3);
+        assert_eq!(tree.passes(), 4);
+        assert_eq!(AssignmentTree::all(3).passes(), 6 + 36 + 216);
+    }
+}

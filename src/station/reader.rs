@@ -1,0 +1,231 @@
+//! Reads values out of a parsed TOML file so that every error names its line, key,
+//! value and cure.
+
+use crate::error::{Error, Result, known_names, shown};
+use nalgebra::Point2;
+use std::cell::RefCell;
+use std::collections::HashMap;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// The file under the reader: its name, its text, and on which line each key
+/// stands, for messages.
+pub(super) struct File<'a> {
+    pub name: &'a str,
+    text: &'a str,
+    lines: RefCell<HashMap<String, usize>>,
+}
+
+impl<'a> File<'a> {
+    /// The file `text`, which messages call `name`.
+    pub fn new(name: &'a str, text: &'a str) -> Self {
+        Self {
+            name,
+            text,
+            lines: RefCell::default(),
+        }
+    }
+
+    pub fn line(&self, offset: usize) -> usize {
+        let offset = offset.min(self.text.len());
+        1 + self.text.as_bytes()[..offset]
+            .iter()
+            .filter(|&&byte| byte == b'\n')
+            .count()
+    }
+
+    pub fn remember<T>(&self, key: &str, value: &Spanned<T>) -> usize {
+        let line = self.line(value.span().start);
+        self.lines.borrow_mut().insert(key.to_owned(), line);
+        line
+    }
+
+    /// Messages about `key` point where `other` stands.
+    pub fn alias(&self, key: &str, other: &str) {
+        let line = self.lines.borrow().get(other).copied();
+        if let Some(line) = line {
+            self.lines.borrow_mut().insert(key.to_owned(), line);
+        }
+    }
+
+    /// `file:line: key`, by the nearest enclosing table whose line is known.
+    pub fn place(&self, key: &str) -> String {
+        let lines = self.lines.borrow();
+        let mut known = key;
+        loop {
+            if let Some(line) = lines.get(known) {
+                return format!("{}:{line}: {key}", self.name);
+            }
+            match known.rfind('.') {
+                Some(dot) => known = &known[..dot],
+                None => return format!("{}: {key}", self.name),
+            }
+        }
+    }
+}
+
+/// One table of the file, with the path that messages call it by.
+pub(super) struct Section<'a> {
+    pub file: &'a File<'a>,
+    pub path: String,
+    pub table: &'a DeTable<'a>,
+    pub line: usize,
+}
+
+impl<'a> Section<'a> {
+    fn key(&self, key: &str) -> String {
+        if self.path.is_empty() {
+            key.to_owned()
+        } else {
+            format!("{}.{key}", self.path)
+        }
+    }
+
+    pub fn wrong(&self, key: &str, problem: String, cure: String) -> Error {
+        if let Some(value) = self.table.get(key) {
+            self.file.remember(&self.key(key), value);
+        }
+        Error::input(self.file.place(&self.key(key)), problem, cure)
+    }
+
+    pub fn missing(&self, key: &str) -> Error {
+        Error::input(
+            format!("{}:{}: {}", self.file.name, self.line, self.key(key)),
+            "the key is missing",
+            format!("add `{key} = ...`; `pickline station init` shows every key with its unit"),
+        )
+    }
+
+    pub fn only(&self, known: &[&str]) -> Result<()> {
+        for (key, _) in self.table.iter() {
+            let name: &str = key.get_ref();
+            if !known.contains(&name) {
+                let line = self.file.line(key.span().start);
+                return Err(Error::input(
+                    format!("{}:{line}: {}", self.file.name, self.key(&shown(name))),
+                    "unknown key",
+                    known_names(name, known),
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    pub fn section(&self, key: &str) -> Result<Section<'a>> {
+        let Some(value) = self.table.get(key) else {
+            return Err(Error::input(
+                self.file.name,
+                format!("the file has no [{key}]"),
+                format!("add a [{key}] table; `pickline station init` shows one"),
+            ));
+        };
+        let line = self.file.remember(&self.key(key), value);
+        let DeValue::Table(table) = value.get_ref() else {
+            return Err(self.wrong(
+                key,
+                "not a table".into(),
+                format!("write it as [{key}] with one key a line"),
+            ));
+        };
+        Ok(Section {
+            file: self.file,
+            path: self.key(key),
+            table,
+            line,
+        })
+    }
+
+    fn value(&self, key: &str) -> Option<&'a DeValue<'a>> {
+        let value = self.table.get(key)?;
+        self.file.remember(&self.key(key), value);
+        Some(value.get_ref())
+    }
+
+    pub fn optional(&self, key: &str) -> Result<Option<f64>> {
+        let Some(value) = self.value(key) else {
+            return Ok(None);
+        };
+        match as_number(value) {
+            Some(number) => Ok(Some(number)),
+            None => Err(self.wrong(
+                key,
+                format!("{} is not a number", describe(value)),
+                "give a number in SI units (m, s, m/s), without quotes".into(),
+            )),
+        }
+    }
+
+    pub fn number(&self, key: &str) -> Result<f64> {
+        self.optional(key)?.ok_or_else(|| self.missing(key))
+    }
+
+    pub fn optional_count(&self, key: &str) -> Result<Option<usize>> {
+        match self.value(key) {
+            None => Ok(None),
+            Some(value) => match value {
+                DeValue::Integer(n) => n.as_str().parse().ok(),
+                _ => None,
+            }
+            .map(Some)
+            .ok_or_else(|| {
+                self.wrong(
+                    key,
+                    format!("{} is not a count", describe(value)),
+                    "give a whole number, 1 or more".into(),
+                )
+            }),
+        }
+    }
+
+    pub fn text(&self, key: &str) -> Result<String> {
+        match self.value(key) {
+            None => Err(self.missing(key)),
+            Some(DeValue::String(text)) => Ok(text.to_string()),
+            Some(other) => Err(self.wrong(
+                key,
+                format!("{} is not a text", describe(other)),
+                format!("put it in quotes: {key} = \"...\""),
+            )),
+        }
+    }
+
+    pub fn point(&self, key: &str) -> Result<Point2<f64>> {
+        let value = self.value(key).ok_or_else(|| self.missing(key))?;
+        let coordinates = match value {
+            DeValue::Array(list) => list.iter().map(|v| as_number(v.get_ref())).collect(),
+            _ => None::<Vec<f64>>,
+        };
+        match coordinates.as_deref() {
+            Some(&[x, y]) => Ok(Point2::new(x, y)),
+            _ => Err(self.wrong(
+                key,
+                format!("{} is not a position", describe(value)),
+                format!("give x and y in metres: {key} = [1.3, -0.625]"),
+            )),
+        }
+    }
+}
+
+fn as_number(value: &DeValue) -> Option<f64> {
+    match value {
+        DeValue::Float(number) => number.as_str().replace('_', "").parse().ok(),
+        DeValue::Integer(number) => {
+            i64::from_str_radix(&number.as_str().replace('_', ""), number.radix())
+                .ok()
+                .map(|n| n as f64)
+        }
+        _ => None,
+    }
+}
+
+fn describe(value: &DeValue) -> String {
+    match value {
+        DeValue::String(text) => format!("the text \"{}\"", shown(text)),
+        DeValue::Integer(number) => shown(number.as_str()),
+        DeValue::Float(number) => shown(number.as_str()),
+        DeValue::Boolean(truth) => truth.to_string(),
+        DeValue::Datetime(date) => date.to_string(),
+        DeValue::Array(list) => format!("a list of {} values", list.len()),
+        DeValue::Table(_) => "a table".into(),
+    }
+}

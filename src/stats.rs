@@ -1,0 +1,178 @@
+//! The few statistics that results are reported with.
+
+use crate::pattern::random_stream;
+use rand::RngExt;
+use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
+
+/// Coverage of every interval that is reported.
+pub const CONFIDENCE: f64 = 0.95;
+
+/// An interval `[low, high]`.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Interval {
+    /// Lower end.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
+
+impl Interval {
+    /// The interval of one point.
+    pub fn point(value: f64) -> Self {
+        Self {
+            low: value,
+            high: value,
+        }
+    }
+
+    /// Whether `value` lies in it, ends included.
+    pub fn contains(&self, value: f64) -> bool {
+        self.low <= value && value <= self.high
+    }
+}
+
+/// Arithmetic mean; summed in order, so the same on any number of threads.
+pub fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// 95 % interval of the mean by Student's t; the point itself for a single value or
+/// values that are all equal.
+pub fn mean_interval(values: &[f64]) -> Interval {
+    let n = values.len() as f64;
+    let centre = mean(values);
+    let squares: f64 = values.iter().map(|v| (v - centre) * (v - centre)).sum();
+    if values.len() < 2 || squares == 0.0 {
+        return Interval::point(centre);
+    }
+    // With one degree of freedom or more the distribution always exists.
+    let t = StudentsT::new(0.0, 1.0, n - 1.0)
+        .map_or(f64::INFINITY, |t| t.inverse_cdf(0.5 + CONFIDENCE / 2.0));
+    let half = t * (squares / (n - 1.0) / n).sqrt();
+    Interval {
+        low: centre - half,
+        high: centre + half,
+    }
+}
+
+/// Mean of the worst `share` of the values (conditional value at risk; Rockafellar
+/// and Uryasev 2000, DOI 10.21314/JOR.2000.038), the number of them rounded up.
+/// `values` comes back in another order.
+pub fn worst_mean(values: &mut [f64], share: f64) -> f64 {
+    let count = ((share * values.len() as f64).ceil() as usize).clamp(1, values.len());
+    if count < values.len() {
+        values.select_nth_unstable_by(count - 1, f64::total_cmp);
+    }
+    let worst = &mut values[..count];
+    // Selection leaves them in no particular order; sorted, the sum has one value.
+    worst.sort_unstable_by(f64::total_cmp);
+    mean(worst)
+}
+
+/// Wilson's 95 % score interval of a share, `hits` of `trials` (Wilson 1927,
+/// DOI 10.1080/01621459.1927.10502953).
+pub fn share_interval(hits: usize, trials: usize) -> Interval {
+    let n = trials as f64;
+    let p = hits as f64 / n;
+    let z = Normal::standard().inverse_cdf(0.5 + CONFIDENCE / 2.0);
+    let centre = (p + z * z / (2.0 * n)) / (1.0 + z * z / n);
+    let half = z / (1.0 + z * z / n) * (p * (1.0 - p) / n + z * z / (4.0 * n * n)).sqrt();
+    Interval {
+        low: (centre - half).max(0.0).min(p),
+        high: (centre + half).min(1.0).max(p),
+    }
+}
+
+/// Resamples of `n` indices for a paired bootstrap (Efron 1979,
+/// DOI 10.1214/aos/1176344552): every comparison sees the same ones.
+#[derive(Debug)]
+pub struct Bootstrap {
+    resamples: Vec<Vec<u32>>,
+}
+
+impl Bootstrap {
+    /// `count` resamples of `n` values, from `seed`.
+    pub fn new(n: usize, count: usize, seed: u64) -> Self {
+        let mut rng = random_stream(seed, 0);
+        let resamples = (0..count)
+            .map(|_| (0..n).map(|_| rng.random_range(0..n as u32)).collect())
+            .collect();
+        Self { resamples }
+    }
+
+    /// 95 % percentile interval of `statistic(a) - statistic(b)` when both are
+    /// resampled alike.
+    pub fn difference(
+        &self,
+        a: &[f64],
+        b: &[f64],
+        statistic: impl Fn(&mut [f64]) -> f64,
+    ) -> Interval {
+        if a == b {
+            return Interval::point(0.0);
+        }
+        let mut buffer = Vec::with_capacity(a.len());
+        let mut of = |values: &[f64], indices: &[u32]| {
+            buffer.clear();
+            buffer.extend(indices.iter().map(|&i| values[i as usize]));
+            statistic(&mut buffer)
+        };
+        let mut differences: Vec<f64> = self
+            .resamples
+            .iter()
+            .map(|indices| of(a, indices) - of(b, indices))
+            .collect();
+        differences.sort_unstable_by(f64::total_cmp);
+        let last = differences.len() - 1;
+        let at = |share: f64| differences[(share * last as f64).round() as usize];
+        let tail = (1.0 - CONFIDENCE) / 2.0;
+        Interval {
+            low: at(tail),
+            high: at(1.0 - tail),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn t_interval_of_a_known_sample() {
+        // t(0.975, 4) = 2.776445; sd of 1..5 is sqrt(2.5).
+        let interval = mean_interval(&[1.0, 2.0, 3.0, 4.0, 5.0]);
+        let half = 2.776_445_105 * (2.5f64 / 5.0).sqrt();
+        assert!((interval.low - (3.0 - half)).abs() < 1e-6);
+        assert!((interval.high - (3.0 + half)).abs() < 1e-6);
+        assert_eq!(mean_interval(&[7.0]), Interval::point(7.0));
+        assert_eq!(mean_interval(&[7.0, 7.0]), Interval::point(7.0));
+    }
+
+    #[test]
+    fn worst_mean_takes_the_low_end() {
+        let values = [5.0, 1.0, 4.0, 2.0, 3.0];
+        assert_eq!(worst_mean(&mut values.clone(), 0.4), 1.5);
+        assert_eq!(worst_mean(&mut values.clone(), 1.0), 3.0);
+        assert_eq!(worst_mean(&mut values.clone(), 1e-9), 1.0);
+    }
+
+    #[test]
+    fn wilson_interval_of_a_known_share() {
+        // 994 of 1000: computed by hand from the formula with z = 1.959964.
+        let interval = share_interval(994, 1000);
+        assert!((interval.low - 0.986_97).abs() < 1e-4, "{interval:?}");
+        assert!((interval.high - 0.997_25).abs() < 1e-4, "{interval:?}");
+        assert_eq!(share_interval(10, 10).high, 1.0);
+        assert_eq!(share_interval(0, 10).low, 0.0);
+    }
+
+    #[test]
+    fn bootstrap_of_means_is_near_the_t_interval() {
+        let a: Vec<f64> = (0..200).map(|i| f64::from(i % 17)).collect();
+        let b: Vec<f64> = (0..200).map(|i| f64::from(i % 13)).collect();
+        let differences: Vec<f64> = a.iter().zip(&b).map(|(x, y)| x - y).collect();
+        let t = mean_interval(&differences);
+        let boot = Bootstrap::new(200, 2000, 1).difference(&a, &b, |v| mean(v));
+        assert!((t.low - boot.low).abs() < 0.1 && (t.high - boot.high).abs() < 0.1);
+    }
+}
