@@ -1,14 +1,60 @@
-pub mod checker;
-pub mod cli;
+//! Which robot picks what from a moving belt.
+//!
+//! # The problem
+//!
+//! A belt `0 <= x <= L`, `|y| <= W/2` moves along `+x` at `v` [m/s]. Robot `i` has
+//! its base at `b`, reach `R`, an end effector of speed `u > v` and a bin at `g` that is
+//! also its resting position. Leaving the bin at time `t` for an item that is then at
+//! `p`, it meets the item after the positive root `tau` of
+//!
+//! ```text
+//! | p + (v tau, 0) - g | = u tau
+//! ```
+//!
+//! and is free again after `P = 2 tau + grasp time + release time`. It may leave exactly
+//! while the departure time lies in the item's window `[open, close]`, that is while the
+//! meeting point lies within reach and on the belt. Whenever a robot is free and has
+//! candidates, a *strategy* says which item it takes. A run is judged by its picking rate
+//! `60 k / T`, with `k` of `n` items picked when the run ends at `T`.
+//!
+//! The *combinatorial strategy* of Jermann et al. gives each robot one dispatching rule
+//! (FIFO, SPT, LPT, SD, LD, PP) and searches the assignment that is best over many
+//! patterns. `docs/model.md` in the repository states everything exactly.
+//!
+//! # Example
+//!
+//! ```
+//! use pickline::{pattern::grid, sim, station};
+//!
+//! let station = station::built_in("paper")?.station(Some(2))?;
+//! let pattern = grid(station.belt().width, 0.15, 50)?;
+//! let scene = sim::Scene::new(&station, &pattern)?;
+//! let outcome = sim::simulate_rules(&scene, &"SPT,FIFO".parse()?)?;
+//! assert_eq!(outcome.figures.picked, 44);
+//! pickline::checker::check(&station, &pattern, &outcome)?;
+//! # Ok::<(), pickline::error::Error>(())
+//! ```
+//!
+//! # Where to look
+//!
+//! Modules may use those above them in this list, never those below
+//! (`docs/architecture.md`).
+
+#![warn(missing_docs)]
+// Units stand in brackets, [m] or [s]; rustdoc takes those for links.
+#![allow(rustdoc::broken_intra_doc_links)]
+
+pub mod error;
+pub mod kinematics;
+pub mod files;
+pub mod station;
+pub mod pattern;
+pub mod stats;
 pub mod decision;
 pub mod dispatch;
-pub mod error;
-pub mod files;
-pub mod kinematics;
-pub mod optimize;
-pub mod pattern;
-pub mod report;
+pub mod checker;
 pub mod sim;
-pub mod station;
-pub mod stats;
 pub mod strategies;
+pub mod optimize;
+pub mod report;
+pub mod cli;

@@ -418,7 +418,7 @@ pub enum StationCommand {
         /// Also draw the station into this SVG file
         #[arg(long, value_name = "FILE")]
         svg: Option<PathBuf>,
-        /// With the items of this pattern file (CSV) on the belt
+        /// With the items of this pattern file (CSV) on the belt instead of random ones
         #[arg(long, value_name = "FILE", requires = "svg")]
         pattern: Option<String>,
     },

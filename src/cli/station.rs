@@ -5,6 +5,7 @@ use super::session::Session;
 use super::settings::load_pattern;
 use crate::error::{Error, Result};
 use crate::files;
+use crate::pattern::{Pattern, poisson_disk, random_stream};
 use crate::report::{Table, fixed, station_hash, station_picture};
 use crate::station::{Station, commented_example, to_toml};
 use std::path::Path;
@@ -29,11 +30,28 @@ fn show(
 ) -> Result<()> {
     let station = choice.load()?;
     if let Some(file) = svg {
-        let (pattern, _) = load_pattern(pattern, station.belt().width)?;
+        let pattern = match pattern {
+            Some(_) => load_pattern(pattern, station.belt().width)?.0,
+            None => covering(&station)?,
+        };
         pattern.check_on(&station)?;
         files::write_whole(file, station_picture(&station, &pattern).as_bytes())?;
     }
     session.print(to_toml(&station).as_bytes())
+}
+
+/// A pattern that covers the whole belt, for a picture without one of its own.
+fn covering(station: &Station) -> Result<Pattern> {
+    let belt = station.belt();
+    let radius = belt.width / 5.0;
+    // A maximal pattern has fewer items than one a square of side 0.9 radius.
+    let count = 1.3 * (belt.length + radius) * (belt.width + radius) / (radius * radius);
+    poisson_disk(
+        belt.width,
+        radius,
+        count.min(1e4) as usize,
+        &mut random_stream(1, 0),
+    )
 }
 
 fn check(file: String, session: &Session) -> Result<()> {

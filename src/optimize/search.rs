@@ -77,7 +77,7 @@ pub struct Optimum {
 }
 
 /// Values that an enumeration may keep in memory: one an assignment and pattern.
-const MOST_VALUES: f64 = 2.5e8;
+const MOST_VALUES: f64 = 5e7;
 
 /// Searches the best assignment.
 ///

@@ -122,13 +122,8 @@ impl<'a> Sampler<'a> {
             let at = self.rng.random_range(0..active.len());
             let centre = self.points[active[at] as usize];
             let found = (0..TRIES).find_map(|_| {
-                // Uniform by area over the ring from r to 2 r.
-                let radius = self.least * (1.0 + 3.0 * self.rng.random::<f64>()).sqrt();
-                let angle = std::f64::consts::TAU * self.rng.random::<f64>();
-                let point = [
-                    centre[0] + radius * angle.cos(),
-                    centre[1] + radius * angle.sin(),
-                ];
+                let [dx, dy] = self.in_ring();
+                let point = [centre[0] + dx, centre[1] + dy];
                 self.fits(point, self.least).then_some(point)
             });
             match found {
@@ -139,6 +134,18 @@ impl<'a> Sampler<'a> {
                 None => {
                     active.swap_remove(at);
                 }
+            }
+        }
+    }
+
+    /// A point evenly over the ring from r to 2 r around the origin. By rejection: sine
+    /// and cosine differ in the last bit from one C library to another.
+    fn in_ring(&mut self) -> Point {
+        loop {
+            let point = [(); 2].map(|()| 4.0 * self.rng.random::<f64>() - 2.0);
+            let square = point[0] * point[0] + point[1] * point[1];
+            if (1.0..4.0).contains(&square) {
+                return point.map(|c| c * self.least);
             }
         }
     }

@@ -310,7 +310,11 @@ impl OptimumReport {
         if self.contenders < 2 {
             return format!("ties      none; {}\n", self.intervals);
         }
-        let changed = if self.leader == self.best {
+        let figure = |names: &[&str]| {
+            let line = self.ranking.iter().find(|line| line.assignment == names);
+            line.map(|line| line.value)
+        };
+        let changed = if figure(&self.leader) == figure(&self.best) {
             String::new()
         } else {
             format!("; {} had the highest figure", bracketed(&self.leader))

@@ -9,7 +9,7 @@ use super::claims::Claims;
 use super::event_loop::make_pick;
 use super::queue::Queue;
 use super::scene::Scene;
-use crate::decision::{Figures, Moment, Pick};
+use crate::decision::{Candidate, Figures, Moment, Pick};
 use crate::dispatch::{DispatchingRule, Rule};
 
 /// Reusable buffers for one scene; nothing is allocated per decision or per pass.
@@ -23,6 +23,9 @@ pub struct Cascade<'a> {
 #[derive(Clone)]
 struct Level {
     claims: Claims,
+    /// The next robot's queue without what is claimed, once that robot was asked for.
+    left: Vec<Candidate>,
+    left_is_current: bool,
     picked: usize,
     weight: f64,
     last_release: f64,
@@ -38,6 +41,8 @@ impl<'a> Cascade<'a> {
             levels: vec![
                 Level {
                     claims: Claims::none(scene.pattern().len()),
+                    left: Vec::new(),
+                    left_is_current: false,
                     picked: 0,
                     weight: 0.0,
                     last_release: 0.0,
@@ -81,7 +86,8 @@ impl<'a> Cascade<'a> {
     /// Simulates `robot` under `rule` on what level `robot` left, into the next level.
     fn pass(&mut self, robot: usize, rule: Rule, on_pick: &mut impl FnMut(Pick)) {
         let (upstream, rest) = self.levels.split_at_mut(robot + 1);
-        let (before, after) = (&upstream[robot], &mut rest[0]);
+        let (before, after) = (&mut upstream[robot], &mut rest[0]);
+        before.find_left(self.scene.queue(robot));
         let rule: &dyn DispatchingRule = &*rule;
         after.claims.copy_from(&before.claims);
         let mut picked = before.picked;
@@ -90,8 +96,11 @@ impl<'a> Cascade<'a> {
         self.queue.reset();
         let mut at = Moment::new(self.scene.station(), robot, 0.0);
         // Only this robot claims now, and what it claims leaves `active` at once.
-        let gone = |item| before.claims.contains(item);
-        while let Some(time) = self.queue.next_decision(self.scene, robot, gone, |_| false) {
+        let none = |_| false;
+        while let Some(time) = self
+            .queue
+            .next_decision(self.scene, &before.left, none, none)
+        {
             at.time = time;
             let place = rule.choose(&at, &self.queue.active);
             let candidate = self.queue.active.swap_remove(place);
@@ -103,9 +112,23 @@ impl<'a> Cascade<'a> {
             self.queue.free = pick.release;
             on_pick(pick);
         }
+        after.left_is_current = false;
         after.picked = picked;
         // Robot by robot, as the event loop adds it, so that both agree to the bit.
         after.weight = before.weight + weight;
         after.last_release = last_release;
+    }
+}
+
+impl Level {
+    /// Fills `left` from the next robot's whole queue, once for all its rules.
+    fn find_left(&mut self, queue: &[Candidate]) {
+        if self.left_is_current {
+            return;
+        }
+        self.left.clear();
+        let unclaimed = queue.iter().filter(|c| !self.claims.contains(c.item));
+        self.left.extend(unclaimed);
+        self.left_is_current = true;
     }
 }

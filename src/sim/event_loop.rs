@@ -9,6 +9,7 @@ use crate::decision::{
 };
 use crate::dispatch::{RuleAssignment, RuleStrategy};
 use crate::error::{Error, Result};
+use crate::kinematics;
 use nalgebra::Point2;
 
 /// Runs `strategy` on `scene`.
@@ -98,7 +99,8 @@ impl<'a, 'o> Run<'a, 'o> {
             }
             let (robot, time) = first?;
             let claimed = |item| self.claims.contains(item);
-            let now = self.queues[robot].next_decision(self.scene, robot, claimed, claimed);
+            let queue = self.scene.queue(robot);
+            let now = self.queues[robot].next_decision(self.scene, queue, claimed, claimed);
             self.decisions[robot] = now;
             if now == Some(time) {
                 return first;
@@ -229,7 +231,8 @@ pub(super) fn make_pick(at: &Moment, robot: usize, candidate: &Candidate) -> Pic
         item: candidate.item,
         decide: at.time,
         grasp: at.time + travel,
-        release: at.time + at.processing_time(candidate),
+        release: at.time
+            + kinematics::processing_time(travel, at.robot.grasp_time, at.robot.release_time),
         meet: Point2::new(at.x(candidate) + at.belt_speed * travel, candidate.y),
     }
 }

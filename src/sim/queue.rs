@@ -8,7 +8,7 @@ use crate::decision::Candidate;
 /// in the workspace, not on the belt.
 #[derive(Debug, Default)]
 pub(super) struct Queue {
-    /// First item of the scene's queue that has not opened yet.
+    /// First item of the robot's queue that has not opened yet.
     next: usize,
     /// Opened items that may still be picked.
     pub active: Vec<Candidate>,
@@ -27,16 +27,16 @@ impl Queue {
     /// When the robot decides next [s], and leaves in `active` what it can choose
     /// from then; none when there is nothing left for it.
     ///
-    /// `gone` says whether an item that has not opened yet is claimed, `lost` the same
-    /// of one that has.
+    /// `queue` is what the robot has windows for, by opening time, the same in every
+    /// call. `gone` says whether an item that has not opened yet is claimed, `lost` the
+    /// same of one that has.
     pub fn next_decision(
         &mut self,
         scene: &Scene,
-        robot: usize,
+        queue: &[Candidate],
         gone: impl Fn(u32) -> bool,
         lost: impl Fn(u32) -> bool,
     ) -> Option<f64> {
-        let queue = scene.queue(robot);
         loop {
             self.open_until(queue, self.free, &gone);
             // An earlier call may have opened items past `free`.

@@ -1,0 +1,17 @@
+#!/usr/bin/env bash
+# Makes the committed tables again: results/optimize/*.txt, what `pickline optimize`
+# prints for 2, 3 and 4 robots on both built-in stations. A first argument names another
+# folder to write to; PICKLINE names another program than the release build.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+out=$(realpath -m "${1:-results}")
+if [ -z "${PICKLINE:-}" ]; then
+    cargo build --release --quiet
+    PICKLINE=${CARGO_TARGET_DIR:-target}/release/pickline
+fi
+mkdir -p "$out/optimize"
+for robots in 2 3 4; do
+    "$PICKLINE" optimize --quiet --robots $robots > "$out/optimize/paper-$robots.txt"
+    "$PICKLINE" optimize --quiet --station paper-narrow --items 50 --robots $robots \
+        > "$out/optimize/paper-narrow-$robots.txt"
+done

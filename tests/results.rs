@@ -1,0 +1,55 @@
+//! The committed results are what the program prints.
+
+use std::path::Path;
+use std::process::Command;
+
+#[test]
+fn the_committed_tables_are_made_again_to_the_byte() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let folder = tempfile::tempdir().unwrap();
+    let status = Command::new("bash")
+        .arg(root.join("results/make.sh"))
+        .arg(folder.path())
+        .env("PICKLINE", env!("CARGO_BIN_EXE_pickline"))
+        .status()
+        .unwrap();
+    assert!(status.success());
+    let mut compared = 0;
+    for entry in std::fs::read_dir(root.join("results/optimize")).unwrap() {
+        let committed = entry.unwrap().path();
+        let made = folder
+            .path()
+            .join("optimize")
+            .join(committed.file_name().unwrap());
+        assert_eq!(
+            std::fs::read_to_string(&made).unwrap(),
+            std::fs::read_to_string(&committed).unwrap(),
+            "{} differs: run bash results/make.sh",
+            committed.display()
+        );
+        compared += 1;
+    }
+    assert_eq!(compared, 6);
+}
+
+/// The table in the README is what its first command prints.
+#[test]
+fn the_readme_shows_what_optimize_prints() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let readme = std::fs::read_to_string(root.join("README.md")).unwrap();
+    let printed = std::fs::read_to_string(root.join("results/optimize/paper-2.txt")).unwrap();
+    let table: Vec<&str> = printed
+        .lines()
+        .filter(|line| line.starts_with('|'))
+        .collect();
+    assert_eq!(table.len(), 12);
+    assert!(
+        readme.contains(&table.join("\n")),
+        "the README's table is not {table:#?}"
+    );
+    let best = printed
+        .lines()
+        .find(|line| line.starts_with("validated"))
+        .unwrap();
+    assert!(readme.contains(best), "the README lacks `{best}`");
+}

@@ -1,0 +1,8 @@
+#!/usr/bin/env bash
+# Runs every test. Needs only the Rust toolchain; what else a test wants is installed
+# here. Arguments go to `cargo test`.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+cargo test --locked "$@"
+# The benchmarks' code runs once, so that it cannot rot; `cargo bench` measures.
+cargo test --locked --bench engines
