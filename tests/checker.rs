@@ -23,7 +23,7 @@ fn a_real_run_is_confirmed() {
 #[test]
 fn bent_runs_are_refuted() {
     type Bend = fn(&mut Outcome);
-    let bends: [(&str, Bend); 17] = [
+    let bends: [(&str, Bend); 18] = [
         ("another robot", |o| o.picks[3].robot = 1 - o.picks[3].robot),
         ("no such robot", |o| o.picks[3].robot = 2),
         ("no such item", |o| o.picks[3].item = 50),
@@ -53,6 +53,7 @@ fn bent_runs_are_refuted() {
         ("a wrong reason", |o| {
             o.missed[0].reason = MissReason::Unreachable
         }),
+        ("an end that is none", |o| o.figures.end = f64::NAN),
         ("an early end", |o| o.figures.end -= 1.0),
         ("too much weight", |o| o.figures.weight += 0.5),
     ];

@@ -3,6 +3,7 @@
 use crate::optimize::Progress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::sync::Mutex;
+use std::time::Duration;
 
 /// A bar a stage; draws nothing when quiet or when stderr is not a terminal.
 pub struct Bar {
@@ -29,27 +30,21 @@ impl Bar {
 }
 
 impl Progress for Bar {
-    fn begin(&self, stage: &str, total: u64) {
+    fn begin(&self, stage: &str, total: u64, unit: &str) {
         if self.quiet {
             return;
         }
-        let (bar, template) = if total > 0 {
-            (
-                ProgressBar::new(total),
-                "{prefix:>13} [{bar:32}] {pos}/{len} patterns, {per_sec}, ETA {eta} {msg}",
-            )
-        } else {
-            (
-                ProgressBar::new_spinner(),
-                "{prefix:>13} {spinner} {pos} patterns, {per_sec}, {elapsed} {msg}",
-            )
-        };
+        let bar = ProgressBar::new(total);
         bar.set_draw_target(ProgressDrawTarget::stderr());
-        // The templates above are valid; a mistake in them would only lose the style.
-        if let Ok(style) = ProgressStyle::with_template(template) {
+        let template = format!(
+            "{{prefix:>13}} [{{bar:32}}] {{pos}}/{{len}} {unit}, {{per_sec}}, ETA {{eta}} {{msg}}"
+        );
+        // The template is valid; a mistake in it would only lose the style.
+        if let Ok(style) = ProgressStyle::with_template(&template) {
             bar.set_style(style.progress_chars("=> "));
         }
         bar.set_prefix(stage.to_owned());
+        bar.enable_steady_tick(Duration::from_millis(200));
         self.with(|current| *current = bar);
     }
 

@@ -4,8 +4,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Is told how far long work has come.
 pub trait Progress: Sync {
-    /// A stage of `total` steps begins.
-    fn begin(&self, stage: &str, total: u64);
+    /// A stage of `total` steps begins; `unit` is what they are called.
+    fn begin(&self, stage: &str, total: u64, unit: &str);
     /// So many more steps are done.
     fn advance(&self, steps: u64);
     /// The best found so far.
@@ -19,7 +19,7 @@ pub trait Progress: Sync {
 pub struct Silent;
 
 impl Progress for Silent {
-    fn begin(&self, _: &str, _: u64) {}
+    fn begin(&self, _: &str, _: u64, _: &str) {}
     fn advance(&self, _: u64) {}
     fn incumbent(&self, _: &str) {}
     fn end(&self) {}

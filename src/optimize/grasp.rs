@@ -5,7 +5,7 @@
 //! robot by robot, choosing at random among the rules that score nearly as well as
 //! the best, and then climbs to a local optimum.
 
-use super::environment::Environment;
+use super::environment::{Environment, Silent};
 use super::evaluator::{Evaluation, Evaluator, Score};
 use super::objective::{Objective, Risk};
 use crate::dispatch::{Rule, RuleAssignment};
@@ -97,6 +97,11 @@ impl Grasp {
         memo: &mut Memo,
         environment: &Environment,
     ) -> Result<GraspOutcome> {
+        // Steps are starts here; what the evaluator counts is patterns.
+        let quiet = Environment {
+            stop: environment.stop,
+            progress: &Silent,
+        };
         let mut walk = Walk {
             evaluator,
             // A part of the line rarely picks everything at any speed, so its speed
@@ -108,7 +113,7 @@ impl Grasp {
             parts: Memo::new(),
             risk,
             memo,
-            environment,
+            environment: &quiet,
         };
         let mut outcome = GraspOutcome {
             best: None,
@@ -125,6 +130,7 @@ impl Grasp {
                 outcome.interrupted = true;
                 break;
             };
+            environment.progress.advance(1);
             outcome.starts += 1;
             outcome.moves += moves;
             if outcome.best.as_ref() == Some(&assignment) {

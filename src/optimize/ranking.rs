@@ -199,7 +199,7 @@ fn speed_limits(
         .collect();
     environment
         .progress
-        .begin("breaking ties", limits.pattern_count() as u64);
+        .begin("breaking ties", limits.pattern_count() as u64, "patterns");
     // Both lists are in registry order.
     let speeds = limits.evaluate(tied, environment)?;
     environment.progress.end();

@@ -96,7 +96,9 @@ pub fn optimize(
     let mut enumeration = None;
     if matches!(kind, SearchKind::Exhaustive | SearchKind::Both) {
         let patterns = evaluator.pattern_count() as u64;
-        environment.progress.begin("enumerating", patterns);
+        environment
+            .progress
+            .begin("enumerating", patterns, "patterns");
         let all = RuleAssignment::all(robots).collect();
         let evaluation = evaluator.evaluate(all, environment)?;
         environment.progress.end();
@@ -109,7 +111,9 @@ pub fn optimize(
             let scores = evaluation.scores.iter().cloned();
             memo.extend(evaluation.assignments.iter().cloned().zip(scores));
         }
-        environment.progress.begin("GRASP", 0);
+        environment
+            .progress
+            .begin("GRASP", search.grasp.starts as u64, "starts");
         let outcome = search
             .grasp
             .run(evaluator, search.risk, &mut memo, environment)?;

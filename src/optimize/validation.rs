@@ -54,7 +54,9 @@ pub fn validate(
     environment: &Environment,
 ) -> Result<Option<Validation>> {
     let patterns = evaluator.pattern_count();
-    environment.progress.begin("validating", patterns as u64);
+    environment
+        .progress
+        .begin("validating", patterns as u64, "patterns");
     let evaluation = evaluator.evaluate(vec![assignment.clone()], environment)?;
     environment.progress.end();
     if !evaluation.is_whole(evaluator) {
