@@ -56,7 +56,7 @@ const BOOTSTRAP_WORK: usize = 200_000_000;
 impl Ranking {
     /// Ranks `evaluation`. Those that no paired test proves worse than another are
     /// told apart by their speed limits, then by their worst pattern, then by
-    /// registry order. None when nothing was evaluated.
+    /// their mean, then by registry order. None when nothing was evaluated.
     ///
     /// # Errors
     /// As for [`Evaluator::evaluate`].
@@ -167,12 +167,13 @@ fn contenders(evaluation: &Evaluation, intervals: &Intervals, risk: Risk) -> Vec
     (0..values.len()).filter(|&place| contends[place]).collect()
 }
 
-/// Higher speed limit first, then the better worst case.
+/// Higher speed limit first, then the better worst case, then the higher mean.
 fn tie_order(a: &Ranked, b: &Ranked) -> std::cmp::Ordering {
     let speed = |entry: &Ranked| entry.max_speed.unwrap_or_default();
     speed(b)
         .total_cmp(&speed(a))
         .then_with(|| b.worst.total_cmp(&a.worst))
+        .then_with(|| b.mean.total_cmp(&a.mean))
 }
 
 fn wins_tie(a: &Ranked, b: &Ranked) -> bool {

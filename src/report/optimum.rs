@@ -321,9 +321,15 @@ impl OptimumReport {
         };
         format!(
             "ties      {} assignments that no paired test proves worse than another ({}){changed};\n          \
-             told apart by max speed, then by worst pattern, then by the order {}\n",
+             told apart by {}worst pattern, then by mean, then by the order {}\n",
             self.contenders,
             self.intervals,
+            // Where the speed limit is the objective it can break no tie.
+            if self.ranking.iter().any(|line| line.max_speed.is_some()) {
+                "max speed, then by "
+            } else {
+                ""
+            },
             RULES
                 .iter()
                 .map(|rule| rule.name())
