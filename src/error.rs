@@ -72,6 +72,18 @@ impl Error {
         }
     }
 
+    /// The same error, with the whole that its place is a part of: the file of an item.
+    pub fn inside(self, whole: &str) -> Self {
+        match self {
+            Self::Input {
+                place,
+                problem,
+                cure,
+            } => Self::input(format!("{whole}: {place}"), problem, cure),
+            other => other,
+        }
+    }
+
     /// A file that could not be read.
     pub fn read(path: &Path, source: std::io::Error) -> Self {
         Self::Io {
@@ -129,6 +141,17 @@ pub fn shown(value: &str) -> String {
     text
 }
 
+/// A number as it is shown in a message: with an exponent where it would otherwise be
+/// hundreds of digits long.
+pub fn shown_number(value: f64) -> String {
+    let short = format!("{value:?}");
+    if short.contains('e') {
+        short
+    } else {
+        value.to_string()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -139,6 +162,19 @@ mod tests {
         assert_eq!(nearest("sped", known), Some("speed"));
         assert_eq!(nearest("WIDHT", known), Some("width"));
         assert_eq!(nearest("colour", known), None);
+    }
+
+    #[test]
+    fn numbers_are_shown_as_one_would_write_them() {
+        for (value, text) in [
+            (-1.0, "-1"),
+            (0.05, "0.05"),
+            (1e300, "1e300"),
+            (1e-9, "1e-9"),
+        ] {
+            assert_eq!(shown_number(value), text);
+        }
+        assert_eq!(shown_number(f64::NAN), "NaN");
     }
 
     #[test]

@@ -73,6 +73,7 @@ impl BuiltIn {
             robots: robots.unwrap_or(self.line.robots),
             ..self.line
         };
+        line.check(&|key| key.to_owned())?;
         Station::new(
             line.belt(self.belt_speed, self.belt_width),
             line.place(self.belt_width),

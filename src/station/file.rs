@@ -1,9 +1,9 @@
 //! The station file: TOML, SI units, unknown keys are errors.
 
 use super::builtin::built_in;
-use super::geometry::{Belt, Robot, Station};
+use super::geometry::{Belt, Robot, Station, outruns};
 use super::line::Line;
-use super::reader::{File, Section};
+use super::reader::{File, Section, describe};
 use crate::error::{Error, Result};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -79,19 +79,26 @@ pub fn parse(text: &str, name: &str, overrides: Overrides) -> Result<Station> {
         line: 1,
     };
     root.only(&["belt", "robot", "line"])?;
-    let (belt, robots) = read_station(&root, overrides)?;
-    Station::checked(
-        belt,
-        robots,
-        &|key| match (key, overrides.belt_speed, overrides.robots) {
-            ("belt.speed", Some(_), _) => "--belt-speed".to_owned(),
-            ("robot", _, Some(_)) => "--robots".to_owned(),
-            _ => file.place(key),
-        },
-    )
+    let place = |key: &str| match (key, overrides.belt_speed, overrides.robots) {
+        ("belt.speed", Some(_), _) => "--belt-speed".to_owned(),
+        ("robot", _, Some(_)) => "--robots".to_owned(),
+        _ => file.place(key),
+    };
+    let (belt, robots) = read_station(&root, overrides, &place)?;
+    if overrides.belt_speed.is_some() {
+        // The file may well be right; it is the flag that asks for too much.
+        for robot in robots.iter().filter(|robot| robot.speed > 0.0) {
+            outruns(&|| "--belt-speed".to_owned(), robot, &belt)?;
+        }
+    }
+    Station::checked(belt, robots, &place)
 }
 
-fn read_station(root: &Section, overrides: Overrides) -> Result<(Belt, Vec<Robot>)> {
+fn read_station(
+    root: &Section,
+    overrides: Overrides,
+    place: &dyn Fn(&str) -> String,
+) -> Result<(Belt, Vec<Robot>)> {
     let belt = root.section("belt")?;
     belt.only(&["speed", "length", "width"])?;
     let speed = match (belt.optional("speed")?, overrides.belt_speed) {
@@ -115,11 +122,17 @@ fn read_station(root: &Section, overrides: Overrides) -> Result<(Belt, Vec<Robot
         }
         (None, Some(_)) => {
             let line = read_line(&root.section("line")?, overrides)?;
-            // Not placed before the width is known to be a size.
-            let robots = line.place(width);
-            for i in 0..robots.len() {
-                root.file.alias(&format!("robot[{i}]"), "line");
+            line.check(place)?;
+            // What follows from the line is blamed on its keys.
+            for i in 0..line.robots {
+                root.file.alias(&format!("robot[{i}].speed"), "line.speed");
+                root.file.alias(&format!("robot[{i}].base"), "line");
+                root.file.alias(&format!("robot[{i}].bin"), "line");
             }
+            if length.is_none() {
+                root.file.alias("belt.length", "line");
+            }
+            let robots = line.place(width);
             (robots, length.unwrap_or_else(|| line.belt_length()))
         }
         (Some(_), Some(_)) => {
@@ -146,10 +159,11 @@ fn read_station(root: &Section, overrides: Overrides) -> Result<(Belt, Vec<Robot
 }
 
 fn read_robots(root: &Section, value: &Spanned<DeValue>) -> Result<Vec<Robot>> {
+    root.file.remember("robot", value);
     let DeValue::Array(robots) = value.get_ref() else {
         return Err(root.wrong(
             "robot",
-            "`robot` is not a list of tables".into(),
+            format!("{} is not a list of tables", describe(value.get_ref())),
             "write each robot under its own [[robot]] header, in double brackets".into(),
         ));
     };
@@ -160,7 +174,7 @@ fn read_robots(root: &Section, value: &Spanned<DeValue>) -> Result<Vec<Robot>> {
         let DeValue::Table(table) = value.get_ref() else {
             return Err(Error::input(
                 root.file.place(&path),
-                "not a table",
+                format!("{} is not a table", describe(value.get_ref())),
                 "write each robot under its own [[robot]] header",
             ));
         };
@@ -209,26 +223,14 @@ fn read_line(line: &Section, overrides: Overrides) -> Result<Line> {
         (Some(count), _) | (None, Some(count)) => count,
         (None, None) => return Err(line.missing("robots")),
     };
-    let at_least_zero = |key: &str| {
-        let value = line.number(key)?;
-        if value.is_finite() && value >= 0.0 {
-            return Ok(value);
-        }
-        Err(line.wrong(
-            key,
-            format!("{value} is not a length"),
-            "give metres, 0 or more".into(),
-        ))
-    };
+    line.file.alias("robot", "line.robots");
     Ok(Line {
-        // A slip such as robots = 1000000000 must not fill the memory before it
-        // is refused.
-        robots: robots.min(1000),
+        robots,
         first_base_x: line.number("first_base_x")?,
-        spacing: at_least_zero("spacing")?,
+        spacing: line.number("spacing")?,
         base_offset: line.number("base_offset")?,
         bin_offset: line.number("bin_offset")?,
-        tail: at_least_zero("tail")?,
+        tail: line.number("tail")?,
         reach: line.number("reach")?,
         speed: line.number("speed")?,
         grasp_time: line.number("grasp_time")?,
@@ -343,6 +345,61 @@ mod tests {
         }
         assert!(parse(&GOOD.replace('\n', "\r\n"), "t", Overrides::default()).is_ok());
         assert!(parse(&format!("\u{feff}{GOOD}"), "t", Overrides::default()).is_ok());
+    }
+
+    #[test]
+    fn a_line_is_blamed_by_its_own_keys() {
+        let good = commented_example();
+        let line_of = |key: &str| {
+            let starts = |line: &str| line.starts_with(key);
+            let after = good.lines().position(|line| line == "[line]").unwrap();
+            1 + after + good.lines().skip(after).position(starts).unwrap()
+        };
+        for (key, value, word) in [
+            ("robots", "0", "0 robots"),
+            ("robots", "1000000000", "1000000000 robots"),
+            ("robots", "2.5", "2.5 is not a count"),
+            ("first_base_x", "nan", "NaN"),
+            ("spacing", "-1", "-1 is not a length"),
+            ("base_offset", "1e300", "1e300 is not a position"),
+            ("tail", "inf", "inf is not a length"),
+            ("reach", "0", "0 is not a usable size"),
+            ("speed", "1e400", "1e400 is not a number"),
+            ("speed", "0.05", "not faster than the belt"),
+            ("grasp_time", "-0.1", "-0.1 is not a dwell time"),
+        ] {
+            let line = line_of(key);
+            let mut lines: Vec<_> = good.lines().map(str::to_owned).collect();
+            lines[line - 1] = format!("{key} = {value}");
+            let error = parse(&lines.join("\n"), "t", Overrides::default()).unwrap_err();
+            let message = error.to_string();
+            let place = format!("t:{line}: line.{key}: ");
+            assert!(message.starts_with(&place), "{place} not in {message}");
+            assert!(message.contains(word), "{word} not in {message}");
+        }
+        let hex = good.replace("robots = 2", "robots = 0x1_0");
+        let station = parse(&hex, "t", Overrides::default()).unwrap();
+        assert_eq!(station.robots().len(), 16);
+    }
+
+    #[test]
+    fn a_flag_that_asks_for_too_much_is_blamed() {
+        let with = |robots, belt_speed| Overrides { robots, belt_speed };
+        for (overrides, flag) in [
+            (with(None, Some(0.5)), "--belt-speed: "),
+            (with(None, Some(-1.0)), "--belt-speed: "),
+            (with(Some(0), None), "--robots: 0 robots"),
+            (with(Some(usize::MAX), None), "--robots: "),
+        ] {
+            for name in ["paper", "file"] {
+                let result = match name {
+                    "file" => parse(commented_example(), "t", overrides),
+                    _ => load(name, overrides),
+                };
+                let message = result.unwrap_err().to_string();
+                assert!(message.starts_with(flag), "{message}");
+            }
+        }
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Belt, robot and the validated station.
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, shown, shown_number};
 use crate::kinematics;
 use nalgebra::Point2;
 
@@ -93,20 +93,7 @@ impl Station {
         ] {
             positive(place, key, value)?;
         }
-        if robots.is_empty() {
-            return Err(Error::input(
-                place("robot"),
-                "the station has no robot",
-                "give at least one [[robot]], or a [line] with robots = 1 or more",
-            ));
-        }
-        if robots.len() > MOST_ROBOTS {
-            return Err(Error::input(
-                place("robot"),
-                format!("{} robots", robots.len()),
-                format!("a line has at most {MOST_ROBOTS}"),
-            ));
-        }
+        check_count(place, robots.len())?;
         for (i, robot) in robots.iter().enumerate() {
             check_robot(robot, i, &robots[..i], &belt, place)?;
         }
@@ -158,38 +145,13 @@ fn check_robot(
         ("bin", robot.bin.x),
         ("bin", robot.bin.y),
     ] {
-        if !value.is_finite() || value.abs() > LARGEST {
-            return Err(Error::input(
-                place(&key(field)),
-                format!("{value} is not a position on any line"),
-                format!("give [x, y] in metres, each within +/-{LARGEST:e}"),
-            ));
-        }
+        position(place, &key(field), value)?;
     }
     positive(place, &key("reach"), robot.reach)?;
     positive(place, &key("speed"), robot.speed)?;
-    for (field, value) in [
-        ("grasp_time", robot.grasp_time),
-        ("release_time", robot.release_time),
-    ] {
-        if !(0.0..=LARGEST).contains(&value) {
-            return Err(Error::input(
-                place(&key(field)),
-                format!("{value} is not a dwell time"),
-                "give seconds, 0 or more",
-            ));
-        }
-    }
-    if robot.speed <= belt.speed {
-        return Err(Error::input(
-            place(&key("speed")),
-            format!(
-                "the arm of robot `{}` moves at {} m/s, not faster than the belt at {} m/s",
-                robot.name, robot.speed, belt.speed
-            ),
-            "an arm must outrun the belt: slow the belt or give a faster arm",
-        ));
-    }
+    dwell(place, &key("grasp_time"), robot.grasp_time)?;
+    dwell(place, &key("release_time"), robot.release_time)?;
+    outruns(&|| place(&key("speed")), robot, belt)?;
     if robot.name.trim().is_empty() {
         return Err(Error::input(
             place(&key("name")),
@@ -200,7 +162,7 @@ fn check_robot(
     if upstream.iter().any(|other| other.name == robot.name) {
         return Err(Error::input(
             place(&key("name")),
-            format!("two robots are named `{}`", robot.name),
+            format!("two robots are named `{}`", shown(&robot.name)),
             "give every robot a name of its own",
         ));
     }
@@ -211,7 +173,10 @@ fn check_robot(
             place(&key("base")),
             format!(
                 "robot `{}` at x = {} m stands upstream of `{}` at x = {} m, which is listed before it",
-                robot.name, robot.base.x, before.name, before.base.x
+                shown(&robot.name),
+                shown_number(robot.base.x),
+                shown(&before.name),
+                shown_number(before.base.x)
             ),
             "list robots upstream to downstream, that is by base x",
         ));
@@ -219,14 +184,85 @@ fn check_robot(
     Ok(())
 }
 
-fn positive(place: &dyn Fn(&str) -> String, key: &str, value: f64) -> Result<()> {
+/// A number of robots that a station can have. To be asked before that many are made:
+/// a slip such as 1000000000 must not fill the memory.
+pub(super) fn check_count(place: &dyn Fn(&str) -> String, robots: usize) -> Result<()> {
+    if (1..=MOST_ROBOTS).contains(&robots) {
+        return Ok(());
+    }
+    Err(Error::input(
+        place("robot"),
+        if robots == 0 {
+            "0 robots: the station has no robot".to_owned()
+        } else {
+            format!("{robots} robots on one line")
+        },
+        format!("give 1 to {MOST_ROBOTS} robots"),
+    ))
+}
+
+/// The model needs every arm to be faster than the belt.
+pub(super) fn outruns(place: &dyn Fn() -> String, robot: &Robot, belt: &Belt) -> Result<()> {
+    if robot.speed > belt.speed {
+        return Ok(());
+    }
+    Err(Error::input(
+        place(),
+        format!(
+            "the arm of robot `{}` moves at {} m/s, not faster than the belt at {} m/s",
+            shown(&robot.name),
+            shown_number(robot.speed),
+            shown_number(belt.speed)
+        ),
+        "an arm must outrun the belt: slow the belt or give a faster arm",
+    ))
+}
+
+/// A speed or length that the closed forms can square.
+pub(super) fn positive(place: &dyn Fn(&str) -> String, key: &str, value: f64) -> Result<()> {
     if (SMALLEST..=LARGEST).contains(&value) {
         return Ok(());
     }
     Err(Error::input(
         place(key),
-        format!("{value} is not a usable size"),
+        format!("{} is not a usable size", shown_number(value)),
         format!("give a number in SI units (m, s, m/s) from {SMALLEST:e} to {LARGEST:e}"),
+    ))
+}
+
+/// A coordinate.
+pub(super) fn position(place: &dyn Fn(&str) -> String, key: &str, value: f64) -> Result<()> {
+    if (-LARGEST..=LARGEST).contains(&value) {
+        return Ok(());
+    }
+    Err(Error::input(
+        place(key),
+        format!("{} is not a position on any line", shown_number(value)),
+        format!("give metres, within +/-{LARGEST:e}"),
+    ))
+}
+
+/// A length that may be 0.
+pub(super) fn distance(place: &dyn Fn(&str) -> String, key: &str, value: f64) -> Result<()> {
+    if (0.0..=LARGEST).contains(&value) {
+        return Ok(());
+    }
+    Err(Error::input(
+        place(key),
+        format!("{} is not a length", shown_number(value)),
+        format!("give metres, from 0 to {LARGEST:e}"),
+    ))
+}
+
+/// A time that may be 0.
+pub(super) fn dwell(place: &dyn Fn(&str) -> String, key: &str, value: f64) -> Result<()> {
+    if (0.0..=LARGEST).contains(&value) {
+        return Ok(());
+    }
+    Err(Error::input(
+        place(key),
+        format!("{} is not a dwell time", shown_number(value)),
+        format!("give seconds, from 0 to {LARGEST:e}"),
     ))
 }
 

@@ -1,6 +1,7 @@
 //! A line of like robots on alternating sides of the belt.
 
-use super::geometry::{Belt, Robot};
+use super::geometry::{Belt, Robot, check_count, distance, dwell, position, positive};
+use crate::error::Result;
 use nalgebra::Point2;
 
 /// Like robots at equal spacing, alternating sides, the first at y < 0
@@ -31,6 +32,25 @@ pub struct Line {
 }
 
 impl Line {
+    /// Checks the line's own values, so that errors name them and not what follows
+    /// from them; `place` turns a key such as `line.reach` into the place that
+    /// messages name.
+    ///
+    /// # Errors
+    /// The first value that makes no line.
+    pub(super) fn check(&self, place: &dyn Fn(&str) -> String) -> Result<()> {
+        check_count(place, self.robots)?;
+        position(place, "line.first_base_x", self.first_base_x)?;
+        distance(place, "line.spacing", self.spacing)?;
+        position(place, "line.base_offset", self.base_offset)?;
+        position(place, "line.bin_offset", self.bin_offset)?;
+        distance(place, "line.tail", self.tail)?;
+        positive(place, "line.reach", self.reach)?;
+        positive(place, "line.speed", self.speed)?;
+        dwell(place, "line.grasp_time", self.grasp_time)?;
+        dwell(place, "line.release_time", self.release_time)
+    }
+
     /// x of the base of robot `index` [m].
     fn base_x(&self, index: usize) -> f64 {
         self.first_base_x + index as f64 * self.spacing

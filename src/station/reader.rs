@@ -6,7 +6,7 @@ use nalgebra::Point2;
 use std::cell::RefCell;
 use std::collections::HashMap;
 use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use toml::de::{DeInteger, DeTable, DeValue};
 
 /// The file under the reader: its name, its text, and on which line each key
 /// stands, for messages.
@@ -14,6 +14,7 @@ pub(super) struct File<'a> {
     pub name: &'a str,
     text: &'a str,
     lines: RefCell<HashMap<String, usize>>,
+    aliases: RefCell<HashMap<String, String>>,
 }
 
 impl<'a> File<'a> {
@@ -23,6 +24,7 @@ impl<'a> File<'a> {
             name,
             text,
             lines: RefCell::default(),
+            aliases: RefCell::default(),
         }
     }
 
@@ -40,17 +42,16 @@ impl<'a> File<'a> {
         line
     }
 
-    /// Messages about `key` point where `other` stands.
+    /// Messages about `key`, which follows from `other`, name `other`.
     pub fn alias(&self, key: &str, other: &str) {
-        let line = self.lines.borrow().get(other).copied();
-        if let Some(line) = line {
-            self.lines.borrow_mut().insert(key.to_owned(), line);
-        }
+        let mut aliases = self.aliases.borrow_mut();
+        aliases.insert(key.to_owned(), other.to_owned());
     }
 
     /// `file:line: key`, by the nearest enclosing table whose line is known.
     pub fn place(&self, key: &str) -> String {
-        let lines = self.lines.borrow();
+        let (lines, aliases) = (self.lines.borrow(), self.aliases.borrow());
+        let key = aliases.get(key).map_or(key, String::as_str);
         let mut known = key;
         loop {
             if let Some(line) = lines.get(known) {
@@ -123,7 +124,7 @@ impl<'a> Section<'a> {
         let DeValue::Table(table) = value.get_ref() else {
             return Err(self.wrong(
                 key,
-                "not a table".into(),
+                format!("{} is not a table", describe(value.get_ref())),
                 format!("write it as [{key}] with one key a line"),
             ));
         };
@@ -163,7 +164,7 @@ impl<'a> Section<'a> {
         match self.value(key) {
             None => Ok(None),
             Some(value) => match value {
-                DeValue::Integer(n) => n.as_str().parse().ok(),
+                DeValue::Integer(n) => as_integer(n).and_then(|n| n.try_into().ok()),
                 _ => None,
             }
             .map(Some)
@@ -208,23 +209,36 @@ impl<'a> Section<'a> {
 
 fn as_number(value: &DeValue) -> Option<f64> {
     match value {
-        DeValue::Float(number) => number.as_str().replace('_', "").parse().ok(),
-        DeValue::Integer(number) => {
-            i64::from_str_radix(&number.as_str().replace('_', ""), number.radix())
-                .ok()
-                .map(|n| n as f64)
+        DeValue::Float(number) => {
+            let text = number.as_str();
+            // `inf` and `nan` are numbers to TOML and refused by their range; 1e400 is
+            // neither infinite nor a number that can be worked with.
+            let fits = |n: &f64| n.is_finite() || !text.contains(|c: char| c.is_ascii_digit());
+            text.replace('_', "").parse().ok().filter(fits)
         }
+        DeValue::Integer(number) => as_integer(number).map(|n| n as f64),
         _ => None,
     }
 }
 
-fn describe(value: &DeValue) -> String {
+fn as_integer(number: &DeInteger) -> Option<i64> {
+    i64::from_str_radix(&number.as_str().replace('_', ""), number.radix()).ok()
+}
+
+/// A value as messages name it.
+pub(super) fn describe(value: &DeValue) -> String {
+    // More than a position has would be too long to read.
+    const MOST: usize = 4;
     match value {
         DeValue::String(text) => format!("the text \"{}\"", shown(text)),
-        DeValue::Integer(number) => shown(number.as_str()),
+        DeValue::Integer(number) => shown(&number.to_string()),
         DeValue::Float(number) => shown(number.as_str()),
         DeValue::Boolean(truth) => truth.to_string(),
         DeValue::Datetime(date) => date.to_string(),
+        DeValue::Array(list) if list.len() <= MOST => {
+            let each: Vec<_> = list.iter().map(|v| describe(v.get_ref())).collect();
+            format!("the list [{}]", each.join(", "))
+        }
         DeValue::Array(list) => format!("a list of {} values", list.len()),
         DeValue::Table(_) => "a table".into(),
     }
