@@ -31,39 +31,106 @@ pub fn load(path: &Path) -> Result<Pattern> {
 /// Whatever is wrong, with its line and column, the value found and the cure.
 pub fn parse(text: &str, name: &str) -> Result<Pattern> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let mut reader = csv::ReaderBuilder::new()
-        .trim(csv::Trim::All)
-        .from_reader(text.as_bytes());
-    let broken = |error: csv::Error| {
-        let line = error.position().map_or(1, csv::Position::line);
-        let problem = match error.kind() {
-            csv::ErrorKind::UnequalLengths {
-                expected_len, len, ..
-            } => format!("{len} fields where the header has {expected_len}"),
-            _ => format!("not valid CSV: {error}"),
-        };
-        let cure = "give every line one field per column of the header";
-        Error::input(format!("{name}:{line}"), problem, cure)
-    };
-    let header = reader.headers().map_err(broken)?.clone();
-    let columns = read_header(&header, name)?;
+    let mut records = Records::new(text, name);
+    let mut header = csv::StringRecord::new();
+    let line = records.next(&mut header)?.unwrap_or(1);
+    let columns = read_header(&header, name, line)?;
     let mut items = Vec::new();
     let mut lines = Vec::new();
     let mut record = csv::StringRecord::new();
-    while reader.read_record(&mut record).map_err(broken)? {
-        let line = record.position().map_or(0, csv::Position::line);
+    while let Some(line) = records.next(&mut record)? {
+        if record.len() != header.len() {
+            let fields: Vec<&str> = record.iter().collect();
+            return Err(Error::input(
+                format!("{name}:{line}"),
+                format!(
+                    "{} fields where the header has {}: `{}`",
+                    record.len(),
+                    header.len(),
+                    shown(&fields.join(","))
+                ),
+                "give every line one field per column of the header",
+            ));
+        }
         items.push(read_item(&record, &columns, name, line)?);
         lines.push(line);
     }
     Pattern::checked(items, name, &|i| format!("{name}:{}", lines[i]))
 }
 
+/// The records of a file, each with the line it stands on. The csv crate knows a line
+/// only up to blank lines and Windows' line ends before it.
+struct Records<'a> {
+    reader: csv::Reader<&'a [u8]>,
+    name: &'a str,
+    bytes: &'a [u8],
+    /// First byte that is not counted into `line` yet.
+    counted: usize,
+    line: usize,
+}
+
+impl<'a> Records<'a> {
+    fn new(text: &'a str, name: &'a str) -> Self {
+        Self {
+            reader: csv::ReaderBuilder::new()
+                .has_headers(false)
+                .flexible(true)
+                .from_reader(text.as_bytes()),
+            name,
+            bytes: text.as_bytes(),
+            counted: 0,
+            line: 1,
+        }
+    }
+
+    /// Reads the next record, trimmed, and returns its line; none at the end.
+    fn next(&mut self, record: &mut csv::StringRecord) -> Result<Option<usize>> {
+        let more = self.reader.read_record(record).map_err(|error| {
+            Error::input(
+                format!("{}:{}", self.name, self.line),
+                format!("not valid CSV: {error}"),
+                "give every line one field per column of the header",
+            )
+        })?;
+        if !more {
+            return Ok(None);
+        }
+        let start = record.position().map_or(0, csv::Position::byte);
+        let line = self.line_at(start as usize);
+        // Else a quote that is never closed would swallow all items after it.
+        if let Some(field) = record.iter().find(|field| field.contains(['\n', '\r'])) {
+            return Err(Error::input(
+                format!("{}:{line}", self.name),
+                format!("the field `{}` goes on past the line's end", shown(field)),
+                "close its quote: an item stands on one line",
+            ));
+        }
+        record.trim();
+        Ok(Some(line))
+    }
+
+    /// The line of the record that is read from byte `start` on.
+    fn line_at(&mut self, start: usize) -> usize {
+        while let Some(&byte) = self.bytes.get(self.counted) {
+            let ends_line = byte == b'\n' || byte == b'\r';
+            if self.counted >= start && !ends_line {
+                break;
+            }
+            // Windows' two characters end one line.
+            let in_pair = byte == b'\r' && self.bytes.get(self.counted + 1) == Some(&b'\n');
+            self.line += usize::from(ends_line && !in_pair);
+            self.counted += 1;
+        }
+        self.line
+    }
+}
+
 /// For each known column, its place in this file.
 type Columns = [Option<usize>; COLUMNS.len()];
 
-fn read_header(header: &csv::StringRecord, name: &str) -> Result<Columns> {
+fn read_header(header: &csv::StringRecord, name: &str, line: usize) -> Result<Columns> {
     let mut columns = Columns::default();
-    if header.iter().all(str::is_empty) {
+    if header.is_empty() {
         return Err(Error::input(
             name,
             "the file is empty",
@@ -73,14 +140,14 @@ fn read_header(header: &csv::StringRecord, name: &str) -> Result<Columns> {
     for (place, column) in header.iter().enumerate() {
         let Some(known) = COLUMNS.iter().position(|&c| c == column) else {
             return Err(Error::input(
-                format!("{name}:1: column {}", place + 1),
+                format!("{name}:{line}: column {}", place + 1),
                 format!("unknown column `{}`", shown(column)),
                 known_names(column, &COLUMNS),
             ));
         };
         if columns[known].replace(place).is_some() {
             return Err(Error::input(
-                format!("{name}:1: column {}", place + 1),
+                format!("{name}:{line}: column {}", place + 1),
                 format!("the column `{column}` is there twice"),
                 "keep one of them",
             ));
@@ -89,7 +156,7 @@ fn read_header(header: &csv::StringRecord, name: &str) -> Result<Columns> {
     for (known, column) in REQUIRED.iter().enumerate() {
         if columns[known].is_none() {
             return Err(Error::input(
-                format!("{name}:1"),
+                format!("{name}:{line}"),
                 format!("the column `{column}` is missing"),
                 "the header needs id, x [m] and y [m]",
             ));
@@ -98,7 +165,12 @@ fn read_header(header: &csv::StringRecord, name: &str) -> Result<Columns> {
     Ok(columns)
 }
 
-fn read_item(record: &csv::StringRecord, columns: &Columns, name: &str, line: u64) -> Result<Item> {
+fn read_item(
+    record: &csv::StringRecord,
+    columns: &Columns,
+    name: &str,
+    line: usize,
+) -> Result<Item> {
     let field = |column: usize| {
         columns[column]
             .and_then(|place| record.get(place))
@@ -109,13 +181,17 @@ fn read_item(record: &csv::StringRecord, columns: &Columns, name: &str, line: u6
         if text.is_empty() {
             return Ok(None);
         }
-        text.parse().map(Some).map_err(|_| {
-            Error::input(
+        // `nan` and `inf` are numbers that the item refuses; 1e400 is neither infinite
+        // nor a number that can be worked with.
+        let fits = |n: &f64| n.is_finite() || !text.contains(|c: char| c.is_ascii_digit());
+        match text.parse().ok().filter(fits) {
+            Some(number) => Ok(Some(number)),
+            None => Err(Error::input(
                 format!("{name}:{line}: {}", COLUMNS[column]),
                 format!("`{}` is not a number", shown(text)),
                 "write it with a decimal point and no unit, for example -0.15",
-            )
-        })
+            )),
+        }
     };
     let number = |column: usize| -> Result<f64> {
         optional(column)?.ok_or_else(|| {
@@ -200,6 +276,8 @@ mod tests {
             "\u{feff}id,x,y\r\na,0,0\r\nb,-1,0\r\n",
             "id, x, y\na, 0, 0\nb, -1, 0",
             "id,x,y\n\na,0,0\n\nb,-1,0\n",
+            "\r\n\r\nid,x,y\r\n\r\na,0,0\r\n\r\nb,-1,0",
+            "id,x,y\ra,0,0\rb,-1,0\r",
         ] {
             assert_eq!(parse(text, "t").unwrap(), plain, "{text:?}");
         }
@@ -221,7 +299,16 @@ mod tests {
             ("id,x,y\na,0,nan\n", &["t:2", "y of item `a`", "NaN"]),
             ("id,x,y\na,0,0\nb,0.5,0\n", &["t:3", "0.5"]),
             ("id,x,y\na,0,0\na,-1,0\n", &["t:3: id", "t:2"]),
-            ("id,x,y\na,0\n", &["t:2", "2 fields"]),
+            ("id,x,y\na,0\n", &["t:2", "2 fields", "`a,0`"]),
+            ("id,x,y\r\n\r\na,0,0\r\nb,zero,0\r\n", &["t:4: x", "`zero`"]),
+            ("\n\nid,x,y\n\n\na,0,0\n\nb,zero,0\n", &["t:8: x", "`zero`"]),
+            ("\nid,x\n", &["t:2", "`y` is missing"]),
+            ("id,x,y\ra,0,0\rb,zero,0\r", &["t:3: x", "`zero`"]),
+            ("id,x,y\na,1e400,0\n", &["t:2: x", "`1e400`"]),
+            (
+                "id,x,y,class\na,0,0,\"PET\nb,-1,0,glass\n",
+                &["t:2", "past the line's end", "`PET\\nb,-1,0,glass"],
+            ),
             ("id,x,y,p_grasp\na,0,0,1.5\n", &["t:2: p_grasp", "1.5"]),
             ("id,x,y,area_cm2\na,0,0,-3\n", &["t:2: area_cm2", "-3"]),
         ] {

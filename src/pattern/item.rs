@@ -1,11 +1,28 @@
 //! Items and the validated, sorted pattern.
 
-use crate::error::{Error, Result, shown};
+use crate::error::{Error, Result, shown, shown_number};
 use crate::station::Station;
 use std::collections::HashMap;
 
 /// Positions past this [m] are refused: no belt is that long.
-const LARGEST: f64 = 1e6;
+pub(super) const LARGEST: f64 = 1e6;
+/// More items than this in one pattern would not fit into memory with comfort.
+pub(super) const MOST_ITEMS: usize = 10_000_000;
+
+/// Whether `value` is a probability.
+pub(super) fn is_share(value: f64) -> bool {
+    (0.0..=1.0).contains(&value)
+}
+
+/// Whether `value` is an area [cm^2] or a weight.
+pub(super) fn is_amount(value: f64) -> bool {
+    (0.0..=1e12).contains(&value)
+}
+
+/// Whether a pattern file gives `text` back as it is.
+fn fits_a_line(text: &str) -> bool {
+    text.trim() == text && !text.contains(['\n', '\r'])
+}
 
 /// One item on the belt.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -59,40 +76,58 @@ impl Item {
     /// problem and the cure.
     fn problem(&self) -> Option<(&'static str, String, &'static str)> {
         let position = |value: f64| value.is_finite() && value.abs() <= LARGEST;
-        let share = |value: &Option<f64>| value.is_none_or(|p| (0.0..=1.0).contains(&p));
-        let amount =
-            |value: &Option<f64>| value.is_none_or(|a| a.is_finite() && (0.0..=1e12).contains(&a));
+        let share = |value: &Option<f64>| value.is_none_or(is_share);
+        let amount = |value: &Option<f64>| value.is_none_or(is_amount);
         if self.id.is_empty() {
             Some(("id", "the id is empty".into(), "give every item an id"))
+        } else if !fits_a_line(&self.id) {
+            let problem = format!("`{}` has a line break or blanks at an end", shown(&self.id));
+            Some(("id", problem, "give ids that fit on one line, without them"))
+        } else if !self.class.as_deref().is_none_or(fits_a_line) {
+            let class = shown(self.class.as_deref().unwrap_or_default());
+            let problem = format!("`{class}` has a line break or blanks at an end");
+            Some((
+                "class",
+                problem,
+                "give classes that fit on one line, without them",
+            ))
         } else if !position(self.x0) {
             let cure = "give metres in the belt frame";
-            Some(("x", format!("{} is not a position", self.x0), cure))
+            Some((
+                "x",
+                format!("{} is not a position", shown_number(self.x0)),
+                cure,
+            ))
         } else if self.x0 > 0.0 {
             Some((
                 "x",
                 format!(
                     "the item is at x = {} m at time 0, past the belt's start",
-                    self.x0
+                    shown_number(self.x0)
                 ),
                 "shift the pattern so that every x is 0 or less",
             ))
         } else if !position(self.y) {
             let cure = "give metres from the centre line";
-            Some(("y", format!("{} is not a position", self.y), cure))
+            Some((
+                "y",
+                format!("{} is not a position", shown_number(self.y)),
+                cure,
+            ))
         } else if !amount(&self.area_cm2) {
-            let value = self.area_cm2.unwrap_or_default();
+            let value = shown_number(self.area_cm2.unwrap_or_default());
             let cure = "give cm^2, 0 or more, or leave the field empty";
             Some(("area_cm2", format!("{value} is not an area"), cure))
         } else if !share(&self.p_detection) {
-            let value = self.p_detection.unwrap_or_default();
+            let value = shown_number(self.p_detection.unwrap_or_default());
             let cure = "give a number from 0 to 1, or leave the field empty";
             Some(("p_detection", format!("{value} is not a probability"), cure))
         } else if !share(&self.p_grasp) {
-            let value = self.p_grasp.unwrap_or_default();
+            let value = shown_number(self.p_grasp.unwrap_or_default());
             let cure = "give a number from 0 to 1, or leave the field empty";
             Some(("p_grasp", format!("{value} is not a probability"), cure))
         } else if !amount(&self.weight) {
-            let value = self.weight.unwrap_or_default();
+            let value = shown_number(self.weight.unwrap_or_default());
             let cure = "give a number, 0 or more, or leave the field empty";
             Some(("weight", format!("{value} is not a weight"), cure))
         } else {
@@ -129,6 +164,13 @@ impl Pattern {
                 name,
                 "the pattern has no item",
                 "give at least one item, or generate one with `pickline pattern generate`",
+            ));
+        }
+        if items.len() > MOST_ITEMS {
+            return Err(Error::input(
+                name,
+                format!("{} items", items.len()),
+                format!("a pattern has at most {MOST_ITEMS}"),
             ));
         }
         let mut seen: HashMap<&str, usize> = HashMap::with_capacity(items.len());
@@ -179,8 +221,9 @@ impl Pattern {
             Some(item) => Err(Error::input(
                 format!("y of item `{}`", shown(&item.id)),
                 format!(
-                    "{} m lies beside the belt, which covers |y| <= {edge} m",
-                    item.y
+                    "{} m lies beside the belt, which covers |y| <= {} m",
+                    shown_number(item.y),
+                    shown_number(edge)
                 ),
                 "use a station with a wider belt (belt.width), or a pattern made for this one",
             )),
@@ -220,6 +263,8 @@ mod tests {
     fn bad_items_are_named() {
         for (item, word) in [
             (Item::at("", 0.0, 0.0), "id is empty"),
+            (Item::at("a\nb", 0.0, 0.0), "line break"),
+            (Item::at(" a", 0.0, 0.0), "blanks"),
             (Item::at("a", 0.1, 0.0), "past the belt's start"),
             (Item::at("a", f64::NAN, 0.0), "x of item"),
             (Item::at("a", 0.0, f64::INFINITY), "y of item"),
