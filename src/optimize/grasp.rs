@@ -9,7 +9,7 @@ use super::environment::{Environment, Silent};
 use super::evaluator::{Evaluation, Evaluator, Score};
 use super::objective::{Objective, Risk};
 use crate::dispatch::{Rule, RuleAssignment};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, shown_number};
 use crate::pattern::random_stream;
 use rand::RngExt;
 use rand::rngs::ChaCha8Rng;
@@ -67,12 +67,12 @@ impl Grasp {
     pub fn checked(self) -> Result<Self> {
         if self.starts == 0 {
             let cure = "give 1 or more";
-            return Err(Error::input("--starts", "no starts", cure));
+            return Err(Error::input("--starts", "0 starts find nothing", cure));
         }
         if !(0.0..=1.0).contains(&self.alpha) {
             return Err(Error::input(
                 "--alpha",
-                format!("{} is not a share", self.alpha),
+                format!("{} is not a share", shown_number(self.alpha)),
                 "give 0 (greedy) to 1 (random)",
             ));
         }
@@ -86,7 +86,8 @@ impl Grasp {
         // Local searches that start near a greedy solution end after a few moves.
         const MOVES: usize = 3;
         let neighbours = robots * (rules - 1) + robots * robots.saturating_sub(1) / 2;
-        (self.starts * (robots * rules + MOVES * neighbours) * robots) as f64
+        // Not in whole numbers: any number of starts may be asked for.
+        self.starts as f64 * ((robots * rules + MOVES * neighbours) * robots) as f64
     }
 
     /// Runs the search; scores go to and come from `memo`.
@@ -299,6 +300,8 @@ mod tests {
     fn settings_are_checked() {
         let grasp = Grasp::default();
         assert!(grasp.checked().is_ok());
+        let starts = usize::MAX;
+        assert!(Grasp { starts, ..grasp }.estimated_passes(100) > 1e19);
         assert!(Grasp { starts: 0, ..grasp }.checked().is_err());
         for alpha in [-0.1, 1.1, f64::NAN] {
             assert!(Grasp { alpha, ..grasp }.checked().is_err());

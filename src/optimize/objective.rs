@@ -2,7 +2,7 @@
 
 use super::speed_limit::SpeedScan;
 use crate::decision::Figures;
-use crate::error::{Error, Result, known_names, shown};
+use crate::error::{Error, Result, known_names, shown, shown_number};
 use crate::stats;
 use std::fmt;
 use std::str::FromStr;
@@ -115,7 +115,7 @@ impl fmt::Display for Risk {
         match self {
             Self::Mean => f.write_str("mean"),
             Self::Worst => f.write_str("worst"),
-            Self::Cvar(share) => write!(f, "cvar:{share}"),
+            Self::Cvar(share) => write!(f, "cvar:{}", shown_number(*share)),
         }
     }
 }
@@ -124,8 +124,12 @@ impl FromStr for Risk {
     type Err = Error;
 
     fn from_str(text: &str) -> Result<Self> {
+        let name = text.split(':').next().unwrap_or_default();
         let wrong = |problem: String| {
-            let cure = "write mean, worst or cvar:A with A above 0 and at most 1";
+            let cure = format!(
+                "write mean, worst or cvar:A with A above 0 and at most 1; {}",
+                known_names(name, &["mean", "worst", "cvar"])
+            );
             Error::input("--risk", problem, cure)
         };
         match text.split_once(':') {

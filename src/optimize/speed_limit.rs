@@ -5,7 +5,7 @@
 //! step verified, and bisection is not used.
 
 use crate::dispatch::RuleAssignment;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, shown_number};
 use crate::pattern::Pattern;
 use crate::sim::{AssignmentTree, Scene};
 use crate::station::Station;
@@ -39,7 +39,10 @@ impl SpeedScan {
         }
         Err(Error::input(
             "--speed-step",
-            format!("{step} m/s is no step towards the slowest arm's {fastest} m/s"),
+            format!(
+                "{} m/s is no step towards the slowest arm's {fastest} m/s",
+                shown_number(step)
+            ),
             format!("give m/s, from {} to below {fastest}", fastest / MOST_STEPS),
         ))
     }

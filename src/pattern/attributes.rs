@@ -1,7 +1,7 @@
 //! Item areas and probabilities drawn from stated distributions.
 
-use super::item::{Item, Pattern};
-use crate::error::{Error, Result, known_names, shown};
+use super::item::{Item, Pattern, is_amount, is_share};
+use crate::error::{Error, Result, known_names, shown, shown_number};
 use rand::RngExt;
 use rand::rngs::ChaCha8Rng;
 use rand_distr::{Beta, Distribution as _, LogNormal};
@@ -73,10 +73,12 @@ impl FromStr for Distribution {
 impl fmt::Display for Distribution {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
-            Self::Constant(v) => write!(f, "const:{v}"),
-            Self::Uniform(a, b) => write!(f, "uniform:{a},{b}"),
-            Self::LogNormal(m, s) => write!(f, "lognormal:{m},{s}"),
-            Self::Beta(a, b) => write!(f, "beta:{a},{b}"),
+            Self::Constant(v) => write!(f, "const:{}", shown_number(*v)),
+            Self::Uniform(a, b) => write!(f, "uniform:{},{}", shown_number(*a), shown_number(*b)),
+            Self::LogNormal(m, s) => {
+                write!(f, "lognormal:{},{}", shown_number(*m), shown_number(*s))
+            }
+            Self::Beta(a, b) => write!(f, "beta:{},{}", shown_number(*a), shown_number(*b)),
         }
     }
 }
@@ -96,6 +98,37 @@ impl Distribution {
                 Beta::new(a, b).map_or(a / (a + b), |distribution| distribution.sample(rng))
             }
         }
+    }
+}
+
+/// What drawn values may be.
+struct Range {
+    holds: fn(f64) -> bool,
+    name: &'static str,
+    cure: &'static str,
+}
+
+const AREA: Range = Range {
+    holds: is_amount,
+    name: "an area",
+    cure: "choose one that stays at 0 cm^2 or more, below 1e12",
+};
+const SHARE: Range = Range {
+    holds: is_share,
+    name: "a probability",
+    cure: "choose one that stays within 0 to 1: a beta, or a uniform from and to there",
+};
+
+impl Range {
+    fn checked(&self, flag: &str, distribution: &Distribution, value: f64) -> Result<f64> {
+        if (self.holds)(value) {
+            return Ok(value);
+        }
+        Err(Error::input(
+            format!("{flag} {distribution}"),
+            format!("drew {}, which is not {}", shown_number(value), self.name),
+            self.cure,
+        ))
     }
 }
 
@@ -119,18 +152,22 @@ impl Attributes {
         if *self == Self::default() {
             return Ok(pattern);
         }
-        let mut draw = |d: &Option<Distribution>| d.as_ref().map(|d| d.draw(rng));
-        let items = pattern
-            .items()
-            .iter()
-            .map(|item| Item {
-                area_cm2: draw(&self.area_cm2),
-                p_detection: draw(&self.p_detection),
-                p_grasp: draw(&self.p_grasp),
+        let mut draw = |flag: &str, distribution: &Option<Distribution>, range: &Range| {
+            distribution
+                .as_ref()
+                .map(|d| range.checked(flag, d, d.draw(rng)))
+                .transpose()
+        };
+        let with_attributes = |item: &Item| {
+            Ok(Item {
+                area_cm2: draw("--area", &self.area_cm2, &AREA)?,
+                p_detection: draw("--p-detection", &self.p_detection, &SHARE)?,
+                p_grasp: draw("--p-grasp", &self.p_grasp, &SHARE)?,
                 ..item.clone()
             })
-            .collect();
-        Pattern::new(items)
+        };
+        let items = pattern.items().iter().map(with_attributes);
+        Pattern::new(items.collect::<Result<_>>()?)
     }
 
     /// For provenance: `area lognormal:80,0.5, p_grasp beta:8,2`.
@@ -199,6 +236,11 @@ mod tests {
             ..Attributes::default()
         };
         let plain = grid(1.0, 0.1, 100).unwrap();
-        assert!(attributes.apply(plain, &mut random_stream(1, 0)).is_err());
+        let error = attributes.apply(plain, &mut random_stream(1, 0));
+        let message = error.unwrap_err().to_string();
+        assert!(
+            message.starts_with("--p-grasp uniform:0.5,3: "),
+            "{message}"
+        );
     }
 }

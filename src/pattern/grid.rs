@@ -1,19 +1,21 @@
 //! The grid pattern.
 
-use super::item::{Item, Pattern};
-use crate::error::{Error, Result};
+use super::item::{Item, LARGEST, MOST_ITEMS, Pattern};
+use crate::error::{Error, Result, shown_number};
 
 /// `count` items on a square lattice of spacing `spacing` [m] on a belt of width
 /// `width` [m], column by column from x0 = 0 upstream (Jermann et al., grid sampled
 /// patterns). The last column may be partial.
 ///
 /// # Errors
-/// A spacing that is not a positive length, no items.
+/// A spacing that is not a positive length, no items or too many.
 pub fn grid(width: f64, spacing: f64, count: usize) -> Result<Pattern> {
     check_spacing("spacing", spacing)?;
+    check_count(count)?;
     // A spacing that divides the width counts both edges whatever the rounding.
     let rows = (width / spacing + 1e-9).floor() as usize + 1;
     let middle = (rows - 1) as f64 / 2.0;
+    check_length(count, (count / rows) as f64 * spacing)?;
     let items = (0..count)
         .map(|i| {
             let (column, row) = (i / rows, i % rows);
@@ -34,8 +36,35 @@ pub(super) fn check_spacing(name: &str, value: f64) -> Result<()> {
     }
     Err(Error::input(
         format!("--{name}"),
-        format!("{value} m is not a distance between items"),
+        format!("{} m is not a distance between items", shown_number(value)),
         "give metres, from 0.0001 to 1000",
+    ))
+}
+
+/// A number of items that a pattern can have, asked before that many are made.
+pub(super) fn check_count(count: usize) -> Result<()> {
+    if (1..=MOST_ITEMS).contains(&count) {
+        return Ok(());
+    }
+    Err(Error::input(
+        "--count",
+        format!("{count} items make no pattern"),
+        format!("give 1 to {MOST_ITEMS} items"),
+    ))
+}
+
+/// A length [m] of belt that `count` items may take.
+pub(super) fn check_length(count: usize, length: f64) -> Result<()> {
+    if length <= LARGEST {
+        return Ok(());
+    }
+    Err(Error::input(
+        "--count",
+        format!(
+            "{count} items would take {} m of belt",
+            shown_number(length)
+        ),
+        format!("give fewer, or put them closer: at most {LARGEST:e} m"),
     ))
 }
 
@@ -69,6 +98,10 @@ mod tests {
         assert!(pattern.items().iter().all(|item| item.y == 0.0));
         for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
             assert!(grid(0.4, bad, 3).is_err());
+        }
+        for (count, spacing) in [(0, 0.1), (usize::MAX, 0.1), (10_000, 1000.0)] {
+            let message = grid(0.4, spacing, count).unwrap_err().to_string();
+            assert!(message.starts_with("--count: "), "{message}");
         }
     }
 }

@@ -10,9 +10,9 @@
 //! is one, has a corner where two circles of radius r around items cross, or where
 //! such a circle meets the strip's border, and all of these are looked at.
 
-use super::grid::check_spacing;
-use super::item::{Item, Pattern};
-use crate::error::{Error, Result};
+use super::grid::{check_count, check_length, check_spacing};
+use super::item::{Item, MOST_ITEMS, Pattern};
+use crate::error::{Error, Result, shown_number};
 use rand::RngExt;
 use rand::rngs::ChaCha8Rng;
 
@@ -26,8 +26,9 @@ const QUARTERINGS: usize = 8;
 /// Items keep this much more than the radius, so that shifting the whole pattern
 /// cannot round a distance to below it.
 const MARGIN: f64 = 1.0 + 1e-9;
-/// More items than this in one pattern would not fit into memory with comfort.
-const MOST_ITEMS: usize = 10_000_000;
+/// More background cells than this would not fit into memory with comfort: what the
+/// largest pattern takes.
+const MOST_CELLS: f64 = 5.0 * MOST_ITEMS as f64;
 
 /// `count` items on a belt of width `width` [m], no two closer than `radius` [m],
 /// so dense that no further item would fit between them; the first at x0 = 0.
@@ -41,18 +42,25 @@ pub fn poisson_disk(
     rng: &mut ChaCha8Rng,
 ) -> Result<Pattern> {
     check_spacing("radius", radius)?;
-    if count > MOST_ITEMS {
-        return Err(Error::input(
-            "--count",
-            format!("{count} items"),
-            format!("a pattern has at most {MOST_ITEMS}"),
-        ));
-    }
+    check_count(count)?;
     // A maximal sample holds about 0.7 items per square radius, and its border
     // acts as if the strip were about a radius wider. A little more than that
     // leaves the upstream end, where the strip is cut, outside the kept items.
     let mut length = radius * (count as f64 * radius / (0.62 * (width + radius)) + 4.0);
+    check_length(count, length)?;
     let mut points = loop {
+        // Even a few items are the first of a sample over the whole width.
+        if 2.0 * (length / radius + 1.0) * (width / radius + 1.0) > MOST_CELLS {
+            return Err(Error::input(
+                "--radius",
+                format!(
+                    "{} m is too fine for a belt {} m wide",
+                    shown_number(radius),
+                    shown_number(width)
+                ),
+                "give a larger radius, fewer items or a narrower belt",
+            ));
+        }
         let points = Sampler::new(length, width, radius * MARGIN, rng).run();
         if points.len() > count {
             break points;
@@ -356,5 +364,9 @@ mod tests {
         assert_eq!(draw(0.01, 0.5, 50, 1).len(), 50);
         assert!(poisson_disk(1.0, 0.1, 0, &mut random_stream(1, 0)).is_err());
         assert!(poisson_disk(1.0, f64::NAN, 5, &mut random_stream(1, 0)).is_err());
+        // A sample that does not fit into memory is refused before it is begun.
+        assert!(poisson_disk(1e6, 1e-4, 5, &mut random_stream(1, 0)).is_err());
+        assert!(poisson_disk(1.0, 0.1, usize::MAX, &mut random_stream(1, 0)).is_err());
+        assert!(poisson_disk(1e-3, 1e3, 10_000, &mut random_stream(1, 0)).is_err());
     }
 }

@@ -1,11 +1,11 @@
 //! Sets of patterns: what a strategy is judged on.
 
 use super::attributes::Attributes;
-use super::grid::grid;
-use super::item::Pattern;
+use super::grid::{check_count, grid};
+use super::item::{MOST_ITEMS, Pattern};
 use super::poisson::poisson_disk;
 use super::random_stream;
-use crate::error::{Error, Result, known_names, shown};
+use crate::error::{Error, Result, known_names, shown, shown_number};
 use rand::RngExt;
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -80,8 +80,8 @@ impl fmt::Display for PatternSource {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
             Self::Balanced(n) => write!(f, "balanced:{n}"),
-            Self::Grid(s) => write!(f, "grid:{s}"),
-            Self::Poisson(r, n) => write!(f, "poisson:{r}:{n}"),
+            Self::Grid(s) => write!(f, "grid:{}", shown_number(*s)),
+            Self::Poisson(r, n) => write!(f, "poisson:{}:{n}", shown_number(*r)),
             Self::Files(path) => write!(f, "{}", path.display()),
         }
     }
@@ -133,11 +133,12 @@ impl PatternSource {
                 let (low, high) = BALANCED_RANGE;
                 let steps = (*n).max(2) - 1;
                 let value = |i: usize| low + (high - low) * i as f64 / steps as f64;
+                self.check_size(recipe, 2.0 * *n as f64)?;
                 for i in 0..*n {
-                    set.add_grid(recipe, value(i))?;
+                    set.add_grid(recipe, value(i), self)?;
                 }
                 for i in 0..*n {
-                    set.add_poisson(recipe, value(i))?;
+                    set.add_poisson(recipe, value(i), self)?;
                 }
                 set.description = format!(
                     "{n} grid and {n} Poisson disk patterns, spacing and radius evenly over \
@@ -145,18 +146,38 @@ impl PatternSource {
                 );
             }
             Self::Grid(spacing) => {
-                set.add_grid(recipe, *spacing)?;
+                self.check_size(recipe, 1.0)?;
+                set.add_grid(recipe, *spacing, self)?;
                 set.description = format!("the grid of {spacing} m, {made}");
             }
             Self::Poisson(radius, n) => {
+                self.check_size(recipe, *n as f64)?;
                 for _ in 0..*n {
-                    set.add_poisson(recipe, *radius)?;
+                    set.add_poisson(recipe, *radius, self)?;
                 }
                 set.description = format!("{n} Poisson disk patterns of {radius} m, {made}");
             }
             Self::Files(path) => set.add_files(path)?,
         }
         Ok(set)
+    }
+
+    /// Refuses what would not fit into memory with comfort, before it is made.
+    fn check_size(&self, recipe: &Recipe, patterns: f64) -> Result<()> {
+        check_count(recipe.items).map_err(|error| error.at("--items"))?;
+        if patterns * recipe.items as f64 <= MOST_ITEMS as f64 {
+            return Ok(());
+        }
+        Err(Error::input(
+            self.flag(),
+            format!("{patterns} patterns of {} items", recipe.items),
+            format!("ask for fewer: a set holds at most {MOST_ITEMS} items"),
+        ))
+    }
+
+    /// How messages call it.
+    fn flag(&self) -> String {
+        format!("--patterns {self}")
     }
 
     /// `count` patterns that no set of [`PatternSource::build`] under another seed
@@ -169,6 +190,7 @@ impl PatternSource {
     pub fn draw_fresh(&self, recipe: &Recipe, count: usize) -> Result<Option<PatternSet>> {
         match self {
             Self::Balanced(_) => {
+                self.check_size(recipe, count as f64)?;
                 let (low, high) = BALANCED_RANGE;
                 let mut set = PatternSet {
                     description: format!(
@@ -186,9 +208,9 @@ impl PatternSource {
                 for i in 0..count {
                     let value = low + (high - low) * rng.random::<f64>();
                     if i % 2 == 0 {
-                        set.add_grid(recipe, value)?;
+                        set.add_grid(recipe, value, self)?;
                     } else {
-                        set.add_poisson(recipe, value)?;
+                        set.add_poisson(recipe, value, self)?;
                     }
                 }
                 Ok(Some(set))
@@ -200,8 +222,9 @@ impl PatternSource {
 }
 
 impl PatternSet {
-    fn add_grid(&mut self, recipe: &Recipe, spacing: f64) -> Result<()> {
-        let pattern = grid(recipe.width, spacing, recipe.items)?;
+    fn add_grid(&mut self, recipe: &Recipe, spacing: f64, source: &PatternSource) -> Result<()> {
+        let pattern =
+            grid(recipe.width, spacing, recipe.items).map_err(|e| e.at(&source.flag()))?;
         let mut rng = random_stream(recipe.seed, self.patterns.len() as u64);
         self.labels.push(format!("grid s={spacing:.4}"));
         self.patterns
@@ -209,10 +232,11 @@ impl PatternSet {
         Ok(())
     }
 
-    fn add_poisson(&mut self, recipe: &Recipe, radius: f64) -> Result<()> {
+    fn add_poisson(&mut self, recipe: &Recipe, radius: f64, source: &PatternSource) -> Result<()> {
         let stream = self.patterns.len() as u64;
         let mut rng = random_stream(recipe.seed, stream);
-        let pattern = poisson_disk(recipe.width, radius, recipe.items, &mut rng)?;
+        let pattern = poisson_disk(recipe.width, radius, recipe.items, &mut rng)
+            .map_err(|e| e.at(&source.flag()))?;
         self.labels
             .push(format!("poisson r={radius:.4} #{}", stream + 1));
         self.patterns
@@ -301,6 +325,24 @@ mod tests {
                 .unwrap()
                 .is_none()
         );
+    }
+
+    #[test]
+    fn sizes_are_refused_by_their_flag() {
+        for (source, items, flag) in [
+            ("grid:0.2", 0, "--items: 0 items"),
+            ("balanced", usize::MAX, "--items: "),
+            ("grid:1e-9", 20, "--patterns grid:1e-9: 1e-9 m"),
+            ("poisson:5000:1", 20, "--patterns poisson:5000:1: 5000 m"),
+            ("balanced:1000000", 20, "--patterns balanced:1000000: "),
+        ] {
+            let recipe = Recipe { items, ..RECIPE };
+            let source: PatternSource = source.parse().unwrap();
+            let message = source.build(&recipe).unwrap_err().to_string();
+            assert!(message.starts_with(flag), "{message}");
+        }
+        let fresh = PatternSource::Balanced(1).draw_fresh(&RECIPE, usize::MAX);
+        assert!(fresh.is_err());
     }
 
     #[test]

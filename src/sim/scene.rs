@@ -1,7 +1,7 @@
 //! A station with a pattern on its belt, made ready to simulate.
 
 use crate::decision::{Candidate, Figures};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, shown_number};
 use crate::pattern::Pattern;
 use crate::station::Station;
 
@@ -68,7 +68,7 @@ impl<'a> Scene<'a> {
         if !(hz == 0.0 || (1e-6..=1e6).contains(&hz)) {
             return Err(Error::input(
                 "--update-hz",
-                format!("{hz} is not an update frequency"),
+                format!("{} is not an update frequency", shown_number(hz)),
                 "give Hz, from 1e-6 to 1e6, or 0 for exact decisions",
             ));
         }
