@@ -1,7 +1,7 @@
 //! Reading text files and writing result files whole or not at all.
 
 use crate::error::{Error, Result};
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::Path;
 
 /// The text of a file.
@@ -10,6 +10,14 @@ use std::path::Path;
 /// A file that cannot be read, or bytes that are not UTF-8 (named with their line).
 pub fn read_text(path: &Path) -> Result<String> {
     let bytes = std::fs::read(path).map_err(|source| Error::read(path, source))?;
+    utf8(bytes, &path.display().to_string())
+}
+
+/// The text of the bytes of `name`.
+///
+/// # Errors
+/// Bytes that are not UTF-8, named with their line.
+pub fn utf8(bytes: Vec<u8>, name: &str) -> Result<String> {
     String::from_utf8(bytes).map_err(|error| {
         let valid = error.utf8_error().valid_up_to();
         let line = 1 + error.as_bytes()[..valid]
@@ -17,8 +25,8 @@ pub fn read_text(path: &Path) -> Result<String> {
             .filter(|&&byte| byte == b'\n')
             .count();
         Error::input(
-            format!("{}:{line}", path.display()),
-            "not UTF-8 text",
+            format!("{name}:{line}"),
+            format!("byte 0x{:02x} is not UTF-8 text", error.as_bytes()[valid]),
             "save the file as UTF-8 (plain ASCII is UTF-8)",
         )
     })
@@ -43,6 +51,39 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<()> {
         let _ = std::fs::remove_file(&temporary);
         Error::write(path, source)
     })
+}
+
+/// Checks that a file could be written to `path`, if there is one, without writing it:
+/// so that work is not done, nor another file written, for a slip in a path.
+///
+/// # Errors
+/// A path that is a folder, or in a folder that does not exist.
+pub fn check_target(path: Option<&Path>) -> Result<()> {
+    let Some(path) = path else { return Ok(()) };
+    let folder = match path.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    };
+    let kind = std::fs::metadata(folder).map_err(|source| Error::write(path, source))?;
+    if !kind.is_dir() {
+        return Err(Error::write(path, ErrorKind::NotADirectory.into()));
+    }
+    if path.is_dir() {
+        return Err(Error::write(path, ErrorKind::IsADirectory.into()));
+    }
+    Ok(())
+}
+
+/// Checks that `folder` exists or could be made, without making it.
+///
+/// # Errors
+/// A path that is no folder, or that lies below a file.
+pub fn check_folder(folder: &Path) -> Result<()> {
+    let there = folder.ancestors().find(|path| path.exists());
+    if there.is_none_or(Path::is_dir) {
+        return Ok(());
+    }
+    Err(Error::write(folder, ErrorKind::NotADirectory.into()))
 }
 
 /// Makes `folder` and its parents.
@@ -72,6 +113,24 @@ where
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn targets_are_checked_without_a_trace() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        std::fs::write(path("file"), "x").unwrap();
+        assert!(check_folder(&path("new/newer")).is_ok());
+        assert!(check_folder(Path::new("new")).is_ok());
+        assert!(check_folder(&path("file")).is_err());
+        assert!(check_folder(&path("file/below")).is_err());
+        assert!(check_target(Some(&path("new"))).is_ok());
+        assert!(check_target(Some(&path("file"))).is_ok());
+        assert!(check_target(Some(Path::new("new"))).is_ok());
+        for bad in ["file/below", "no-folder/file", ""] {
+            assert!(check_target(Some(&path(bad))).is_err(), "{bad}");
+        }
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
 
     #[test]
     fn a_failed_write_leaves_nothing() {

@@ -54,7 +54,7 @@ pub struct StationChoice {
     #[arg(long, value_name = "FILE|NAME", default_value = "paper")]
     pub station: String,
     /// Number of robots; needs a built-in station or a file with a [line]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub robots: Option<usize>,
     /// Belt speed [m/s] instead of the station's
     #[arg(long, value_name = "V", allow_negative_numbers = true)]
@@ -66,10 +66,15 @@ pub struct StationChoice {
 #[command(next_help_heading = "Common")]
 pub struct Common {
     /// Master seed of everything random
-    #[arg(long, value_name = "S", default_value_t = 1)]
+    #[arg(
+        long,
+        value_name = "S",
+        default_value_t = 1,
+        allow_negative_numbers = true
+    )]
     pub seed: u64,
     /// Threads; all cores when not given. Results do not depend on it
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub threads: Option<usize>,
     /// How the result is printed on stdout
     #[arg(long, value_enum, default_value_t = Format::Table)]
@@ -118,7 +123,7 @@ pub struct OptimizeArgs {
     #[arg(long, value_name = "SET", default_value = "balanced:120")]
     pub patterns: String,
     /// Items in each generated pattern [default: 150]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub items: Option<usize>,
     #[command(flatten)]
     pub attributes: AttributeArgs,
@@ -152,7 +157,13 @@ pub struct OptimizeArgs {
     #[arg(long, value_enum, default_value_t = SearchArg::Auto, help_heading = "Search")]
     pub search: SearchArg,
     /// GRASP: number of starts
-    #[arg(long, value_name = "N", default_value_t = 8, help_heading = "Search")]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 8,
+        help_heading = "Search",
+        allow_negative_numbers = true
+    )]
     pub starts: usize,
     /// GRASP: width of the restricted candidate list, 0 greedy to 1 random
     #[arg(
@@ -168,7 +179,8 @@ pub struct OptimizeArgs {
         long,
         value_name = "K",
         default_value_t = 1000,
-        help_heading = "Search"
+        help_heading = "Search",
+        allow_negative_numbers = true
     )]
     pub validate: usize,
     /// Decisions at multiples of 1/HZ seconds only; 0 is exact
@@ -180,7 +192,12 @@ pub struct OptimizeArgs {
     )]
     pub update_hz: f64,
     /// Lines of the ranking to print in the table
-    #[arg(long, value_name = "N", default_value_t = 10)]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 10,
+        allow_negative_numbers = true
+    )]
     pub top: usize,
 }
 
@@ -282,7 +299,7 @@ pub struct GenerateArgs {
     #[arg(value_enum, default_value_t = PatternKind::Grid)]
     pub kind: PatternKind,
     /// Number of items [default: 50 for a grid, 29 for Poisson disk]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub count: Option<usize>,
     /// Grid: spacing [m] [default: 0.15]
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
@@ -298,7 +315,12 @@ pub struct GenerateArgs {
     #[command(flatten)]
     pub attributes: AttributeArgs,
     /// Seed of everything random
-    #[arg(long, value_name = "S", default_value_t = 1)]
+    #[arg(
+        long,
+        value_name = "S",
+        default_value_t = 1,
+        allow_negative_numbers = true
+    )]
     pub seed: u64,
     /// Write to this file instead of stdout
     #[arg(short, long, value_name = "FILE")]
@@ -368,7 +390,12 @@ pub struct MotArgs {
     #[arg(long, value_name = "PX", allow_negative_numbers = true)]
     pub centre_px: Option<f64>,
     /// Tracks seen in fewer frames are dropped
-    #[arg(long, value_name = "N", default_value_t = 2)]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 2,
+        allow_negative_numbers = true
+    )]
     pub min_frames: usize,
     /// An id that jumps by more along the belt is another item [m]
     #[arg(

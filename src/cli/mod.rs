@@ -13,7 +13,6 @@ use crate::error::{Error, Result};
 use args::{Cli, Command};
 use clap::{CommandFactory as _, Parser as _};
 use session::Session;
-use std::io::Write as _;
 use std::process::ExitCode;
 
 /// Everything was done.
@@ -29,13 +28,15 @@ pub const INTERRUPTED: u8 = 130;
 pub fn main() -> ExitCode {
     // Prints help, version and usage errors itself, the last with exit code 2.
     let cli = Cli::parse();
-    let session = Session::new(std::env::args().skip(1).collect());
+    // A path need not be Unicode; in the record of the call it is shown as well as can be.
+    let arguments = std::env::args_os().skip(1);
+    let arguments = arguments.map(|word| word.to_string_lossy().into_owned());
+    let session = Session::new(arguments.collect());
     match run(cli.command, &session) {
         Ok(()) if session.interrupted() => ExitCode::from(INTERRUPTED),
         Ok(()) => ExitCode::from(DONE),
         Err(error) => {
-            // Nothing is left to do if even stderr is closed.
-            let _ = writeln!(std::io::stderr(), "pickline: {error}");
+            session::tell(&format!("pickline: {error}"));
             ExitCode::from(match error {
                 Error::Input { .. } | Error::Io { .. } => USAGE,
                 Error::Interrupted => INTERRUPTED,

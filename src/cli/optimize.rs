@@ -18,8 +18,8 @@ const DEFAULT_ITEMS: usize = 150;
 
 pub fn run(args: &OptimizeArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
+    args.common.check()?;
     let job = Job::new(args)?;
-    args.common.prepare_out()?;
     let bar = Bar::new(args.common.quiet);
     let environment = Environment {
         stop: session.stop(),
@@ -81,6 +81,10 @@ impl<'a> Job<'a> {
     fn report(&self, session: &Session, environment: &Environment) -> Result<OptimumReport> {
         let args = self.args;
         let set = self.source.build(&self.recipe)?;
+        for (label, pattern) in set.labels.iter().zip(&set.patterns) {
+            let on_belt = pattern.check_on(&self.station);
+            on_belt.map_err(|error| error.inside(label))?;
+        }
         args.common.remark(&format!(
             "optimizing {} for station {} ({} robots, belt at {} m/s)\non {}",
             self.objective.name(),

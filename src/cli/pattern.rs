@@ -4,9 +4,9 @@ use super::args::{
     AxisArg, DescribeArgs, Format, GenerateArgs, ImportCommand, MotArgs, PatternCommand,
     PatternKind,
 };
-use super::session::Session;
+use super::session::{Session, tell};
 use super::settings::{DEFAULT_GRID, json, load_pattern};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, shown_number};
 use crate::files;
 use crate::pattern::{describe, grid, mot, poisson_disk, random_stream, to_csv};
 use crate::report::description_table;
@@ -24,16 +24,19 @@ pub fn run(command: PatternCommand, session: &Session) -> Result<()> {
 }
 
 fn generate(args: &GenerateArgs, session: &Session) -> Result<()> {
+    files::check_target(args.output.as_deref())?;
+    // Even where the width does not come from it: a wrong one must not pass unnoticed.
+    let station = args.station.load()?;
     let width = match args.width {
         Some(width) if (1e-6..=1e3).contains(&width) => width,
         Some(width) => {
             return Err(Error::input(
                 "--width",
-                format!("{width} m is not a belt width"),
-                "give metres, above 0",
+                format!("{} m is not a belt width", shown_number(width)),
+                "give metres, from 1e-6 to 1000",
             ));
         }
-        None => args.station.load()?.belt().width,
+        None => station.belt().width,
     };
     let attributes = args.attributes.resolve()?;
     let mut rng = random_stream(args.seed, 0);
@@ -89,6 +92,8 @@ fn describe_pattern(args: &DescribeArgs, session: &Session) -> Result<()> {
 }
 
 fn import_mot(args: &MotArgs, session: &Session) -> Result<()> {
+    files::check_target(args.output.as_deref())?;
+    files::check_target(args.report.as_deref())?;
     let options = mot::Options {
         reverse: args.reverse,
         centre_px: args.centre_px,
@@ -109,7 +114,7 @@ fn import_mot(args: &MotArgs, session: &Session) -> Result<()> {
     let import = mot::import(&text, &args.file.display().to_string(), &options)?;
     if !args.quiet {
         for line in import.report.lines() {
-            eprintln!("{line}");
+            tell(&line);
         }
     }
     if let Some(file) = &args.report {

@@ -104,6 +104,12 @@ impl Session {
     }
 }
 
+/// Writes a line to stderr. Unlike `eprintln!` it does not panic where stderr is full
+/// or closed: nothing is left to do then, and the result still counts.
+pub fn tell(text: &str) {
+    let _ = writeln!(std::io::stderr(), "{text}");
+}
+
 /// An argument as a shell would need it.
 fn quoted(argument: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./:,=+@%".contains(c);

@@ -1,6 +1,7 @@
 //! Arguments resolved to what the library works with.
 
 use super::args::{AttributeArgs, Common, Format, StationChoice};
+use super::session::tell;
 use crate::error::{Error, Result};
 use crate::files;
 use crate::pattern::{self, Attributes, Distribution, Pattern, grid};
@@ -45,39 +46,39 @@ impl AttributeArgs {
 }
 
 impl Common {
-    /// Runs `work` on the chosen number of threads.
+    /// Checks the settings that do not concern the verb's own work, before it begins:
+    /// a long computation must not end in a folder that cannot be written.
     ///
     /// # Errors
-    /// A number of threads that cannot be had, or what `work` returns.
-    pub fn on_threads<T: Send>(&self, work: impl FnOnce() -> Result<T> + Send) -> Result<T> {
-        let threads = self.threads.unwrap_or(0);
-        if self.threads == Some(0) || threads > 1024 {
-            return Err(Error::input(
+    /// A number of threads that cannot be had, a folder that cannot be made.
+    pub fn check(&self) -> Result<()> {
+        match self.threads {
+            Some(threads) if !(1..=1024).contains(&threads) => Err(Error::input(
                 "--threads",
                 format!("{threads} is not a number of threads"),
                 "give 1 to 1024, or leave it out for all cores",
-            ));
+            )),
+            _ => self.out.as_deref().map_or(Ok(()), files::check_folder),
         }
+    }
+
+    /// Runs `work` on the chosen number of threads.
+    ///
+    /// # Errors
+    /// Threads that cannot be had, or what `work` returns.
+    pub fn on_threads<T: Send>(&self, work: impl FnOnce() -> Result<T> + Send) -> Result<T> {
+        // 0 stands for all cores.
         let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
+            .num_threads(self.threads.unwrap_or(0))
             .build()
             .map_err(|error| Error::input("--threads", error.to_string(), "give fewer"))?;
         pool.install(work)
     }
 
-    /// Makes the folder for result files, so that a long computation does not end in
-    /// one that cannot be written.
-    ///
-    /// # Errors
-    /// A folder that cannot be made.
-    pub fn prepare_out(&self) -> Result<()> {
-        self.out.as_deref().map_or(Ok(()), files::make_folder)
-    }
-
     /// A remark for the user, unless quiet.
     pub fn remark(&self, text: &str) {
         if !self.quiet {
-            eprintln!("{text}");
+            tell(text);
         }
     }
 
@@ -96,12 +97,16 @@ impl Common {
     }
 
     /// Writes `content` as `name` into the folder for result files, if there is one.
+    /// The folder is made only now, so that nothing is left of a call that failed.
     ///
     /// # Errors
     /// A file that cannot be written.
     pub fn write_out(&self, name: &str, content: &str) -> Result<()> {
         match &self.out {
-            Some(folder) => files::write_whole(&folder.join(name), content.as_bytes()),
+            Some(folder) => {
+                files::make_folder(folder)?;
+                files::write_whole(&folder.join(name), content.as_bytes())
+            }
             None => Ok(()),
         }
     }
@@ -133,10 +138,11 @@ pub fn load_pattern(file: Option<&str>, width: f64) -> Result<(Pattern, String)>
             ))
         }
         Some("-") => {
-            let mut text = String::new();
+            let mut bytes = Vec::new();
             std::io::stdin()
-                .read_to_string(&mut text)
+                .read_to_end(&mut bytes)
                 .map_err(|error| Error::read(Path::new("stdin"), error))?;
+            let text = files::utf8(bytes, "stdin")?;
             Ok((pattern::parse(&text, "stdin")?, "read from stdin".into()))
         }
         Some(file) => Ok((pattern::load(Path::new(file))?, file.to_owned())),

@@ -11,6 +11,8 @@ use crate::{checker, files, strategies};
 
 pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
     let common = &args.common;
+    common.check()?;
+    files::check_target(args.trace.as_deref())?;
     let station = args.station.load()?;
     let robots = station.robots().len();
     let (pattern, pattern_name) = load_pattern(args.pattern.as_deref(), station.belt().width)?;
@@ -26,8 +28,9 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
             args.station.station
         ));
     }
-    common.prepare_out()?;
-    let scene = Scene::new(&station, &pattern)?.with_update_hz(args.update_hz)?;
+    let scene = Scene::new(&station, &pattern)
+        .map_err(|error| error.inside(&pattern_name))?
+        .with_update_hz(args.update_hz)?;
     let mut trace = args.trace.as_ref().map(|_| Trace::new(&station, &pattern));
     let observer = trace.as_mut().map(|trace| trace as &mut dyn Observer);
     let outcome = simulate_observed(&scene, strategy.as_mut(), observer)?;
