@@ -23,6 +23,8 @@ impl Default for SpeedScan {
     }
 }
 
+/// No belt is slower than this [m/s].
+const FINEST: f64 = 1e-6;
 /// More speeds than this in one scan are taken for a slip of the pen.
 const MOST_STEPS: f64 = 1e5;
 
@@ -34,7 +36,7 @@ impl SpeedScan {
     pub fn new(step: f64, station: &Station) -> Result<Self> {
         let fastest = station.slowest_arm();
         let steps = fastest / step;
-        if step > 0.0 && steps > 1.0 && steps <= MOST_STEPS {
+        if step >= FINEST && station.outruns(step) && steps <= MOST_STEPS {
             return Ok(Self { step });
         }
         Err(Error::input(
@@ -43,7 +45,10 @@ impl SpeedScan {
                 "{} m/s is no step towards the slowest arm's {fastest} m/s",
                 shown_number(step)
             ),
-            format!("give m/s, from {} to below {fastest}", fastest / MOST_STEPS),
+            format!(
+                "give m/s, from {} to below {fastest}",
+                (fastest / MOST_STEPS).max(FINEST)
+            ),
         ))
     }
 
@@ -72,7 +77,7 @@ impl SpeedScan {
         let mut tree = tree.clone();
         for k in 1.. {
             let speed = self.speed(k);
-            if alive.is_empty() || speed >= station.slowest_arm() {
+            if alive.is_empty() || !station.outruns(speed) {
                 break;
             }
             let station = station.with_belt_speed(speed)?;

@@ -9,6 +9,10 @@ use nalgebra::Point2;
 const LARGEST: f64 = 1e6;
 /// Speeds and lengths below this are refused, for the same reason.
 const SMALLEST: f64 = 1e-6;
+/// How much faster than the belt an arm must be. The closed forms divide by the
+/// difference of the squared speeds, and need a few of its digits; no real arm is
+/// closer to its belt than this.
+const LEAD: f64 = 1.0 + 1e-6;
 /// More robots than this on one belt are taken for a slip of the pen.
 const MOST_ROBOTS: usize = 100;
 
@@ -110,6 +114,11 @@ impl Station {
         &self.robots
     }
 
+    /// Whether every arm outruns a belt of this speed [m/s].
+    pub fn outruns(&self, belt_speed: f64) -> bool {
+        self.robots.iter().all(|robot| has_lead(robot, belt_speed))
+    }
+
     /// The same station with another belt speed [m/s].
     ///
     /// # Errors
@@ -201,9 +210,13 @@ pub(super) fn check_count(place: &dyn Fn(&str) -> String, robots: usize) -> Resu
     ))
 }
 
+fn has_lead(robot: &Robot, belt_speed: f64) -> bool {
+    robot.speed >= belt_speed * LEAD
+}
+
 /// The model needs every arm to be faster than the belt.
 pub(super) fn outruns(place: &dyn Fn() -> String, robot: &Robot, belt: &Belt) -> Result<()> {
-    if robot.speed > belt.speed {
+    if has_lead(robot, belt.speed) {
         return Ok(());
     }
     Err(Error::input(
@@ -319,7 +332,17 @@ mod tests {
             assert!(message.contains(word), "{message}");
         }
         let station = Station::new(BELT, vec![robot("a", 1.0)]).unwrap();
-        for speed in [0.5, 0.6, 0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(station.with_belt_speed(0.4999).is_ok());
+        // Here the difference of the squares has lost all its digits.
+        for speed in [
+            0.5f64.next_down(),
+            0.5,
+            0.6,
+            0.0,
+            -1.0,
+            f64::NAN,
+            f64::INFINITY,
+        ] {
             assert!(station.with_belt_speed(speed).is_err(), "{speed}");
         }
     }
