@@ -43,7 +43,8 @@ fn show(
 /// A pattern that covers the whole belt, for a picture without one of its own.
 fn covering(station: &Station) -> Result<Pattern> {
     let belt = station.belt();
-    let radius = belt.width / 5.0;
+    // Within the radii that a pattern may have, however odd the belt.
+    let radius = (belt.width / 5.0).clamp(1e-4, 1e3);
     // A maximal pattern has fewer items than one a square of side 0.9 radius.
     let count = 1.3 * (belt.length + radius) * (belt.width + radius) / (radius * radius);
     poisson_disk(
