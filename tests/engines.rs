@@ -36,7 +36,8 @@ fn by_the_book(
             return None;
         }
         let open = departure(r, x_in, item).max(0.0);
-        (open <= close).then_some((open, close))
+        // Rounding can turn a window of hardly more than a point inside out.
+        Some((open.min(close), close))
     };
     let tick = |t: f64| {
         let ticks = t * hz;

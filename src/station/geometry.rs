@@ -61,8 +61,9 @@ impl Robot {
             return None;
         }
         let open = kinematics::departure_time(x_in, x0, y, bin, belt.speed, self.speed).max(0.0);
-        // Rounding can turn a window of one point inside out; that is no window.
-        (open <= close).then_some((open, close))
+        // Rounding can turn a window of hardly more than a point inside out; the model
+        // knows no such window, so it is the point.
+        Some((open.min(close), close))
     }
 }
 
@@ -318,6 +319,24 @@ mod tests {
         assert!(robot.departure_window(&BELT, 0.0, 0.3).is_none());
         // Placed past the workspace: it could only have been met before time 0.
         assert!(robot.departure_window(&BELT, 5.0, 0.0).is_none());
+    }
+
+    #[test]
+    fn a_window_shorter_than_rounding_is_a_point() {
+        let belt = Belt {
+            speed: 6.499440208623188,
+            length: 1e-6,
+            width: 0.01,
+        };
+        let robot = Robot {
+            base: Point2::new(1.0, 1.0),
+            bin: Point2::new(-1.0, 0.003405902764744542),
+            reach: 2.899362981725246,
+            speed: 6.499453492590247,
+            ..robot("a", 1.0)
+        };
+        let window = robot.departure_window(&belt, -396416.67683246685, -0.0011175175692485723);
+        assert!(window.is_some_and(|(open, close)| open <= close));
     }
 
     #[test]
