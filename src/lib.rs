@@ -47,6 +47,7 @@
 pub mod error;
 pub mod kinematics;
 pub mod files;
+mod toml_file;
 pub mod station;
 pub mod pattern;
 pub mod stats;

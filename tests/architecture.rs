@@ -21,7 +21,10 @@ fn root() -> PathBuf {
 /// The modules in the order in which lib.rs lists them, which is the order of imports.
 fn modules() -> Vec<String> {
     let lib = fs::read_to_string(root().join("src/lib.rs")).unwrap();
-    let names = lib.lines().filter_map(|line| line.strip_prefix("pub mod "));
+    let names = lib.lines().filter_map(|line| {
+        let line = line.strip_prefix("pub ").unwrap_or(line);
+        line.strip_prefix("mod ")
+    });
     names
         .map(|name| name.trim_end_matches(';').to_owned())
         .collect()

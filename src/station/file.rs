@@ -3,12 +3,10 @@
 use super::builtin::built_in;
 use super::geometry::{Belt, Robot, Station, outruns};
 use super::line::Line;
-use super::reader::{File, Section, describe};
 use crate::error::{Error, Result};
+use crate::toml_file::{File, Section};
 use std::fmt::Write as _;
 use std::path::Path;
-use toml::Spanned;
-use toml::de::{DeTable, DeValue};
 
 /// Flags that win over what a file or a built-in station says.
 #[derive(Debug, Clone, Copy, Default)]
@@ -52,39 +50,19 @@ pub fn load(name: &str, overrides: Overrides) -> Result<Station> {
 /// # Errors
 /// Whatever is wrong, with its line and key, the value found and the cure.
 pub fn parse(text: &str, name: &str, overrides: Overrides) -> Result<Station> {
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    if text.trim().is_empty() {
-        return Err(Error::input(
-            name,
-            "the file is empty",
-            "start from the output of `pickline station init`",
-        ));
-    }
-    let file = File::new(name, text);
-    let root = DeTable::parse(text).map_err(|error| {
-        let line = error.span().map_or(1, |span| file.line(span.start));
-        Error::input(
-            format!("{name}:{line}"),
-            format!(
-                "not valid TOML: {}",
-                error.message().trim().replace('\n', "; ")
-            ),
-            "mend the line; strings need quotes, numbers a digit before the point",
-        )
-    })?;
-    let root = Section {
-        file: &file,
-        path: String::new(),
-        table: root.get_ref(),
-        line: 1,
-    };
+    let file = File::new(name, text, "the output of `pickline station init`");
+    file.read(|root| read(root, overrides))
+}
+
+fn read(root: &Section, overrides: Overrides) -> Result<Station> {
+    let file = root.file;
     root.only(&["belt", "robot", "line"])?;
     let place = |key: &str| match (key, overrides.belt_speed, overrides.robots) {
         ("belt.speed", Some(_), _) => "--belt-speed".to_owned(),
         ("robot", _, Some(_)) => "--robots".to_owned(),
         _ => file.place(key),
     };
-    let (belt, robots) = read_station(&root, overrides, &place)?;
+    let (belt, robots) = read_station(root, overrides, &place)?;
     if overrides.belt_speed.is_some() {
         // The file may well be right; it is the flag that asks for too much.
         for robot in robots.iter().filter(|robot| robot.speed > 0.0) {
@@ -109,7 +87,7 @@ fn read_station(
     let length = belt.optional("length")?;
     let width = belt.number("width")?;
     let (robots, length) = match (root.table.get("robot"), root.table.get("line")) {
-        (Some(robots), None) => {
+        (Some(_), None) => {
             if overrides.robots.is_some() {
                 return Err(Error::input(
                     "--robots",
@@ -117,7 +95,7 @@ fn read_station(
                     "drop the flag, or describe like robots by a [line] table",
                 ));
             }
-            let robots = read_robots(root, robots)?;
+            let robots = read_robots(root)?;
             (robots, length.ok_or_else(|| belt.missing("length"))?)
         }
         (None, Some(_)) => {
@@ -158,32 +136,9 @@ fn read_station(
     Ok((belt, robots))
 }
 
-fn read_robots(root: &Section, value: &Spanned<DeValue>) -> Result<Vec<Robot>> {
-    root.file.remember("robot", value);
-    let DeValue::Array(robots) = value.get_ref() else {
-        return Err(root.wrong(
-            "robot",
-            format!("{} is not a list of tables", describe(value.get_ref())),
-            "write each robot under its own [[robot]] header, in double brackets".into(),
-        ));
-    };
-    let mut list = Vec::with_capacity(robots.len());
-    for (i, value) in robots.iter().enumerate() {
-        let path = format!("robot[{i}]");
-        let line = root.file.remember(&path, value);
-        let DeValue::Table(table) = value.get_ref() else {
-            return Err(Error::input(
-                root.file.place(&path),
-                format!("{} is not a table", describe(value.get_ref())),
-                "write each robot under its own [[robot]] header",
-            ));
-        };
-        let robot = Section {
-            file: root.file,
-            path,
-            table,
-            line,
-        };
+fn read_robots(root: &Section) -> Result<Vec<Robot>> {
+    let mut list = Vec::new();
+    for robot in root.tables("robot")? {
         robot.only(&[
             "name",
             "base",

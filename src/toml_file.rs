@@ -1,5 +1,5 @@
-//! Reads values out of a parsed TOML file so that every error names its line, key,
-//! value and cure.
+//! Reads values out of a TOML file so that every error names its line, key, value and
+//! cure.
 
 use crate::error::{Error, Result, known_names, shown};
 use nalgebra::Point2;
@@ -10,22 +10,53 @@ use toml::de::{DeInteger, DeTable, DeValue};
 
 /// The file under the reader: its name, its text, and on which line each key
 /// stands, for messages.
-pub(super) struct File<'a> {
+pub(crate) struct File<'a> {
     pub name: &'a str,
     text: &'a str,
+    /// Where a user finds an example, for cures.
+    example: &'a str,
     lines: RefCell<HashMap<String, usize>>,
     aliases: RefCell<HashMap<String, String>>,
 }
 
 impl<'a> File<'a> {
-    /// The file `text`, which messages call `name`.
-    pub fn new(name: &'a str, text: &'a str) -> Self {
+    /// The file `text`, which messages call `name`; `example` is where one is found.
+    pub fn new(name: &'a str, text: &'a str, example: &'a str) -> Self {
         Self {
             name,
-            text,
+            text: text.strip_prefix('\u{feff}').unwrap_or(text),
+            example,
             lines: RefCell::default(),
             aliases: RefCell::default(),
         }
+    }
+
+    /// Hands the file's top level to `read`.
+    pub fn read<T>(&self, read: impl FnOnce(&Section) -> Result<T>) -> Result<T> {
+        if self.text.trim().is_empty() {
+            return Err(Error::input(
+                self.name,
+                "the file is empty",
+                format!("start from {}", self.example),
+            ));
+        }
+        let root = DeTable::parse(self.text).map_err(|error| {
+            let line = error.span().map_or(1, |span| self.line(span.start));
+            Error::input(
+                format!("{}:{line}", self.name),
+                format!(
+                    "not valid TOML: {}",
+                    error.message().trim().replace('\n', "; ")
+                ),
+                "mend the line; strings need quotes, numbers a digit before the point",
+            )
+        })?;
+        read(&Section {
+            file: self,
+            path: String::new(),
+            table: root.get_ref(),
+            line: 1,
+        })
     }
 
     pub fn line(&self, offset: usize) -> usize {
@@ -66,7 +97,7 @@ impl<'a> File<'a> {
 }
 
 /// One table of the file, with the path that messages call it by.
-pub(super) struct Section<'a> {
+pub(crate) struct Section<'a> {
     pub file: &'a File<'a>,
     pub path: String,
     pub table: &'a DeTable<'a>,
@@ -93,7 +124,7 @@ impl<'a> Section<'a> {
         Error::input(
             format!("{}:{}: {}", self.file.name, self.line, self.key(key)),
             "the key is missing",
-            format!("add `{key} = ...`; `pickline station init` shows every key with its unit"),
+            format!("add `{key} = ...`; see {}", self.file.example),
         )
     }
 
@@ -117,7 +148,7 @@ impl<'a> Section<'a> {
             return Err(Error::input(
                 self.file.name,
                 format!("the file has no [{key}]"),
-                format!("add a [{key}] table; `pickline station init` shows one"),
+                format!("add a [{key}] table; see {}", self.file.example),
             ));
         };
         let line = self.file.remember(&self.key(key), value);
@@ -134,6 +165,37 @@ impl<'a> Section<'a> {
             table,
             line,
         })
+    }
+
+    /// The tables of the list `key`, each written under its own [[key]] header.
+    pub fn tables(&self, key: &str) -> Result<Vec<Section<'a>>> {
+        let Some(value) = self.table.get(key) else {
+            return Ok(Vec::new());
+        };
+        self.file.remember(key, value);
+        let header = format!("write each under its own [[{key}]] header, in double brackets");
+        let DeValue::Array(list) = value.get_ref() else {
+            let found = describe(value.get_ref());
+            return Err(self.wrong(key, format!("{found} is not a list of tables"), header));
+        };
+        let table = |(i, value): (usize, &'a Spanned<DeValue<'a>>)| {
+            let path = format!("{key}[{i}]");
+            let line = self.file.remember(&path, value);
+            match value.get_ref() {
+                DeValue::Table(table) => Ok(Section {
+                    file: self.file,
+                    path,
+                    table,
+                    line,
+                }),
+                other => Err(Error::input(
+                    self.file.place(&path),
+                    format!("{} is not a table", describe(other)),
+                    header.clone(),
+                )),
+            }
+        };
+        list.iter().enumerate().map(table).collect()
     }
 
     fn value(&self, key: &str) -> Option<&'a DeValue<'a>> {
@@ -226,7 +288,7 @@ fn as_integer(number: &DeInteger) -> Option<i64> {
 }
 
 /// A value as messages name it.
-pub(super) fn describe(value: &DeValue) -> String {
+fn describe(value: &DeValue) -> String {
     // More than a position has would be too long to read.
     const MOST: usize = 4;
     match value {
