@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# Makes the committed tables again: results/optimize/*.txt, what `pickline optimize`
-# prints for 2, 3 and 4 robots on both built-in stations. A first argument names another
-# folder to write to; PICKLINE names another program than the release build.
+# Makes the committed results again: results/optimize/*.txt, what `pickline optimize`
+# prints for 2, 3 and 4 robots, and results/compare/, the paper's comparison, both on
+# both built-in stations. A first argument names another folder to write to; PICKLINE
+# names another program than the release build.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 out=$(realpath -m "${1:-results}")
@@ -14,4 +15,14 @@ for robots in 2 3 4; do
     "$PICKLINE" optimize --quiet --robots $robots > "$out/optimize/paper-$robots.txt"
     "$PICKLINE" optimize --quiet --station paper-narrow --items 50 --robots $robots \
         > "$out/optimize/paper-narrow-$robots.txt"
+done
+for station in paper paper-narrow; do
+    # The narrow station was fitted with 50 items a pattern.
+    train=()
+    if [ $station = paper-narrow ]; then train=(--station $station --train-items 50); fi
+    for cases in paper dense; do
+        mkdir -p "$out/compare/$station-$cases"
+        "$PICKLINE" compare --quiet --paper --cases $cases "${train[@]}" \
+            --out "$out/compare/$station-$cases" > "$out/compare/$station-$cases/table.txt"
+    done
 done

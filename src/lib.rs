@@ -57,5 +57,6 @@ pub mod checker;
 pub mod sim;
 pub mod strategies;
 pub mod optimize;
+pub mod experiment;
 pub mod report;
 pub mod cli;

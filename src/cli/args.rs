@@ -24,6 +24,7 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     Optimize(Box<OptimizeArgs>),
+    Compare(Box<CompareArgs>),
     Simulate(Box<SimulateArgs>),
     Pattern(PatternArgs),
     Station(StationArgs),
@@ -207,6 +208,70 @@ pub enum SearchArg {
     Exhaustive,
     Grasp,
     Both,
+}
+
+/// Set strategies side by side on the paper's cases or your own
+///
+/// Robust GT is the assignment that is best over a training set, greedy GT the best for
+/// every single pattern. Differences to robust GT are paired over patterns, with 95 %
+/// intervals. With --out DIR writes picked_time.csv, picking_rate.csv (the paper's Tables
+/// 2 and 3), runs.csv (every run) and compare.json.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Examples:
+  pickline compare --paper
+  pickline compare --cases dense --strategy rules:SPT,SPT --out results/
+  pickline compare --station my-line.toml --cases my-cases.toml
+
+A case file is TOML, one [[case]] each:
+  [[case]]
+  name = \"dense\"
+  poisson = 0.12        # radius [m]; or grid = SPACING, or pattern = \"FILE.csv\"
+  items = 150")]
+pub struct CompareArgs {
+    #[command(flatten)]
+    pub station: StationChoice,
+    #[command(flatten)]
+    pub common: Common,
+    /// Cases: paper, dense, all, or a TOML file
+    #[arg(long, value_name = "SET|FILE", default_value = "paper")]
+    pub cases: String,
+    /// A further strategy, written as for simulate; may be given several times
+    #[arg(long, value_name = "STRATEGY")]
+    pub strategy: Vec<String>,
+    /// Robust GT's assignment instead of optimising it on the training set
+    #[arg(long, value_name = "R1,R2,...")]
+    pub robust: Option<String>,
+    /// Leave greedy GT out
+    #[arg(long)]
+    pub no_greedy: bool,
+    /// Patterns of each random case
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 100,
+        allow_negative_numbers = true
+    )]
+    pub replicates: usize,
+    /// Items in each pattern of the training set
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 150,
+        allow_negative_numbers = true
+    )]
+    pub train_items: usize,
+    /// Print the paper's own figures beside ours
+    #[arg(long)]
+    pub paper: bool,
+    /// Decisions at multiples of 1/HZ seconds only; 0 is exact
+    #[arg(
+        long,
+        value_name = "HZ",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    pub update_hz: f64,
 }
 
 /// Run one strategy on one pattern, exactly

@@ -1,6 +1,7 @@
 //! The command line: arguments, resolved settings, one file per verb.
 
 mod args;
+mod compare;
 mod optimize;
 mod pattern;
 mod progress;
@@ -48,6 +49,7 @@ pub fn main() -> ExitCode {
 
 fn run(command: Command, session: &Session) -> Result<()> {
     match command {
+        Command::Compare(args) => compare::run(&args, session),
         Command::Optimize(args) => optimize::run(&args, session),
         Command::Simulate(args) => simulate::run(&args, session),
         Command::Pattern(args) => pattern::run(args.command.unwrap_or_default(), session),

@@ -1,5 +1,6 @@
 //! Results as JSON, CSV, tables and pictures, each saying how it was made.
 
+mod comparison;
 mod description;
 mod optimum;
 mod provenance;
@@ -7,6 +8,7 @@ mod run;
 mod station_picture;
 mod table;
 
+pub use comparison::ComparisonReport;
 pub use description::description_table;
 pub use optimum::{OptimumReport, ValidationReport};
 pub use provenance::{Provenance, station_hash};

@@ -40,6 +40,14 @@ impl Provenance {
         }
     }
 
+    /// Everything on one line, for the last column of a CSV file.
+    pub fn one_line(&self) -> String {
+        format!(
+            "{}; {}; station {} ({}); seed {}",
+            self.program, self.command, self.station_hash, self.station, self.seed
+        )
+    }
+
     /// One line a fact, for the foot of a table.
     pub fn lines(&self) -> String {
         format!(

@@ -1,0 +1,114 @@
+//! The ways of picking that are compared.
+
+use crate::decision::Figures;
+use crate::dispatch::{RULES, RuleAssignment};
+use crate::error::{Error, Result};
+use crate::sim::{AssignmentTree, Scene, simulate};
+use crate::strategies;
+
+/// One column of a comparison.
+#[derive(Debug, Clone)]
+pub enum Method {
+    /// The assignment that is best over a training set (Jermann et al.: robust GT).
+    Robust(RuleAssignment),
+    /// For every pattern the assignment that is best on it (greedy GT).
+    Greedy(AssignmentTree),
+    /// A strategy as it is written on the command line.
+    Strategy(String),
+}
+
+/// What a method made of one pattern.
+#[derive(Debug, Clone)]
+pub struct MethodRun {
+    /// The run.
+    pub figures: Figures,
+    /// The assignment that greedy GT chose.
+    pub chosen: Option<RuleAssignment>,
+}
+
+/// Robots up to which greedy GT enumerates all assignments of every pattern.
+const MOST_ROBOTS: usize = 7;
+
+impl Method {
+    /// Greedy GT for a line of `robots` robots.
+    ///
+    /// # Errors
+    /// More robots than all assignments of which can be tried on every pattern.
+    pub fn greedy(robots: usize) -> Result<Self> {
+        if robots > MOST_ROBOTS {
+            return Err(Error::input(
+                "greedy GT",
+                format!(
+                    "{}^{robots} assignments to try on every pattern",
+                    RULES.len()
+                ),
+                format!("compare at most {MOST_ROBOTS} robots, or leave it out (--no-greedy)"),
+            ));
+        }
+        Ok(Self::Greedy(AssignmentTree::all(robots)))
+    }
+
+    /// A strategy for a line of `robots` robots.
+    ///
+    /// # Errors
+    /// As for [`strategies::build`].
+    pub fn strategy(text: &str, robots: usize) -> Result<Self> {
+        strategies::build(text, robots).map(|strategy| Self::Strategy(strategy.name()))
+    }
+
+    /// The name in files.
+    pub fn id(&self) -> &str {
+        match self {
+            Self::Robust(_) => "robust_gt",
+            Self::Greedy(_) => "greedy_gt",
+            Self::Strategy(text) => text,
+        }
+    }
+
+    /// The name in tables.
+    pub fn title(&self) -> String {
+        match self {
+            Self::Robust(rules) => format!("robust GT {rules}"),
+            Self::Greedy(_) => "greedy GT".into(),
+            Self::Strategy(text) => text.clone(),
+        }
+    }
+
+    /// Runs the method on `scene`.
+    ///
+    /// # Errors
+    /// A strategy that acts illegally.
+    pub fn run(&self, scene: &Scene) -> Result<MethodRun> {
+        match self {
+            Self::Robust(rules) => Ok(MethodRun {
+                figures: crate::sim::simulate_rules(scene, rules)?.figures,
+                chosen: None,
+            }),
+            Self::Greedy(tree) => {
+                let mut best: Option<(usize, Figures)> = None;
+                // Ties go to the first in registry order.
+                tree.evaluate(scene, |place, figures| {
+                    let better = |(_, other): &(usize, Figures)| {
+                        figures.picking_rate() > other.picking_rate()
+                    };
+                    if best.as_ref().is_none_or(better) {
+                        best = Some((place, figures));
+                    }
+                })?;
+                // A line has a robot, so its tree has an assignment.
+                let (place, figures) = best.ok_or(Error::Interrupted)?;
+                Ok(MethodRun {
+                    figures,
+                    chosen: Some(tree.assignments()[place].clone()),
+                })
+            }
+            Self::Strategy(text) => {
+                let mut strategy = strategies::build(text, scene.station().robots().len())?;
+                Ok(MethodRun {
+                    figures: simulate(scene, strategy.as_mut())?.figures,
+                    chosen: None,
+                })
+            }
+        }
+    }
+}

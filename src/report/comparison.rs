@@ -1,0 +1,345 @@
+//! A comparison of methods: the paper's Tables 2 and 3 for one's own line.
+
+use super::provenance::Provenance;
+use super::table::{Table, fixed};
+use crate::experiment::paper::{self, Printed};
+use crate::experiment::{CaseResult, Comparison, Method};
+use serde::Serialize;
+
+/// A comparison as it is printed and written; the JSON field names are the product's
+/// format.
+#[derive(Debug, Clone, Serialize)]
+pub struct ComparisonReport {
+    /// The methods; the first is what the others are measured against.
+    pub methods: Vec<MethodReport>,
+    /// The cases.
+    pub cases: Vec<CaseReport>,
+    /// What a reader should know.
+    pub notes: Vec<String>,
+    /// How it was made.
+    pub made: Provenance,
+    #[serde(skip)]
+    with_paper: bool,
+}
+
+/// One method.
+#[derive(Debug, Clone, Serialize)]
+pub struct MethodReport {
+    /// Its name in files.
+    pub id: String,
+    /// Its name in tables.
+    pub title: String,
+}
+
+/// One case.
+#[derive(Debug, Clone, Serialize)]
+pub struct CaseReport {
+    /// Its name.
+    pub name: String,
+    /// Items a pattern.
+    pub items: usize,
+    /// How many patterns.
+    pub patterns: usize,
+    /// One a method.
+    pub results: Vec<ResultReport>,
+    #[serde(skip)]
+    runs: Vec<[String; 10]>,
+}
+
+/// One method on one case.
+#[derive(Debug, Clone, Serialize)]
+pub struct ResultReport {
+    /// The method's name in files.
+    pub method: String,
+    /// Mean share of the items picked.
+    pub picked_share: f64,
+    /// Mean end of the run [s].
+    pub end_s: f64,
+    /// Mean picks per minute.
+    pub picking_rate_per_min: f64,
+    /// Mean reward-weighted picks per minute.
+    pub weighted_rate_per_min: f64,
+    /// Lower end of the 95 % interval of its rate minus the first method's.
+    pub diff_low: f64,
+    /// Upper end.
+    pub diff_high: f64,
+    /// How much higher its mean rate is than the first method's [%].
+    pub benefit_percent: f64,
+    /// What the paper prints for it, where it does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub paper: Option<PrintedReport>,
+}
+
+/// The paper's own figures.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct PrintedReport {
+    /// Items picked [%], Table 2.
+    pub picked_percent: f64,
+    /// Time [s], Table 2.
+    pub time_s: f64,
+    /// Picks per minute, Table 3.
+    pub picking_rate_per_min: f64,
+}
+
+impl ComparisonReport {
+    /// The report of `comparison`; `paper_cases` says that its first cases are the
+    /// paper's four, `with_paper` that their printed figures are wanted in the table.
+    pub fn new(
+        comparison: &Comparison,
+        paper_cases: bool,
+        with_paper: bool,
+        mut notes: Vec<String>,
+        made: Provenance,
+    ) -> Self {
+        let methods = &comparison.methods;
+        let cases = comparison.cases.iter().enumerate().map(|(i, case)| {
+            let printed = paper_cases.then(|| paper::CASES.get(i)).flatten();
+            case_report(case, methods, printed)
+        });
+        let cases = cases.collect();
+        if with_paper {
+            notes.extend(paper::REMARKS.map(str::to_owned));
+        }
+        Self {
+            methods: methods
+                .iter()
+                .map(|method| MethodReport {
+                    id: method.id().to_owned(),
+                    title: method.title(),
+                })
+                .collect(),
+            cases,
+            notes,
+            made,
+            with_paper,
+        }
+    }
+
+    /// All methods and cases for a terminal.
+    pub fn to_table(&self) -> String {
+        let mut header = vec![
+            "<case",
+            "<method",
+            "picked [%]",
+            "time [s]",
+            "rate [1/min]",
+            "minus the first, 95 %",
+            "benefit [%]",
+        ];
+        if self.with_paper {
+            header.extend(["paper: picked [%]", "time [s]", "rate [1/min]"]);
+        }
+        let mut table = Table::new(&header);
+        for case in &self.cases {
+            for (i, result) in case.results.iter().enumerate() {
+                let first = i == 0;
+                let mut row = vec![
+                    if first {
+                        case.name.clone()
+                    } else {
+                        String::new()
+                    },
+                    self.methods[i].title.clone(),
+                    fixed(100.0 * result.picked_share, 1),
+                    fixed(result.end_s, 1),
+                    fixed(result.picking_rate_per_min, 1),
+                    if first {
+                        String::new()
+                    } else {
+                        format!(
+                            "{} to {}",
+                            fixed(result.diff_low, 2),
+                            fixed(result.diff_high, 2)
+                        )
+                    },
+                    if first {
+                        String::new()
+                    } else {
+                        fixed(result.benefit_percent, 1)
+                    },
+                ];
+                if self.with_paper {
+                    row.extend(match result.paper {
+                        Some(p) => [
+                            fixed(p.picked_percent, 0),
+                            fixed(p.time_s, 1),
+                            fixed(p.picking_rate_per_min, 1),
+                        ],
+                        None => [const { String::new() }; 3],
+                    });
+                }
+                table.row(row);
+            }
+        }
+        let counts: Vec<String> = self
+            .cases
+            .iter()
+            .map(|case| format!("{} of {}", case.patterns, case.name))
+            .collect();
+        let notes: String = self
+            .notes
+            .iter()
+            .map(|note| format!("note      {note}\n"))
+            .collect();
+        format!(
+            "{}means over {}\n{notes}{}",
+            table.render(),
+            counts.join("; "),
+            self.made.lines()
+        )
+    }
+
+    /// Table 2 of the paper as CSV: items picked and the time that it took.
+    pub fn picked_time_csv(&self) -> String {
+        let header = [
+            "case",
+            "method",
+            "picked_percent",
+            "time_s",
+            "patterns",
+            "made",
+        ];
+        let mut rows = vec![header.map(str::to_owned)];
+        for case in &self.cases {
+            for result in &case.results {
+                rows.push([
+                    case.name.clone(),
+                    result.method.clone(),
+                    (100.0 * result.picked_share).to_string(),
+                    result.end_s.to_string(),
+                    case.patterns.to_string(),
+                    self.made.one_line(),
+                ]);
+            }
+        }
+        crate::files::csv_text(rows)
+    }
+
+    /// Table 3 of the paper as CSV: picks per minute, one column a method, and how much
+    /// more than the first method each other picks.
+    pub fn picking_rate_csv(&self) -> String {
+        let ids = || self.methods.iter().map(|method| method.id.clone());
+        let mut header = vec!["case".to_owned()];
+        header.extend(ids());
+        for id in ids().skip(1) {
+            header.extend([
+                format!("benefit_percent {id}"),
+                format!("diff_low {id}"),
+                format!("diff_high {id}"),
+            ]);
+        }
+        header.push("made".into());
+        let mut rows = vec![header];
+        for case in &self.cases {
+            let mut row = vec![case.name.clone()];
+            row.extend(
+                case.results
+                    .iter()
+                    .map(|r| r.picking_rate_per_min.to_string()),
+            );
+            for result in &case.results[1..] {
+                row.extend([
+                    result.benefit_percent.to_string(),
+                    result.diff_low.to_string(),
+                    result.diff_high.to_string(),
+                ]);
+            }
+            row.push(self.made.one_line());
+            rows.push(row);
+        }
+        crate::files::csv_text(rows)
+    }
+
+    /// Every run as CSV. `bound` stays empty until a bound is computed.
+    pub fn runs_csv(&self) -> String {
+        let header = [
+            "case",
+            "pattern_seed",
+            "method",
+            "items",
+            "picked",
+            "end_s",
+            "picking_rate_per_min",
+            "weighted_rate_per_min",
+            "bound",
+            "assignment",
+            "made",
+        ];
+        let made = self.made.one_line();
+        let rows = self.cases.iter().flat_map(|case| &case.runs).map(|run| {
+            let mut row = run.to_vec();
+            row.push(made.clone());
+            row
+        });
+        let header = header.map(str::to_owned).to_vec();
+        crate::files::csv_text(std::iter::once(header).chain(rows))
+    }
+}
+
+fn case_report(
+    result: &CaseResult,
+    methods: &[Method],
+    printed: Option<&paper::PaperCase>,
+) -> CaseReport {
+    let paper = |method: &Method| -> Option<PrintedReport> {
+        let Printed { picked, time, rate } = match method {
+            Method::Robust(_) => printed?.robust,
+            Method::Greedy(_) => printed?.greedy,
+            // Whatever the policy, it stands beside the paper's.
+            Method::Strategy(text) if text.starts_with("onnx:") => printed?.rl,
+            Method::Strategy(_) => return None,
+        };
+        Some(PrintedReport {
+            picked_percent: picked,
+            time_s: time,
+            picking_rate_per_min: rate,
+        })
+    };
+    let items = result.methods[0].runs[0].figures.items;
+    let mut runs = Vec::new();
+    for (i, seed) in result.seeds.iter().enumerate() {
+        for (method, of) in methods.iter().zip(&result.methods) {
+            let run = &of.runs[i];
+            let f = &run.figures;
+            let assignment = match method {
+                Method::Robust(rules) => Some(rules),
+                _ => run.chosen.as_ref(),
+            };
+            runs.push([
+                result.case.name.clone(),
+                seed.map(|seed| seed.to_string()).unwrap_or_default(),
+                method.id().to_owned(),
+                f.items.to_string(),
+                f.picked.to_string(),
+                f.end.to_string(),
+                f.picking_rate().to_string(),
+                f.weighted_rate().to_string(),
+                String::new(),
+                assignment
+                    .map(|rules| rules.names().join(" "))
+                    .unwrap_or_default(),
+            ]);
+        }
+    }
+    CaseReport {
+        name: result.case.name.clone(),
+        items,
+        patterns: result.seeds.len(),
+        results: methods
+            .iter()
+            .zip(&result.methods)
+            .map(|(method, of)| ResultReport {
+                method: method.id().to_owned(),
+                picked_share: of.picked_share,
+                end_s: of.end,
+                picking_rate_per_min: of.picking_rate,
+                weighted_rate_per_min: of.weighted_rate,
+                diff_low: of.difference.low,
+                diff_high: of.difference.high,
+                benefit_percent: 100.0 * of.benefit,
+                paper: paper(method),
+            })
+            .collect(),
+        runs,
+    }
+}

@@ -1,0 +1,206 @@
+//! The comparison: what it must show and how it is written.
+
+use pickline::experiment::{Comparison, Method, compare, load_cases};
+use pickline::optimize::{Environment, Silent};
+use pickline::station::built_in;
+use std::process::Command;
+use std::sync::atomic::AtomicBool;
+
+fn run(station: &str, cases: &str, replicates: usize) -> Comparison {
+    let station = built_in(station).unwrap().station(None).unwrap();
+    let methods = vec![
+        Method::Robust("SPT,FIFO".parse().unwrap()),
+        Method::greedy(2).unwrap(),
+        Method::strategy("rules:SPT,SPT", 2).unwrap(),
+    ];
+    let stop = AtomicBool::new(false);
+    let environment = Environment {
+        stop: &stop,
+        progress: &Silent,
+    };
+    let cases = load_cases(cases).unwrap();
+    compare(&station, methods, &cases, replicates, 2, 0.0, &environment).unwrap()
+}
+
+/// Greedy GT chooses for the pattern itself, so nothing of its kind can beat it there.
+#[test]
+fn greedy_is_never_below_robust_on_any_pattern() {
+    let mut patterns = 0;
+    for station in ["paper", "paper-narrow"] {
+        for case in run(station, "all", 25).cases {
+            let [robust, greedy, fixed] = &case.methods[..] else {
+                panic!("three methods");
+            };
+            for i in 0..greedy.runs.len() {
+                let rate =
+                    |of: &pickline::experiment::MethodResult| of.runs[i].figures.picking_rate();
+                assert!(
+                    rate(greedy) >= rate(robust).max(rate(fixed)),
+                    "{}",
+                    case.case.name
+                );
+                assert!(greedy.runs[i].chosen.is_some());
+                patterns += 1;
+            }
+            assert!(greedy.benefit >= 0.0);
+        }
+    }
+    assert_eq!(patterns, 2 * (3 + 5 * 25));
+}
+
+/// The neighbourhood of the paper's Table 2 in which `docs/model.md` puts the built-in
+/// stations, and the dense figures of the rules measured in an independent prototype.
+#[test]
+fn the_tables_are_reproduced_in_kind() {
+    let near = |value: f64, expected: f64, share: f64| (value / expected - 1.0).abs() <= share;
+    for (station, cases, expected) in [
+        // Robust and greedy picking rates, case by case.
+        (
+            "paper",
+            "paper",
+            [(26.7, 27.7), (27.0, 27.2), (23.2, 24.0), (18.8, 18.8)],
+        ),
+        (
+            "paper",
+            "dense",
+            [(38.2, 45.9), (35.4, 45.5), (37.2, 46.1), (39.4, 45.5)],
+        ),
+        (
+            "paper-narrow",
+            "dense",
+            [(36.9, 48.8), (35.8, 48.5), (38.7, 50.5), (54.7, 54.8)],
+        ),
+    ] {
+        let comparison = run(station, cases, 40);
+        for (case, (robust, greedy)) in comparison.cases.iter().zip(expected) {
+            let rates = [0, 1].map(|method| case.methods[method].picking_rate);
+            assert!(
+                near(rates[0], robust, 0.02),
+                "{station} {}: {rates:?}",
+                case.case.name
+            );
+            assert!(
+                near(rates[1], greedy, 0.02),
+                "{station} {}: {rates:?}",
+                case.case.name
+            );
+        }
+    }
+}
+
+#[test]
+fn files_and_formats_agree_and_do_not_depend_on_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = |name: &str| folder.path().join(name);
+    let call = |out: &std::path::Path, threads: &str| {
+        let output = Command::new(env!("CARGO_BIN_EXE_pickline"))
+            .args([
+                "compare",
+                "-q",
+                "--replicates",
+                "5",
+                "--strategy",
+                "SPT,SPT",
+                "--format",
+                "json",
+            ])
+            .args(["--threads", threads, "--out"])
+            .arg(out)
+            .output()
+            .unwrap();
+        assert!(output.status.success());
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let printed = call(&out("a"), "1");
+    assert_eq!(printed, call(&out("b"), "2"));
+    let read = |name: &str| {
+        let text = std::fs::read_to_string(out("a").join(name)).unwrap();
+        assert_eq!(
+            text,
+            std::fs::read_to_string(out("b").join(name)).unwrap(),
+            "{name}"
+        );
+        text
+    };
+    assert_eq!(read("compare.json"), printed);
+    assert_eq!(read("picked_time.csv").lines().count(), 1 + 4 * 3);
+    assert_eq!(read("runs.csv").lines().count(), 1 + (2 + 2 * 5) * 3);
+    let rates = read("picking_rate.csv");
+    let header = "case,robust_gt,greedy_gt,\"rules:SPT,SPT\",benefit_percent greedy_gt";
+    assert!(rates.starts_with(header), "{rates}");
+    let json: serde_json::Value = serde_json::from_str(&printed).unwrap();
+    assert_eq!(json["methods"][0]["title"], "robust GT [SPT; FIFO]");
+    assert_eq!(
+        json["cases"][0]["results"][0]["paper"]["picked_percent"],
+        92.0
+    );
+    // A single run of the table can be made again from its seed.
+    let runs = read("runs.csv");
+    let of_seed = |method: &str| {
+        let row =
+            |line: &&str| line.starts_with("\"poisson 0.2, 29 items\",3,") && line.contains(method);
+        runs.lines().find(row).unwrap().to_owned()
+    };
+    let pattern = out("p.csv");
+    let generate = ["pattern", "generate", "poisson", "--seed", "3", "--output"];
+    let made = Command::new(env!("CARGO_BIN_EXE_pickline"))
+        .args(generate)
+        .arg(&pattern)
+        .status();
+    assert!(made.unwrap().success());
+    let run = Command::new(env!("CARGO_BIN_EXE_pickline"))
+        .args(["simulate", "-q", "--format", "json", "--pattern"])
+        .arg(&pattern)
+        .output()
+        .unwrap();
+    let run: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
+    let end = run["end_s"].as_f64().unwrap();
+    assert!(
+        of_seed("robust_gt").contains(&format!(",{end},")),
+        "{}",
+        of_seed("robust_gt")
+    );
+}
+
+#[test]
+fn wrong_input_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("file");
+    std::fs::write(&file, "[[case]]\nname = \"a\"\ngrid = 0.2\nitms = 3\n").unwrap();
+    let file = file.to_str().unwrap();
+    let below = format!("{file}/below");
+    for (arguments, words) in [
+        (
+            &["--cases", "papr"][..],
+            &["--cases", "did you mean `paper`"][..],
+        ),
+        (
+            &["--cases", file],
+            &["file:4: case[0].itms", "did you mean `items`"],
+        ),
+        (&["--strategy", "lokahead"], &["lokahead"]),
+        (&["--strategy", "rules:SPT"], &["1 rules for 2 robots"]),
+        (
+            &["--robust", "SPT,FOFI"],
+            &["--robust", "did you mean `FIFO`"],
+        ),
+        (&["--replicates", "0"], &["--replicates", "0 patterns"]),
+        (&["--robots", "8"], &["greedy GT", "--no-greedy"]),
+        (&["--out", &below], &["cannot write", "below"]),
+        (&["--update-hz", "-1"], &["--update-hz", "-1"]),
+    ] {
+        let output = Command::new(env!("CARGO_BIN_EXE_pickline"))
+            .arg("compare")
+            .args(arguments)
+            .output()
+            .unwrap();
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {told}");
+        assert!(output.stdout.is_empty());
+        for word in words {
+            assert!(told.contains(word), "{arguments:?}: {word} not in {told}");
+        }
+        assert!(!told.contains("panicked"), "{told}");
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+}
