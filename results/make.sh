@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Makes the committed results again: results/optimize/*.txt, what `pickline optimize`
-# prints for 2, 3 and 4 robots, and results/compare/, the paper's comparison, both on
-# both built-in stations. A first argument names another folder to write to; PICKLINE
+# prints for 2, 3 and 4 robots, results/compare/, the paper's comparison, and
+# results/sweep/, the belt speed sweep, all on both built-in stations. A first argument names another folder to write to; PICKLINE
 # names another program than the release build.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -25,4 +25,7 @@ for station in paper paper-narrow; do
         "$PICKLINE" compare --quiet --paper --cases $cases "${train[@]}" \
             --out "$out/compare/$station-$cases" > "$out/compare/$station-$cases/table.txt"
     done
+    mkdir -p "$out/sweep/$station"
+    "$PICKLINE" sweep --quiet "${train[@]}" --strategy SPT,SPT --out "$out/sweep/$station" \
+        > "$out/sweep/$station/table.txt"
 done

@@ -69,6 +69,11 @@ pub fn worst_mean(values: &mut [f64], share: f64) -> f64 {
     mean(worst)
 }
 
+/// The value below which `share` of the sorted values lie, to the nearest of them.
+pub fn quantile(sorted: &[f64], share: f64) -> f64 {
+    sorted[(share * (sorted.len() - 1) as f64).round() as usize]
+}
+
 /// Wilson's 95 % score interval of a share, `hits` of `trials` (Wilson 1927,
 /// DOI 10.1080/01621459.1927.10502953).
 pub fn share_interval(hits: usize, trials: usize) -> Interval {
@@ -123,12 +128,10 @@ impl Bootstrap {
             .map(|indices| of(a, indices) - of(b, indices))
             .collect();
         differences.sort_unstable_by(f64::total_cmp);
-        let last = differences.len() - 1;
-        let at = |share: f64| differences[(share * last as f64).round() as usize];
         let tail = (1.0 - CONFIDENCE) / 2.0;
         Interval {
-            low: at(tail),
-            high: at(1.0 - tail),
+            low: quantile(&differences, tail),
+            high: quantile(&differences, 1.0 - tail),
         }
     }
 }

@@ -24,7 +24,15 @@ fn json(arguments: &[&str]) -> Value {
 
 #[test]
 fn every_verb_runs_without_arguments() {
-    for verb in ["optimize", "simulate", "pattern", "station", "completions"] {
+    for verb in [
+        "optimize",
+        "compare",
+        "sweep",
+        "simulate",
+        "pattern",
+        "station",
+        "completions",
+    ] {
         let printed = text(&[verb]);
         assert!(printed.lines().count() > 3, "{verb}: {printed}");
     }

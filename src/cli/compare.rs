@@ -3,16 +3,11 @@
 use super::args::{CompareArgs, Format};
 use super::progress::Bar;
 use super::session::Session;
-use super::settings::json;
-use crate::dispatch::RuleAssignment;
+use super::settings::{json, robust_assignment};
 use crate::error::{Error, Result};
 use crate::experiment::{Method, compare, load_cases};
-use crate::optimize::{
-    Environment, Evaluator, Grasp, Objective, Risk, Search, SearchKind, SpeedScan, optimize,
-};
-use crate::pattern::{PatternSource, Recipe};
+use crate::optimize::Environment;
 use crate::report::{ComparisonReport, Provenance};
-use crate::station::Station;
 
 /// More patterns than this a case are taken for a slip of the pen.
 const MOST_REPLICATES: usize = 100_000;
@@ -51,7 +46,10 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
     // The training set has the master seed, the tables those after it.
     let first_seed = args.common.seed.wrapping_add(1);
     let report = args.common.on_threads(|| {
-        let (robust, note) = robust(args, &station, &environment)?;
+        let training = &args.training;
+        let seed = args.common.seed;
+        let (robust, note) =
+            robust_assignment(training, &station, seed, args.update_hz, &environment)?;
         let methods = std::iter::once(Method::Robust(robust))
             .chain(others)
             .collect();
@@ -96,47 +94,4 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
     args.common.write_out("runs.csv", &report.runs_csv())?;
     args.common.write_out("compare.json", &json(&report)?)?;
     session.print(text.as_bytes())
-}
-
-/// The robust assignment and where it comes from: given, or optimised on the balanced
-/// set.
-fn robust(
-    args: &CompareArgs,
-    station: &Station,
-    environment: &Environment,
-) -> Result<(RuleAssignment, String)> {
-    if let Some(text) = &args.robust {
-        let rules = text
-            .parse::<RuleAssignment>()
-            .map_err(|e| e.at("--robust"))?;
-        let rules = rules
-            .for_robots(station.robots().len())
-            .map_err(|e| e.at("--robust"))?;
-        return Ok((rules, "robust GT as given (--robust)".into()));
-    }
-    let recipe = Recipe {
-        width: station.belt().width,
-        items: args.train_items,
-        attributes: Default::default(),
-        seed: args.common.seed,
-    };
-    let set = "balanced".parse::<PatternSource>()?.build(&recipe)?;
-    let objective = Objective::PickingRate;
-    let evaluator = Evaluator::new(station, &set.patterns, objective, args.update_hz)?;
-    let search = Search {
-        kind: SearchKind::Auto,
-        grasp: Grasp {
-            seed: args.common.seed,
-            ..Grasp::default()
-        },
-        risk: Risk::Mean,
-        scan: SpeedScan::default(),
-    };
-    let optimum = optimize(&evaluator, &search, environment)?;
-    if environment.stopped() {
-        return Err(Error::Interrupted);
-    }
-    let best = optimum.ranking.best().assignment.clone();
-    let note = format!("robust GT is the best on {}", set.description);
-    Ok((best, note))
 }

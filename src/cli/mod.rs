@@ -9,6 +9,7 @@ mod session;
 mod settings;
 mod simulate;
 mod station;
+mod sweep;
 
 use crate::error::{Error, Result};
 use args::{Cli, Command};
@@ -50,6 +51,7 @@ pub fn main() -> ExitCode {
 fn run(command: Command, session: &Session) -> Result<()> {
     match command {
         Command::Compare(args) => compare::run(&args, session),
+        Command::Sweep(args) => sweep::run(&args, session),
         Command::Optimize(args) => optimize::run(&args, session),
         Command::Simulate(args) => simulate::run(&args, session),
         Command::Pattern(args) => pattern::run(args.command.unwrap_or_default(), session),

@@ -5,7 +5,9 @@ mod case;
 mod compare;
 mod method;
 pub mod paper;
+mod sweep;
 
 pub use case::{Case, CaseSource, DENSE, PAPER, load_cases};
 pub use compare::{CaseResult, Comparison, MethodResult, compare};
 pub use method::Method;
+pub use sweep::{Axis, Limit, Range, Setting, Sweep, SweepPoint, sweep};

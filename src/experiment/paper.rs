@@ -59,6 +59,10 @@ pub const CASES: [PaperCase; 4] = [
     },
 ];
 
+/// Highest belt speed at which the grid of 0.15 m is picked completely [m/s]
+/// (discussion of the belt speed): robust GT and RL.
+pub const SPEED_LIMITS: (f64, f64) = (0.042, 0.047);
+
 /// What a reader of the printed figures should know.
 pub const REMARKS: [&str; 2] = [
     "the paper's Table 3 has RL and greedy GT swapped for the grid of 0.3 m: 50 picks in 102.3 s are 29.3/min",

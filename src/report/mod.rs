@@ -6,6 +6,7 @@ mod optimum;
 mod provenance;
 mod run;
 mod station_picture;
+mod sweep;
 mod table;
 
 pub use comparison::ComparisonReport;
@@ -14,4 +15,5 @@ pub use optimum::{OptimumReport, ValidationReport};
 pub use provenance::{Provenance, station_hash};
 pub use run::RunReport;
 pub use station_picture::station_picture;
+pub use sweep::SweepReport;
 pub use table::{Table, fixed};

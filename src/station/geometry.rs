@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result, shown, shown_number};
 use crate::kinematics;
-use nalgebra::Point2;
+use nalgebra::{Point2, Vector2};
 
 /// Lengths and times past this [m, s, m/s] are refused: no real line has them, and
 /// the closed forms square them.
@@ -130,6 +130,42 @@ impl Station {
             "belt.speed" => "belt speed".to_owned(),
             other => other.to_owned(),
         })
+    }
+
+    /// The same line with this reach [m] for every robot; the belt stays as it is.
+    ///
+    /// # Errors
+    /// A reach that is no length.
+    pub fn with_reach(&self, reach: f64) -> Result<Self> {
+        let robot = |robot: &Robot| Robot {
+            reach,
+            ..robot.clone()
+        };
+        Self::new(self.belt, self.robots.iter().map(robot).collect())
+    }
+
+    /// The same robots with their bases this far apart along the belt [m], the first
+    /// where it is; bins move with their robots and the belt's end with the last one.
+    ///
+    /// # Errors
+    /// A spacing that is no distance.
+    pub fn with_spacing(&self, spacing: f64) -> Result<Self> {
+        let first = self.robots[0].base.x;
+        let mut moved = 0.0;
+        let mut robots = Vec::with_capacity(self.robots.len());
+        for (i, robot) in self.robots.iter().enumerate() {
+            moved = first + i as f64 * spacing - robot.base.x;
+            robots.push(Robot {
+                base: robot.base + Vector2::new(moved, 0.0),
+                bin: robot.bin + Vector2::new(moved, 0.0),
+                ..robot.clone()
+            });
+        }
+        let belt = Belt {
+            length: self.belt.length + moved,
+            ..self.belt
+        };
+        Self::new(belt, robots)
     }
 
     /// The end-effector speed [m/s] of the slowest arm: belt speeds must stay below.
@@ -319,6 +355,25 @@ mod tests {
         assert!(robot.departure_window(&BELT, 0.0, 0.3).is_none());
         // Placed past the workspace: it could only have been met before time 0.
         assert!(robot.departure_window(&BELT, 5.0, 0.0).is_none());
+    }
+
+    #[test]
+    fn spacing_and_reach_move_what_belongs_to_them() {
+        let station = Station::new(BELT, vec![robot("a", 1.0), robot("b", 2.5)]).unwrap();
+        let wider = station.with_spacing(2.0).unwrap();
+        assert_eq!(wider.robots()[1].base.x, 3.0);
+        assert_eq!(wider.robots()[1].bin.x, 3.0);
+        assert_eq!(wider.belt().length, 4.5);
+        assert_eq!(station.with_spacing(1.5).unwrap(), station);
+        assert!(
+            station
+                .with_reach(0.9)
+                .unwrap()
+                .robots()
+                .iter()
+                .all(|r| r.reach == 0.9)
+        );
+        assert!(station.with_reach(-1.0).is_err() && station.with_spacing(f64::NAN).is_err());
     }
 
     #[test]

@@ -1,0 +1,195 @@
+//! `pickline sweep`.
+
+use super::args::SweepArgs;
+use super::progress::Bar;
+use super::session::Session;
+use super::settings::{DEFAULT_GRID, json, robust_assignment};
+use crate::error::{Error, Result};
+use crate::experiment::{Axis, Method, Range, Setting, sweep};
+use crate::optimize::Environment;
+use crate::pattern::{PatternSource, Recipe};
+use crate::report::{Provenance, SweepReport};
+use crate::station::Station;
+
+pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
+    session.catch_interrupts();
+    args.common.check()?;
+    let axis = Axis::named(&args.sweep)?;
+    let station = args.station.load()?;
+    let values = range(args, axis, &station).values()?;
+    let lines = lines(args, axis, &station, &values)?;
+    let source: PatternSource = args.patterns.parse()?;
+    if matches!(source, PatternSource::Files(_)) && args.items.is_some() {
+        return Err(Error::input(
+            "--items",
+            "has no meaning for recorded patterns",
+            "leave it out; recorded patterns hold their own items",
+        ));
+    }
+    let recipe = Recipe {
+        width: station.belt().width,
+        items: args.items.unwrap_or(DEFAULT_GRID.1),
+        attributes: Default::default(),
+        // Another seed than the training set's.
+        seed: args.common.seed.wrapping_add(1),
+    };
+    let set = source.build(&recipe)?;
+    args.common.remark(&format!(
+        "sweeping {} over {} values on station {}, on {}",
+        axis.name(),
+        values.len(),
+        args.station.station,
+        set.description
+    ));
+    let bar = Bar::new(args.common.quiet);
+    let environment = Environment {
+        stop: session.stop(),
+        progress: &bar,
+    };
+    let report = args.common.on_threads(|| {
+        let settings = settings(args, axis, &station, lines, &environment)?;
+        let result = sweep(&settings, &set.patterns, args.update_hz, &environment)?;
+        let ids: Vec<String> = settings[0]
+            .methods
+            .iter()
+            .map(|m| m.id().to_owned())
+            .collect();
+        let papers_case = axis == Axis::Speed
+            && source == PatternSource::Grid(DEFAULT_GRID.0)
+            && recipe.items == DEFAULT_GRID.1
+            && station.robots().len() == 2;
+        let made = Provenance::new(
+            &session.command(),
+            &args.station.station,
+            &station,
+            &set.description,
+            args.common.seed,
+        );
+        let notes = notes(args, axis);
+        Ok(SweepReport::new(
+            &result,
+            axis,
+            &ids,
+            papers_case,
+            notes,
+            made,
+        ))
+    })?;
+    args.common.write_out("sweep.csv", &report.to_csv())?;
+    args.common.write_out("sweep.json", &json(&report)?)?;
+    let text = args
+        .common
+        .render(|| report.to_table(), || report.to_csv(), &report)?;
+    session.print(text.as_bytes())
+}
+
+/// The range asked for; what was not given follows from the station.
+fn range(args: &SweepArgs, axis: Axis, station: &Station) -> Range {
+    let around = |value: f64, step: f64| {
+        let on_grid = |value: f64| (value / step).round() * step;
+        (on_grid(0.4 * value), on_grid(1.6 * value), step)
+    };
+    let robots = station.robots();
+    let (from, to, step) = match axis {
+        Axis::Speed => around(station.belt().speed, 0.001),
+        Axis::Robots => (1.0, 6.0, 1.0),
+        Axis::Spacing => match robots {
+            [first, second, ..] => around(second.base.x - first.base.x, 0.1),
+            _ => (1.0, 3.0, 0.1),
+        },
+        Axis::Reach => around(robots[0].reach, 0.05),
+    };
+    Range {
+        from: args.from.unwrap_or(from),
+        to: args.to.unwrap_or(to),
+        step: args.step.unwrap_or(step),
+    }
+}
+
+/// The line at every value.
+fn lines(
+    args: &SweepArgs,
+    axis: Axis,
+    station: &Station,
+    values: &[f64],
+) -> Result<Vec<(f64, Station)>> {
+    let line = |&value: &f64| {
+        let line = match axis {
+            Axis::Speed => station.with_belt_speed(value),
+            Axis::Spacing => station.with_spacing(value),
+            Axis::Reach => station.with_reach(value),
+            Axis::Robots if value.fract() == 0.0 && value <= 100.0 => {
+                let mut choice = args.station.clone();
+                choice.robots = Some(value as usize);
+                choice.load()
+            }
+            Axis::Robots => Err(Error::input(
+                "--sweep robots",
+                format!("{value} is not a number of robots"),
+                "give whole numbers for --from, --to and --step, up to 100",
+            )),
+        };
+        // It is the range that asked for this value.
+        let place = format!("--sweep {} at {value}", axis.name());
+        line.map(|line| (value, line))
+            .map_err(|error| error.at(&place))
+    };
+    values.iter().map(line).collect()
+}
+
+/// The methods at every value. Robust GT is found once for a belt speed sweep, at the
+/// station's own speed, and for every line of the other sweeps, as each is another line.
+fn settings(
+    args: &SweepArgs,
+    axis: Axis,
+    station: &Station,
+    lines: Vec<(f64, Station)>,
+    environment: &Environment,
+) -> Result<Vec<Setting>> {
+    let robust = |station: &Station| -> Result<Method> {
+        let training = args.training.clone();
+        let seed = args.common.seed;
+        robust_assignment(&training, station, seed, args.update_hz, environment)
+            .map(|(rules, _)| Method::Robust(rules))
+    };
+    let once = match axis {
+        Axis::Speed => Some(robust(station)?),
+        _ => None,
+    };
+    let setting = |(value, station): (f64, Station)| {
+        let robots = station.robots().len();
+        let first = match &once {
+            Some(method) => method.clone(),
+            None => robust(&station)?,
+        };
+        let mut methods = vec![first];
+        if args.greedy {
+            methods.push(Method::greedy(robots)?);
+        }
+        for text in &args.strategy {
+            methods.push(Method::strategy(text, robots)?);
+        }
+        Ok(Setting {
+            value,
+            station,
+            methods,
+        })
+    };
+    lines.into_iter().map(setting).collect()
+}
+
+fn notes(args: &SweepArgs, axis: Axis) -> Vec<String> {
+    let trained = match (&args.training.robust, axis) {
+        (Some(_), _) => "robust GT as given (--robust)".to_owned(),
+        (None, Axis::Speed) => format!(
+            "robust GT is the best on the balanced set of {} items a pattern at the station's \
+             own belt speed, seed {}",
+            args.training.train_items, args.common.seed
+        ),
+        (None, _) => format!(
+            "robust GT is found for every line on the balanced set of {} items a pattern, seed {}",
+            args.training.train_items, args.common.seed
+        ),
+    };
+    vec![trained]
+}

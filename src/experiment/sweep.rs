@@ -1,0 +1,329 @@
+//! One quantity of the line varied: belt speed, robots, spacing or reach.
+
+use super::method::Method;
+use crate::decision::Figures;
+use crate::error::{Error, Result, known_names, shown};
+use crate::optimize::Environment;
+use crate::pattern::Pattern;
+use crate::sim::Scene;
+use crate::station::Station;
+use crate::stats::{self, Interval};
+use rayon::prelude::*;
+
+/// What is varied.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Axis {
+    /// Belt speed [m/s].
+    Speed,
+    /// Number of robots.
+    Robots,
+    /// Distance between neighbouring bases along the belt [m].
+    Spacing,
+    /// Reach of every robot [m].
+    Reach,
+}
+
+impl Axis {
+    /// All axes with their names and units, the default first.
+    pub const NAMES: [(Self, &'static str, &'static str); 4] = [
+        (Self::Speed, "speed", "m/s"),
+        (Self::Robots, "robots", "1"),
+        (Self::Spacing, "spacing", "m"),
+        (Self::Reach, "reach", "m"),
+    ];
+
+    /// The axis of that name.
+    ///
+    /// # Errors
+    /// An unknown name, with the nearest known one.
+    pub fn named(name: &str) -> Result<Self> {
+        let found = Self::NAMES.iter().find(|entry| entry.1 == name);
+        found.map(|entry| entry.0).ok_or_else(|| {
+            Error::input(
+                "--sweep",
+                format!("`{}` cannot be swept", shown(name)),
+                known_names(name, &Self::NAMES.map(|entry| entry.1)),
+            )
+        })
+    }
+
+    fn entry(self) -> (Self, &'static str, &'static str) {
+        Self::NAMES[match self {
+            Self::Speed => 0,
+            Self::Robots => 1,
+            Self::Spacing => 2,
+            Self::Reach => 3,
+        }]
+    }
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        self.entry().1
+    }
+
+    /// Whether more of it helps: everything is then picked from some value on, not up
+    /// to one.
+    pub fn helps(self) -> bool {
+        matches!(self, Self::Robots | Self::Reach)
+    }
+
+    /// The unit.
+    pub fn unit(self) -> &'static str {
+        self.entry().2
+    }
+}
+
+/// The values of a sweep.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Range {
+    /// First value.
+    pub from: f64,
+    /// Last value, included.
+    pub to: f64,
+    /// Between two values.
+    pub step: f64,
+}
+
+/// More values than this in one sweep are taken for a slip of the pen.
+const MOST_VALUES: f64 = 10_000.0;
+
+impl Range {
+    /// The values, as the decimal numbers that a user would write.
+    ///
+    /// # Errors
+    /// A range that is empty, backwards or far too fine.
+    pub fn values(&self) -> Result<Vec<f64>> {
+        let Self { from, to, step } = *self;
+        let flag = |flag: &str, problem: String, cure: &str| Err(Error::input(flag, problem, cure));
+        if !(from > 0.0 && from.is_finite()) {
+            return flag(
+                "--from",
+                format!("{from} is no start of a sweep"),
+                "give a number above 0",
+            );
+        }
+        if !(to >= from && to.is_finite()) {
+            return flag(
+                "--to",
+                format!("{to} is no end of a sweep from {from}"),
+                "give --from or more",
+            );
+        }
+        if !(step > 0.0 && step.is_finite() && (to - from) / step <= MOST_VALUES) {
+            let problem = format!("{step} is no step from {from} to {to}");
+            let cure = format!(
+                "give a number above 0, at least {}",
+                (to - from) / MOST_VALUES
+            );
+            return flag("--step", problem, &cure);
+        }
+        // A range that is a whole number of steps ends at its end whatever the rounding.
+        let count = ((to - from) / step + 1e-9).floor() as u32;
+        Ok((0..=count)
+            .map(|k| ((from + f64::from(k) * step) * 1e9).round() / 1e9)
+            .collect())
+    }
+}
+
+/// One value of the sweep: the line there, and the methods on it.
+#[derive(Debug, Clone)]
+pub struct Setting {
+    /// The value.
+    pub value: f64,
+    /// The line.
+    pub station: Station,
+    /// The methods, the same kinds in the same order at every value.
+    pub methods: Vec<Method>,
+}
+
+/// One method at one value.
+#[derive(Debug, Clone)]
+pub struct SweepPoint {
+    /// Its name in tables there.
+    pub title: String,
+    /// Mean share of the items picked.
+    pub picked_share: f64,
+    /// Its 95 % interval.
+    pub picked_share_interval: Interval,
+    /// Mean picking rate [1/min].
+    pub picking_rate: f64,
+    /// Its 95 % interval.
+    pub picking_rate_interval: Interval,
+    /// Mean weighted rate [1/min].
+    pub weighted_rate: f64,
+    /// Share of the patterns of which everything was picked.
+    pub complete_share: f64,
+    /// Share of the patterns of which at least 99 % was picked.
+    pub nearly_complete_share: f64,
+    /// Whether everything was picked, pattern by pattern.
+    complete: Vec<bool>,
+}
+
+/// A whole sweep.
+#[derive(Debug, Clone)]
+pub struct Sweep {
+    /// The values.
+    pub values: Vec<f64>,
+    /// For each value, the methods in their order.
+    pub points: Vec<Vec<SweepPoint>>,
+}
+
+/// How far up a sweep something held.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Limit {
+    /// The highest value up to which it held at every value; none when it failed at the
+    /// first.
+    pub highest: Option<f64>,
+    /// The first value at which it failed; none when it never did.
+    pub first_miss: Option<f64>,
+    /// The values above that at which it held again.
+    pub again: Vec<f64>,
+    /// The least value from which on it held at every value; none when it failed at the
+    /// last.
+    pub lowest: Option<f64>,
+}
+
+impl Limit {
+    fn of(values: &[f64], held: impl Fn(usize) -> bool) -> Self {
+        let miss = (0..values.len()).find(|&i| !held(i));
+        let end = miss.unwrap_or(values.len());
+        let last_miss = (0..values.len()).rfind(|&i| !held(i));
+        Self {
+            lowest: values.get(last_miss.map_or(0, |i| i + 1)).copied(),
+            highest: end.checked_sub(1).map(|i| values[i]),
+            first_miss: miss.map(|i| values[i]),
+            again: (end..values.len())
+                .filter(|&i| held(i))
+                .map(|i| values[i])
+                .collect(),
+        }
+    }
+}
+
+impl Sweep {
+    /// Up to which value a method picked everything of every pattern.
+    pub fn complete(&self, method: usize) -> Limit {
+        let whole = |i: usize| self.points[i][method].complete.iter().all(|c| *c);
+        Limit::of(&self.values, whole)
+    }
+
+    /// Up to which value at least `share` of the patterns were picked to at least 99 %.
+    pub fn nearly_complete(&self, method: usize, share: f64) -> Limit {
+        Limit::of(&self.values, |i| {
+            self.points[i][method].nearly_complete_share >= share
+        })
+    }
+
+    /// For every pattern, up to which value a method picked all of it; 0 when not even
+    /// at the first.
+    pub fn limits(&self, method: usize) -> Vec<f64> {
+        let patterns = self.points[0][method].complete.len();
+        let limit =
+            |pattern: usize| Limit::of(&self.values, |i| self.points[i][method].complete[pattern]);
+        (0..patterns)
+            .map(|p| limit(p).highest.unwrap_or(0.0))
+            .collect()
+    }
+}
+
+/// Runs all methods at all settings on the same patterns. The same input gives the same
+/// result on any number of threads.
+///
+/// # Errors
+/// A pattern that does not lie on the belt, an illegal action, [`Error::Interrupted`].
+pub fn sweep(
+    settings: &[Setting],
+    patterns: &[Pattern],
+    update_hz: f64,
+    environment: &Environment,
+) -> Result<Sweep> {
+    environment
+        .progress
+        .begin("sweeping", settings.len() as u64, "values");
+    let mut points = Vec::with_capacity(settings.len());
+    for setting in settings {
+        let run = |pattern: &Pattern| -> Result<Vec<Figures>> {
+            if environment.stopped() {
+                return Err(Error::Interrupted);
+            }
+            let scene = Scene::new(&setting.station, pattern)?.with_update_hz(update_hz)?;
+            let figures = |method: &Method| method.run(&scene).map(|run| run.figures);
+            setting.methods.iter().map(figures).collect()
+        };
+        let by_pattern: Vec<Vec<Figures>> = patterns.par_iter().map(run).collect::<Result<_>>()?;
+        let point = |(i, method): (usize, &Method)| {
+            let runs: Vec<Figures> = by_pattern.iter().map(|figures| figures[i]).collect();
+            summarise(method.title(), &runs)
+        };
+        points.push(setting.methods.iter().enumerate().map(point).collect());
+        environment.progress.advance(1);
+    }
+    environment.progress.end();
+    Ok(Sweep {
+        values: settings.iter().map(|setting| setting.value).collect(),
+        points,
+    })
+}
+
+fn summarise(title: String, runs: &[Figures]) -> SweepPoint {
+    let all = |of: &dyn Fn(&Figures) -> f64| -> Vec<f64> { runs.iter().map(of).collect() };
+    let shares = all(&Figures::picked_share);
+    let rates = all(&Figures::picking_rate);
+    let of_patterns = |holds: &dyn Fn(&Figures) -> bool| {
+        runs.iter().filter(|run| holds(run)).count() as f64 / runs.len() as f64
+    };
+    SweepPoint {
+        title,
+        picked_share: stats::mean(&shares),
+        picked_share_interval: stats::mean_interval(&shares),
+        picking_rate: stats::mean(&rates),
+        picking_rate_interval: stats::mean_interval(&rates),
+        weighted_rate: stats::mean(&all(&Figures::weighted_rate)),
+        complete_share: of_patterns(&Figures::complete),
+        nearly_complete_share: of_patterns(&|run| run.picked_share() >= 0.99),
+        complete: runs.iter().map(Figures::complete).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_are_decimal_and_end_at_their_end() {
+        let range = |from, to, step| Range { from, to, step }.values();
+        assert_eq!(
+            range(0.04, 0.044, 0.001).unwrap(),
+            [0.04, 0.041, 0.042, 0.043, 0.044]
+        );
+        assert_eq!(range(1.0, 3.0, 1.0).unwrap(), [1.0, 2.0, 3.0]);
+        assert_eq!(range(1.0, 1.0, 1.0).unwrap(), [1.0]);
+        for (from, to, step) in [
+            (0.0, 1.0, 0.1),
+            (-1.0, 1.0, 0.1),
+            (f64::NAN, 1.0, 0.1),
+            (2.0, 1.0, 0.1),
+            (1.0, f64::INFINITY, 0.1),
+            (1.0, 2.0, 0.0),
+            (1.0, 2.0, -0.1),
+            (1.0, 2.0, 1e-9),
+            (1.0, 2.0, f64::NAN),
+        ] {
+            assert!(range(from, to, step).is_err(), "{from} {to} {step}");
+        }
+    }
+
+    #[test]
+    fn a_limit_is_where_it_first_fails_not_where_it_last_holds() {
+        let values = [1.0, 2.0, 3.0, 4.0, 5.0];
+        let held = [true, true, false, true, false];
+        let limit = Limit::of(&values, |i| held[i]);
+        assert_eq!(limit.highest, Some(2.0));
+        assert_eq!(limit.first_miss, Some(3.0));
+        assert_eq!(limit.again, [4.0]);
+        assert_eq!(limit.lowest, None);
+        assert_eq!(Limit::of(&values, |i| i == 0 || i > 2).lowest, Some(4.0));
+        assert_eq!(Limit::of(&values, |_| false).highest, None);
+        assert_eq!(Limit::of(&values, |_| true).first_miss, None);
+    }
+}

@@ -1,0 +1,313 @@
+//! A sweep: figures over one varied quantity, and how far up everything is picked.
+
+use super::provenance::Provenance;
+use super::table::{Table, fixed};
+use crate::experiment::{Axis, Limit, Sweep, paper};
+use crate::stats;
+use serde::Serialize;
+
+/// A sweep as it is printed and written; the JSON field names are the product's format.
+#[derive(Debug, Clone, Serialize)]
+pub struct SweepReport {
+    /// What is varied.
+    pub sweep: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// How many patterns.
+    pub patterns: usize,
+    /// All points, value by value, methods in their order.
+    pub points: Vec<PointReport>,
+    /// How far up each method picks everything.
+    pub limits: Vec<LimitReport>,
+    /// The paper's own limits, where they belong beside ours.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub paper: Option<PaperLimits>,
+    /// What a reader should know.
+    pub notes: Vec<String>,
+    /// How it was made.
+    pub made: Provenance,
+    #[serde(skip)]
+    helps: bool,
+}
+
+/// One method at one value.
+#[derive(Debug, Clone, Serialize)]
+pub struct PointReport {
+    /// The value.
+    pub value: f64,
+    /// The method's name in files.
+    pub method: String,
+    /// Its name in tables at this value.
+    pub title: String,
+    /// Mean share of the items picked.
+    pub picked_share: f64,
+    /// Lower end of its 95 % interval.
+    pub picked_share_low: f64,
+    /// Upper end.
+    pub picked_share_high: f64,
+    /// Mean picks per minute.
+    pub picking_rate_per_min: f64,
+    /// Lower end of its 95 % interval.
+    pub picking_rate_low: f64,
+    /// Upper end.
+    pub picking_rate_high: f64,
+    /// Mean reward-weighted picks per minute.
+    pub weighted_rate_per_min: f64,
+    /// Share of the patterns of which everything was picked.
+    pub complete_share: f64,
+    /// Share of the patterns of which at least 99 % was picked.
+    pub nearly_complete_share: f64,
+}
+
+/// How far up one method picks everything.
+#[derive(Debug, Clone, Serialize)]
+pub struct LimitReport {
+    /// The method's name in files.
+    pub method: String,
+    /// Highest value up to which everything of every pattern is picked.
+    pub highest: Option<f64>,
+    /// First value that misses an item.
+    pub first_miss: Option<f64>,
+    /// Values above that at which everything is picked again.
+    pub again: Vec<f64>,
+    /// Least value from which on everything of every pattern is picked.
+    pub lowest: Option<f64>,
+    /// Highest value up to which 95 % of the patterns are picked to at least 99 %.
+    pub highest_95_99: Option<f64>,
+    /// Least, median and greatest of the patterns' own limits; 0 is below the sweep.
+    pub of_patterns: [f64; 3],
+    /// How much higher than the first method's limit [%].
+    pub benefit_percent: Option<f64>,
+}
+
+/// The paper's belt speed limits on the grid of 0.15 m.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct PaperLimits {
+    /// Robust GT [m/s].
+    pub robust_gt: f64,
+    /// The RL policy [m/s].
+    pub rl: f64,
+    /// How much higher [%].
+    pub benefit_percent: f64,
+}
+
+impl SweepReport {
+    /// The report of `sweep` over `axis`; `ids` are the methods' names in files,
+    /// `with_paper` says that this is the paper's case.
+    pub fn new(
+        sweep: &Sweep,
+        axis: Axis,
+        ids: &[String],
+        with_paper: bool,
+        notes: Vec<String>,
+        made: Provenance,
+    ) -> Self {
+        let points = sweep.values.iter().zip(&sweep.points);
+        let points = points.flat_map(|(&value, points)| {
+            ids.iter().zip(points).map(move |(id, point)| PointReport {
+                value,
+                method: id.clone(),
+                title: point.title.clone(),
+                picked_share: point.picked_share,
+                picked_share_low: point.picked_share_interval.low,
+                picked_share_high: point.picked_share_interval.high,
+                picking_rate_per_min: point.picking_rate,
+                picking_rate_low: point.picking_rate_interval.low,
+                picking_rate_high: point.picking_rate_interval.high,
+                weighted_rate_per_min: point.weighted_rate,
+                complete_share: point.complete_share,
+                nearly_complete_share: point.nearly_complete_share,
+            })
+        });
+        let first = sweep.complete(0).highest;
+        let limit = |(method, id): (usize, &String)| {
+            let Limit {
+                highest,
+                first_miss,
+                again,
+                lowest,
+            } = sweep.complete(method);
+            let mut of_patterns = sweep.limits(method);
+            of_patterns.sort_by(f64::total_cmp);
+            LimitReport {
+                method: id.clone(),
+                highest,
+                first_miss,
+                again,
+                lowest,
+                highest_95_99: sweep.nearly_complete(method, 0.95).highest,
+                of_patterns: [0.0, 0.5, 1.0].map(|share| stats::quantile(&of_patterns, share)),
+                benefit_percent: first
+                    .zip(highest)
+                    .filter(|_| method > 0 && !axis.helps())
+                    .map(|(first, this)| 100.0 * (this / first - 1.0)),
+            }
+        };
+        let (robust_gt, rl) = paper::SPEED_LIMITS;
+        Self {
+            helps: axis.helps(),
+            sweep: axis.name(),
+            unit: axis.unit(),
+            patterns: sweep.limits(0).len(),
+            points: points.collect(),
+            limits: ids.iter().enumerate().map(limit).collect(),
+            paper: with_paper.then(|| PaperLimits {
+                robust_gt,
+                rl,
+                benefit_percent: 100.0 * (rl / robust_gt - 1.0),
+            }),
+            notes,
+            made,
+        }
+    }
+
+    /// All points and limits for a terminal.
+    pub fn to_table(&self) -> String {
+        let varied = match self.unit {
+            "1" => self.sweep.to_owned(),
+            unit => format!("{} [{unit}]", self.sweep),
+        };
+        let many = self.patterns > 1;
+        let mut header = vec![
+            varied.as_str(),
+            "<method",
+            "picked [%]",
+            "rate [1/min]",
+            "weighted [1/min]",
+        ];
+        if many {
+            header.extend(["rate, 95 %", "complete [%]", "to 99 % [%]"]);
+        }
+        let mut table = Table::new(&header);
+        let mut before = None;
+        for point in &self.points {
+            let mut row = vec![
+                if before == Some(point.value) {
+                    String::new()
+                } else {
+                    point.value.to_string()
+                },
+                point.title.clone(),
+                fixed(100.0 * point.picked_share, 1),
+                fixed(point.picking_rate_per_min, 2),
+                fixed(point.weighted_rate_per_min, 2),
+            ];
+            if many {
+                row.extend([
+                    format!(
+                        "{} to {}",
+                        fixed(point.picking_rate_low, 2),
+                        fixed(point.picking_rate_high, 2)
+                    ),
+                    fixed(100.0 * point.complete_share, 1),
+                    fixed(100.0 * point.nearly_complete_share, 1),
+                ]);
+            }
+            table.row(row);
+            before = Some(point.value);
+        }
+        let mut text = table.render();
+        for limit in &self.limits {
+            text += &self.limit_line(limit, many);
+        }
+        if let Some(paper) = &self.paper {
+            text += &format!(
+                "paper     everything picked up to {} m/s by robust GT, {} m/s by RL (+{} %)\n",
+                paper.robust_gt,
+                paper.rl,
+                fixed(paper.benefit_percent, 1)
+            );
+        }
+        for note in &self.notes {
+            text += &format!("note      {note}\n");
+        }
+        text + &self.made.lines()
+    }
+
+    fn limit_line(&self, limit: &LimitReport, many: bool) -> String {
+        let unit = if self.unit == "1" {
+            self.sweep
+        } else {
+            self.unit
+        };
+        if self.helps {
+            return match limit.lowest {
+                Some(value) => format!(
+                    "limit     {}: everything picked from {value} {unit} on\n",
+                    limit.method
+                ),
+                None => format!("limit     {}: never everything picked\n", limit.method),
+            };
+        }
+        let shown = |value: Option<f64>| match value {
+            Some(value) => format!("{value} {unit}"),
+            None => "below this sweep".to_owned(),
+        };
+        let again = if limit.again.is_empty() {
+            String::new()
+        } else {
+            let values: Vec<String> = limit.again.iter().map(f64::to_string).collect();
+            format!(", everything again at {}", values.join(", "))
+        };
+        let miss = match limit.first_miss {
+            Some(value) => format!("first miss at {value}{again}"),
+            None => "no miss in this sweep".into(),
+        };
+        let benefit = limit
+            .benefit_percent
+            .map(|percent| format!(" ({} % against the first)", fixed(percent, 1)))
+            .unwrap_or_default();
+        let mut text = format!(
+            "limit     {}: everything picked up to {}{benefit}; {miss}\n",
+            limit.method,
+            shown(limit.highest)
+        );
+        if many {
+            let [least, median, greatest] = limit.of_patterns;
+            text += &format!(
+                "          95 % of the patterns picked to 99 % up to {}; limits of the patterns \
+                 {least} to {greatest}, median {median}\n",
+                shown(limit.highest_95_99)
+            );
+        }
+        text
+    }
+
+    /// Every point as CSV.
+    pub fn to_csv(&self) -> String {
+        let header = [
+            self.sweep,
+            "method",
+            "picked_share",
+            "picked_share_low",
+            "picked_share_high",
+            "picking_rate_per_min",
+            "picking_rate_low",
+            "picking_rate_high",
+            "weighted_rate_per_min",
+            "complete_share",
+            "nearly_complete_share",
+            "made",
+        ];
+        let made = self.made.one_line();
+        let rows = self.points.iter().map(|point| {
+            let mut row = vec![point.value.to_string(), point.method.clone()];
+            let figures = [
+                point.picked_share,
+                point.picked_share_low,
+                point.picked_share_high,
+                point.picking_rate_per_min,
+                point.picking_rate_low,
+                point.picking_rate_high,
+                point.weighted_rate_per_min,
+                point.complete_share,
+                point.nearly_complete_share,
+            ];
+            row.extend(figures.map(|figure| figure.to_string()));
+            row.push(made.clone());
+            row
+        });
+        let header = header.map(str::to_owned).to_vec();
+        crate::files::csv_text(std::iter::once(header).chain(rows))
+    }
+}

@@ -1,0 +1,150 @@
+//! The sweep and the speed limits.
+
+use pickline::experiment::{Method, Setting, sweep};
+use pickline::optimize::{Environment, Silent, SpeedScan};
+use pickline::pattern::{PatternSource, Recipe};
+use pickline::sim::{AssignmentTree, Scene, simulate_rules};
+use pickline::station::built_in;
+use serde_json::Value;
+use std::process::Command;
+use std::sync::atomic::AtomicBool;
+
+/// The limits of the search, of the sweep and of a plain scan with the event loop, on 100
+/// random patterns.
+#[test]
+fn speed_limits_are_those_of_a_brute_force_scan() {
+    let station = built_in("paper").unwrap().station(None).unwrap();
+    let recipe = Recipe {
+        width: 1.05,
+        items: 40,
+        attributes: Default::default(),
+        seed: 5,
+    };
+    let set = PatternSource::Poisson(0.16, 100).build(&recipe).unwrap();
+    let rules = "SPT,FIFO".parse().unwrap();
+    let values: Vec<f64> = (1..=35).map(|k| f64::from(k) * 4.0 / 1000.0).collect();
+    let settings: Vec<Setting> = values
+        .iter()
+        .map(|&value| Setting {
+            value,
+            station: station.with_belt_speed(value).unwrap(),
+            methods: vec![Method::Robust("SPT,FIFO".parse().unwrap())],
+        })
+        .collect();
+    let stop = AtomicBool::new(false);
+    let environment = Environment {
+        stop: &stop,
+        progress: &Silent,
+    };
+    let swept = sweep(&settings, &set.patterns, 0.0, &environment).unwrap();
+    let of_sweep = swept.limits(0);
+    let scan = SpeedScan::new(0.004, &station).unwrap();
+    let tree = AssignmentTree::new(vec!["SPT,FIFO".parse().unwrap()]);
+    let mut not_monotone = 0;
+    for (pattern, of_sweep) in set.patterns.iter().zip(of_sweep) {
+        let complete: Vec<bool> = settings
+            .iter()
+            .map(|setting| {
+                let scene = Scene::new(&setting.station, pattern).unwrap();
+                simulate_rules(&scene, &rules).unwrap().figures.complete()
+            })
+            .collect();
+        let held = complete.iter().take_while(|c| **c).count();
+        let limit = if held == 0 { 0.0 } else { values[held - 1] };
+        assert!(
+            limit < values[values.len() - 1],
+            "the scan must end with a miss"
+        );
+        let (searched, _) = scan.limits(&station, pattern, &tree, 0.0).unwrap();
+        assert_eq!(searched, [limit]);
+        assert_eq!(of_sweep, limit);
+        not_monotone += usize::from(complete[held..].iter().any(|c| *c));
+    }
+    // The reason why the limit is not bisected.
+    assert!(
+        not_monotone > 0,
+        "no pattern is picked completely again above its limit"
+    );
+}
+
+fn json(arguments: &[&str]) -> Value {
+    let output = Command::new(env!("CARGO_BIN_EXE_pickline"))
+        .args(["sweep", "-q", "--format", "json"])
+        .args(arguments)
+        .output()
+        .unwrap();
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{arguments:?}: {told}");
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+#[test]
+fn the_default_is_the_papers_case() {
+    let report = json(&[]);
+    let limit = &report["limits"][0];
+    assert_eq!(limit["method"], "robust_gt");
+    assert_eq!(limit["highest"], 0.043);
+    assert_eq!(limit["first_miss"], 0.044);
+    assert_eq!(report["paper"]["robust_gt"], 0.042);
+    assert_eq!(report["paper"]["rl"], 0.047);
+    let benefit = report["paper"]["benefit_percent"].as_f64().unwrap();
+    assert!((benefit - 11.9).abs() < 0.05);
+    assert_eq!(report["points"].as_array().unwrap().len(), 61);
+    assert_eq!(report["made"]["command"], "pickline sweep");
+}
+
+#[test]
+fn every_axis_is_swept() {
+    let robots = json(&["--sweep", "robots", "--to", "4"]);
+    let shares: Vec<f64> = robots["points"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|point| point["picked_share"].as_f64().unwrap())
+        .collect();
+    assert_eq!(shares.len(), 4);
+    assert!(shares[0] < 0.6 && shares[3] == 1.0, "{shares:?}");
+    for axis in ["spacing", "reach"] {
+        let range = [
+            "--sweep", axis, "--from", "0.8", "--to", "1.6", "--step", "0.4",
+        ];
+        let report = json(&[&range[..], &["--robust", "SPT,FIFO", "--greedy"]].concat());
+        assert_eq!(report["points"].as_array().unwrap().len(), 6, "{axis}");
+    }
+}
+
+#[test]
+fn wrong_ranges_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    for (arguments, words) in [
+        (
+            &["--to", "0.6"][..],
+            &["--sweep speed at 0.5", "faster than the belt"][..],
+        ),
+        (&["--from", "0.05", "--to", "0.04"], &["--to", "0.04"]),
+        (&["--step", "0"], &["--step", "0"]),
+        (&["--from", "-1"], &["--from", "-1"]),
+        (&["--sweep", "sped"], &["--sweep", "did you mean `speed`"]),
+        (
+            &["--sweep", "robots", "--step", "0.5"],
+            &["1.5 is not a number of robots"],
+        ),
+        (&["--strategy", "rules:SPT"], &["1 rules for 2 robots"]),
+        (&["--patterns", "gird:0.1"], &["did you mean `grid`"]),
+    ] {
+        let output = Command::new(env!("CARGO_BIN_EXE_pickline"))
+            .arg("sweep")
+            .args(arguments)
+            .arg("--out")
+            .arg(&out)
+            .output()
+            .unwrap();
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {told}");
+        for word in words {
+            assert!(told.contains(word), "{arguments:?}: {word} not in {told}");
+        }
+    }
+    assert!(!out.exists());
+}
