@@ -1,6 +1,7 @@
 //! Reading text files and writing result files whole or not at all.
 
 use crate::error::{Error, Result};
+use sha2::{Digest, Sha256};
 use std::io::{ErrorKind, Write};
 use std::path::Path;
 
@@ -33,11 +34,25 @@ pub fn utf8(bytes: Vec<u8>, name: &str) -> Result<String> {
 }
 
 /// Writes `content` to `path` by way of a temporary file in the same folder, so
-/// that the path holds the whole of it or what it held before.
+/// that the path holds the whole of it or what it held before. A link is followed, and
+/// what is no regular file (a device, a pipe) is written to as it is, never replaced.
 ///
 /// # Errors
 /// A folder or file that cannot be written; nothing is left behind then.
 pub fn write_whole(path: &Path, content: &[u8]) -> Result<()> {
+    // Only what exists can be a link or a special file.
+    let real = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    if real.exists() && !real.is_file() {
+        let written = std::fs::OpenOptions::new()
+            .write(true)
+            .open(&real)
+            .and_then(|mut file| file.write_all(content));
+        return written.map_err(|source| Error::write(path, source));
+    }
+    write_by_rename(&real, content).map_err(|source| Error::write(path, source))
+}
+
+fn write_by_rename(path: &Path, content: &[u8]) -> std::io::Result<()> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let temporary = path.with_file_name(format!(".{name}.{}.part", std::process::id()));
     let written = std::fs::File::create(&temporary)
@@ -46,10 +61,9 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<()> {
             file.sync_all()
         })
         .and_then(|()| std::fs::rename(&temporary, path));
-    written.map_err(|source| {
+    written.inspect_err(|_| {
         // The first error is the one to report; a leftover may not even exist.
         let _ = std::fs::remove_file(&temporary);
-        Error::write(path, source)
     })
 }
 
@@ -59,7 +73,10 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<()> {
 /// # Errors
 /// A path that is a folder, or in a folder that does not exist.
 pub fn check_target(path: Option<&Path>) -> Result<()> {
-    let Some(path) = path else { return Ok(()) };
+    // `-` is stdout.
+    let Some(path) = path.filter(|path| *path != Path::new("-")) else {
+        return Ok(());
+    };
     let folder = match path.parent() {
         Some(folder) if folder != Path::new("") => folder,
         _ => Path::new("."),
@@ -92,6 +109,15 @@ pub fn check_folder(folder: &Path) -> Result<()> {
 /// A folder that cannot be made.
 pub fn make_folder(folder: &Path) -> Result<()> {
     std::fs::create_dir_all(folder).map_err(|source| Error::write(folder, source))
+}
+
+/// Identifies a text: the first 16 hexadecimal digits of its SHA-256.
+pub fn fingerprint(text: &str) -> String {
+    let digest = Sha256::digest(text.as_bytes());
+    digest[..8]
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect()
 }
 
 /// Rows of fields as CSV text, quoted where a field needs it.
@@ -130,6 +156,37 @@ mod tests {
             assert!(check_target(Some(&path(bad))).is_err(), "{bad}");
         }
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_are_followed_and_pipes_written_to() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        std::fs::write(path("real"), "old").unwrap();
+        std::os::unix::fs::symlink(path("real"), path("link")).unwrap();
+        write_whole(&path("link"), b"new").unwrap();
+        assert_eq!(std::fs::read(path("real")).unwrap(), b"new");
+        assert!(
+            std::fs::symlink_metadata(path("link"))
+                .unwrap()
+                .is_symlink()
+        );
+        let pipe = path("pipe");
+        assert!(
+            std::process::Command::new("mkfifo")
+                .arg(&pipe)
+                .status()
+                .unwrap()
+                .success()
+        );
+        let reader = {
+            let pipe = pipe.clone();
+            std::thread::spawn(move || std::fs::read(pipe).unwrap())
+        };
+        write_whole(&pipe, b"through").unwrap();
+        assert_eq!(reader.join().unwrap(), b"through");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 3);
     }
 
     #[test]

@@ -106,8 +106,7 @@ pub struct AttributeArgs {
 
 /// Find the rule for each robot that picks best whatever the pattern
 ///
-/// Scores assignments of the rules FIFO, SPT, LPT, SD, LD and PP on the same set of
-/// patterns, ranks them with paired 95 % intervals, breaks ties by the highest belt
+/// Scores assignments of the dispatching rules on the same set of patterns, ranks them with paired 95 % intervals, breaks ties by the highest belt
 /// speed at which everything is picked, and scores the winner again on fresh patterns.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
@@ -342,11 +341,7 @@ pub struct SweepArgs {
 /// Jumps from decision to decision; there is no time step. Says for every item that
 /// was not picked why: unreachable, passed_over or busy.
 #[derive(Debug, Args)]
-#[command(after_long_help = "\
-Examples:
-  pickline simulate --strategy rules:SPT,FIFO --format json
-  pickline pattern generate poisson | pickline simulate --pattern - --check
-  pickline simulate --station my-line.toml --pattern items.csv --trace events.csv")]
+#[command(after_long_help = simulate_help())]
 pub struct SimulateArgs {
     #[command(flatten)]
     pub station: StationChoice,
@@ -608,4 +603,30 @@ impl Default for StationCommand {
             pattern: None,
         }
     }
+}
+
+/// What can be simulated, from the registries, and examples.
+fn simulate_help() -> String {
+    let mut help = "Strategies:\n".to_owned();
+    for kind in crate::strategies::STRATEGIES {
+        help += &format!("  {:<18}{}\n", kind.form, kind.summary);
+    }
+    help += "\nRules, each picking the candidate with the smallest key:\n";
+    for rule in crate::dispatch::RULES {
+        help += &format!(
+            "  {:<6}{:<26}{}\n",
+            rule.name(),
+            rule.title(),
+            rule.key_text()
+        );
+    }
+    help += "\nBuilt-in stations:\n";
+    for built_in in crate::station::BUILT_INS {
+        help += &format!("  {:<14}{}\n", built_in.name, built_in.summary);
+    }
+    help + "\n\
+Examples:
+  pickline simulate --strategy rules:SPT,FIFO --format json
+  pickline pattern generate poisson | pickline simulate --pattern - --check
+  pickline simulate --station my-line.toml --pattern items.csv --trace events.csv"
 }

@@ -7,13 +7,13 @@ use super::settings::json;
 use crate::error::{Error, Result};
 use crate::optimize::{
     Environment, Evaluator, Grasp, Objective, Optimum, Risk, Search, SearchKind, SpeedScan,
-    chosen_flow, optimize, validate,
+    StopReason, chosen_flow, optimize, validate,
 };
 use crate::pattern::{PatternSet, PatternSource, Recipe};
 use crate::report::{OptimumReport, Provenance, ValidationReport};
 use crate::station::Station;
 
-/// Items in a generated pattern: the paper's set as it was fitted (`docs/model.md`).
+/// Items in a generated pattern, as in the balanced set of `docs/model.md`.
 const DEFAULT_ITEMS: usize = 150;
 
 pub fn run(args: &OptimizeArgs, session: &Session) -> Result<()> {
@@ -52,6 +52,7 @@ impl<'a> Job<'a> {
         let station = args.station.load()?;
         let source: PatternSource = args.patterns.parse()?;
         let recipe = recipe(args, &source, &station)?;
+        source.check_fresh(&recipe, args.validate)?;
         let scan = SpeedScan::new(args.speed_step, &station)?;
         let grasp = Grasp {
             starts: args.starts,
@@ -98,7 +99,13 @@ impl<'a> Job<'a> {
         let optimum = optimize(&evaluator, &self.search, environment)?;
         let validation = self.validation(&optimum, environment)?;
         let mut notes = self.notes(&set, &evaluator, &optimum);
-        if validation.is_none() && args.validate > 0 && !environment.stopped() {
+        if environment.stopped() {
+            notes.push(
+                "interrupted: what is missing above (patterns, tie-breaking by max speed, \
+                 validation) was not done; run again for a result to rely on"
+                    .to_owned(),
+            );
+        } else if validation.is_none() && args.validate > 0 {
             notes.push(format!(
                 "no validation: no fresh patterns can be drawn like {}",
                 self.source
@@ -111,7 +118,7 @@ impl<'a> Job<'a> {
             &set.description,
             args.common.seed,
         );
-        Ok(OptimumReport::new(
+        let mut report = OptimumReport::new(
             &optimum,
             &self.search,
             self.objective,
@@ -119,7 +126,12 @@ impl<'a> Job<'a> {
             validation,
             notes,
             made,
-        ))
+        );
+        if environment.stopped() {
+            // Also where the search was over and only the rest was cut short.
+            report.stop_reason = StopReason::Interrupted.name();
+        }
+        Ok(report)
     }
 
     /// The winner on fresh patterns, drawn under the next seed.
@@ -143,7 +155,14 @@ impl<'a> Job<'a> {
         let evaluator = Evaluator::new(&self.station, &fresh.patterns, self.objective, hz)?;
         let best = optimum.ranking.best();
         let flow = chosen_flow(self.objective, best);
-        let validation = validate(&evaluator, &best.assignment, flow, hz, environment)?;
+        let validation = validate(
+            &evaluator,
+            &best.assignment,
+            flow,
+            self.search.risk,
+            hz,
+            environment,
+        )?;
         Ok(validation.map(|v| ValidationReport::new(&v, &fresh.description)))
     }
 
@@ -173,6 +192,9 @@ impl<'a> Job<'a> {
         let best = optimum.ranking.best();
         if matches!(self.objective, Objective::MaxSpeed(_)) {
             notes.push(match chosen_flow(self.objective, best) {
+                Some(_) if optimum.patterns < evaluator.pattern_count() => {
+                    "no flow is chosen: not all patterns were looked at".to_owned()
+                }
                 Some(flow) => {
                     format!("chosen flow: {flow} m/s, the smallest speed limit of these patterns")
                 }

@@ -80,13 +80,11 @@ fn describe_pattern(args: &DescribeArgs, session: &Session) -> Result<()> {
     let width = crate::station::BUILT_INS[0].belt_width;
     let (pattern, name) = load_pattern(args.file.as_deref(), width)?;
     let description = describe(&pattern);
+    let table = description_table(&description, args.belt_speed);
     let text = match args.format {
-        Format::Table => format!(
-            "{}pattern   {name}\n",
-            description_table(&description, args.belt_speed)
-        ),
+        Format::Table => format!("{}pattern   {name}\n", table.render()),
         Format::Json => json(&description)?,
-        Format::Csv => to_csv(&pattern),
+        Format::Csv => table.to_csv(),
     };
     session.print(text.as_bytes())
 }

@@ -39,7 +39,9 @@ impl Session {
     pub fn catch_interrupts(&self) {
         let stop = Arc::clone(&self.stop);
         let handler = move || {
-            if stop.swap(true, Ordering::Relaxed) {
+            if !stop.swap(true, Ordering::Relaxed) {
+                tell("stopping with the best so far; press Ctrl-C again to quit at once");
+            } else {
                 std::process::exit(i32::from(super::INTERRUPTED));
             }
         };
@@ -92,12 +94,12 @@ impl Session {
         }
     }
 
-    /// Writes `content` to `file`, or to stdout when there is none.
+    /// Writes `content` to `file`, or to stdout when there is none or it is `-`.
     ///
     /// # Errors
     /// A file that cannot be written.
     pub fn print_or_write(&self, file: Option<&Path>, content: &[u8]) -> Result<()> {
-        match file {
+        match file.filter(|file| *file != Path::new("-")) {
             Some(file) => files::write_whole(file, content),
             None => self.print(content),
         }

@@ -195,9 +195,15 @@ pub fn load_pattern(file: Option<&str>, width: f64) -> Result<(Pattern, String)>
                 .read_to_end(&mut bytes)
                 .map_err(|error| Error::read(Path::new("stdin"), error))?;
             let text = files::utf8(bytes, "stdin")?;
-            Ok((pattern::parse(&text, "stdin")?, "read from stdin".into()))
+            let pattern = pattern::parse(&text, "stdin")?;
+            let hash = files::fingerprint(&pattern::to_csv(&pattern));
+            Ok((pattern, format!("read from stdin (hash {hash})")))
         }
-        Some(file) => Ok((pattern::load(Path::new(file))?, file.to_owned())),
+        Some(file) => {
+            let pattern = pattern::load(Path::new(file))?;
+            let hash = files::fingerprint(&pattern::to_csv(&pattern));
+            Ok((pattern, format!("{file} (hash {hash})")))
+        }
     }
 }
 

@@ -29,7 +29,7 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
         ));
     }
     let scene = Scene::new(&station, &pattern)
-        .map_err(|error| error.inside(&pattern_name))?
+        .map_err(|error| error.inside(args.pattern.as_deref().unwrap_or(&pattern_name)))?
         .with_update_hz(args.update_hz)?;
     let mut trace = args.trace.as_ref().map(|_| Trace::new(&station, &pattern));
     let observer = trace.as_mut().map(|trace| trace as &mut dyn Observer);

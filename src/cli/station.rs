@@ -5,9 +5,10 @@ use super::session::Session;
 use super::settings::load_pattern;
 use crate::error::{Error, Result};
 use crate::files;
+use crate::kinematics;
 use crate::pattern::{Pattern, poisson_disk, random_stream};
 use crate::report::{Table, fixed, station_hash, station_picture};
-use crate::station::{Station, commented_example, to_toml};
+use crate::station::{Robot, Station, commented_example, to_toml};
 use std::path::Path;
 
 pub fn run(command: StationCommand, session: &Session) -> Result<()> {
@@ -45,7 +46,7 @@ fn covering(station: &Station) -> Result<Pattern> {
     let belt = station.belt();
     // Within the radii that a pattern may have, however odd the belt.
     let radius = (belt.width / 5.0).clamp(1e-4, 1e3);
-    // A maximal pattern has fewer items than one a square of side 0.9 radius.
+    // A maximal pattern has about 0.7 items per square radius; 1.3 are plenty.
     let count = 1.3 * (belt.length + radius) * (belt.width + radius) / (radius * radius);
     poisson_disk(
         belt.width,
@@ -67,33 +68,28 @@ fn check(file: String, session: &Session) -> Result<()> {
         "<robot",
         "reaches x [m]",
         "across the belt [%]",
-        "cycle [s]",
+        "pick takes [s]",
     ]);
     let mut remarks = Vec::new();
     for robot in station.robots() {
-        let strip = reachable_rows(&station, robot);
-        if strip == 0.0 {
+        let Some(reach) = Reach::of(&station, robot) else {
             remarks.push(format!(
                 "remark    robot `{}` reaches no item\n",
                 robot.name
             ));
-        }
-        // An item that stands right at the bin costs the dwell times only; one at
-        // the far end of the reach the most.
-        let far = 2.0 * robot.reach / robot.speed + robot.grasp_time + robot.release_time;
+            let none = || "-".to_owned();
+            table.row([robot.name.clone(), none(), fixed(0.0, 0), none()]);
+            continue;
+        };
+        let pick = |way: f64| 2.0 * way / robot.speed + robot.grasp_time + robot.release_time;
+        let span = |[low, high]: [f64; 2], digits| {
+            format!("{} to {}", fixed(low, digits), fixed(high, digits))
+        };
         table.row([
             robot.name.clone(),
-            format!(
-                "{} to {}",
-                fixed((robot.base.x - robot.reach).max(0.0), 3),
-                fixed((robot.base.x + robot.reach).min(belt.length), 3)
-            ),
-            fixed(100.0 * strip, 0),
-            format!(
-                "{} to {}",
-                fixed(robot.grasp_time + robot.release_time, 2),
-                fixed(far, 2)
-            ),
+            span(reach.x, 3),
+            fixed(100.0 * reach.strip, 0),
+            span(reach.way.map(pick), 2),
         ]);
     }
     let text = format!(
@@ -110,17 +106,41 @@ fn check(file: String, session: &Session) -> Result<()> {
     session.print(text.as_bytes())
 }
 
-/// Share of the belt's width whose items `robot` has a window for.
-fn reachable_rows(station: &Station, robot: &crate::station::Robot) -> f64 {
-    const ROWS: u32 = 1000;
-    let belt = station.belt();
-    let rows = (0..=ROWS).filter(|&row| {
-        let y = belt.width * (f64::from(row) / f64::from(ROWS) - 0.5);
-        // Far enough upstream to come past the whole workspace.
-        let x0 = -(robot.base.x.abs() + robot.reach) - belt.length;
-        robot.departure_window(belt, x0, y).is_some()
-    });
-    rows.count() as f64 / f64::from(ROWS + 1)
+/// Where on the belt a robot can meet items.
+struct Reach {
+    /// First and last place along the travel [m].
+    x: [f64; 2],
+    /// Share of the belt's width.
+    strip: f64,
+    /// Shortest and longest way from the bin to a meeting point [m].
+    way: [f64; 2],
+}
+
+impl Reach {
+    /// Looks at many lines along the belt; none when the robot reaches none of them.
+    fn of(station: &Station, robot: &Robot) -> Option<Self> {
+        const ROWS: u32 = 1000;
+        let belt = station.belt();
+        let mut met = 0;
+        let (mut x, mut way) = ([f64::INFINITY, 0.0], [f64::INFINITY, 0.0]);
+        for row in 0..=ROWS {
+            let y = belt.width * (f64::from(row) / f64::from(ROWS) - 0.5);
+            let base = robot.base;
+            let range = kinematics::meeting_range(base.x, base.y, robot.reach, y, belt.length);
+            let Some((first, last)) = range else { continue };
+            met += 1;
+            let to = |x: f64| kinematics::distance(x - robot.bin.x, y - robot.bin.y);
+            // Nearest is the place across from the bin, furthest one of the two ends.
+            let near = to(robot.bin.x.clamp(first, last));
+            x = [x[0].min(first), x[1].max(last)];
+            way = [way[0].min(near), way[1].max(to(first)).max(to(last))];
+        }
+        (met > 0).then(|| Self {
+            x,
+            strip: f64::from(met) / f64::from(ROWS + 1),
+            way,
+        })
+    }
 }
 
 fn init(file: Option<&Path>, force: bool, session: &Session) -> Result<()> {

@@ -65,7 +65,7 @@ impl FromStr for Rule {
 }
 
 impl RuleAssignment {
-    /// All `6^robots` assignments, in registry order; the first robot's rule varies
+    /// All assignments, `6^robots` with six rules, in registry order; the first robot's rule varies
     /// slowest.
     pub fn all(robots: usize) -> impl Iterator<Item = Self> {
         let mut next = Some(vec![Rule(0); robots]);
@@ -102,7 +102,7 @@ mod tests {
     #[test]
     fn all_assignments_come_once_in_order() {
         let all: Vec<_> = RuleAssignment::all(2).collect();
-        assert_eq!(all.len(), 36);
+        assert_eq!(all.len(), RULES.len() * RULES.len());
         assert!(all.is_sorted());
         assert_eq!(all[1].to_string(), "[FIFO; SPT]");
         assert_eq!(RuleAssignment::all(0).count(), 1);

@@ -4,10 +4,12 @@ use super::environment::Environment;
 use super::objective::{Objective, Risk};
 use crate::dispatch::RuleAssignment;
 use crate::error::Result;
-use crate::pattern::Pattern;
+use crate::pattern::{Pattern, random_stream};
 use crate::sim::{AssignmentTree, Scene};
 use crate::station::Station;
+use rand::seq::SliceRandom;
 use rayon::prelude::*;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// What one assignment made of the patterns.
@@ -31,6 +33,9 @@ pub struct Evaluation {
     pub patterns: Vec<usize>,
 }
 
+/// Objective and picked share of every assignment on one pattern.
+type OnPattern = (Vec<f64>, Vec<f64>);
+
 /// Runs assignments on patterns: every assignment sees the same patterns, patterns
 /// are shared out to threads, and no figure depends on how many there are.
 pub struct Evaluator<'a> {
@@ -39,7 +44,11 @@ pub struct Evaluator<'a> {
     scenes: Vec<Scene<'a>>,
     objective: Objective,
     update_hz: f64,
-    runs: AtomicU64,
+    /// Shared with evaluators of other objectives made from this one.
+    runs: Arc<AtomicU64>,
+    /// The patterns in the order in which they are evaluated: at random, so that what
+    /// an interrupted search ranks by is a sample of the set and not its first part.
+    order: Vec<usize>,
 }
 
 impl<'a> Evaluator<'a> {
@@ -57,13 +66,16 @@ impl<'a> Evaluator<'a> {
             .par_iter()
             .map(|pattern| Scene::new(station, pattern)?.with_update_hz(update_hz))
             .collect::<Result<_>>()?;
+        let mut order: Vec<usize> = (0..patterns.len()).collect();
+        order.shuffle(&mut random_stream(0, 0));
         Ok(Self {
             station,
             patterns,
             scenes,
             objective,
             update_hz,
-            runs: AtomicU64::new(0),
+            runs: Arc::default(),
+            order,
         })
     }
 
@@ -75,7 +87,8 @@ impl<'a> Evaluator<'a> {
             scenes: self.scenes.clone(),
             objective,
             update_hz: self.update_hz,
-            runs: AtomicU64::new(0),
+            runs: Arc::clone(&self.runs),
+            order: self.order.clone(),
         }
     }
 
@@ -104,7 +117,8 @@ impl<'a> Evaluator<'a> {
         self.scenes.iter().filter(|s| s.is_independent()).count()
     }
 
-    /// Runs so far: one assignment on one pattern at one belt speed.
+    /// Runs so far, by this evaluator and those made from it: one assignment on one
+    /// pattern at one belt speed.
     pub fn runs(&self) -> u64 {
         self.runs.load(Ordering::Relaxed)
     }
@@ -120,20 +134,20 @@ impl<'a> Evaluator<'a> {
         environment: &Environment,
     ) -> Result<Evaluation> {
         let tree = AssignmentTree::new(assignments);
-        let done: Vec<Option<(Vec<f64>, Vec<f64>)>> = self
-            .scenes
+        let mut done: Vec<(usize, OnPattern)> = self
+            .order
             .par_iter()
-            .map(|scene| {
+            .filter_map(|&place| {
                 if environment.stopped() {
-                    return Ok(None);
+                    return None;
                 }
-                let result = self.on_pattern(scene, &tree).map(Some);
+                let result = self.on_pattern(&self.scenes[place], &tree, environment);
                 environment.progress.advance(1);
-                result
+                result.transpose().map(|r| r.map(|values| (place, values)))
             })
             .collect::<Result<_>>()?;
-        let patterns = (0..done.len()).filter(|&i| done[i].is_some()).collect();
-        let done: Vec<_> = done.into_iter().flatten().collect();
+        done.sort_unstable_by_key(|(place, _)| *place);
+        let (patterns, done): (Vec<usize>, Vec<_>) = done.into_iter().unzip();
         let scores = (0..tree.assignments().len())
             .map(|a| Score {
                 values: done.iter().map(|(values, _)| values[a]).collect(),
@@ -148,14 +162,23 @@ impl<'a> Evaluator<'a> {
         })
     }
 
-    /// Objective and picked share of every assignment on one pattern.
-    fn on_pattern(&self, scene: &Scene, tree: &AssignmentTree) -> Result<(Vec<f64>, Vec<f64>)> {
+    /// Objective and picked share of every assignment on one pattern; none when stopped.
+    fn on_pattern(
+        &self,
+        scene: &Scene,
+        tree: &AssignmentTree,
+        environment: &Environment,
+    ) -> Result<Option<OnPattern>> {
         let count = tree.assignments().len();
         let (mut values, mut shares) = (vec![0.0; count], vec![0.0; count]);
-        tree.evaluate(scene, |place, figures| {
+        let go_on = || !environment.stopped();
+        let whole = tree.evaluate_while(scene, go_on, |place, figures| {
             shares[place] = figures.picked_share();
             values[place] = self.objective.of_run(&figures).unwrap_or_default();
         })?;
+        if !whole {
+            return Ok(None);
+        }
         let mut runs = count as u64;
         if let Objective::MaxSpeed(scan) = self.objective {
             let (limits, more) =
@@ -164,7 +187,7 @@ impl<'a> Evaluator<'a> {
             runs += more;
         }
         self.runs.fetch_add(runs, Ordering::Relaxed);
-        Ok((values, shares))
+        Ok(Some((values, shares)))
     }
 }
 

@@ -14,7 +14,7 @@ pub use environment::{Environment, Progress, Silent};
 pub use evaluator::{Evaluation, Evaluator, Score};
 pub use grasp::{Grasp, GraspOutcome};
 pub use objective::{Objective, Risk};
-pub use ranking::{Ranked, Ranking};
+pub use ranking::{FRONT_RUNNERS, Ranked, Ranking};
 pub use search::{Optimum, Search, SearchKind, StopReason, optimize};
 pub use speed_limit::SpeedScan;
 pub use validation::{Validation, chosen_flow, validate};

@@ -48,7 +48,7 @@ pub struct Ranking {
 }
 
 /// How many of the highest aggregates every assignment is tested against.
-const FRONT_RUNNERS: usize = 16;
+pub const FRONT_RUNNERS: usize = 16;
 
 /// Work that bootstrap intervals may take: resampled values over all assignments.
 const BOOTSTRAP_WORK: usize = 200_000_000;

@@ -76,8 +76,12 @@ pub struct Optimum {
     pub patterns: usize,
 }
 
-/// Values that an enumeration may keep in memory: one an assignment and pattern.
-const MOST_VALUES: f64 = 5e7;
+/// Memory that an enumeration may take [bytes].
+const MOST_MEMORY: f64 = 2e9;
+/// What it takes for each assignment, in lists, the ranking and the report, and for each
+/// assignment and pattern [bytes]; measured.
+const PER_ASSIGNMENT: f64 = 800.0;
+const PER_VALUE: f64 = 24.0;
 
 /// Searches the best assignment.
 ///
@@ -160,7 +164,8 @@ pub fn optimize(
 fn resolve(search: &Search, evaluator: &Evaluator) -> Result<SearchKind> {
     let robots = evaluator.station().robots().len();
     let all = (RULES.len() as f64).powi(robots as i32);
-    let fits = all * evaluator.pattern_count() as f64 <= MOST_VALUES;
+    let memory = all * (PER_ASSIGNMENT + PER_VALUE * evaluator.pattern_count() as f64);
+    let fits = memory <= MOST_MEMORY;
     match search.kind {
         SearchKind::Auto => {
             // Passes of one robot a pattern, the unit of both.
@@ -178,7 +183,10 @@ fn resolve(search: &Search, evaluator: &Evaluator) -> Result<SearchKind> {
         }
         SearchKind::Exhaustive | SearchKind::Both if !fits => Err(Error::input(
             "--search",
-            format!("{all} assignments of {robots} robots are too many to enumerate"),
+            format!(
+                "the {}^{robots} assignments of {robots} robots are too many to enumerate",
+                RULES.len()
+            ),
             "use --search grasp, or fewer patterns",
         )),
         kind => Ok(kind),

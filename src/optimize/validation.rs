@@ -3,7 +3,7 @@
 
 use super::environment::Environment;
 use super::evaluator::Evaluator;
-use super::objective::Objective;
+use super::objective::{Objective, Risk};
 use super::ranking::Ranked;
 use crate::dispatch::RuleAssignment;
 use crate::error::Result;
@@ -20,6 +20,8 @@ pub struct Validation {
     pub value: f64,
     /// Its 95 % interval.
     pub interval: Interval,
+    /// The objective aggregated under the risk that was searched for.
+    pub at_risk: f64,
     /// Mean share of the items picked, at the station's belt speed.
     pub picked_share: f64,
     /// The objective on the worst pattern.
@@ -50,6 +52,7 @@ pub fn validate(
     evaluator: &Evaluator,
     assignment: &RuleAssignment,
     flow: Option<f64>,
+    risk: Risk,
     update_hz: f64,
     environment: &Environment,
 ) -> Result<Option<Validation>> {
@@ -84,6 +87,7 @@ pub fn validate(
         patterns,
         value: stats::mean(&score.values),
         interval: stats::mean_interval(&score.values),
+        at_risk: risk.aggregate(&score.values),
         picked_share: score.picked_share,
         worst: score.values.iter().copied().fold(f64::INFINITY, f64::min),
         speed,

@@ -7,6 +7,7 @@ use super::poisson::poisson_disk;
 use super::random_stream;
 use crate::error::{Error, Result, known_names, shown, shown_number};
 use rand::RngExt;
+use rayon::prelude::*;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -63,6 +64,7 @@ impl FromStr for PatternSource {
             ["poisson", r] => Ok(Self::Poisson(length(r)?, BALANCED_EACH)),
             ["poisson", r, n] => Ok(Self::Poisson(length(r)?, count(n)?)),
             _ if Path::new(text).exists() => Ok(Self::Files(text.into())),
+            [name @ ("grid" | "poisson")] => Err(wrong(format!("{name} needs a length"), forms())),
             [name, ..] => Err(wrong(
                 "neither a kind of pattern nor an existing file or folder".into(),
                 format!(
@@ -134,12 +136,9 @@ impl PatternSource {
                 let steps = (*n).max(2) - 1;
                 let value = |i: usize| low + (high - low) * i as f64 / steps as f64;
                 self.check_size(recipe, 2.0 * *n as f64)?;
-                for i in 0..*n {
-                    set.add_grid(recipe, value(i), self)?;
-                }
-                for i in 0..*n {
-                    set.add_poisson(recipe, value(i), self)?;
-                }
+                let grids = (0..*n).map(|i| Draw::Grid(value(i)));
+                let poissons = (0..*n).map(|i| Draw::Poisson(value(i)));
+                set.draw(recipe, grids.chain(poissons).collect(), self)?;
                 set.description = format!(
                     "{n} grid and {n} Poisson disk patterns, spacing and radius evenly over \
                      [{low}, {high}] m, {made}"
@@ -147,14 +146,12 @@ impl PatternSource {
             }
             Self::Grid(spacing) => {
                 self.check_size(recipe, 1.0)?;
-                set.add_grid(recipe, *spacing, self)?;
+                set.draw(recipe, vec![Draw::Grid(*spacing)], self)?;
                 set.description = format!("the grid of {spacing} m, {made}");
             }
             Self::Poisson(radius, n) => {
                 self.check_size(recipe, *n as f64)?;
-                for _ in 0..*n {
-                    set.add_poisson(recipe, *radius, self)?;
-                }
+                set.draw(recipe, vec![Draw::Poisson(*radius); *n], self)?;
                 set.description = format!("{n} Poisson disk patterns of {radius} m, {made}");
             }
             Self::Files(path) => set.add_files(path)?,
@@ -175,6 +172,16 @@ impl PatternSource {
         ))
     }
 
+    /// Refuses more fresh patterns than would fit into memory with comfort, before the
+    /// work that they are to judge.
+    ///
+    /// # Errors
+    /// Too many.
+    pub fn check_fresh(&self, recipe: &Recipe, count: usize) -> Result<()> {
+        self.check_size(recipe, count as f64)
+            .map_err(|error| error.at(&format!("--validate {count}")))
+    }
+
     /// How messages call it.
     fn flag(&self) -> String {
         format!("--patterns {self}")
@@ -190,7 +197,7 @@ impl PatternSource {
     pub fn draw_fresh(&self, recipe: &Recipe, count: usize) -> Result<Option<PatternSet>> {
         match self {
             Self::Balanced(_) => {
-                self.check_size(recipe, count as f64)?;
+                self.check_fresh(recipe, count)?;
                 let (low, high) = BALANCED_RANGE;
                 let mut set = PatternSet {
                     description: format!(
@@ -205,14 +212,15 @@ impl PatternSource {
                 };
                 // A stream of its own, past those of the patterns.
                 let mut rng = random_stream(recipe.seed, u64::MAX);
-                for i in 0..count {
+                let draws = (0..count).map(|i| {
                     let value = low + (high - low) * rng.random::<f64>();
                     if i % 2 == 0 {
-                        set.add_grid(recipe, value, self)?;
+                        Draw::Grid(value)
                     } else {
-                        set.add_poisson(recipe, value, self)?;
+                        Draw::Poisson(value)
                     }
-                }
+                });
+                set.draw(recipe, draws.collect(), self)?;
                 Ok(Some(set))
             }
             Self::Poisson(radius, _) => Self::Poisson(*radius, count).build(recipe).map(Some),
@@ -221,26 +229,32 @@ impl PatternSource {
     }
 }
 
-impl PatternSet {
-    fn add_grid(&mut self, recipe: &Recipe, spacing: f64, source: &PatternSource) -> Result<()> {
-        let pattern =
-            grid(recipe.width, spacing, recipe.items).map_err(|e| e.at(&source.flag()))?;
-        let mut rng = random_stream(recipe.seed, self.patterns.len() as u64);
-        self.labels.push(format!("grid s={spacing:.4}"));
-        self.patterns
-            .push(recipe.attributes.apply(pattern, &mut rng)?);
-        Ok(())
-    }
+/// A generated pattern that is to be drawn, with its spacing or radius [m].
+#[derive(Debug, Clone, Copy)]
+enum Draw {
+    Grid(f64),
+    Poisson(f64),
+}
 
-    fn add_poisson(&mut self, recipe: &Recipe, radius: f64, source: &PatternSource) -> Result<()> {
-        let stream = self.patterns.len() as u64;
-        let mut rng = random_stream(recipe.seed, stream);
-        let pattern = poisson_disk(recipe.width, radius, recipe.items, &mut rng)
-            .map_err(|e| e.at(&source.flag()))?;
-        self.labels
-            .push(format!("poisson r={radius:.4} #{}", stream + 1));
-        self.patterns
-            .push(recipe.attributes.apply(pattern, &mut rng)?);
+impl PatternSet {
+    /// Draws patterns in parallel, each from the stream of its place.
+    fn draw(&mut self, recipe: &Recipe, draws: Vec<Draw>, source: &PatternSource) -> Result<()> {
+        let draw = |(place, draw): (usize, &Draw)| {
+            let mut rng = random_stream(recipe.seed, place as u64);
+            let pattern = match *draw {
+                Draw::Grid(spacing) => grid(recipe.width, spacing, recipe.items),
+                Draw::Poisson(radius) => poisson_disk(recipe.width, radius, recipe.items, &mut rng),
+            };
+            let pattern = pattern.map_err(|error| error.at(&source.flag()))?;
+            recipe.attributes.apply(pattern, &mut rng)
+        };
+        let patterns = draws.par_iter().enumerate().map(draw);
+        self.patterns = patterns.collect::<Result<_>>()?;
+        let label = |(place, draw): (usize, &Draw)| match draw {
+            Draw::Grid(spacing) => format!("grid s={spacing:.4}"),
+            Draw::Poisson(radius) => format!("poisson r={radius:.4} #{}", place + 1),
+        };
+        self.labels = draws.iter().enumerate().map(label).collect();
         Ok(())
     }
 
@@ -274,10 +288,12 @@ impl PatternSet {
             let name = file.file_name().unwrap_or_default().to_string_lossy();
             self.labels.push(name.into_owned());
         }
+        let all: String = self.patterns.iter().map(super::file::to_csv).collect();
         self.description = format!(
-            "{} recorded pattern(s) from {}",
+            "{} recorded pattern(s) from {} (hash {})",
             files.len(),
-            path.display()
+            path.display(),
+            crate::files::fingerprint(&all)
         );
         Ok(())
     }

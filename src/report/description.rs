@@ -1,11 +1,11 @@
-//! A pattern's figures for a terminal.
+//! A pattern's figures.
 
 use super::table::{Table, fixed};
 use crate::pattern::Description;
 
 /// The figures of a pattern, with the items per minute that it brings at
 /// `belt_speed` [m/s].
-pub fn description_table(d: &Description, belt_speed: f64) -> String {
+pub fn description_table(d: &Description, belt_speed: f64) -> Table {
     let optional = |value: Option<f64>| value.map_or("-".into(), |v| fixed(v, 4));
     let mut table = Table::new(&["<figure", "value", "<unit"]);
     table.row(["items".to_owned(), d.items.to_string(), String::new()]);
@@ -65,5 +65,5 @@ pub fn description_table(d: &Description, belt_speed: f64) -> String {
     for (class, count) in &d.classes {
         table.row([format!("class {class}"), count.to_string(), "items".into()]);
     }
-    table.render()
+    table
 }

@@ -4,7 +4,7 @@ use super::provenance::Provenance;
 use super::table::{Table, fixed};
 use crate::dispatch::RULES;
 use crate::optimize::{
-    Objective, Optimum, Ranked, Risk, Search, SearchKind, StopReason, Validation,
+    FRONT_RUNNERS, Objective, Optimum, Ranked, Risk, Search, SearchKind, StopReason, Validation,
 };
 use crate::stats::Interval;
 use serde::Serialize;
@@ -56,6 +56,8 @@ pub struct GraspReport {
     pub starts: usize,
     /// How many of them ended in the best assignment.
     pub hits: usize,
+    /// Moves of all local searches.
+    pub moves: usize,
     /// Width of the restricted candidate list.
     pub alpha: f64,
     /// The best assignment found.
@@ -104,6 +106,8 @@ pub struct ValidationReport {
     pub mean_low: f64,
     /// Upper end.
     pub mean_high: f64,
+    /// The objective aggregated under the risk that was searched for.
+    pub value: f64,
     /// Mean share of the items picked.
     pub picked_share: f64,
     /// The objective on the worst pattern.
@@ -129,6 +133,7 @@ impl ValidationReport {
             mean: validation.value,
             mean_low: validation.interval.low,
             mean_high: validation.interval.high,
+            value: validation.at_risk,
             picked_share: validation.picked_share,
             worst: validation.worst,
             speed: validation.speed,
@@ -139,9 +144,14 @@ impl ValidationReport {
         }
     }
 
-    fn lines(&self, digits: usize, unit: &str) -> String {
+    fn lines(&self, digits: usize, unit: &str, risk: &str) -> String {
+        let at_risk = match risk {
+            // Printed in any case.
+            "mean" | "worst" => String::new(),
+            _ => format!(", {risk} {}", fixed(self.value, digits)),
+        };
         format!(
-            "validated {} {unit} (95 % interval {} to {}), worst {}, {} % picked\n          \
+            "validated mean {}{unit} (95 % interval {} to {}){at_risk}, worst {}, {} % picked\n          \
              task completion at {} m/s: {} of {} patterns fully picked, {} % (95 % interval {} to {} %)\n          \
              on {}\n",
             fixed(self.mean, digits),
@@ -203,6 +213,7 @@ impl OptimumReport {
             grasp: optimum.grasp.as_ref().map(|grasp| GraspReport {
                 starts: grasp.starts,
                 hits: grasp.hits,
+                moves: grasp.moves,
                 alpha: search.grasp.alpha,
                 best: grasp.best.as_ref().map(|best| best.names()),
                 value: grasp.best.as_ref().map(|_| grasp.value),
@@ -218,6 +229,14 @@ impl OptimumReport {
         }
     }
 
+    /// The unit behind a number; shares have none.
+    fn spaced_unit(&self) -> String {
+        match self.unit {
+            "1" => String::new(),
+            unit => format!(" {unit}"),
+        }
+    }
+
     /// Digits behind the point that the objective's unit asks for.
     fn digits(&self) -> usize {
         match self.unit {
@@ -228,21 +247,28 @@ impl OptimumReport {
 
     /// The first `top` lines of the ranking and all that belongs to it.
     pub fn to_table(&self, top: usize) -> String {
-        let (digits, unit) = (self.digits(), self.unit);
+        let digits = self.digits();
+        let unit = match self.unit {
+            "1" => String::new(),
+            unit => format!(" [{unit}]"),
+        };
         let mut header = vec![
             "#".to_owned(),
             "<assignment".to_owned(),
-            format!("mean [{unit}]"),
+            format!("mean{unit}"),
         ];
-        let by_risk = self.risk != Risk::Mean.to_string();
+        // Mean and worst have columns of their own.
+        let by_risk = ![Risk::Mean, Risk::Worst]
+            .map(|r| r.to_string())
+            .contains(&self.risk);
         if by_risk {
-            header.push(format!("{} [{unit}]", self.risk));
+            header.push(format!("{}{unit}", self.risk));
         }
         header.extend([
             "best minus this, 95 %".to_owned(),
             "<".to_owned(),
             "picked [%]".to_owned(),
-            format!("worst [{unit}]"),
+            format!("worst{unit}"),
             "<on pattern".to_owned(),
         ]);
         let by_speed = self.ranking.iter().any(|line| line.max_speed.is_some());
@@ -289,16 +315,15 @@ impl OptimumReport {
             text += &format!("          ... {} more (--top)\n", self.ranking.len() - top);
         }
         text += &format!(
-            "best      {}: {} ({}, {})\n",
+            "best      {}: {}, {}\n",
             bracketed(&self.best),
             self.objective,
-            unit,
             self.risk
         );
         text += &self.tie_line();
         text += &self.search_line();
         if let Some(validation) = &self.validation {
-            text += &validation.lines(digits, unit);
+            text += &validation.lines(digits, &self.spaced_unit(), &self.risk);
         }
         for note in &self.notes {
             text += &format!("note      {note}\n");
@@ -317,45 +342,48 @@ impl OptimumReport {
         let changed = if figure(&self.leader) == figure(&self.best) {
             String::new()
         } else {
-            format!("; {} had the highest figure", bracketed(&self.leader))
+            format!(
+                "; {} had the highest {}",
+                bracketed(&self.leader),
+                self.risk
+            )
+        };
+        let tied = self.ranking.iter().filter(|line| line.tied).count();
+        let order: Vec<_> = RULES.iter().map(|rule| rule.name()).collect();
+        // Where the speed limit is the objective it can break no tie.
+        let by_speed = if self.ranking.iter().any(|line| line.max_speed.is_some()) {
+            "max speed, then by "
+        } else {
+            ""
         };
         format!(
-            "ties      {} assignments that no paired test proves worse than another ({}){changed};\n          \
-             told apart by {}worst pattern, then by mean, then by the order {}\n",
-            self.contenders,
+            "ties      {tied} tied with the best ({}); it is the first of {} contenders, those that\n          \
+             none of the {FRONT_RUNNERS} highest is proven better than, by {by_speed}worst pattern, then by\n          \
+             mean, then by the order {}{changed}\n",
             self.intervals,
-            // Where the speed limit is the objective it can break no tie.
-            if self.ranking.iter().any(|line| line.max_speed.is_some()) {
-                "max speed, then by "
-            } else {
-                ""
-            },
-            RULES
-                .iter()
-                .map(|rule| rule.name())
-                .collect::<Vec<_>>()
-                .join(" ")
+            self.contenders,
+            order.join(" ")
         )
     }
 
     fn search_line(&self) -> String {
         let how = if self.stop_reason == StopReason::Interrupted.name() {
             format!(
-                "interrupted; the best over {} patterns so far",
-                self.patterns
+                "interrupted; {} assignments scored on {} patterns",
+                self.assignments, self.patterns
             )
         } else if self.search == "exhaustive" {
             format!("all {} assignments enumerated", self.assignments)
         } else {
-            format!("GRASP, {} assignments scored", self.assignments)
+            format!("{} assignments scored", self.assignments)
         };
         let grasp = self.grasp.as_ref().map_or(String::new(), |grasp| {
             let gap = match (grasp.gap, &grasp.best) {
                 (Some(gap), Some(best)) => format!(
-                    ", best {}, gap to the optimum {} {}",
+                    ", best {}, gap to the optimum {}{}",
                     bracketed(best),
                     fixed(gap, self.digits()),
-                    self.unit
+                    self.spaced_unit()
                 ),
                 _ => String::new(),
             };
@@ -381,7 +409,9 @@ impl OptimumReport {
             "worst",
             "worst_pattern",
             "max_speed",
+            "made",
         ];
+        let made = self.made.one_line();
         let rows = self.ranking.iter().enumerate().map(|(i, line)| {
             [
                 (i + 1).to_string(),
@@ -395,6 +425,7 @@ impl OptimumReport {
                 line.worst.to_string(),
                 line.worst_pattern.clone(),
                 line.max_speed.map(|v| v.to_string()).unwrap_or_default(),
+                made.clone(),
             ]
         });
         crate::files::csv_text(std::iter::once(header.map(str::to_owned)).chain(rows))

@@ -1,9 +1,9 @@
 //! How a result was made: enough to make it again, nothing that changes from run to
 //! run, so that equal inputs give equal bytes.
 
+use crate::files::fingerprint;
 use crate::station::{Station, to_toml};
 use serde::Serialize;
-use sha2::{Digest, Sha256};
 
 /// Where a result comes from. No date, no machine, no thread count.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -59,9 +59,5 @@ impl Provenance {
 
 /// Identifies a station by its resolved values, however they were given.
 pub fn station_hash(station: &Station) -> String {
-    let digest = Sha256::digest(to_toml(station).as_bytes());
-    digest[..8]
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect()
+    fingerprint(&to_toml(station))
 }

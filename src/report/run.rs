@@ -196,7 +196,9 @@ impl RunReport {
             "release_s",
             "meet_x",
             "meet_y",
+            "made",
         ];
+        let made = self.made.one_line();
         let rows = self.picks.iter().map(|pick| {
             [
                 self.robots[pick.robot].name.clone(),
@@ -206,6 +208,7 @@ impl RunReport {
                 pick.release_s.to_string(),
                 pick.meet[0].to_string(),
                 pick.meet[1].to_string(),
+                made.clone(),
             ]
         });
         crate::files::csv_text(std::iter::once(header.map(str::to_owned)).chain(rows))

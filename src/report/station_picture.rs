@@ -14,6 +14,8 @@ const MARGIN: f64 = 20.0;
 /// For the axis below it and the legend above it [px].
 const AXIS: f64 = 46.0;
 const LEGEND: f64 = 28.0;
+/// Height of a robot's name with its distance from the base [px].
+const LABEL: f64 = 34.0;
 /// Kept free around bases, bins and belt edges [m].
 const ROOM: f64 = 0.22;
 /// Robots' colours in turn: Okabe and Ito's palette, told apart by colour-blind eyes.
@@ -38,7 +40,7 @@ text { font: 13px system-ui, sans-serif; fill: #24292f; }
 }";
 
 /// The station as an SVG that follows the reader's light or dark scheme. The items
-/// are drawn where they are when the first one has come past most of the belt.
+/// are drawn where they are when the first one is about to leave the belt.
 pub fn station_picture(station: &Station, pattern: &Pattern) -> String {
     let frame = Frame::around(station);
     let (width, height) = frame.size();
@@ -83,14 +85,17 @@ impl Frame {
         let low = |a: f64, b: f64| a.min(b);
         let left = places().map(|p| p.x).fold(0.0, low) - ROOM;
         let right = places().map(|p| p.x).fold(belt.length, f64::max) + ROOM;
-        let bottom = places().map(|p| p.y).fold(-belt.width / 2.0, low) - ROOM;
-        let top = places().map(|p| p.y).fold(belt.width / 2.0, f64::max) + ROOM;
+        let scale = WIDTH / (right - left);
+        // However small the scale, a name has to fit beside its base.
+        let room = ROOM.max(LABEL / scale);
+        let bottom = places().map(|p| p.y).fold(-belt.width / 2.0, low) - room;
+        let top = places().map(|p| p.y).fold(belt.width / 2.0, f64::max) + room;
         Self {
             left,
             right,
             bottom,
             top,
-            scale: WIDTH / (right - left),
+            scale,
         }
     }
 
@@ -189,8 +194,8 @@ fn workspace(frame: &Frame, robot: &Robot, colour: &str) -> Group {
 fn items(frame: &Frame, station: &Station, pattern: &Pattern) -> Group {
     let belt = station.belt();
     let items = pattern.items();
-    // Far enough for the belt to be well covered.
-    let shift = 0.92 * belt.length - items[0].x0;
+    // The first item is about to leave, so the belt is covered.
+    let shift = belt.length - items[0].x0;
     let radius = (0.018 * frame.scale).clamp(1.5, 5.0);
     items
         .iter()

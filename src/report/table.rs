@@ -6,6 +6,7 @@ use comfy_table::{Cell, CellAlignment, ContentArrangement};
 #[derive(Debug)]
 pub struct Table {
     table: comfy_table::Table,
+    rows: Vec<Vec<String>>,
 }
 
 impl Table {
@@ -28,13 +29,25 @@ impl Table {
                 });
             }
         }
-        Self { table }
+        let names = header
+            .iter()
+            .map(|name| name.trim_start_matches('<').to_owned());
+        Self {
+            table,
+            rows: vec![names.collect()],
+        }
     }
 
     /// Adds a row.
     pub fn row<T: Into<String>>(&mut self, cells: impl IntoIterator<Item = T>) {
-        self.table
-            .add_row(cells.into_iter().map(|cell| Cell::new(cell.into())));
+        let cells: Vec<String> = cells.into_iter().map(Into::into).collect();
+        self.table.add_row(cells.iter().map(Cell::new));
+        self.rows.push(cells);
+    }
+
+    /// The table as CSV.
+    pub fn to_csv(&self) -> String {
+        crate::files::csv_text(&self.rows)
     }
 
     /// The finished table, with a line end.

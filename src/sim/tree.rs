@@ -70,25 +70,45 @@ impl AssignmentTree {
     ///
     /// # Errors
     /// More rules than robots.
-    pub fn evaluate(&self, scene: &Scene, mut visit: impl FnMut(usize, Figures)) -> Result<()> {
+    pub fn evaluate(&self, scene: &Scene, visit: impl FnMut(usize, Figures)) -> Result<()> {
+        self.evaluate_while(scene, || true, visit).map(drop)
+    }
+
+    /// As [`AssignmentTree::evaluate`], as long as `go_on` says so; it is asked before
+    /// every assignment. Returns whether all were visited.
+    ///
+    /// # Errors
+    /// As for [`AssignmentTree::evaluate`].
+    pub fn evaluate_while(
+        &self,
+        scene: &Scene,
+        go_on: impl Fn() -> bool,
+        mut visit: impl FnMut(usize, Figures),
+    ) -> Result<bool> {
         let robots = scene.station().robots().len();
         if let Some(long) = self.assignments.iter().find(|a| a.rules().len() > robots) {
-            return long.clone().for_robots(robots).map(drop);
+            return long.clone().for_robots(robots).map(|_| true);
         }
         if let Some(mut cascade) = Cascade::new(scene) {
             for node in &self.nodes {
                 let figures = cascade.extend(node.robot, node.rule);
                 if let Some(place) = node.assignment {
+                    if !go_on() {
+                        return Ok(false);
+                    }
                     visit(place, figures);
                 }
             }
         } else {
             for (place, assignment) in self.assignments.iter().enumerate() {
+                if !go_on() {
+                    return Ok(false);
+                }
                 let mut strategy = RuleStrategy(assignment.clone());
                 visit(place, simulate(scene, &mut strategy)?.figures);
             }
         }
-        Ok(())
+        Ok(true)
     }
 }
 
@@ -107,6 +127,8 @@ mod tests {
         ]);
         assert_eq!(tree.assignments().len(), 3);
         assert_eq!(tree.passes(), 4);
-        assert_eq!(AssignmentTree::all(3).passes(), 6 + 36 + 216);
+        let rules = crate::dispatch::RULES.len();
+        let passes = rules + rules.pow(2) + rules.pow(3);
+        assert_eq!(AssignmentTree::all(3).passes(), passes);
     }
 }
