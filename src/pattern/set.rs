@@ -135,7 +135,7 @@ impl PatternSource {
                 let (low, high) = BALANCED_RANGE;
                 let steps = (*n).max(2) - 1;
                 let value = |i: usize| low + (high - low) * i as f64 / steps as f64;
-                self.check_size(recipe, 2.0 * *n as f64)?;
+                self.check_size(recipe, 2.0 * *n as f64, &self.flag())?;
                 let grids = (0..*n).map(|i| Draw::Grid(value(i)));
                 let poissons = (0..*n).map(|i| Draw::Poisson(value(i)));
                 set.draw(recipe, grids.chain(poissons).collect(), self)?;
@@ -145,12 +145,12 @@ impl PatternSource {
                 );
             }
             Self::Grid(spacing) => {
-                self.check_size(recipe, 1.0)?;
+                self.check_size(recipe, 1.0, &self.flag())?;
                 set.draw(recipe, vec![Draw::Grid(*spacing)], self)?;
                 set.description = format!("the grid of {spacing} m, {made}");
             }
             Self::Poisson(radius, n) => {
-                self.check_size(recipe, *n as f64)?;
+                self.check_size(recipe, *n as f64, &self.flag())?;
                 set.draw(recipe, vec![Draw::Poisson(*radius); *n], self)?;
                 set.description = format!("{n} Poisson disk patterns of {radius} m, {made}");
             }
@@ -160,13 +160,13 @@ impl PatternSource {
     }
 
     /// Refuses what would not fit into memory with comfort, before it is made.
-    fn check_size(&self, recipe: &Recipe, patterns: f64) -> Result<()> {
+    fn check_size(&self, recipe: &Recipe, patterns: f64, flag: &str) -> Result<()> {
         check_count(recipe.items).map_err(|error| error.at("--items"))?;
         if patterns * recipe.items as f64 <= MOST_ITEMS as f64 {
             return Ok(());
         }
         Err(Error::input(
-            self.flag(),
+            flag,
             format!("{patterns} patterns of {} items", recipe.items),
             format!("ask for fewer: a set holds at most {MOST_ITEMS} items"),
         ))
@@ -178,8 +178,7 @@ impl PatternSource {
     /// # Errors
     /// Too many.
     pub fn check_fresh(&self, recipe: &Recipe, count: usize) -> Result<()> {
-        self.check_size(recipe, count as f64)
-            .map_err(|error| error.at(&format!("--validate {count}")))
+        self.check_size(recipe, count as f64, &format!("--validate {count}"))
     }
 
     /// How messages call it.
