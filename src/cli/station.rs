@@ -31,11 +31,14 @@ fn show(
 ) -> Result<()> {
     let station = choice.load()?;
     if let Some(file) = svg {
-        let (pattern, name) = match pattern {
-            Some(_) => load_pattern(pattern, station.belt().width)?,
-            None => (covering(&station)?, "the grid over the belt".to_owned()),
+        let pattern = match pattern {
+            Some(name) => {
+                let (items, _) = load_pattern(pattern, station.belt().width)?;
+                items.check_on(&station).map_err(|e| e.inside(name))?;
+                items
+            }
+            None => covering(&station)?,
         };
-        pattern.check_on(&station).map_err(|e| e.inside(&name))?;
         files::write_whole(file, station_picture(&station, &pattern).as_bytes())?;
     }
     session.print(to_toml(&station).as_bytes())
