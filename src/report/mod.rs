@@ -3,6 +3,7 @@
 mod comparison;
 mod description;
 mod optimum;
+mod palette;
 mod provenance;
 mod run;
 mod station_picture;

@@ -1,5 +1,6 @@
 //! The station as a picture: belt, items, robots, workspaces, bins.
 
+use super::palette::ROBOT_COLOURS;
 use crate::pattern::Pattern;
 use crate::station::{Robot, Station};
 use svg::Document;
@@ -18,10 +19,6 @@ const LEGEND: f64 = 28.0;
 const LABEL: f64 = 34.0;
 /// Kept free around bases, bins and belt edges [m].
 const ROOM: f64 = 0.22;
-/// Robots' colours in turn: Okabe and Ito's palette, told apart by colour-blind eyes.
-const COLOURS: [&str; 6] = [
-    "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9",
-];
 
 const STYLE: &str = "
 text { font: 13px system-ui, sans-serif; fill: #24292f; }
@@ -58,11 +55,11 @@ pub fn station_picture(station: &Station, pattern: &Pattern) -> String {
         .add(rectangle(0.0, 0.0, width, height).set("class", "paper"))
         .add(definitions(&frame, station))
         .add(belt(&frame, station));
-    for (robot, colour) in station.robots().iter().zip(COLOURS.iter().cycle()) {
+    for (robot, colour) in station.robots().iter().zip(ROBOT_COLOURS.iter().cycle()) {
         document = document.add(workspace(&frame, robot, colour));
     }
     document = document.add(items(&frame, station, pattern));
-    for (robot, colour) in station.robots().iter().zip(COLOURS.iter().cycle()) {
+    for (robot, colour) in station.robots().iter().zip(ROBOT_COLOURS.iter().cycle()) {
         document = document.add(arm(&frame, robot, colour));
     }
     let document = document.add(axis(&frame)).add(legend());
