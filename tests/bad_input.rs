@@ -711,6 +711,11 @@ fn flags_of_each_verb() {
         ),
         (&["--trace", "empty"], &["cannot write empty"]),
         (
+            &["--html", "no-folder/r.html", "--trace", "new"],
+            &["cannot write no-folder/r.html"],
+        ),
+        (&["--html", "empty"], &["cannot write empty"]),
+        (
             &["--trace", "t.csv", "--out", "file/new"],
             &["cannot write file/new"],
         ),

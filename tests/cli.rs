@@ -140,6 +140,25 @@ fn the_trace_has_every_event_in_order_of_time() {
     assert!(times.is_sorted());
 }
 
+#[test]
+fn the_replay_is_one_file_and_leaves_the_result_as_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("replay.html");
+    let plain = text(&["simulate", "-q", "--format", "json"]);
+    let path = file.to_str().unwrap();
+    let printed = text(&["simulate", "-q", "--format", "json", "--html", path]);
+    assert_eq!(plain, printed);
+    let page = std::fs::read_to_string(&file).unwrap();
+    assert!(page.starts_with("<!doctype html>"));
+    assert!(!page.contains("src=") && !page.contains("href=") && !page.contains("://"));
+    let data = page.split_once("type=\"application/json\">").unwrap().1;
+    let data: Value = serde_json::from_str(data.split_once("</script>").unwrap().0).unwrap();
+    let report: Value = serde_json::from_str(&plain).unwrap();
+    assert_eq!(data["report"], report);
+    assert_eq!(data["items"].as_array().unwrap().len(), 50);
+    assert_eq!(data["items"][0]["windows"][0]["robot"], 0);
+}
+
 const SMALL: [&str; 6] = [
     "optimize",
     "--patterns",

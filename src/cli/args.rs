@@ -368,6 +368,9 @@ pub struct SimulateArgs {
     /// Write every event of the run into this CSV file
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
+    /// Write a replay of the run into this HTML file, to be opened in any browser
+    #[arg(long, value_name = "FILE")]
+    pub html: Option<PathBuf>,
 }
 
 /// Generate, describe or import patterns
@@ -628,5 +631,6 @@ fn simulate_help() -> String {
 Examples:
   pickline simulate --strategy rules:SPT,FIFO --format json
   pickline pattern generate poisson | pickline simulate --pattern - --check
-  pickline simulate --station my-line.toml --pattern items.csv --trace events.csv"
+  pickline simulate --station my-line.toml --pattern items.csv --trace events.csv
+  pickline simulate --robots 3 --html replay.html"
 }

@@ -15,11 +15,12 @@ pub struct Session {
 
 /// Flags that cannot change a result, and whether they take a value; they are left
 /// out of the recorded command line.
-const WITHOUT_EFFECT: [(&str, bool); 7] = [
+const WITHOUT_EFFECT: [(&str, bool); 8] = [
     ("--threads", true),
     ("--format", true),
     ("--out", true),
     ("--trace", true),
+    ("--html", true),
     ("--top", true),
     ("--quiet", false),
     ("-q", false),

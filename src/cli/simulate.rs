@@ -5,7 +5,7 @@ use super::session::Session;
 use super::settings::{json, load_pattern};
 use crate::decision::Observer;
 use crate::error::Result;
-use crate::report::{Provenance, RunReport};
+use crate::report::{Provenance, RunReport, check_replay, replay_page};
 use crate::sim::{Scene, Trace, simulate_observed};
 use crate::{checker, files, strategies};
 
@@ -13,9 +13,13 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
     let common = &args.common;
     common.check()?;
     files::check_target(args.trace.as_deref())?;
+    files::check_target(args.html.as_deref())?;
     let station = args.station.load()?;
     let robots = station.robots().len();
     let (pattern, pattern_name) = load_pattern(args.pattern.as_deref(), station.belt().width)?;
+    if args.html.is_some() {
+        check_replay(&pattern)?;
+    }
     let text = match &args.strategy {
         Some(text) => text.clone(),
         None => strategies::default_strategy(robots),
@@ -48,6 +52,9 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
     }
     if let (Some(file), Some(trace)) = (&args.trace, &trace) {
         files::write_whole(file, trace.to_csv().as_bytes())?;
+    }
+    if let Some(file) = &args.html {
+        files::write_whole(file, replay_page(&scene, &report).as_bytes())?;
     }
     common.write_out("run.json", &json(&report)?)?;
     common.write_out("picks.csv", &report.to_csv())?;

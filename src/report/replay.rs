@@ -1,0 +1,222 @@
+//! A run as a page that replays it: one HTML file without a network or a build step.
+//! The page's sources lie in `replay/`; its scripts share one scope, in this order:
+//!
+//! | file | what it is |
+//! |---|---|
+//! | `timeline.js` | the run as a function of time: data in, state out |
+//! | `scene.js` | draws a state of the station; knows nothing of runs or controls |
+//! | `strips.js` | draws the robots' strips and the running picking rate |
+//! | `story.js` | what is told of an item |
+//! | `figures.js` | the figures, the tables and the legend around them |
+//! | `replay.js` | time, controls, pointer and keyboard |
+
+use super::palette::ROBOT_COLOURS;
+use super::run::RunReport;
+use crate::error::{Error, Result};
+use crate::pattern::Pattern;
+use crate::sim::Scene;
+use serde::Serialize;
+
+/// More items than this make a page that browsers cannot hold with comfort.
+const MOST_ITEMS: usize = 100_000;
+
+const PAGE: &str = include_str!("replay/page.html");
+const STYLE: &str = include_str!("replay/style.css");
+const SCRIPTS: [&str; 6] = [
+    include_str!("replay/timeline.js"),
+    include_str!("replay/scene.js"),
+    include_str!("replay/strips.js"),
+    include_str!("replay/story.js"),
+    include_str!("replay/figures.js"),
+    include_str!("replay/replay.js"),
+];
+
+/// What the page knows; positions in m, times in s.
+#[derive(Serialize)]
+struct Data<'a> {
+    report: &'a RunReport,
+    belt: BeltData,
+    robots: Vec<RobotData<'a>>,
+    items: Vec<ItemData<'a>>,
+}
+
+#[derive(Serialize)]
+struct BeltData {
+    speed: f64,
+    length: f64,
+    width: f64,
+}
+
+#[derive(Serialize)]
+struct RobotData<'a> {
+    name: &'a str,
+    base: [f64; 2],
+    bin: [f64; 2],
+    reach: f64,
+    grasp_time: f64,
+    release_time: f64,
+    colour: &'static str,
+}
+
+#[derive(Serialize)]
+struct ItemData<'a> {
+    id: &'a str,
+    x0: f64,
+    y: f64,
+    weight: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    class: Option<&'a str>,
+    /// The departure windows it has, upstream first.
+    windows: Vec<WindowData>,
+}
+
+#[derive(Serialize)]
+struct WindowData {
+    robot: usize,
+    open: f64,
+    close: f64,
+}
+
+/// Checks that a replay can show `pattern`.
+///
+/// # Errors
+/// More items than a page can hold.
+pub fn check_replay(pattern: &Pattern) -> Result<()> {
+    if pattern.len() <= MOST_ITEMS {
+        return Ok(());
+    }
+    Err(Error::input(
+        "--html",
+        format!("{} items are too many for a page", pattern.len()),
+        format!("replay a pattern of at most {MOST_ITEMS} items"),
+    ))
+}
+
+/// The page that replays the run of `report`, which was simulated on `scene`.
+pub fn replay_page(scene: &Scene, report: &RunReport) -> String {
+    // What the reports and the station hold can always be written as JSON.
+    let data = serde_json::to_string(&data(scene, report)).unwrap_or_default();
+    fill(
+        PAGE,
+        &[
+            ("/*style*/", STYLE),
+            ("/*data*/", &inert(&data)),
+            ("/*scripts*/", &SCRIPTS.concat()),
+        ],
+    )
+}
+
+/// `page` with each of its markers, in the order in which they stand, replaced. What is
+/// filled in is not searched for markers.
+fn fill(page: &str, parts: &[(&str, &str)]) -> String {
+    let mut filled = String::new();
+    let mut rest = page;
+    for (marker, content) in parts {
+        if let Some((before, after)) = rest.split_once(marker) {
+            filled.extend([before, content]);
+            rest = after;
+        }
+    }
+    filled + rest
+}
+
+/// The same JSON without any character that HTML gives a meaning. They occur inside
+/// strings only, where JSON has escapes for them.
+fn inert(json: &str) -> String {
+    json.replace('<', "\\u003c")
+        .replace('>', "\\u003e")
+        .replace('&', "\\u0026")
+}
+
+fn data<'a>(scene: &Scene<'a>, report: &'a RunReport) -> Data<'a> {
+    let station = scene.station();
+    let belt = station.belt();
+    let mut windows: Vec<Vec<WindowData>> = Vec::new();
+    windows.resize_with(scene.pattern().len(), Vec::new);
+    for robot in 0..station.robots().len() {
+        for candidate in scene.queue(robot) {
+            windows[candidate.item as usize].push(WindowData {
+                robot,
+                open: candidate.open,
+                close: candidate.close,
+            });
+        }
+    }
+    let robots = station.robots().iter();
+    let items = scene.pattern().items().iter();
+    Data {
+        report,
+        belt: BeltData {
+            speed: belt.speed,
+            length: belt.length,
+            width: belt.width,
+        },
+        robots: robots
+            .zip(ROBOT_COLOURS.iter().cycle())
+            .map(|(robot, colour)| RobotData {
+                name: &robot.name,
+                base: [robot.base.x, robot.base.y],
+                bin: [robot.bin.x, robot.bin.y],
+                reach: robot.reach,
+                grasp_time: robot.grasp_time,
+                release_time: robot.release_time,
+                colour,
+            })
+            .collect(),
+        items: items
+            .zip(windows)
+            .map(|(item, windows)| ItemData {
+                id: &item.id,
+                x0: item.x0,
+                y: item.y,
+                weight: item.reward(),
+                class: item.class.as_deref(),
+                windows,
+            })
+            .collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn markers_in_what_is_filled_in_stay() {
+        let page = fill("1<a>2<b>3", &[("<a>", "[<b>]"), ("<b>", "[<a>]")]);
+        assert_eq!(page, "1[<b>]2[<a>]3");
+    }
+
+    #[test]
+    fn the_page_has_every_marker_once_and_in_order() {
+        let mut last = 0;
+        for marker in ["/*style*/", "/*data*/", "/*scripts*/"] {
+            assert_eq!(PAGE.matches(marker).count(), 1, "{marker}");
+            let place = PAGE.find(marker).unwrap();
+            assert!(place > last);
+            last = place;
+        }
+        // Nothing that would end the element that a source is put into.
+        assert!(!STYLE.contains("</"));
+        assert!(SCRIPTS.iter().all(|script| !script.contains("</")));
+    }
+
+    #[test]
+    fn inert_json_means_the_same() {
+        let text = "</script><!--<b>\"'&";
+        let json = serde_json::to_string(text).unwrap();
+        let inert = inert(&json);
+        assert!(!inert.contains(['<', '>', '&']));
+        assert_eq!(serde_json::from_str::<String>(&inert).unwrap(), text);
+    }
+
+    #[test]
+    fn too_many_items_are_refused() {
+        let pattern = |items| crate::pattern::grid(1.0, 0.1, items).unwrap();
+        assert!(check_replay(&pattern(MOST_ITEMS)).is_ok());
+        let message = check_replay(&pattern(MOST_ITEMS + 1))
+            .unwrap_err()
+            .to_string();
+        assert!(message.contains("--html"), "{message}");
+    }
+}

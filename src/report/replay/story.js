@@ -1,0 +1,77 @@
+// What is told of one item: lines of text, never HTML, as ids may hold anything.
+
+const REASONS = {
+  unreachable: "unreachable: no robot can ever meet it",
+  passed_over: "passed over: a robot could have taken it and chose otherwise",
+  busy: "busy: whenever a robot could have taken it, that robot was busy",
+};
+const FATE_WORDS = {
+  coming: "not on the belt yet",
+  waiting: "waiting",
+  claimed: "claimed",
+  carried: "carried",
+  picked: "picked",
+  missed: "missed",
+};
+// Names and robots listed before the rest is only counted.
+const MOST_NAMES = 3;
+const MOST_WINDOWS = 6;
+
+const seconds = (time) => `${time.toFixed(2)} s`;
+const place = (x, y) => `(${x.toFixed(3)}, ${y.toFixed(3)}) m`;
+
+/** The lines on `item`, whose state now is `now`; the first is its name. */
+function storyOf(run, item, now) {
+  const kind = item.class === undefined ? "" : `, ${item.class}`;
+  const where = now.fate === "picked" ? "" : ` at ${place(now.x, now.y)}`;
+  const lines = [
+    `item ${item.id}`,
+    `weight ${Number(item.weight.toPrecision(4))}${kind}`,
+    `now ${FATE_WORDS[now.fate]}${where}`,
+  ];
+  const pick = item.pick;
+  if (pick) {
+    const name = run.robots[pick.robot].name;
+    lines.push(`claimed by ${name} at ${seconds(pick.decide_s)}`);
+    lines.push(`grasped at ${seconds(pick.grasp_s)} at ${place(...pick.meet)}`);
+    lines.push(`released into the bin at ${seconds(pick.release_s)}`);
+  } else {
+    lines.push(`missed, ${REASONS[item.reason] ?? item.reason}`);
+  }
+  const until = pick ? pick.decide_s : Infinity;
+  const windows = item.windows.filter((window) => window.open < until);
+  for (const window of windows.slice(0, MOST_WINDOWS)) lines.push(windowLine(run, window, until));
+  if (windows.length > MOST_WINDOWS) {
+    lines.push(`and windows of ${windows.length - MOST_WINDOWS} more robots`);
+  }
+  return lines;
+}
+
+/** When a robot could leave for the item, and what it took then instead. */
+function windowLine(run, window, until) {
+  const robot = run.robots[window.robot];
+  const last = Math.min(window.close, until);
+  const first = countUpTo(robot.picks, window.open, (pick) => pick.decide_s);
+  const others = [];
+  for (let i = Math.max(0, first - 1); i < robot.picks.length; i += 1) {
+    const { decide_s: time, item } = robot.picks[i];
+    if (time > last || time >= until) break;
+    if (time >= window.open) others.push(item);
+  }
+  const names = others.slice(0, MOST_NAMES).join(", ");
+  const more = others.length > MOST_NAMES ? ` and ${others.length - MOST_NAMES} more` : "";
+  const took = others.length ? `took ${names}${more} then` : "took nothing else then";
+  return `${robot.name} could leave for it from ${seconds(window.open)} to ${seconds(last)}, ${took}`;
+}
+
+/** Puts `lines` into `element`. */
+function tell(element, lines) {
+  element.replaceChildren(
+    ...lines.map((words, i) => {
+      const line = document.createElement("p");
+      line.textContent = words;
+      if (i === 0) line.className = "head";
+      return line;
+    }),
+  );
+}
