@@ -6,3 +6,5 @@ cd "$(dirname "$0")/.."
 cargo test --locked "$@"
 # The benchmarks' code runs once, so that it cannot rot; `cargo bench` measures.
 cargo test --locked --bench engines
+# The pages that reports write, in a browser.
+bash tests/browser/run.sh
