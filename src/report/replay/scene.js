@@ -227,18 +227,23 @@ function drawArm(ctx, view, robot, arm, theme) {
 
 /** Names and picks so far, left out where there is no room for them. */
 function drawNames(ctx, view, station, arms, theme) {
-  const taken = { above: -Infinity, below: -Infinity };
+  // Middles and half widths of what is written already, the belt's speed first.
+  const arrow = view.y(station.belt.width / 2) - 12;
+  const taken = [{ x: view.x(0) + 42, y: arrow, half: 42 }];
   ctx.font = SCENE_FONT;
   station.robots.forEach((robot, i) => {
     const below = robot.base[1] < 0;
-    const side = below ? "below" : "above";
     const name = shortened(ctx, robot.name, 160);
     const label = `${name}: ${arms[i].picked} picked`;
     const half = ctx.measureText(label).width / 2;
     const x = Math.min(Math.max(view.x(robot.base[0]), half), view.width - half);
-    if (x - half < taken[side] + 6) return;
-    taken[side] = x + half;
-    text(ctx, label, x, view.y(robot.base[1]) + (below ? 19 : -19), theme.ink, SCENE_FONT, "center");
+    const y = view.y(robot.base[1]) + (below ? 19 : -19);
+    const clash = taken.some(
+      (other) => Math.abs(other.x - x) < other.half + half + 6 && Math.abs(other.y - y) < 14,
+    );
+    if (clash) return;
+    taken.push({ x, y, half });
+    text(ctx, label, x, y, theme.ink, SCENE_FONT, "center");
   });
 }
 
