@@ -4,6 +4,7 @@ mod args;
 mod compare;
 mod optimize;
 mod pattern;
+mod pattern_set;
 mod progress;
 mod session;
 mod settings;

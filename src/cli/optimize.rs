@@ -1,10 +1,11 @@
 //! `pickline optimize`.
 
 use super::args::{OptimizeArgs, SearchArg};
+use super::pattern_set;
 use super::progress::Bar;
 use super::session::Session;
 use super::settings::json;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::optimize::{
     Environment, Evaluator, Grasp, Objective, Optimum, Risk, Search, SearchKind, SpeedScan,
     StopReason, chosen_flow, optimize, validate,
@@ -12,9 +13,6 @@ use crate::optimize::{
 use crate::pattern::{PatternSet, PatternSource, Recipe};
 use crate::report::{OptimumReport, Provenance, ValidationReport};
 use crate::station::Station;
-
-/// Items in a generated pattern, as in the balanced set of `docs/model.md`.
-const DEFAULT_ITEMS: usize = 150;
 
 pub fn run(args: &OptimizeArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
@@ -51,7 +49,8 @@ impl<'a> Job<'a> {
     fn new(args: &'a OptimizeArgs) -> Result<Self> {
         let station = args.station.load()?;
         let source: PatternSource = args.patterns.parse()?;
-        let recipe = recipe(args, &source, &station)?;
+        let (items, seed) = (args.items, args.common.seed);
+        let recipe = pattern_set::recipe(items, &args.attributes, seed, &source, &station)?;
         source.check_fresh(&recipe, args.validate)?;
         let scan = SpeedScan::new(args.speed_step, &station)?;
         let grasp = Grasp {
@@ -81,11 +80,7 @@ impl<'a> Job<'a> {
 
     fn report(&self, session: &Session, environment: &Environment) -> Result<OptimumReport> {
         let args = self.args;
-        let set = self.source.build(&self.recipe)?;
-        for (label, pattern) in set.labels.iter().zip(&set.patterns) {
-            let on_belt = pattern.check_on(&self.station);
-            on_belt.map_err(|error| error.inside(label))?;
-        }
+        let set = pattern_set::build(&self.source, &self.recipe, &self.station)?;
         args.common.remark(&format!(
             "optimizing {} for station {} ({} robots, belt at {} m/s)\non {}",
             self.objective.name(),
@@ -167,28 +162,8 @@ impl<'a> Job<'a> {
     }
 
     fn notes(&self, set: &PatternSet, evaluator: &Evaluator, optimum: &Optimum) -> Vec<String> {
-        let mut notes = Vec::new();
-        let mut rewards = set
-            .patterns
-            .iter()
-            .flat_map(|p| p.items())
-            .map(|i| i.reward());
-        let first = rewards.next();
-        if first.is_some_and(|first| rewards.all(|reward| reward == first)) {
-            notes.push(
-                "all items weigh the same, so PP picks like FIFO; give areas or probabilities \
-                 (--area, --p-grasp) to tell them apart"
-                    .to_owned(),
-            );
-        }
-        let overlapping = evaluator.pattern_count() - evaluator.independent_patterns();
-        if overlapping > 0 {
-            notes.push(format!(
-                "on {overlapping} of {} patterns extended workspaces overlap; those were \
-                 simulated by the general event loop, assignment by assignment",
-                evaluator.pattern_count()
-            ));
-        }
+        let count = evaluator.pattern_count();
+        let mut notes = pattern_set::notes(set, evaluator.independent_patterns(), count);
         let best = optimum.ranking.best();
         if matches!(self.objective, Objective::MaxSpeed(_)) {
             notes.push(match chosen_flow(self.objective, best) {
@@ -204,29 +179,4 @@ impl<'a> Job<'a> {
         }
         notes
     }
-}
-
-fn recipe(args: &OptimizeArgs, source: &PatternSource, station: &Station) -> Result<Recipe> {
-    let attributes = args.attributes.resolve()?;
-    if matches!(source, PatternSource::Files(_)) {
-        let given = [
-            ("--items", args.items.is_some()),
-            ("--area", attributes.area_cm2.is_some()),
-            ("--p-detection", attributes.p_detection.is_some()),
-            ("--p-grasp", attributes.p_grasp.is_some()),
-        ];
-        if let Some((flag, _)) = given.iter().find(|(_, given)| *given) {
-            return Err(Error::input(
-                *flag,
-                "has no meaning for recorded patterns",
-                "leave it out; recorded patterns hold their own items",
-            ));
-        }
-    }
-    Ok(Recipe {
-        width: station.belt().width,
-        items: args.items.unwrap_or(DEFAULT_ITEMS),
-        attributes,
-        seed: args.common.seed,
-    })
 }
