@@ -85,7 +85,12 @@ impl Figures {
 
     /// 60 k / T [1/min]; 0 for a run that ends at once.
     pub fn picking_rate(&self) -> f64 {
-        self.per_minute(self.picked as f64)
+        self.rate_of(self.picked)
+    }
+
+    /// 60 k_i / T [1/min] of a part k_i of the picks: one robot's.
+    pub fn rate_of(&self, picked: usize) -> f64 {
+        self.per_minute(picked as f64)
     }
 
     /// 60 sum(r) / T [1/min].

@@ -72,6 +72,13 @@ impl<'a> Cascade<'a> {
         self.figures(robot + 1)
     }
 
+    /// Picks of each of the first `robots` robots in the passes that led to the last
+    /// figures: what each level adds to the one before it.
+    pub fn picks(&self, robots: usize) -> impl Iterator<Item = usize> + '_ {
+        let levels = self.levels.windows(2).take(robots);
+        levels.map(|level| level[1].picked - level[0].picked)
+    }
+
     fn figures(&self, robots: usize) -> Figures {
         let level = &self.levels[robots];
         let items = self.scene.pattern().len();
