@@ -39,10 +39,16 @@ pub fn mean(values: &[f64]) -> f64 {
 /// 95 % interval of the mean by Student's t; the point itself for a single value or
 /// values that are all equal.
 pub fn mean_interval(values: &[f64]) -> Interval {
-    let n = values.len() as f64;
     let centre = mean(values);
     let squares: f64 = values.iter().map(|v| (v - centre) * (v - centre)).sum();
-    if values.len() < 2 || squares == 0.0 {
+    interval_of(values.len(), centre, squares)
+}
+
+/// 95 % interval by Student's t about the mean `centre` of `count` values, of which the
+/// squared distances to it sum to `squares`.
+pub fn interval_of(count: usize, centre: f64, squares: f64) -> Interval {
+    let n = count as f64;
+    if count < 2 || squares <= 0.0 {
         return Interval::point(centre);
     }
     // With one degree of freedom or more the distribution always exists.

@@ -3,6 +3,7 @@
 
 mod environment;
 mod evaluator;
+pub mod game;
 mod grasp;
 mod objective;
 mod ranking;

@@ -1,0 +1,192 @@
+//! Finite games in normal form, of any players and actions.
+
+use super::payoff::Payoff;
+use crate::error::{Error, Result};
+
+/// One player and what it may choose from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Player {
+    /// Its name; a robot's.
+    pub name: String,
+    /// Its actions' names; rules'.
+    pub actions: Vec<String>,
+}
+
+/// A game in normal form. Profiles, one action for each player, are numbered with the
+/// first player's action varying slowest: the order of
+/// [`RuleAssignment::all`](crate::dispatch::RuleAssignment::all).
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Game {
+    players: Vec<Player>,
+    /// How far apart two profiles are that differ by one in a player's action.
+    strides: Vec<usize>,
+    /// Profile by profile, one a player.
+    payoffs: Vec<Payoff>,
+    /// What each profile is worth to all together.
+    welfare: Vec<Payoff>,
+}
+
+impl Game {
+    /// A game with `payoffs` profile by profile, one a player, and the welfare of each
+    /// profile.
+    ///
+    /// # Errors
+    /// A player without actions, another number of payoffs or welfares than profiles.
+    pub fn new(players: Vec<Player>, payoffs: Vec<Payoff>, welfare: Vec<Payoff>) -> Result<Self> {
+        let mut strides = vec![1usize; players.len()];
+        for i in (1..players.len()).rev() {
+            strides[i - 1] = strides[i].saturating_mul(players[i].actions.len());
+        }
+        let profiles = players
+            .iter()
+            .fold(1usize, |n, player| n.saturating_mul(player.actions.len()));
+        let right = profiles > 0
+            && welfare.len() == profiles
+            && payoffs.len() == profiles.saturating_mul(players.len());
+        if !right {
+            return Err(Error::input(
+                "game",
+                format!(
+                    "{} payoffs and {} welfares for {} players and {profiles} profiles",
+                    payoffs.len(),
+                    welfare.len(),
+                    players.len()
+                ),
+                "give every player an action, every profile one welfare and one payoff a player",
+            ));
+        }
+        Ok(Self {
+            players,
+            strides,
+            payoffs,
+            welfare,
+        })
+    }
+
+    /// A game whose welfare is the sum of the players' payoffs.
+    ///
+    /// # Errors
+    /// As for [`Game::new`].
+    pub fn of_payoffs(players: Vec<Player>, payoffs: Vec<Payoff>) -> Result<Self> {
+        let welfare = payoffs
+            .chunks(players.len().max(1))
+            .map(|profile| profile.iter().copied().sum())
+            .collect();
+        Self::new(players, payoffs, welfare)
+    }
+
+    /// The players.
+    pub fn players(&self) -> &[Player] {
+        &self.players
+    }
+
+    /// Number of profiles.
+    pub fn profiles(&self) -> usize {
+        self.welfare.len()
+    }
+
+    /// What every player gets in `profile`.
+    pub fn payoffs(&self, profile: usize) -> &[Payoff] {
+        let n = self.players.len();
+        &self.payoffs[profile * n..(profile + 1) * n]
+    }
+
+    /// What `player` gets in `profile`.
+    pub fn payoff(&self, profile: usize, player: usize) -> Payoff {
+        self.payoffs[profile * self.players.len() + player]
+    }
+
+    /// What `profile` is worth to all together.
+    pub fn welfare(&self, profile: usize) -> Payoff {
+        self.welfare[profile]
+    }
+
+    /// Number of actions of `player`.
+    pub fn actions(&self, player: usize) -> usize {
+        self.players[player].actions.len()
+    }
+
+    /// What `player` does in `profile`.
+    pub fn action(&self, profile: usize, player: usize) -> usize {
+        profile / self.strides[player] % self.actions(player)
+    }
+
+    /// `profile` with `player` doing `action` instead.
+    pub fn with(&self, profile: usize, player: usize, action: usize) -> usize {
+        let stride = self.strides[player];
+        profile - self.action(profile, player) * stride + action * stride
+    }
+
+    /// The names of the actions of `profile`, one a player.
+    pub fn names(&self, profile: usize) -> Vec<&str> {
+        (0..self.players.len())
+            .map(|player| self.players[player].actions[self.action(profile, player)].as_str())
+            .collect()
+    }
+
+    /// The most that `player` can get against what the others do in `profile`.
+    pub fn best_payoff(&self, profile: usize, player: usize) -> Payoff {
+        let own = self.payoff(profile, player);
+        (0..self.actions(player))
+            .map(|action| self.payoff(self.with(profile, player, action), player))
+            .fold(own, Ord::max)
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+
+    /// A game of two players from a table of (row's payoff, column's payoff).
+    pub fn two_players(table: &[&[(i32, i32)]]) -> Game {
+        let player = |name: &str, count: usize| Player {
+            name: name.into(),
+            actions: (1..=count).map(|i| format!("{name}{i}")).collect(),
+        };
+        let players = vec![player("row", table.len()), player("column", table[0].len())];
+        let cells = table.iter().flat_map(|row| row.iter());
+        let payoffs = cells.flat_map(|&(a, b)| [Payoff::whole(a), Payoff::whole(b)]);
+        Game::of_payoffs(players, payoffs.collect()).unwrap()
+    }
+
+    /// Both confess: 5 years each; both keep silent: 1 year each. Payoffs are years
+    /// at liberty out of ten.
+    pub fn prisoners_dilemma() -> Game {
+        two_players(&[&[(9, 9), (0, 10)], &[(10, 0), (5, 5)]])
+    }
+
+    pub fn matching_pennies() -> Game {
+        two_players(&[&[(1, -1), (-1, 1)], &[(-1, 1), (1, -1)]])
+    }
+
+    /// Two equilibria, one twice as good; miscoordination is worth nothing.
+    pub fn coordination() -> Game {
+        two_players(&[&[(2, 2), (0, 0)], &[(0, 0), (1, 1)]])
+    }
+
+    #[test]
+    fn profiles_are_numbered_as_assignments_are() {
+        let game = two_players(&[&[(1, 2), (3, 4), (5, 6)], &[(7, 8), (9, 10), (11, 12)]]);
+        assert_eq!(game.profiles(), 6);
+        assert_eq!(game.names(2), ["row1", "column3"]);
+        assert_eq!(game.with(2, 0, 1), 5);
+        assert_eq!(game.with(5, 1, 0), 3);
+        assert_eq!(game.payoffs(4), [Payoff::whole(9), Payoff::whole(10)]);
+        assert_eq!(game.welfare(4), Payoff::whole(19));
+        assert_eq!(game.best_payoff(0, 1), Payoff::whole(6));
+    }
+
+    #[test]
+    fn tables_of_the_wrong_size_are_refused() {
+        let player = |count| Player {
+            name: "a".into(),
+            actions: vec!["x".into(); count],
+        };
+        let zeros = |count| vec![Payoff::default(); count];
+        assert!(Game::new(vec![player(2)], zeros(2), zeros(2)).is_ok());
+        assert!(Game::new(vec![player(2)], zeros(3), zeros(2)).is_err());
+        assert!(Game::new(vec![player(2)], zeros(2), zeros(1)).is_err());
+        assert!(Game::new(vec![player(0)], zeros(0), zeros(0)).is_err());
+        assert!(Game::of_payoffs(vec![player(2), player(3)], zeros(12)).is_ok());
+    }
+}
