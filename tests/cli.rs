@@ -33,6 +33,7 @@ fn every_verb_runs_without_arguments() {
         "optimize",
         "compare",
         "sweep",
+        "game",
         "simulate",
         "pattern",
         "station",

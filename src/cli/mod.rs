@@ -2,6 +2,7 @@
 
 mod args;
 mod compare;
+mod game;
 mod optimize;
 mod pattern;
 mod pattern_set;
@@ -54,6 +55,7 @@ fn run(command: Command, session: &Session) -> Result<()> {
         Command::Compare(args) => compare::run(&args, session),
         Command::Sweep(args) => sweep::run(&args, session),
         Command::Optimize(args) => optimize::run(&args, session),
+        Command::Game(args) => game::run(&args, session),
         Command::Simulate(args) => simulate::run(&args, session),
         Command::Pattern(args) => pattern::run(args.command.unwrap_or_default(), session),
         Command::Station(args) => station::run(args.command.unwrap_or_default(), session),

@@ -15,12 +15,13 @@ pub struct Session {
 
 /// Flags that cannot change a result, and whether they take a value; they are left
 /// out of the recorded command line.
-const WITHOUT_EFFECT: [(&str, bool); 8] = [
+const WITHOUT_EFFECT: [(&str, bool); 9] = [
     ("--threads", true),
     ("--format", true),
     ("--out", true),
     ("--trace", true),
     ("--html", true),
+    ("--nfg", true),
     ("--top", true),
     ("--quiet", false),
     ("-q", false),

@@ -2,6 +2,9 @@
 
 mod comparison;
 mod description;
+mod game;
+mod game_table;
+mod nfg;
 mod optimum;
 mod palette;
 mod provenance;
@@ -13,6 +16,8 @@ mod table;
 
 pub use comparison::ComparisonReport;
 pub use description::description_table;
+pub use game::GameReport;
+pub use nfg::nfg_text;
 pub use optimum::{OptimumReport, ValidationReport};
 pub use provenance::{Provenance, station_hash};
 pub use replay::{check_replay, replay_page};
