@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Runs every test. Needs only the Rust toolchain; what else a test wants is installed
-# here. Arguments go to `cargo test`.
+# Runs every test. Needs only the Rust toolchain and Python 3; what else a test wants
+# is installed here. Arguments go to `cargo test`.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 cargo test --locked "$@"
@@ -8,3 +8,5 @@ cargo test --locked "$@"
 cargo test --locked --bench engines
 # The pages that reports write, in a browser.
 bash tests/browser/run.sh
+# Equilibria against an independent solver, which it installs under target/.
+bash tests/gambit/run.sh
