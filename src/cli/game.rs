@@ -20,9 +20,9 @@ pub fn run(args: &GameArgs, session: &Session) -> Result<()> {
     files::check_target(args.nfg.as_deref())?;
     let station = args.station.load()?;
     check_size(&station)?;
-    let source: PatternSource = args.patterns.parse()?;
-    let (items, seed) = (args.items, args.common.seed);
-    let recipe = pattern_set::recipe(items, &args.attributes, seed, &source, &station)?;
+    let source: PatternSource = args.set.patterns.parse()?;
+    let (items, seed) = (args.set.items, args.common.seed);
+    let recipe = pattern_set::recipe(items, &args.set.attributes, seed, &source, &station)?;
     let solve = || report(args, session, &station, &source, &recipe);
     let report = args.common.on_threads(solve)?;
     args.common.write_out("game.json", &json(&report)?)?;

@@ -48,9 +48,9 @@ struct Job<'a> {
 impl<'a> Job<'a> {
     fn new(args: &'a OptimizeArgs) -> Result<Self> {
         let station = args.station.load()?;
-        let source: PatternSource = args.patterns.parse()?;
-        let (items, seed) = (args.items, args.common.seed);
-        let recipe = pattern_set::recipe(items, &args.attributes, seed, &source, &station)?;
+        let source: PatternSource = args.set.patterns.parse()?;
+        let (items, seed) = (args.set.items, args.common.seed);
+        let recipe = pattern_set::recipe(items, &args.set.attributes, seed, &source, &station)?;
         source.check_fresh(&recipe, args.validate)?;
         let scan = SpeedScan::new(args.speed_step, &station)?;
         let grasp = Grasp {

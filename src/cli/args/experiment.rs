@@ -1,0 +1,130 @@
+//! What `pickline compare` and `pickline sweep` are given.
+
+use super::{Common, StationChoice};
+use clap::Args;
+
+/// Set strategies side by side on the paper's cases or your own
+///
+/// Robust GT is the assignment that is best over a training set, greedy GT the best for
+/// every single pattern. Differences to robust GT are paired over patterns, with 95 %
+/// intervals. With --out DIR writes picked_time.csv, picking_rate.csv (the paper's Tables
+/// 2 and 3), runs.csv (every run) and compare.json.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Examples:
+  pickline compare --paper
+  pickline compare --cases dense --strategy rules:SPT,SPT --out results/
+  pickline compare --station my-line.toml --cases my-cases.toml
+
+A case file is TOML, one [[case]] each:
+  [[case]]
+  name = \"dense\"
+  poisson = 0.12        # radius [m]; or grid = SPACING, or pattern = \"FILE.csv\"
+  items = 150")]
+pub struct CompareArgs {
+    #[command(flatten)]
+    pub station: StationChoice,
+    #[command(flatten)]
+    pub common: Common,
+    /// Cases: paper, dense, all, or a TOML file
+    #[arg(long, value_name = "SET|FILE", default_value = "paper")]
+    pub cases: String,
+    /// A further strategy, written as for simulate; may be given several times
+    #[arg(long, value_name = "STRATEGY")]
+    pub strategy: Vec<String>,
+    #[command(flatten)]
+    pub training: TrainingArgs,
+    /// Leave greedy GT out
+    #[arg(long)]
+    pub no_greedy: bool,
+    /// Patterns of each random case
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 100,
+        allow_negative_numbers = true
+    )]
+    pub replicates: usize,
+    /// Print the paper's own figures beside ours
+    #[arg(long)]
+    pub paper: bool,
+    /// Decisions at multiples of 1/HZ seconds only; 0 is exact
+    #[arg(
+        long,
+        value_name = "HZ",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    pub update_hz: f64,
+}
+
+/// Where robust GT comes from.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Robust GT")]
+pub struct TrainingArgs {
+    /// Its assignment instead of the best on the training set, the balanced set of
+    /// `optimize`
+    #[arg(long, value_name = "R1,R2,...")]
+    pub robust: Option<String>,
+    /// Items in each pattern of the training set
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 150,
+        allow_negative_numbers = true
+    )]
+    pub train_items: usize,
+}
+
+/// Vary belt speed, robots, spacing or reach, and say how far up everything is picked
+///
+/// Answers how fast the belt may run, and whether one more robot or a slower belt is the
+/// better buy. Prints picked share and rates at every value and, for each strategy, the
+/// highest value up to which everything is picked, the first that misses an item and the
+/// values above it at which everything is picked again.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Examples:
+  pickline sweep
+  pickline sweep --patterns poisson:0.15:100 --items 150 --strategy SPT,SPT --out results/
+  pickline sweep --sweep robots --patterns balanced:20 --items 150")]
+pub struct SweepArgs {
+    #[command(flatten)]
+    pub station: StationChoice,
+    #[command(flatten)]
+    pub common: Common,
+    /// What is varied: speed, robots, spacing, reach
+    #[arg(long, value_name = "NAME", default_value = "speed")]
+    pub sweep: String,
+    /// First value [default: from the station]
+    #[arg(long, value_name = "X", allow_negative_numbers = true)]
+    pub from: Option<f64>,
+    /// Last value [default: from the station]
+    #[arg(long, value_name = "X", allow_negative_numbers = true)]
+    pub to: Option<f64>,
+    /// Between two values [default: from the station]
+    #[arg(long, value_name = "X", allow_negative_numbers = true)]
+    pub step: Option<f64>,
+    /// Patterns, written as for optimize
+    #[arg(long, value_name = "SET", default_value = "grid:0.15")]
+    pub patterns: String,
+    /// Items in each generated pattern [default: 50]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub items: Option<usize>,
+    /// A further strategy, written as for simulate; may be given several times
+    #[arg(long, value_name = "STRATEGY")]
+    pub strategy: Vec<String>,
+    /// With greedy GT, the assignment of the highest picking rate at every value
+    #[arg(long)]
+    pub greedy: bool,
+    #[command(flatten)]
+    pub training: TrainingArgs,
+    /// Decisions at multiples of 1/HZ seconds only; 0 is exact
+    #[arg(
+        long,
+        value_name = "HZ",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    pub update_hz: f64,
+}

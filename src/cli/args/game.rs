@@ -1,0 +1,56 @@
+//! What `pickline game` is given.
+
+use super::{Common, PatternSetArgs, StationChoice};
+use clap::{Args, ValueEnum};
+use std::path::PathBuf;
+
+/// Solve the line as a game: robots are players, rules their actions
+///
+/// Finds all pure Nash equilibria of a line of up to four robots, the social optimum,
+/// the prices of anarchy and of stability, where iterated best response ends from every
+/// start, and the rules that are dominated. `--nfg` writes the game for Gambit.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Examples:
+  pickline game --robots 3 --payoff total
+  pickline game --station my-line.toml --patterns recorded/ --out game/
+  pickline game --format csv --nfg line.nfg")]
+pub struct GameArgs {
+    #[command(flatten)]
+    pub station: StationChoice,
+    #[command(flatten)]
+    pub common: Common,
+    #[command(flatten)]
+    pub set: PatternSetArgs,
+    /// What each robot is paid
+    #[arg(long, value_enum, default_value_t = PayoffArg::Own, help_heading = "Game")]
+    pub payoff: PayoffArg,
+    /// Write the game into this file, in Gambit's strategic game format; `-` prints it
+    /// instead of the result
+    #[arg(long, value_name = "FILE", help_heading = "Game")]
+    pub nfg: Option<PathBuf>,
+    /// Decisions at multiples of 1/HZ seconds only; 0 is exact
+    #[arg(
+        long,
+        value_name = "HZ",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    pub update_hz: f64,
+    /// Equilibria and cycles to print in the table
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 10,
+        allow_negative_numbers = true
+    )]
+    pub top: usize,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum PayoffArg {
+    /// Its own picks per minute
+    Own,
+    /// The line's picks per minute
+    Total,
+}

@@ -1,0 +1,138 @@
+//! The arguments as they are typed. Nothing below the command line ever sees clap.
+
+mod experiment;
+mod game;
+mod optimize;
+mod pattern;
+mod simulate;
+mod station;
+
+pub use experiment::{CompareArgs, SweepArgs, TrainingArgs};
+pub use game::{GameArgs, PayoffArg};
+pub use optimize::{OptimizeArgs, SearchArg};
+pub use pattern::{
+    AxisArg, DescribeArgs, GenerateArgs, ImportCommand, MotArgs, PatternArgs, PatternCommand,
+    PatternKind,
+};
+pub use simulate::SimulateArgs;
+pub use station::{StationArgs, StationCommand};
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::path::PathBuf;
+
+/// Decides which robot picks what from a moving belt: finds the robust dispatching
+/// rule for each robot of a line, and simulates any strategy exactly.
+#[derive(Debug, Parser)]
+#[command(
+    version,
+    arg_required_else_help = true,
+    after_long_help = "\
+Every verb runs without arguments on built-in defaults: the station `paper` with two
+robots and, where one pattern is needed, the grid of 0.15 m with 50 items.
+
+Exit codes: 0 done, 1 failed, 2 wrong usage or input, 130 interrupted (with the best
+found so far printed)."
+)]
+pub struct Cli {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    Optimize(Box<OptimizeArgs>),
+    Compare(Box<CompareArgs>),
+    Sweep(Box<SweepArgs>),
+    Game(Box<GameArgs>),
+    Simulate(Box<SimulateArgs>),
+    Pattern(PatternArgs),
+    Station(StationArgs),
+    /// Print a completion script for a shell
+    #[command(after_help = "Example: pickline completions bash > /etc/bash_completion.d/pickline")]
+    Completions {
+        /// The shell; found out from the environment when not given
+        shell: Option<clap_complete::Shell>,
+    },
+}
+
+/// How results are printed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    /// For people
+    Table,
+    /// Everything, one object
+    Json,
+    /// The main table, for other programs
+    Csv,
+}
+
+/// The line that a verb works on.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Station")]
+pub struct StationChoice {
+    /// Station file (TOML), or a built-in: paper, paper-narrow
+    #[arg(long, value_name = "FILE|NAME", default_value = "paper")]
+    pub station: String,
+    /// Number of robots; needs a built-in station or a file with a [line]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub robots: Option<usize>,
+    /// Belt speed [m/s] instead of the station's
+    #[arg(long, value_name = "V", allow_negative_numbers = true)]
+    pub belt_speed: Option<f64>,
+}
+
+/// What every verb that computes has in common.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Common")]
+pub struct Common {
+    /// Master seed of everything random
+    #[arg(
+        long,
+        value_name = "S",
+        default_value_t = 1,
+        allow_negative_numbers = true
+    )]
+    pub seed: u64,
+    /// Threads; all cores when not given. Results do not depend on it
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub threads: Option<usize>,
+    /// How the result is printed on stdout
+    #[arg(long, value_enum, default_value_t = Format::Table)]
+    pub format: Format,
+    /// Also write the result files into this folder
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// No progress and no remarks on stderr
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// What generated items carry besides their position.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Item attributes")]
+pub struct AttributeArgs {
+    /// Item areas [cm^2]: const:V, uniform:LOW,HIGH, lognormal:MEDIAN,SIGMA, beta:A,B
+    #[arg(long, value_name = "DIST")]
+    pub area: Option<String>,
+    /// Detection probabilities, a distribution as for --area
+    #[arg(long, value_name = "DIST")]
+    pub p_detection: Option<String>,
+    /// Grasp probabilities, a distribution as for --area
+    #[arg(long, value_name = "DIST")]
+    pub p_grasp: Option<String>,
+}
+
+/// The patterns that assignments are judged on.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Patterns")]
+pub struct PatternSetArgs {
+    /// Patterns: balanced[:N] (N grids and N Poisson disk patterns over 0.15 to 0.4 m),
+    /// grid:SPACING, poisson:RADIUS[:N], a CSV file or a folder of them
+    #[arg(long, value_name = "SET", default_value = "balanced:120")]
+    pub patterns: String,
+    /// Items in each generated pattern [default: 150]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub items: Option<usize>,
+    #[command(flatten)]
+    pub attributes: AttributeArgs,
+}

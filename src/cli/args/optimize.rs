@@ -1,0 +1,103 @@
+//! What `pickline optimize` is given.
+
+use super::{Common, PatternSetArgs, StationChoice};
+use clap::{Args, ValueEnum};
+
+/// Find the rule for each robot that picks best whatever the pattern
+///
+/// Scores assignments of the dispatching rules on the same set of patterns, ranks them with paired 95 % intervals, breaks ties by the highest belt
+/// speed at which everything is picked, and scores the winner again on fresh patterns.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Examples:
+  pickline optimize --robots 3
+  pickline optimize --station my-line.toml --patterns recorded/ --objective picked-share
+  pickline optimize --robots 6 --search grasp --risk cvar:0.1 --format json")]
+pub struct OptimizeArgs {
+    #[command(flatten)]
+    pub station: StationChoice,
+    #[command(flatten)]
+    pub common: Common,
+    #[command(flatten)]
+    pub set: PatternSetArgs,
+    /// What to maximise: picking-rate, picked-share, weighted-rate, max-speed
+    #[arg(
+        long,
+        value_name = "NAME",
+        default_value = "picking-rate",
+        help_heading = "Search"
+    )]
+    pub objective: String,
+    /// Over the patterns: mean, worst, or cvar:A (mean of the worst share A)
+    #[arg(
+        long,
+        value_name = "RISK",
+        default_value = "mean",
+        help_heading = "Search"
+    )]
+    pub risk: String,
+    /// Resolution of speed limits [m/s]
+    #[arg(
+        long,
+        value_name = "V",
+        default_value_t = 0.001,
+        help_heading = "Search",
+        allow_negative_numbers = true
+    )]
+    pub speed_step: f64,
+    /// auto enumerates all 6^N assignments while that costs less than GRASP; both
+    /// states GRASP's gap to the optimum
+    #[arg(long, value_enum, default_value_t = SearchArg::Auto, help_heading = "Search")]
+    pub search: SearchArg,
+    /// GRASP: number of starts
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 8,
+        help_heading = "Search",
+        allow_negative_numbers = true
+    )]
+    pub starts: usize,
+    /// GRASP: width of the restricted candidate list, 0 greedy to 1 random
+    #[arg(
+        long,
+        value_name = "A",
+        default_value_t = 0.3,
+        help_heading = "Search",
+        allow_negative_numbers = true
+    )]
+    pub alpha: f64,
+    /// Fresh patterns (another seed) to score the winner on; 0 for none
+    #[arg(
+        long,
+        value_name = "K",
+        default_value_t = 1000,
+        help_heading = "Search",
+        allow_negative_numbers = true
+    )]
+    pub validate: usize,
+    /// Decisions at multiples of 1/HZ seconds only; 0 is exact
+    #[arg(
+        long,
+        value_name = "HZ",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    pub update_hz: f64,
+    /// Lines of the ranking to print in the table
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 10,
+        allow_negative_numbers = true
+    )]
+    pub top: usize,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum SearchArg {
+    Auto,
+    Exhaustive,
+    Grasp,
+    Both,
+}

@@ -1,0 +1,182 @@
+//! What `pickline pattern` is given.
+
+use super::{AttributeArgs, Format, StationChoice};
+use clap::{Args, Subcommand, ValueEnum};
+use std::path::PathBuf;
+
+/// Generate, describe or import patterns
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Examples:
+  pickline pattern generate poisson --radius 0.2 --count 29 --output p.csv
+  pickline pattern describe p.csv
+  pickline pattern import mot tracks.txt --fps 30 --scale 0.0015 --axis x --belt-speed 0.1")]
+pub struct PatternArgs {
+    #[command(subcommand)]
+    pub command: Option<PatternCommand>,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum PatternCommand {
+    /// Write a generated pattern as CSV
+    #[command(after_long_help = "\
+Example:
+  pickline pattern generate poisson --radius 0.2 --count 29 --area lognormal:80,0.5")]
+    Generate(Box<GenerateArgs>),
+    /// Print the figures of a pattern
+    #[command(after_long_help = "Example:\n  pickline pattern describe items.csv --format json")]
+    Describe(DescribeArgs),
+    /// Turn a recording of another program into a pattern
+    #[command(subcommand)]
+    Import(ImportCommand),
+}
+
+impl Default for PatternCommand {
+    /// What `pickline pattern` alone does.
+    fn default() -> Self {
+        Self::Describe(DescribeArgs {
+            file: None,
+            belt_speed: 0.05,
+            format: Format::Table,
+        })
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum PatternKind {
+    /// A square lattice
+    Grid,
+    /// A maximal Poisson disk sample
+    Poisson,
+}
+
+#[derive(Debug, Args)]
+pub struct GenerateArgs {
+    /// Which kind
+    #[arg(value_enum, default_value_t = PatternKind::Grid)]
+    pub kind: PatternKind,
+    /// Number of items [default: 50 for a grid, 29 for Poisson disk]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub count: Option<usize>,
+    /// Grid: spacing [m] [default: 0.15]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    pub spacing: Option<f64>,
+    /// Poisson disk: least distance between two items [m] [default: 0.2]
+    #[arg(long, value_name = "R", allow_negative_numbers = true)]
+    pub radius: Option<f64>,
+    /// Belt width [m] [default: the station's]
+    #[arg(long, value_name = "W", allow_negative_numbers = true)]
+    pub width: Option<f64>,
+    #[command(flatten)]
+    pub station: StationChoice,
+    #[command(flatten)]
+    pub attributes: AttributeArgs,
+    /// Seed of everything random
+    #[arg(
+        long,
+        value_name = "S",
+        default_value_t = 1,
+        allow_negative_numbers = true
+    )]
+    pub seed: u64,
+    /// Write to this file instead of stdout
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub struct DescribeArgs {
+    /// Pattern file (CSV), `-` for stdin; the grid of 0.15 m with 50 items when not given
+    pub file: Option<String>,
+    /// Belt speed [m/s] for the arrival rate
+    #[arg(
+        long,
+        value_name = "V",
+        default_value_t = 0.05,
+        allow_negative_numbers = true
+    )]
+    pub belt_speed: f64,
+    /// How the figures are printed
+    #[arg(long, value_enum, default_value_t = Format::Table)]
+    pub format: Format,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum ImportCommand {
+    /// From a tracker's MOTChallenge text file
+    ///
+    /// One item a track: its belt position from all its frames, its area from the
+    /// box, its detection probability from the confidence. What was dropped and why is
+    /// told on stderr.
+    #[command(after_long_help = "\
+Example:
+  pickline pattern import mot tracks.txt --fps 30 --scale 0.0015 --axis x \\
+      --belt-speed 0.1 --output p.csv")]
+    Mot(Box<MotArgs>),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum AxisArg {
+    /// The belt travels along the image's x axis
+    X,
+    /// The belt travels along the image's y axis
+    Y,
+}
+
+#[derive(Debug, Args)]
+pub struct MotArgs {
+    /// The tracker's file: frame,id,left,top,width,height,conf,...
+    pub file: PathBuf,
+    /// Frames per second of the recording
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
+    pub fps: f64,
+    /// Metres per pixel on the belt
+    #[arg(long, value_name = "M_PER_PX", allow_negative_numbers = true)]
+    pub scale: f64,
+    /// The image axis along which the belt travels
+    #[arg(long, value_enum)]
+    pub axis: AxisArg,
+    /// The belt travels towards smaller pixel values
+    #[arg(long)]
+    pub reverse: bool,
+    /// Belt speed during the recording [m/s]
+    #[arg(long, value_name = "V", allow_negative_numbers = true)]
+    pub belt_speed: f64,
+    /// Pixel of the belt's centre line across the travel [default: midway between the
+    /// outermost items]
+    #[arg(long, value_name = "PX", allow_negative_numbers = true)]
+    pub centre_px: Option<f64>,
+    /// Tracks seen in fewer frames are dropped
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 2,
+        allow_negative_numbers = true
+    )]
+    pub min_frames: usize,
+    /// An id that jumps by more along the belt is another item [m]
+    #[arg(
+        long,
+        value_name = "M",
+        default_value_t = 0.1,
+        allow_negative_numbers = true
+    )]
+    pub split_distance: f64,
+    /// Tracks one after the other that agree this well are one item [m]
+    #[arg(
+        long,
+        value_name = "M",
+        default_value_t = 0.02,
+        allow_negative_numbers = true
+    )]
+    pub merge_distance: f64,
+    /// Write to this file instead of stdout
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Also write what was dropped, split and merged, and why, into this JSON file
+    #[arg(long, value_name = "FILE")]
+    pub report: Option<PathBuf>,
+    /// Do not tell on stderr what was dropped
+    #[arg(short, long)]
+    pub quiet: bool,
+}

@@ -1,0 +1,69 @@
+//! What `pickline simulate` is given.
+
+use super::{Common, StationChoice};
+use clap::Args;
+use std::path::PathBuf;
+
+/// Run one strategy on one pattern, exactly
+///
+/// Jumps from decision to decision; there is no time step. Says for every item that
+/// was not picked why: unreachable, passed_over or busy.
+#[derive(Debug, Args)]
+#[command(after_long_help = simulate_help())]
+pub struct SimulateArgs {
+    #[command(flatten)]
+    pub station: StationChoice,
+    #[command(flatten)]
+    pub common: Common,
+    /// Pattern file (CSV), `-` for stdin; the grid of 0.15 m with 50 items when not given
+    #[arg(long, value_name = "FILE")]
+    pub pattern: Option<String>,
+    /// Strategy: rules:R1,R2,... with one rule for each robot, upstream first
+    /// [default: SPT for all but the last, FIFO for the last]
+    #[arg(long, value_name = "STRATEGY")]
+    pub strategy: Option<String>,
+    /// Decisions at multiples of 1/HZ seconds only; 0 is exact
+    #[arg(
+        long,
+        value_name = "HZ",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    pub update_hz: f64,
+    /// Have the independent checker verify the run; exit code 1 if it refutes it
+    #[arg(long)]
+    pub check: bool,
+    /// Write every event of the run into this CSV file
+    #[arg(long, value_name = "FILE")]
+    pub trace: Option<PathBuf>,
+    /// Write a replay of the run into this HTML file, to be opened in any browser
+    #[arg(long, value_name = "FILE")]
+    pub html: Option<PathBuf>,
+}
+
+/// What can be simulated, from the registries, and examples.
+fn simulate_help() -> String {
+    let mut help = "Strategies:\n".to_owned();
+    for kind in crate::strategies::STRATEGIES {
+        help += &format!("  {:<18}{}\n", kind.form, kind.summary);
+    }
+    help += "\nRules, each picking the candidate with the smallest key:\n";
+    for rule in crate::dispatch::RULES {
+        help += &format!(
+            "  {:<6}{:<26}{}\n",
+            rule.name(),
+            rule.title(),
+            rule.key_text()
+        );
+    }
+    help += "\nBuilt-in stations:\n";
+    for built_in in crate::station::BUILT_INS {
+        help += &format!("  {:<14}{}\n", built_in.name, built_in.summary);
+    }
+    help + "\n\
+Examples:
+  pickline simulate --strategy rules:SPT,FIFO --format json
+  pickline pattern generate poisson | pickline simulate --pattern - --check
+  pickline simulate --station my-line.toml --pattern items.csv --trace events.csv
+  pickline simulate --robots 3 --html replay.html"
+}

@@ -1,0 +1,63 @@
+//! What `pickline station` is given.
+
+use super::StationChoice;
+use clap::{Args, Subcommand};
+use std::path::PathBuf;
+
+/// Show, check or start a station file
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Examples:
+  pickline station show --robots 3
+  pickline station init my-line.toml && pickline station check my-line.toml")]
+pub struct StationArgs {
+    #[command(subcommand)]
+    pub command: Option<StationCommand>,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum StationCommand {
+    /// Print the resolved station as TOML
+    #[command(after_long_help = "Example:\n  pickline station show --robots 3 --svg station.svg")]
+    Show {
+        #[command(flatten)]
+        station: StationChoice,
+        /// Also draw the station into this SVG file
+        #[arg(long, value_name = "FILE")]
+        svg: Option<PathBuf>,
+        /// With the items of this pattern file (CSV) on the belt instead of random ones
+        #[arg(long, value_name = "FILE", requires = "svg")]
+        pattern: Option<String>,
+    },
+    /// Check a station file and say what it amounts to
+    #[command(after_long_help = "Example:\n  pickline station check my-line.toml")]
+    Check {
+        /// The file, or a built-in station
+        #[arg(default_value = "paper")]
+        file: String,
+    },
+    /// Write a commented station file to start from
+    #[command(after_long_help = "Example:\n  pickline station init my-line.toml")]
+    Init {
+        /// Where to; stdout when not given
+        file: Option<PathBuf>,
+        /// Overwrite the file if it exists
+        #[arg(long)]
+        force: bool,
+    },
+}
+
+impl Default for StationCommand {
+    /// What `pickline station` alone does.
+    fn default() -> Self {
+        Self::Show {
+            station: StationChoice {
+                station: "paper".into(),
+                robots: None,
+                belt_speed: None,
+            },
+            svg: None,
+            pattern: None,
+        }
+    }
+}
