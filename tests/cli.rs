@@ -1,26 +1,15 @@
 //! The program as its users call it.
 
+mod common;
+
+use common::{pickline, text};
 use serde_json::Value;
 use std::io::{BufRead as _, Read as _, Write as _};
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Stdio};
 
 /// Assignments of two robots.
 fn pairs() -> usize {
     pickline::dispatch::RULES.len().pow(2)
-}
-
-fn pickline(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_pickline"))
-        .args(arguments)
-        .output()
-        .unwrap()
-}
-
-fn text(arguments: &[&str]) -> String {
-    let output = pickline(arguments);
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{arguments:?}: {stderr}");
-    String::from_utf8(output.stdout).unwrap()
 }
 
 fn json(arguments: &[&str]) -> Value {

@@ -16,18 +16,11 @@ use std::process::{Command, Output};
 use std::sync::atomic::AtomicBool;
 
 fn pickline(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_pickline"))
-        .arg("game")
-        .args(arguments)
-        .output()
-        .unwrap()
+    common::pickline(&[&["game"], arguments].concat())
 }
 
 fn text(arguments: &[&str]) -> String {
-    let output = pickline(arguments);
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{arguments:?}: {stderr}");
-    String::from_utf8(output.stdout).unwrap()
+    common::text(&[&["game"], arguments].concat())
 }
 
 fn solved(arguments: &[&str]) -> Value {

@@ -48,8 +48,13 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
     let report = args.common.on_threads(|| {
         let training = &args.training;
         let seed = args.common.seed;
-        let (robust, note) =
-            robust_assignment(training, &station, seed, args.update_hz, &environment)?;
+        let (robust, note) = robust_assignment(
+            training,
+            &station,
+            seed,
+            args.common.update_hz,
+            &environment,
+        )?;
         let methods = std::iter::once(Method::Robust(robust))
             .chain(others)
             .collect();
@@ -59,7 +64,7 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
             &cases,
             args.replicates,
             first_seed,
-            args.update_hz,
+            args.common.update_hz,
             &environment,
         )?;
         let made = Provenance::new(

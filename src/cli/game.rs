@@ -66,7 +66,7 @@ fn report(
         stop: session.stop(),
         progress: &bar,
     };
-    let hz = args.update_hz;
+    let hz = args.common.update_hz;
     let line = LineGame::new(station, &set.patterns, payoff, hz, &environment)?;
     let mut notes = pattern_set::notes(&set, line.independent, line.patterns);
     if line.patterns < set.patterns.len() {

@@ -89,8 +89,12 @@ impl<'a> Job<'a> {
             self.station.belt().speed,
             set.description
         ));
-        let evaluator =
-            Evaluator::new(&self.station, &set.patterns, self.objective, args.update_hz)?;
+        let evaluator = Evaluator::new(
+            &self.station,
+            &set.patterns,
+            self.objective,
+            args.common.update_hz,
+        )?;
         let optimum = optimize(&evaluator, &self.search, environment)?;
         let validation = self.validation(&optimum, environment)?;
         let mut notes = self.notes(&set, &evaluator, &optimum);
@@ -146,7 +150,7 @@ impl<'a> Job<'a> {
         let Some(fresh) = self.source.draw_fresh(&recipe, count)? else {
             return Ok(None);
         };
-        let hz = self.args.update_hz;
+        let hz = self.args.common.update_hz;
         let evaluator = Evaluator::new(&self.station, &fresh.patterns, self.objective, hz)?;
         let best = optimum.ranking.best();
         let flow = chosen_flow(self.objective, best);

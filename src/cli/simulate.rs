@@ -34,7 +34,7 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
     }
     let scene = Scene::new(&station, &pattern)
         .map_err(|error| error.inside(args.pattern.as_deref().unwrap_or(&pattern_name)))?
-        .with_update_hz(args.update_hz)?;
+        .with_update_hz(args.common.update_hz)?;
     let mut trace = args.trace.as_ref().map(|_| Trace::new(&station, &pattern));
     let observer = trace.as_mut().map(|trace| trace as &mut dyn Observer);
     let outcome = simulate_observed(&scene, strategy.as_mut(), observer)?;

@@ -48,7 +48,12 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
     };
     let report = args.common.on_threads(|| {
         let settings = settings(args, axis, &station, lines, &environment)?;
-        let result = sweep(&settings, &set.patterns, args.update_hz, &environment)?;
+        let result = sweep(
+            &settings,
+            &set.patterns,
+            args.common.update_hz,
+            &environment,
+        )?;
         let ids: Vec<String> = settings[0]
             .methods
             .iter()
@@ -149,7 +154,7 @@ fn settings(
     let robust = |station: &Station| -> Result<Method> {
         let training = args.training.clone();
         let seed = args.common.seed;
-        robust_assignment(&training, station, seed, args.update_hz, environment)
+        robust_assignment(&training, station, seed, args.common.update_hz, environment)
             .map(|(rules, _)| Method::Robust(rules))
     };
     let once = match axis {

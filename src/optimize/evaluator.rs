@@ -41,14 +41,14 @@ type OnPattern = (Vec<f64>, Vec<f64>);
 pub struct Evaluator<'a> {
     station: &'a Station,
     patterns: &'a [Pattern],
-    scenes: Vec<Scene<'a>>,
+    /// Shared with evaluators of other objectives made from this one, as are the next.
+    scenes: Arc<Vec<Scene<'a>>>,
     objective: Objective,
     update_hz: f64,
-    /// Shared with evaluators of other objectives made from this one.
     runs: Arc<AtomicU64>,
     /// The patterns in the order in which they are evaluated: at random, so that what
     /// an interrupted search ranks by is a sample of the set and not its first part.
-    order: Vec<usize>,
+    order: Arc<Vec<usize>>,
 }
 
 impl<'a> Evaluator<'a> {
@@ -71,11 +71,11 @@ impl<'a> Evaluator<'a> {
         Ok(Self {
             station,
             patterns,
-            scenes,
+            scenes: Arc::new(scenes),
             objective,
             update_hz,
             runs: Arc::default(),
-            order,
+            order: Arc::new(order),
         })
     }
 
@@ -84,11 +84,11 @@ impl<'a> Evaluator<'a> {
         Self {
             station: self.station,
             patterns: self.patterns,
-            scenes: self.scenes.clone(),
+            scenes: Arc::clone(&self.scenes),
             objective,
             update_hz: self.update_hz,
             runs: Arc::clone(&self.runs),
-            order: self.order.clone(),
+            order: Arc::clone(&self.order),
         }
     }
 

@@ -7,9 +7,7 @@ use super::objective::{Objective, Risk};
 use super::ranking::Ranked;
 use crate::dispatch::RuleAssignment;
 use crate::error::Result;
-use crate::sim::{AssignmentTree, Scene};
 use crate::stats::{self, Interval};
-use rayon::prelude::*;
 
 /// Figures of one assignment on patterns that had no part in choosing it.
 #[derive(Debug, Clone, PartialEq)]
@@ -68,21 +66,22 @@ pub fn validate(
     let score = &evaluation.scores[0];
     let speed = flow.unwrap_or(evaluator.station().belt().speed);
     let station = evaluator.station().with_belt_speed(speed)?;
-    let tree = AssignmentTree::new(vec![assignment.clone()]);
-    let complete = evaluator
-        .patterns()
-        .par_iter()
-        .map(|pattern| {
-            let scene = Scene::new(&station, pattern)?.with_update_hz(update_hz)?;
-            let mut complete = 0;
-            tree.evaluate(&scene, |_, figures| {
-                complete = usize::from(figures.complete())
-            })?;
-            Ok(complete)
-        })
-        .collect::<Result<Vec<usize>>>()?
-        .iter()
-        .sum();
+    let shares = match flow {
+        None => evaluator.with_objective(Objective::PickedShare),
+        Some(_) => Evaluator::new(
+            &station,
+            evaluator.patterns(),
+            Objective::PickedShare,
+            update_hz,
+        )?,
+    };
+    let shares = shares.evaluate(vec![assignment.clone()], environment)?;
+    if shares.patterns.len() < patterns {
+        return Ok(None);
+    }
+    // A share of exactly 1 is k of k.
+    let values = shares.scores[0].values.iter();
+    let complete = values.filter(|share| **share == 1.0).count();
     Ok(Some(Validation {
         patterns,
         value: stats::mean(&score.values),

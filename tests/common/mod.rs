@@ -7,6 +7,22 @@ use pickline::pattern::{Item, Pattern};
 use pickline::station::{Belt, Robot, Station};
 use proptest::prelude::*;
 
+/// Runs the program.
+pub fn pickline(arguments: &[&str]) -> std::process::Output {
+    std::process::Command::new(env!("CARGO_BIN_EXE_pickline"))
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+/// What the program prints when it succeeds.
+pub fn text(arguments: &[&str]) -> String {
+    let output = pickline(arguments);
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{arguments:?}: {stderr}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
 /// Random stations of 1 to 6 unlike robots, with overlapping and disjoint windows,
 /// bins anywhere near the belt, dwell times of 0 included.
 pub fn stations() -> impl Strategy<Value = Station> {

@@ -48,14 +48,6 @@ pub struct CompareArgs {
     /// Print the paper's own figures beside ours
     #[arg(long)]
     pub paper: bool,
-    /// Decisions at multiples of 1/HZ seconds only; 0 is exact
-    #[arg(
-        long,
-        value_name = "HZ",
-        default_value_t = 0.0,
-        allow_negative_numbers = true
-    )]
-    pub update_hz: f64,
 }
 
 /// Where robust GT comes from.
@@ -119,12 +111,4 @@ pub struct SweepArgs {
     pub greedy: bool,
     #[command(flatten)]
     pub training: TrainingArgs,
-    /// Decisions at multiples of 1/HZ seconds only; 0 is exact
-    #[arg(
-        long,
-        value_name = "HZ",
-        default_value_t = 0.0,
-        allow_negative_numbers = true
-    )]
-    pub update_hz: f64,
 }

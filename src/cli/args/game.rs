@@ -29,14 +29,6 @@ pub struct GameArgs {
     /// instead of the result
     #[arg(long, value_name = "FILE", help_heading = "Game")]
     pub nfg: Option<PathBuf>,
-    /// Decisions at multiples of 1/HZ seconds only; 0 is exact
-    #[arg(
-        long,
-        value_name = "HZ",
-        default_value_t = 0.0,
-        allow_negative_numbers = true
-    )]
-    pub update_hz: f64,
     /// Equilibria and cycles to print in the table
     #[arg(
         long,

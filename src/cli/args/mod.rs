@@ -93,6 +93,14 @@ pub struct Common {
         allow_negative_numbers = true
     )]
     pub seed: u64,
+    /// Decisions at multiples of 1/HZ seconds only; 0 is exact
+    #[arg(
+        long,
+        value_name = "HZ",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    pub update_hz: f64,
     /// Threads; all cores when not given. Results do not depend on it
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub threads: Option<usize>,

@@ -76,14 +76,6 @@ pub struct OptimizeArgs {
         allow_negative_numbers = true
     )]
     pub validate: usize,
-    /// Decisions at multiples of 1/HZ seconds only; 0 is exact
-    #[arg(
-        long,
-        value_name = "HZ",
-        default_value_t = 0.0,
-        allow_negative_numbers = true
-    )]
-    pub update_hz: f64,
     /// Lines of the ranking to print in the table
     #[arg(
         long,

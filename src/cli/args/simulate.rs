@@ -22,14 +22,6 @@ pub struct SimulateArgs {
     /// [default: SPT for all but the last, FIFO for the last]
     #[arg(long, value_name = "STRATEGY")]
     pub strategy: Option<String>,
-    /// Decisions at multiples of 1/HZ seconds only; 0 is exact
-    #[arg(
-        long,
-        value_name = "HZ",
-        default_value_t = 0.0,
-        allow_negative_numbers = true
-    )]
-    pub update_hz: f64,
     /// Have the independent checker verify the run; exit code 1 if it refutes it
     #[arg(long)]
     pub check: bool,
