@@ -6,8 +6,8 @@
 //! begin alike share that work (see `AssignmentTree`).
 
 use super::claims::Claims;
-use super::event_loop::make_pick;
 use super::queue::Queue;
+use super::run::make_pick;
 use super::scene::Scene;
 use crate::decision::{Candidate, Figures, Moment, Pick};
 use crate::dispatch::{DispatchingRule, Rule};

@@ -14,6 +14,12 @@ impl Claims {
         }
     }
 
+    /// Empties the set, for `items` items from now on.
+    pub fn reset(&mut self, items: usize) {
+        self.words.clear();
+        self.words.resize(items.div_ceil(64), 0);
+    }
+
     #[inline(always)]
     pub fn contains(&self, item: u32) -> bool {
         self.words[item as usize / 64] >> (item % 64) & 1 == 1

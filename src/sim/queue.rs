@@ -6,7 +6,7 @@ use crate::decision::Candidate;
 /// The items of one robot as time passes. Each is looked at from when its window
 /// opens until it closes or is gone, so a run costs time in proportion to the items
 /// in the workspace, not on the belt.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Queue {
     /// First item of the robot's queue that has not opened yet.
     next: usize,

@@ -1,7 +1,7 @@
 //! Many assignments on one scene, with the work that they have in common done once.
 
 use super::cascade::Cascade;
-use super::event_loop::simulate;
+use super::run::Run;
 use super::scene::Scene;
 use crate::decision::Figures;
 use crate::dispatch::{Rule, RuleAssignment, RuleStrategy};
@@ -119,15 +119,16 @@ impl AssignmentTree {
                 }
             }
         } else {
+            let mut run = Run::new(scene);
             for (place, assignment) in self.assignments.iter().enumerate() {
                 if !go_on() {
                     return Ok(false);
                 }
-                let mut strategy = RuleStrategy(assignment.clone());
-                let outcome = simulate(scene, &mut strategy)?;
-                let each = outcome.robots.iter().map(|robot| robot.picked);
+                run.reset();
+                run.play(&mut RuleStrategy(assignment.clone()))?;
+                let each = run.robots().iter().map(|robot| robot.picked);
                 picks.iter_mut().zip(each).for_each(|(to, n)| *to = n);
-                visit(place, outcome.figures, &picks);
+                visit(place, run.figures(), &picks);
             }
         }
         Ok(true)
