@@ -3,6 +3,9 @@
 use crate::decision::Strategy;
 use crate::dispatch::{RuleAssignment, RuleStrategy};
 use crate::error::{Error, Result, known_names, shown};
+use crate::planning::{Budget, KEYS, Lookahead, Options};
+use std::fmt;
+use std::sync::Arc;
 
 /// One kind of strategy.
 pub struct StrategyKind {
@@ -12,34 +15,118 @@ pub struct StrategyKind {
     pub form: &'static str,
     /// One line for help texts.
     pub summary: &'static str,
-    /// Makes it from what stands after the colon, for so many robots.
-    build: fn(&str, usize) -> Result<Box<dyn Strategy>>,
+    /// Its options with what they mean.
+    pub options: &'static [(&'static str, &'static str)],
+    /// Reads what stands after the colon.
+    read: fn(&str, &Setup) -> Result<Blueprint>,
 }
 
 /// Every kind of strategy.
-pub static STRATEGIES: &[StrategyKind] = &[StrategyKind {
-    name: "rules",
-    form: "rules:R1,R2,...",
-    summary: "one dispatching rule for each robot, upstream first",
-    build: |text, robots| {
-        let rules: RuleAssignment = text.parse()?;
-        Ok(Box::new(RuleStrategy(rules.for_robots(robots)?)))
+pub static STRATEGIES: &[StrategyKind] = &[
+    StrategyKind {
+        name: "rules",
+        form: "rules:R1,R2,...",
+        summary: "one dispatching rule for each robot, upstream first",
+        options: &[],
+        read: |text, setup| {
+            let rules: RuleAssignment = text.parse()?;
+            let strategy = RuleStrategy(rules.for_robots(setup.robots)?);
+            Ok(Blueprint::new(strategy.name(), move || {
+                Box::new(strategy.clone())
+            }))
+        },
     },
-}];
+    StrategyKind {
+        name: "lookahead",
+        form: "lookahead[:KEY=VALUE,...]",
+        summary: "plans ahead for all robots over the items in view, at every decision",
+        options: &KEYS,
+        read: |text, setup| {
+            let mut options = Options::parse(text, setup.robots, setup.budget)?;
+            let name = options.written();
+            if options.bases.is_empty() {
+                options.bases = (setup.bases)()?;
+            }
+            Ok(Blueprint::new(name, move || {
+                Box::new(Lookahead::new(options.clone()))
+            }))
+        },
+    },
+];
 
-/// The strategy that `text` names, for a line of `robots` robots. Rules may stand
-/// alone: `SPT,FIFO` and `[SPT; FIFO]` mean `rules:SPT,FIFO`.
+/// The line that a strategy is for.
+pub struct Setup<'a> {
+    /// Number of robots.
+    pub robots: usize,
+    /// Finds assignments that do well on the line, best first. Asked only by strategies
+    /// that need them, as a search may stand behind it.
+    pub bases: &'a dyn Fn() -> Result<Vec<RuleAssignment>>,
+    /// What a decision may cost a strategy that plans, where its options do not say.
+    pub budget: Option<Budget>,
+}
+
+impl Setup<'_> {
+    /// Checks that `text` names a strategy, without looking for bases.
+    ///
+    /// # Errors
+    /// As for [`read`].
+    pub fn check(text: &str, robots: usize) -> Result<()> {
+        let bases = || Ok(Vec::new());
+        let setup = Setup {
+            robots,
+            bases: &bases,
+            budget: None,
+        };
+        read(text, &setup).map(drop)
+    }
+}
+
+/// A strategy read once, to be made anew for every run: runs share nothing, so that
+/// they may go in any order and at the same time.
+#[derive(Clone)]
+pub struct Blueprint {
+    name: String,
+    make: Arc<dyn Fn() -> Box<dyn Strategy> + Send + Sync>,
+}
+
+impl Blueprint {
+    fn new(name: String, make: impl Fn() -> Box<dyn Strategy> + Send + Sync + 'static) -> Self {
+        Self {
+            name,
+            make: Arc::new(make),
+        }
+    }
+
+    /// How the strategy is written on the command line.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The strategy at the start of a run.
+    pub fn make(&self) -> Box<dyn Strategy> {
+        (self.make)()
+    }
+}
+
+impl fmt::Debug for Blueprint {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.debug_tuple("Blueprint").field(&self.name).finish()
+    }
+}
+
+/// The strategy that `text` names. Rules may stand alone: `SPT,FIFO` and `[SPT; FIFO]`
+/// mean `rules:SPT,FIFO`.
 ///
 /// # Errors
 /// An unknown name, with the nearest known one; options that the strategy refuses.
-pub fn build(text: &str, robots: usize) -> Result<Box<dyn Strategy>> {
+pub fn read(text: &str, setup: &Setup) -> Result<Blueprint> {
     let (name, rest) = match text.split_once(':') {
         Some((name, rest)) => (name, rest),
         None if STRATEGIES.iter().any(|kind| kind.name == text) => (text, ""),
         None => ("rules", text),
     };
     match STRATEGIES.iter().find(|kind| kind.name == name) {
-        Some(kind) => (kind.build)(rest, robots),
+        Some(kind) => (kind.read)(rest, setup),
         None => {
             let names: Vec<_> = STRATEGIES.iter().map(|kind| kind.name).collect();
             let forms: Vec<_> = STRATEGIES.iter().map(|kind| kind.form).collect();
@@ -54,6 +141,18 @@ pub fn build(text: &str, robots: usize) -> Result<Box<dyn Strategy>> {
             ))
         }
     }
+}
+
+/// What strategies can be written, for help texts.
+pub fn help() -> String {
+    let mut help = String::new();
+    for kind in STRATEGIES {
+        help += &format!("  {:<27}{}\n", kind.form, kind.summary);
+        for (key, meaning) in kind.options {
+            help += &format!("      {key:<11}{meaning}\n");
+        }
+    }
+    help
 }
 
 /// The paper's robust assignment for a line of `robots` robots: SPT for all but the
@@ -71,19 +170,34 @@ mod tests {
     use super::*;
 
     #[test]
-    fn strategies_are_built_by_name() {
+    fn strategies_are_read_by_name() {
+        let bases = || Ok(vec!["SPT,FIFO".parse()?]);
+        let setup = Setup {
+            robots: 2,
+            bases: &bases,
+            budget: None,
+        };
         for text in ["rules:SPT,FIFO", "SPT,FIFO", "[SPT; FIFO]"] {
-            assert_eq!(build(text, 2).unwrap().name(), "rules:SPT,FIFO");
+            let blueprint = read(text, &setup).unwrap();
+            assert_eq!(blueprint.name(), "rules:SPT,FIFO");
+            assert_eq!(blueprint.make().name(), blueprint.name());
         }
+        let ahead = read("lookahead:seed=3", &setup).unwrap();
+        assert_eq!(ahead.name(), "lookahead:seed=3");
+        // What it was made with stands in its full name.
+        assert_eq!(ahead.make().name(), "lookahead:bases=SPT+FIFO,seed=3");
         assert_eq!(default_strategy(3), "rules:SPT,SPT,FIFO");
         for (text, word) in [
             ("rulse:SPT,FIFO", "did you mean `rules`"),
+            ("lookahed:seed=1", "did you mean `lookahead`"),
             ("rules", "names no rule"),
             ("SPT", "1 rules for 2 robots"),
             ("SPT,FOFI", "did you mean `FIFO`"),
+            ("lookahead:sed=1", "did you mean `seed`"),
         ] {
-            let message = build(text, 2).err().unwrap().to_string();
+            let message = read(text, &setup).unwrap_err().to_string();
             assert!(message.contains(word), "{message}");
+            assert!(Setup::check(text, 2).is_err());
         }
     }
 }

@@ -3,11 +3,13 @@
 use super::args::{CompareArgs, Format};
 use super::progress::Bar;
 use super::session::Session;
-use super::settings::{json, robust_assignment};
+use super::settings::json;
+use super::training::{Line, full_name};
 use crate::error::{Error, Result};
 use crate::experiment::{Method, compare, load_cases};
 use crate::optimize::Environment;
 use crate::report::{ComparisonReport, Provenance};
+use crate::strategies::Setup;
 
 /// More patterns than this a case are taken for a slip of the pen.
 const MOST_REPLICATES: usize = 100_000;
@@ -25,12 +27,8 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
     let station = args.station.load()?;
     let robots = station.robots().len();
     let cases = load_cases(&args.cases)?;
-    let mut others = Vec::new();
-    if !args.no_greedy {
-        others.push(Method::greedy(robots)?);
-    }
     for text in &args.strategy {
-        others.push(Method::strategy(text, robots)?);
+        Setup::check(text, robots)?;
     }
     args.common.remark(&format!(
         "comparing on station {} ({robots} robots, belt at {} m/s), cases {}",
@@ -46,18 +44,18 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
     // The training set has the master seed, the tables those after it.
     let first_seed = args.common.seed.wrapping_add(1);
     let report = args.common.on_threads(|| {
-        let training = &args.training;
-        let seed = args.common.seed;
-        let (robust, note) = robust_assignment(
-            training,
-            &station,
-            seed,
-            args.common.update_hz,
-            &environment,
-        )?;
-        let methods = std::iter::once(Method::Robust(robust))
-            .chain(others)
-            .collect();
+        let line = Line::new(&args.common, &station, &environment);
+        let robust = line.robust(&args.training)?;
+        let mut notes = vec![robust.note];
+        let mut methods = vec![Method::Robust(robust.rules)];
+        if !args.no_greedy {
+            methods.push(Method::greedy(robots)?);
+        }
+        for text in &args.strategy {
+            let blueprint = line.read(text, &robust.best_few, None)?;
+            notes.extend(full_name(&blueprint));
+            methods.push(Method::Strategy(blueprint));
+        }
         let comparison = compare(
             &station,
             methods,
@@ -83,7 +81,7 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
             &comparison,
             paper_cases,
             with_paper,
-            vec![note],
+            notes,
             made,
         ))
     })?;

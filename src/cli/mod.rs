@@ -12,6 +12,7 @@ mod settings;
 mod simulate;
 mod station;
 mod sweep;
+mod training;
 
 use crate::error::{Error, Result};
 use args::{Cli, Command};

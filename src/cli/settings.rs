@@ -1,14 +1,10 @@
 //! Arguments resolved to what the library works with.
 
-use super::args::{AttributeArgs, Common, Format, StationChoice, TrainingArgs};
+use super::args::{AttributeArgs, Common, Format, StationChoice};
 use super::session::tell;
-use crate::dispatch::RuleAssignment;
 use crate::error::{Error, Result};
 use crate::files;
-use crate::optimize::{
-    Environment, Evaluator, Grasp, Objective, Risk, Search, SearchKind, SpeedScan, optimize,
-};
-use crate::pattern::{self, Attributes, Distribution, Pattern, PatternSource, Recipe, grid};
+use crate::pattern::{self, Attributes, Distribution, Pattern, grid};
 use crate::station::{self, Overrides, Station};
 use serde::Serialize;
 use std::io::Read as _;
@@ -114,54 +110,6 @@ impl Common {
             None => Ok(()),
         }
     }
-}
-
-/// The robust assignment and where it comes from: given, or optimised on the balanced
-/// set.
-///
-/// # Errors
-/// Rules that do not fit the line, [`Error::Interrupted`].
-pub fn robust_assignment(
-    training: &TrainingArgs,
-    station: &Station,
-    seed: u64,
-    update_hz: f64,
-    environment: &Environment,
-) -> Result<(RuleAssignment, String)> {
-    if let Some(text) = &training.robust {
-        let rules = text
-            .parse::<RuleAssignment>()
-            .map_err(|e| e.at("--robust"))?;
-        let rules = rules
-            .for_robots(station.robots().len())
-            .map_err(|e| e.at("--robust"))?;
-        return Ok((rules, "robust GT as given (--robust)".into()));
-    }
-    let recipe = Recipe {
-        width: station.belt().width,
-        items: training.train_items,
-        attributes: Default::default(),
-        seed,
-    };
-    let set = "balanced".parse::<PatternSource>()?.build(&recipe)?;
-    let objective = Objective::PickingRate;
-    let evaluator = Evaluator::new(station, &set.patterns, objective, update_hz)?;
-    let search = Search {
-        kind: SearchKind::Auto,
-        grasp: Grasp {
-            seed,
-            ..Grasp::default()
-        },
-        risk: Risk::Mean,
-        scan: SpeedScan::default(),
-    };
-    let optimum = optimize(&evaluator, &search, environment)?;
-    if environment.stopped() {
-        return Err(Error::Interrupted);
-    }
-    let best = optimum.ranking.best().assignment.clone();
-    let note = format!("robust GT is the best on {}", set.description);
-    Ok((best, note))
 }
 
 /// `value` as JSON text with a line end.

@@ -1,19 +1,30 @@
 //! `pickline simulate`.
 
 use super::args::SimulateArgs;
+use super::progress::Bar;
 use super::session::Session;
 use super::settings::{json, load_pattern};
+use super::training::Line;
 use crate::decision::Observer;
-use crate::error::Result;
+use crate::error::{Error, Result, shown_number};
+use crate::optimize::Environment;
 use crate::report::{Provenance, RunReport, check_replay, replay_page};
 use crate::sim::{Scene, Trace, simulate_observed};
 use crate::{checker, files, strategies};
+use std::cell::OnceCell;
 
 pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
     let common = &args.common;
     common.check()?;
     files::check_target(args.trace.as_deref())?;
     files::check_target(args.html.as_deref())?;
+    if let Some(ms) = args.budget_ms.filter(|ms| !(0.01..=60_000.0).contains(ms)) {
+        return Err(Error::input(
+            "--budget-ms",
+            format!("{} is not a time for a decision", shown_number(ms)),
+            "give milliseconds, from 0.01 to 60000",
+        ));
+    }
     let station = args.station.load()?;
     let robots = station.robots().len();
     let (pattern, pattern_name) = load_pattern(args.pattern.as_deref(), station.belt().width)?;
@@ -24,7 +35,14 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
         Some(text) => text.clone(),
         None => strategies::default_strategy(robots),
     };
-    let mut strategy = strategies::build(&text, robots)?;
+    let bar = Bar::new(common.quiet);
+    let environment = Environment {
+        stop: session.stop(),
+        progress: &bar,
+    };
+    let line = Line::new(common, &station, &environment);
+    let read = || line.read(&text, &OnceCell::new(), args.budget_ms);
+    let mut strategy = common.on_threads(read)?.make();
     if args.pattern.is_none() || args.strategy.is_none() {
         common.remark(&format!(
             "simulating {} on {pattern_name}, station {}",

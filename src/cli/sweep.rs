@@ -3,13 +3,15 @@
 use super::args::SweepArgs;
 use super::progress::Bar;
 use super::session::Session;
-use super::settings::{DEFAULT_GRID, json, robust_assignment};
+use super::settings::{DEFAULT_GRID, json};
+use super::training::{Line, Robust};
 use crate::error::{Error, Result};
 use crate::experiment::{Axis, Method, Range, Setting, sweep};
 use crate::optimize::Environment;
 use crate::pattern::{PatternSource, Recipe};
 use crate::report::{Provenance, SweepReport};
 use crate::station::Station;
+use crate::strategies::Setup;
 
 pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
@@ -18,6 +20,13 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
     let station = args.station.load()?;
     let values = range(args, axis, &station).values()?;
     let lines = lines(args, axis, &station, &values)?;
+    for (text, (_, line)) in args
+        .strategy
+        .iter()
+        .flat_map(|t| lines.iter().map(move |l| (t, l)))
+    {
+        Setup::check(text, line.robots().len())?;
+    }
     let source: PatternSource = args.patterns.parse()?;
     if matches!(source, PatternSource::Files(_)) && args.items.is_some() {
         return Err(Error::input(
@@ -151,28 +160,27 @@ fn settings(
     lines: Vec<(f64, Station)>,
     environment: &Environment,
 ) -> Result<Vec<Setting>> {
-    let robust = |station: &Station| -> Result<Method> {
-        let training = args.training.clone();
-        let seed = args.common.seed;
-        robust_assignment(&training, station, seed, args.common.update_hz, environment)
-            .map(|(rules, _)| Method::Robust(rules))
-    };
     let once = match axis {
-        Axis::Speed => Some(robust(station)?),
+        Axis::Speed => Some(Line::new(&args.common, station, environment).robust(&args.training)?),
         _ => None,
     };
     let setting = |(value, station): (f64, Station)| {
-        let robots = station.robots().len();
-        let first = match &once {
-            Some(method) => method.clone(),
-            None => robust(&station)?,
+        let line = Line::new(&args.common, &station, environment);
+        let own;
+        let robust: &Robust = match &once {
+            Some(robust) => robust,
+            None => {
+                own = line.robust(&args.training)?;
+                &own
+            }
         };
-        let mut methods = vec![first];
+        let mut methods = vec![Method::Robust(robust.rules.clone())];
         if args.greedy {
-            methods.push(Method::greedy(robots)?);
+            methods.push(Method::greedy(station.robots().len())?);
         }
         for text in &args.strategy {
-            methods.push(Method::strategy(text, robots)?);
+            let blueprint = line.read(text, &robust.best_few, None)?;
+            methods.push(Method::Strategy(blueprint));
         }
         Ok(Setting {
             value,

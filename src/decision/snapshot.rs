@@ -8,6 +8,8 @@ use crate::station::Station;
 pub struct BeltItem {
     /// Index of the item in its pattern.
     pub item: u32,
+    /// Position along the travel at time 0 [m].
+    pub x0: f64,
     /// Position along the travel now [m].
     pub x: f64,
     /// Position across the belt [m].

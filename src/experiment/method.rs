@@ -4,7 +4,7 @@ use crate::decision::Figures;
 use crate::dispatch::{RULES, RuleAssignment};
 use crate::error::{Error, Result};
 use crate::sim::{AssignmentTree, Scene, simulate};
-use crate::strategies;
+use crate::strategies::Blueprint;
 
 /// One column of a comparison.
 #[derive(Debug, Clone)]
@@ -13,8 +13,8 @@ pub enum Method {
     Robust(RuleAssignment),
     /// For every pattern the assignment that is best on it (greedy GT).
     Greedy(AssignmentTree),
-    /// A strategy as it is written on the command line.
-    Strategy(String),
+    /// Any other strategy.
+    Strategy(Blueprint),
 }
 
 /// What a method made of one pattern.
@@ -48,20 +48,12 @@ impl Method {
         Ok(Self::Greedy(AssignmentTree::all(robots)))
     }
 
-    /// A strategy for a line of `robots` robots.
-    ///
-    /// # Errors
-    /// As for [`strategies::build`].
-    pub fn strategy(text: &str, robots: usize) -> Result<Self> {
-        strategies::build(text, robots).map(|strategy| Self::Strategy(strategy.name()))
-    }
-
     /// The name in files.
     pub fn id(&self) -> &str {
         match self {
             Self::Robust(_) => "robust_gt",
             Self::Greedy(_) => "greedy_gt",
-            Self::Strategy(text) => text,
+            Self::Strategy(blueprint) => blueprint.name(),
         }
     }
 
@@ -70,7 +62,7 @@ impl Method {
         match self {
             Self::Robust(rules) => format!("robust GT {rules}"),
             Self::Greedy(_) => "greedy GT".into(),
-            Self::Strategy(text) => text.clone(),
+            Self::Strategy(blueprint) => blueprint.name().to_owned(),
         }
     }
 
@@ -102,13 +94,10 @@ impl Method {
                     chosen: Some(tree.assignments()[place].clone()),
                 })
             }
-            Self::Strategy(text) => {
-                let mut strategy = strategies::build(text, scene.station().robots().len())?;
-                Ok(MethodRun {
-                    figures: simulate(scene, strategy.as_mut())?.figures,
-                    chosen: None,
-                })
-            }
+            Self::Strategy(blueprint) => Ok(MethodRun {
+                figures: simulate(scene, blueprint.make().as_mut())?.figures,
+                chosen: None,
+            }),
         }
     }
 }

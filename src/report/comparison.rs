@@ -286,7 +286,7 @@ fn case_report(
             Method::Robust(_) => printed?.robust,
             Method::Greedy(_) => printed?.greedy,
             // Whatever the policy, it stands beside the paper's.
-            Method::Strategy(text) if text.starts_with("onnx:") => printed?.rl,
+            Method::Strategy(other) if other.name().starts_with("onnx:") => printed?.rl,
             Method::Strategy(_) => return None,
         };
         Some(PrintedReport {

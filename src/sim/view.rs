@@ -36,6 +36,7 @@ impl View {
         let unclaimed = (self.first..self.end).filter(|&i| !claims.contains(i as u32));
         self.items.extend(unclaimed.map(|i| BeltItem {
             item: i as u32,
+            x0: items[i].x0,
             x: x(i),
             y: items[i].y,
             weight: items[i].reward(),

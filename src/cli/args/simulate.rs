@@ -18,10 +18,14 @@ pub struct SimulateArgs {
     /// Pattern file (CSV), `-` for stdin; the grid of 0.15 m with 50 items when not given
     #[arg(long, value_name = "FILE")]
     pub pattern: Option<String>,
-    /// Strategy: rules:R1,R2,... with one rule for each robot, upstream first
+    /// Strategy, as listed below: rules:R1,R2,... with one rule for each robot, lookahead
     /// [default: SPT for all but the last, FIFO for the last]
     #[arg(long, value_name = "STRATEGY")]
     pub strategy: Option<String>,
+    /// Time for each decision of a strategy that looks ahead [ms], instead of a number
+    /// of simulated decisions; the result then depends on the machine
+    #[arg(long, value_name = "MS", allow_negative_numbers = true)]
+    pub budget_ms: Option<f64>,
     /// Have the independent checker verify the run; exit code 1 if it refutes it
     #[arg(long)]
     pub check: bool,
@@ -36,9 +40,7 @@ pub struct SimulateArgs {
 /// What can be simulated, from the registries, and examples.
 fn simulate_help() -> String {
     let mut help = "Strategies:\n".to_owned();
-    for kind in crate::strategies::STRATEGIES {
-        help += &format!("  {:<18}{}\n", kind.form, kind.summary);
-    }
+    help += &crate::strategies::help();
     help += "\nRules, each picking the candidate with the smallest key:\n";
     for rule in crate::dispatch::RULES {
         help += &format!(
@@ -57,5 +59,6 @@ Examples:
   pickline simulate --strategy rules:SPT,FIFO --format json
   pickline pattern generate poisson | pickline simulate --pattern - --check
   pickline simulate --station my-line.toml --pattern items.csv --trace events.csv
+  pickline simulate --strategy lookahead --check
   pickline simulate --robots 3 --html replay.html"
 }

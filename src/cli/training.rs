@@ -1,0 +1,147 @@
+//! What the optimiser finds for a line before a verb's own work: robust GT, and the
+//! bases of strategies that look ahead.
+
+use super::args::{Common, TrainingArgs};
+use crate::dispatch::RuleAssignment;
+use crate::error::{Error, Result};
+use crate::optimize::{
+    Environment, Evaluator, Grasp, Objective, Optimum, Risk, Search, SearchKind, SpeedScan,
+    optimize,
+};
+use crate::pattern::{PatternSource, Recipe};
+use crate::planning::Budget;
+use crate::station::Station;
+use crate::strategies::{self, Blueprint, Setup};
+use std::cell::OnceCell;
+use std::time::Duration;
+
+/// How many of the best assignments serve as bases.
+const BASES: usize = 4;
+/// Grids, and as many Poisson patterns, on which bases are found when there is no other
+/// training: they need not be in exact order.
+const FEW_PATTERNS: usize = 10;
+/// Items in each of them.
+const ITEMS: usize = 150;
+
+/// A line to find assignments for.
+#[derive(Clone, Copy)]
+pub struct Line<'a> {
+    station: &'a Station,
+    seed: u64,
+    update_hz: f64,
+    environment: &'a Environment<'a>,
+}
+
+impl<'a> Line<'a> {
+    /// A line under the settings that all verbs have in common.
+    pub fn new(common: &Common, station: &'a Station, environment: &'a Environment<'a>) -> Self {
+        Self {
+            station,
+            seed: common.seed,
+            update_hz: common.update_hz,
+            environment,
+        }
+    }
+
+    /// The search on the balanced set of `patterns` grids and as many Poisson patterns.
+    fn train(&self, patterns: PatternSource, items: usize) -> Result<(Optimum, String)> {
+        let recipe = Recipe {
+            width: self.station.belt().width,
+            items,
+            attributes: Default::default(),
+            seed: self.seed,
+        };
+        let set = patterns.build(&recipe)?;
+        let objective = Objective::PickingRate;
+        let evaluator = Evaluator::new(self.station, &set.patterns, objective, self.update_hz)?;
+        let search = Search {
+            kind: SearchKind::Auto,
+            grasp: Grasp {
+                seed: self.seed,
+                ..Grasp::default()
+            },
+            risk: Risk::Mean,
+            scan: SpeedScan::default(),
+        };
+        let optimum = optimize(&evaluator, &search, self.environment)?;
+        if self.environment.stopped() {
+            return Err(Error::Interrupted);
+        }
+        Ok((optimum, set.description))
+    }
+
+    /// Robust GT, given or optimised on the balanced set.
+    ///
+    /// # Errors
+    /// Rules that do not fit the line, [`Error::Interrupted`].
+    pub fn robust(&self, training: &TrainingArgs) -> Result<Robust> {
+        if let Some(text) = &training.robust {
+            let rules = text
+                .parse::<RuleAssignment>()
+                .map_err(|e| e.at("--robust"))?;
+            let rules = rules
+                .for_robots(self.station.robots().len())
+                .map_err(|e| e.at("--robust"))?;
+            return Ok(Robust {
+                rules,
+                note: "robust GT as given (--robust)".into(),
+                best_few: OnceCell::new(),
+            });
+        }
+        let (optimum, set) = self.train("balanced".parse()?, training.train_items)?;
+        Ok(Robust {
+            rules: optimum.ranking.best().assignment.clone(),
+            note: format!("robust GT is the best on {set}"),
+            best_few: OnceCell::from(best_few(&optimum)),
+        })
+    }
+
+    /// The strategy that `text` names, on this line.
+    ///
+    /// `known` are assignments that a search has found already; `budget_ms` is what one
+    /// decision may take [ms] where `text` does not say.
+    ///
+    /// # Errors
+    /// As for [`strategies::read`], and [`Error::Interrupted`].
+    pub fn read(
+        &self,
+        text: &str,
+        known: &OnceCell<Vec<RuleAssignment>>,
+        budget_ms: Option<f64>,
+    ) -> Result<Blueprint> {
+        let bases = || {
+            if let Some(found) = known.get() {
+                return Ok(found.clone());
+            }
+            let few = PatternSource::Balanced(FEW_PATTERNS);
+            let found = best_few(&self.train(few, ITEMS)?.0);
+            Ok(known.get_or_init(|| found).clone())
+        };
+        let setup = Setup {
+            robots: self.station.robots().len(),
+            bases: &bases,
+            budget: budget_ms.map(|ms| Budget::Time(Duration::from_secs_f64(ms / 1e3))),
+        };
+        strategies::read(text, &setup)
+    }
+}
+
+/// Robust GT and what else its search found.
+pub struct Robust {
+    pub rules: RuleAssignment,
+    /// Where it comes from, for the foot of a report.
+    pub note: String,
+    /// The best few assignments, once known.
+    pub best_few: OnceCell<Vec<RuleAssignment>>,
+}
+
+fn best_few(optimum: &Optimum) -> Vec<RuleAssignment> {
+    let entries = optimum.ranking.entries.iter().take(BASES);
+    entries.map(|entry| entry.assignment.clone()).collect()
+}
+
+/// What a strategy is in full, where its name does not say it.
+pub fn full_name(blueprint: &Blueprint) -> Option<String> {
+    let full = blueprint.make().name();
+    (full != blueprint.name()).then(|| format!("{} is {full}", blueprint.name()))
+}

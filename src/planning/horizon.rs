@@ -1,0 +1,225 @@
+//! What can be planned for at one decision: the items in view and who can reach them.
+
+use super::options::Goal;
+use crate::decision::{Candidate, Snapshot};
+use crate::kinematics;
+use crate::station::Station;
+
+/// The planner's copy of a [`Snapshot`]. Items are known by their *place* in it, which
+/// is downstream first as in the pattern, so that ties fall as in the simulator.
+#[derive(Debug, Default)]
+pub(super) struct Horizon {
+    /// Time of the decision [s].
+    pub now: f64,
+    /// The deciding robot.
+    pub robot: usize,
+    /// When each robot can leave next [s], never before now; infinite for one that waits
+    /// for ever.
+    pub free: Vec<f64>,
+    /// Index of each item in its pattern, ascending.
+    pub items: Vec<u32>,
+    /// What each item counts, above 0: 1, or its weight.
+    pub values: Vec<f64>,
+    /// When each item would leave the belt [s].
+    pub leaves: Vec<f64>,
+    /// For each robot, one entry an item.
+    reach: Vec<Vec<Reach>>,
+    /// For each robot the items that it can still reach, by opening time, then place;
+    /// `Candidate::item` is the place.
+    pub queues: Vec<Vec<Candidate>>,
+    arms: Vec<Arm>,
+    belt_speed: f64,
+    /// Of the item being added, one a robot.
+    windows: Vec<Option<(f64, f64)>>,
+}
+
+/// One item for one robot.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Reach {
+    /// Position along the travel at time 0 [m].
+    x0: f64,
+    /// Position across the belt, seen from the bin [m].
+    dy: f64,
+    /// First departure that meets it [s]; infinite when there is none.
+    pub open: f64,
+    /// Last departure that meets it [s]; minus infinity when there is none.
+    pub close: f64,
+    /// Shortest time [s] that picking it can take.
+    pub shortest: f64,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Arm {
+    bin_x: f64,
+    speed: f64,
+    grasp: f64,
+    release: f64,
+}
+
+impl Horizon {
+    /// Fills the horizon from `snapshot`, leaving out what no robot can reach within
+    /// `ahead` [s] from now.
+    pub fn read(&mut self, snapshot: &Snapshot, ahead: f64, goal: Goal) {
+        let station = snapshot.station;
+        let robots = station.robots().len();
+        self.now = snapshot.time;
+        self.robot = snapshot.robot;
+        self.belt_speed = station.belt().speed;
+        self.free.clear();
+        let free = snapshot.free_at.iter();
+        self.free.extend(free.map(|free| free.max(snapshot.time)));
+        self.free[snapshot.robot] = snapshot.time;
+        self.arms.clear();
+        self.arms.extend(station.robots().iter().map(|robot| Arm {
+            bin_x: robot.bin.x,
+            speed: robot.speed,
+            grasp: robot.grasp_time,
+            release: robot.release_time,
+        }));
+        self.items.clear();
+        self.values.clear();
+        self.leaves.clear();
+        self.reach.resize_with(robots, Vec::new);
+        self.queues.resize_with(robots, Vec::new);
+        self.reach.iter_mut().for_each(Vec::clear);
+        self.queues.iter_mut().for_each(Vec::clear);
+        // A camera further down the belt may not see yet what the model lets a robot
+        // leave for, so the candidates are merged in. Both lists are in pattern order.
+        let mut candidates = snapshot.candidates.iter().peekable();
+        let mut view = snapshot.in_view.iter().peekable();
+        loop {
+            let candidate = candidates.peek().map_or(u32::MAX, |c| c.item);
+            let seen = view.peek().map_or(u32::MAX, |b| b.item);
+            let (item, x0, y, weight) = match (candidates.peek(), view.peek()) {
+                (Some(c), _) if candidate <= seen => (c.item, c.x0, c.y, c.weight),
+                (_, Some(b)) => (b.item, b.x0, b.y, b.weight),
+                _ => break,
+            };
+            if candidate == item {
+                candidates.next();
+            }
+            if seen == item {
+                view.next();
+            }
+            let value = match goal {
+                Goal::Picks => 1.0,
+                Goal::Weight => weight,
+            };
+            // What counts nothing is not worth a robot's time.
+            if value > 0.0 {
+                self.add(station, item, (x0, y), value, ahead);
+            }
+        }
+        for queue in &mut self.queues {
+            // Stable, so equal openings stay in pattern order.
+            queue.sort_by(|a, b| a.open.total_cmp(&b.open));
+        }
+    }
+
+    /// Adds the item that was at (`x0`, `y`) [m] at time 0, if some robot reaches it.
+    fn add(&mut self, station: &Station, item: u32, (x0, y): (f64, f64), value: f64, ahead: f64) {
+        let belt = station.belt();
+        let until = self.now + ahead;
+        self.windows.clear();
+        self.windows.extend(station.robots().iter().map(|robot| {
+            let window = robot.departure_window(belt, x0, y);
+            window.filter(|&(open, close)| close >= self.now && open <= until)
+        }));
+        if self.windows.iter().all(Option::is_none) {
+            return;
+        }
+        // A snapshot holds fewer items than a pattern, whose indices are u32.
+        let place = self.items.len() as u32;
+        for (robot, window) in self.windows.iter().enumerate() {
+            let (open, close) = window.unwrap_or((f64::INFINITY, f64::NEG_INFINITY));
+            let mut reach = Reach {
+                x0,
+                dy: y - station.robots()[robot].bin.y,
+                open,
+                close,
+                shortest: f64::INFINITY,
+            };
+            if window.is_some() {
+                let at = self.best_start(robot, &reach);
+                reach.shortest = self.finish(robot, &reach, at) - at;
+            }
+            self.reach[robot].push(reach);
+            if window.is_some() {
+                self.queues[robot].push(Candidate {
+                    item: place,
+                    x0,
+                    y,
+                    weight: value,
+                    open,
+                    close,
+                });
+            }
+        }
+        self.items.push(item);
+        self.values.push(value);
+        self.leaves.push((belt.length - x0) / belt.speed);
+    }
+
+    /// Number of robots.
+    pub fn robots(&self) -> usize {
+        self.free.len()
+    }
+
+    /// The place of an item of the pattern; none when it is out of view or reach.
+    pub fn place(&self, item: u32) -> Option<u32> {
+        self.items
+            .binary_search(&item)
+            .ok()
+            .map(|place| place as u32)
+    }
+
+    /// Mean over robots and the items that they reach of the shortest time a pick can
+    /// take [s].
+    pub fn mean_shortest(&self) -> f64 {
+        let all = self.reach.iter().flatten().map(|reach| reach.shortest);
+        let (sum, count) = all
+            .filter(|shortest| shortest.is_finite())
+            .fold((0.0, 0.0), |(sum, count), shortest| {
+                (sum + shortest, count + 1.0)
+            });
+        sum / f64::max(count, 1.0)
+    }
+
+    /// One item for one robot.
+    #[inline(always)]
+    pub fn reach(&self, robot: usize, place: u32) -> &Reach {
+        &self.reach[robot][place as usize]
+    }
+
+    /// When `robot` is free again if it leaves at `start` [s] for the item.
+    #[inline(always)]
+    pub fn finish(&self, robot: usize, reach: &Reach, start: f64) -> f64 {
+        let arm = &self.arms[robot];
+        let dx = reach.x0 + self.belt_speed * start - arm.bin_x;
+        let travel = kinematics::travel_time(dx, reach.dy, self.belt_speed, arm.speed);
+        start + kinematics::processing_time(travel, arm.grasp, arm.release)
+    }
+
+    /// The departure in the window [s] at which the pick takes the shortest time. The
+    /// way of [`kinematics::travel_time`] is shortest where its derivative along the
+    /// belt vanishes, `dx = -|dy| v / u`, and grows on both sides.
+    fn best_start(&self, robot: usize, reach: &Reach) -> f64 {
+        let arm = &self.arms[robot];
+        let dx = -reach.dy.abs() * self.belt_speed / arm.speed;
+        let at = (dx + arm.bin_x - reach.x0) / self.belt_speed;
+        at.clamp(reach.open, reach.close)
+    }
+
+    /// The last departure at which `robot`, leaving for the item, is free again by
+    /// `deadline` [s]: the inverse of [`Horizon::finish`], which increases in the
+    /// departure because the arm outruns the belt. Seen backwards in time the belt runs
+    /// the other way, so the way back is the meeting point's closed form with -v.
+    #[inline(always)]
+    pub fn latest_start(&self, robot: usize, reach: &Reach, deadline: f64) -> f64 {
+        let arm = &self.arms[robot];
+        let lifted = deadline - arm.grasp - arm.release;
+        let dx = reach.x0 + self.belt_speed * lifted - arm.bin_x;
+        let travel = kinematics::travel_time(dx, reach.dy, -self.belt_speed, arm.speed);
+        lifted - 2.0 * travel
+    }
+}

@@ -1,0 +1,65 @@
+//! How much one decision may cost.
+
+use std::time::{Duration, Instant};
+
+/// What a decision may cost.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Budget {
+    /// So many simulated decisions: choices of one robot among its items, or stops
+    /// whose times are computed anew. The result is the same on every machine.
+    Decisions(u64),
+    /// So much time, for live use.
+    Time(Duration),
+}
+
+/// The cost of one decision so far.
+#[derive(Debug)]
+pub(super) struct Meter {
+    budget: Budget,
+    began: Instant,
+    spent: u64,
+    /// What was spent when the clock has to be looked at again.
+    look_again: u64,
+    share: f64,
+}
+
+/// Simulated decisions between two looks at the clock: some microseconds, as one takes
+/// about 100 ns and up to 2 us where 1,000 items are in view.
+const UNWATCHED: u64 = 20;
+
+impl Meter {
+    /// Begins to count.
+    pub fn new(budget: Budget) -> Self {
+        Self {
+            budget,
+            began: Instant::now(),
+            spent: 0,
+            look_again: 0,
+            share: 0.0,
+        }
+    }
+
+    /// Notes so many simulated decisions.
+    pub fn spend(&mut self, decisions: usize) {
+        self.spent += decisions as u64;
+    }
+
+    /// Share of the budget that is gone; from 1 on it is spent.
+    pub fn share(&mut self) -> f64 {
+        match self.budget {
+            Budget::Decisions(most) => self.share = self.spent as f64 / most as f64,
+            Budget::Time(most) if self.spent >= self.look_again => {
+                self.share = self.began.elapsed().as_secs_f64() / most.as_secs_f64();
+                self.look_again = self.spent + UNWATCHED;
+            }
+            Budget::Time(_) => {}
+        }
+        self.share
+    }
+
+    /// Whether time is up. A count is never up before its work is done: what it has to
+    /// pay for must come out the same on every machine, and come out at all.
+    pub fn is_late(&mut self) -> bool {
+        matches!(self.budget, Budget::Time(_)) && self.share() >= 1.0
+    }
+}

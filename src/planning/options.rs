@@ -1,0 +1,273 @@
+//! How the look-ahead works, and how that is written.
+
+use super::meter::Budget;
+use crate::dispatch::RuleAssignment;
+use crate::error::{Error, Result, known_names, shown};
+use std::time::Duration;
+
+/// What is maximised first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Goal {
+    /// The number of items picked.
+    #[default]
+    Picks,
+    /// The sum of their weights.
+    Weight,
+}
+
+/// How a [`super::Lookahead`] works.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// What it maximises first.
+    pub goal: Goal,
+    /// What a decision may cost.
+    pub budget: Budget,
+    /// Base assignments that every plan has to beat; none stands for those that the
+    /// caller knows to be good.
+    pub bases: Vec<RuleAssignment>,
+    /// How far ahead it plans [s]: items whose windows open later are left out.
+    pub horizon: f64,
+    /// Decisions of the classical rollout for which every candidate is tried, before
+    /// the bases take over; 0 tries the bases only.
+    pub depth: usize,
+    /// Beginnings kept from one of these decisions to the next.
+    pub width: usize,
+    /// Whether plans are improved by neighbourhood search.
+    pub improve: bool,
+    /// Seed of that search.
+    pub seed: u64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            goal: Goal::Picks,
+            budget: Budget::Decisions(DEFAULT_BUDGET),
+            bases: Vec::new(),
+            horizon: f64::INFINITY,
+            depth: 0,
+            width: 1,
+            improve: true,
+            seed: 1,
+        }
+    }
+}
+
+/// Simulated decisions a decision by default: where more no longer gained anything on
+/// the dense cases (`docs/lookahead.md`).
+const DEFAULT_BUDGET: u64 = 4000;
+
+/// Keys with what they mean, for help texts and errors.
+pub const KEYS: [(&str, &str); 9] = [
+    ("goal", "picks or weight: what is maximised [picks]"),
+    ("budget", "simulated decisions a decision [4000]"),
+    (
+        "budget-ms",
+        "time a decision instead [ms]; results then depend on the machine",
+    ),
+    (
+        "bases",
+        "assignments to beat, as SPT+FIFO/SPT+SPT [the optimiser's best few]",
+    ),
+    ("horizon", "how far ahead to plan [s] [all that is in view]"),
+    (
+        "depth",
+        "decisions for which every candidate is tried, then the bases [0]",
+    ),
+    ("width", "beginnings kept from one of these to the next [1]"),
+    (
+        "improve",
+        "yes or no: improve plans by neighbourhood search [yes]",
+    ),
+    ("seed", "seed of that search [1]"),
+];
+
+impl Options {
+    /// Reads `key=value,key=value`, for a line of `robots` robots; `budget` stands in
+    /// where no budget is given.
+    ///
+    /// # Errors
+    /// An unknown key, with the nearest known one; a value that is none, naming the key
+    /// and what it takes.
+    pub fn parse(text: &str, robots: usize, budget: Option<Budget>) -> Result<Self> {
+        let mut options = Self::default();
+        options.budget = budget.unwrap_or(options.budget);
+        let mut given: Vec<&str> = Vec::new();
+        for part in text.split(',').filter(|part| !part.trim().is_empty()) {
+            let (key, value) = part.split_once('=').unwrap_or((part, ""));
+            let (key, value) = (key.trim(), value.trim());
+            if given.contains(&key) {
+                return Err(wrong(key, "is given twice".into(), "give it once"));
+            }
+            options.set(key, value, robots)?;
+            given.push(key);
+        }
+        if given.contains(&"budget") && given.contains(&"budget-ms") {
+            let problem = "is given together with budget".to_owned();
+            return Err(wrong("budget-ms", problem, "give one of the two"));
+        }
+        Ok(options)
+    }
+
+    fn set(&mut self, key: &str, value: &str, robots: usize) -> Result<()> {
+        match key {
+            "goal" => {
+                self.goal = match value {
+                    "picks" => Goal::Picks,
+                    "weight" => Goal::Weight,
+                    _ => return Err(not(key, value, "picks or weight")),
+                }
+            }
+            "budget" => {
+                self.budget = Budget::Decisions(whole(key, value, 1, 1_000_000_000)?);
+            }
+            "budget-ms" => {
+                let most = number(key, value, 0.01, 60_000.0)?;
+                self.budget = Budget::Time(Duration::from_secs_f64(most / 1e3));
+            }
+            "bases" => {
+                let read = |text: &str| -> Result<RuleAssignment> {
+                    let rules: RuleAssignment = text.replace('+', ",").parse()?;
+                    rules.for_robots(robots)
+                };
+                let bases: Result<_> = value.split('/').map(read).collect();
+                self.bases = bases.map_err(|error| error.at(&place(key)))?;
+            }
+            "horizon" => self.horizon = number(key, value, 1e-3, 1e9)?,
+            // A usize holds 1000 on every machine.
+            "depth" => self.depth = whole(key, value, 0, 100)? as usize,
+            "width" => self.width = whole(key, value, 1, 1000)? as usize,
+            "improve" => {
+                self.improve = match value {
+                    "yes" => true,
+                    "no" => false,
+                    _ => return Err(not(key, value, "yes or no")),
+                }
+            }
+            "seed" => self.seed = whole(key, value, 0, u64::MAX)?,
+            _ => {
+                let names = KEYS.map(|(name, _)| name);
+                return Err(Error::input(
+                    "--strategy lookahead",
+                    format!("unknown option `{}`", shown(key)),
+                    known_names(key, &names),
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// How the strategy is written: `lookahead`, and what differs from the default.
+    pub fn written(&self) -> String {
+        let plain = Self::default();
+        let mut parts = Vec::new();
+        let mut part = |key: &str, value: String| parts.push(format!("{key}={value}"));
+        if self.goal != plain.goal {
+            part("goal", "weight".into());
+        }
+        match self.budget {
+            budget if budget == plain.budget => {}
+            Budget::Decisions(most) => part("budget", most.to_string()),
+            Budget::Time(most) => part("budget-ms", (most.as_secs_f64() * 1e3).to_string()),
+        }
+        if !self.bases.is_empty() {
+            let bases: Vec<_> = self.bases.iter().map(|b| b.names().join("+")).collect();
+            part("bases", bases.join("/"));
+        }
+        if self.horizon != plain.horizon {
+            part("horizon", self.horizon.to_string());
+        }
+        if self.depth != plain.depth {
+            part("depth", self.depth.to_string());
+        }
+        if self.width != plain.width {
+            part("width", self.width.to_string());
+        }
+        if !self.improve {
+            part("improve", "no".into());
+        }
+        if self.seed != plain.seed {
+            part("seed", self.seed.to_string());
+        }
+        if parts.is_empty() {
+            "lookahead".into()
+        } else {
+            format!("lookahead:{}", parts.join(","))
+        }
+    }
+}
+
+fn place(key: &str) -> String {
+    format!("--strategy lookahead:{}", shown(key))
+}
+
+fn wrong(key: &str, problem: String, cure: &str) -> Error {
+    Error::input(place(key), problem, cure)
+}
+
+fn not(key: &str, value: &str, cure: &str) -> Error {
+    let problem = format!("`{}` is not a value for it", shown(value));
+    wrong(key, problem, &format!("give {cure}"))
+}
+
+fn whole(key: &str, value: &str, least: u64, most: u64) -> Result<u64> {
+    let read = value.parse().ok().filter(|n| (least..=most).contains(n));
+    read.ok_or_else(|| {
+        not(
+            key,
+            value,
+            &format!("a whole number from {least} to {most}"),
+        )
+    })
+}
+
+fn number(key: &str, value: &str, least: f64, most: f64) -> Result<f64> {
+    let read = value.parse().ok().filter(|n| (least..=most).contains(n));
+    read.ok_or_else(|| not(key, value, &format!("a number from {least} to {most}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_written_is_read_back() {
+        for text in [
+            "",
+            "goal=weight",
+            "budget=5",
+            "budget-ms=2.5,horizon=30",
+            "bases=SPT+FIFO/SPT+SPT,depth=1,width=3,improve=no,seed=7",
+        ] {
+            let options = Options::parse(text, 2, None).unwrap();
+            let name = if text.is_empty() {
+                "lookahead".to_owned()
+            } else {
+                format!("lookahead:{text}")
+            };
+            assert_eq!(options.written(), name);
+        }
+    }
+
+    #[test]
+    fn wrong_options_name_key_and_cure() {
+        for (text, words) in [
+            ("budgte=3", &["unknown option", "did you mean `budget`"][..]),
+            ("budget=0", &["lookahead:budget", "from 1 to"]),
+            ("budget", &["lookahead:budget", "``"]),
+            ("budget-ms=NaN", &["lookahead:budget-ms", "a number"]),
+            ("budget=3,budget-ms=3", &["give one of the two"]),
+            ("seed=1,seed=2", &["given twice"]),
+            ("bases=SPT", &["lookahead:bases", "1 rules for 2 robots"]),
+            ("bases=SPT+FOO", &["lookahead:bases", "`FOO`"]),
+            ("goal=money", &["picks or weight"]),
+            ("improve=maybe", &["yes or no"]),
+            ("horizon=-1", &["lookahead:horizon"]),
+        ] {
+            let message = Options::parse(text, 2, None).unwrap_err().to_string();
+            for word in words {
+                assert!(message.contains(word), "{text}: {word} not in {message}");
+            }
+        }
+    }
+}

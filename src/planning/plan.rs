@@ -1,0 +1,158 @@
+//! A plan: which items each robot takes, in which order, and when.
+
+use super::horizon::Horizon;
+use std::cmp::Ordering;
+
+/// No robot.
+pub(super) const NOBODY: u16 = u16::MAX;
+
+/// One pick of a plan.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Stop {
+    /// Place of the item in the horizon.
+    pub place: u32,
+    /// When the robot leaves for it [s]: as soon as it is free and the window open.
+    /// Waiting longer never helps, as the end of a pick increases with its start.
+    pub start: f64,
+    /// When the robot is free again [s].
+    pub finish: f64,
+    /// Last start [s] at which this and all later stops of the robot can still be made.
+    pub latest: f64,
+}
+
+/// For each robot a sequence of stops; no item twice.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Plan {
+    /// The stops of each robot in order of time.
+    pub routes: Vec<Vec<Stop>>,
+    /// For each item of the horizon the robot that takes it, or [`NOBODY`].
+    pub owner: Vec<u16>,
+    /// What the planned items count together.
+    pub value: f64,
+}
+
+/// What plans are compared by: value first, then the end, then how soon robots are free.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Score {
+    /// What the planned items count together.
+    pub value: f64,
+    /// When the last planned item is in its bin and the last other one off the belt [s].
+    pub end: f64,
+    /// Sum over the robots of the time at which they are done [s].
+    pub free: f64,
+}
+
+impl Score {
+    /// Which one is better, the better the greater. Values are sums in any order, so
+    /// they count as equal within rounding.
+    pub fn compare(&self, other: &Self) -> Ordering {
+        let slack = 1e-9 * (1.0 + self.value.abs());
+        if (self.value - other.value).abs() > slack {
+            return self.value.total_cmp(&other.value);
+        }
+        let end = other.end.total_cmp(&self.end);
+        end.then(other.free.total_cmp(&self.free))
+    }
+
+    /// Whether this one is better.
+    pub fn beats(&self, other: &Self) -> bool {
+        self.compare(other) == Ordering::Greater
+    }
+}
+
+impl Plan {
+    /// Nothing planned.
+    pub fn clear(&mut self, horizon: &Horizon) {
+        self.routes.resize_with(horizon.robots(), Vec::new);
+        self.routes.iter_mut().for_each(Vec::clear);
+        self.owner.clear();
+        self.owner.resize(horizon.items.len(), NOBODY);
+        self.value = 0.0;
+    }
+
+    /// Copies `other`, reusing what is allocated.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.routes.clone_from(&other.routes);
+        self.owner.clone_from(&other.owner);
+        self.value = other.value;
+    }
+
+    /// Appends the item at `place` to the stops of `robot`, which leaves at `start` [s];
+    /// returns when it is free again [s].
+    pub fn push(&mut self, horizon: &Horizon, robot: usize, place: u32, start: f64) -> f64 {
+        let finish = horizon.finish(robot, horizon.reach(robot, place), start);
+        // A station has at most 100 robots.
+        self.owner[place as usize] = robot as u16;
+        self.value += horizon.values[place as usize];
+        self.routes[robot].push(Stop {
+            place,
+            start,
+            finish,
+            latest: f64::NAN,
+        });
+        finish
+    }
+
+    /// Computes all times of `robot` anew; stops that have become impossible are left
+    /// out. Returns the number of stops looked at.
+    pub fn retime(&mut self, horizon: &Horizon, robot: usize) -> usize {
+        let route = &mut self.routes[robot];
+        let looked_at = route.len();
+        let mut free = horizon.free[robot];
+        let (owner, value) = (&mut self.owner, &mut self.value);
+        route.retain_mut(|stop| {
+            let reach = horizon.reach(robot, stop.place);
+            let start = free.max(reach.open);
+            let possible = start <= reach.close;
+            if possible {
+                stop.start = start;
+                stop.finish = horizon.finish(robot, reach, start);
+                free = stop.finish;
+            } else {
+                owner[stop.place as usize] = NOBODY;
+                *value -= horizon.values[stop.place as usize];
+            }
+            possible
+        });
+        let mut deadline = f64::INFINITY;
+        for stop in route.iter_mut().rev() {
+            let reach = horizon.reach(robot, stop.place);
+            stop.latest = if deadline.is_finite() {
+                reach
+                    .close
+                    .min(horizon.latest_start(robot, reach, deadline))
+            } else {
+                reach.close
+            };
+            deadline = stop.latest;
+        }
+        looked_at
+    }
+
+    /// When `robot` is done [s].
+    pub fn done(&self, horizon: &Horizon, robot: usize) -> f64 {
+        let last = self.routes[robot].last();
+        last.map_or(horizon.free[robot], |stop| stop.finish)
+    }
+
+    /// What the plan is worth.
+    pub fn score(&self, horizon: &Horizon) -> Score {
+        // Items are in pattern order, downstream first, so the last one without an owner
+        // is the last to leave.
+        let left = self.owner.iter().rposition(|&owner| owner == NOBODY);
+        let mut end = left.map_or(f64::NEG_INFINITY, |place| horizon.leaves[place]);
+        let mut free = 0.0;
+        for robot in (0..horizon.robots()).filter(|&r| horizon.free[r].is_finite()) {
+            let done = self.done(horizon, robot);
+            free += done;
+            if !self.routes[robot].is_empty() {
+                end = end.max(done);
+            }
+        }
+        Score {
+            value: self.value,
+            end,
+            free,
+        }
+    }
+}

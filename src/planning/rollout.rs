@@ -1,0 +1,212 @@
+//! Simulating base assignments forward over the items in view.
+//!
+//! Rollout (Bertsekas, Tsitsiklis and Wu 1997, DOI 10.1023/A:1009635226865): the worth of
+//! a beginning is what a base strategy makes of the rest. Parallel rollout (Chang, Givan
+//! and Chong 2004, DOI 10.1023/B:DISC.0000028199.78776.c4) takes the best of several
+//! bases.
+
+use super::horizon::Horizon;
+use super::meter::Meter;
+use super::plan::{NOBODY, Plan, Score};
+use crate::decision::{Candidate, Moment};
+use crate::dispatch::{Rule, RuleAssignment};
+use crate::station::Station;
+
+/// Reusable buffers of rollouts.
+#[derive(Debug, Default)]
+pub(super) struct Rollout {
+    robots: Vec<Arm>,
+    trial: Plan,
+}
+
+/// One robot as a rollout goes on.
+#[derive(Debug, Default)]
+struct Arm {
+    /// First item of its queue that has not opened yet.
+    next: usize,
+    /// Opened items that may still be picked.
+    active: Vec<Candidate>,
+    free: f64,
+    /// Lower bound of its next decision [s]; none when it is done.
+    decision: Option<f64>,
+}
+
+/// What is rolled out: on which line, with which bases.
+#[derive(Clone, Copy)]
+pub(super) struct Bases<'a> {
+    pub station: &'a Station,
+    pub horizon: &'a Horizon,
+    pub assignments: &'a [RuleAssignment],
+}
+
+/// The best plan so far.
+#[derive(Debug)]
+pub(super) struct Best<'p> {
+    pub plan: &'p mut Plan,
+    pub score: Score,
+}
+
+impl Rollout {
+    /// Completes `start` with every base; what is better than `best` takes its place.
+    /// Returns the best completion's score; none when the time was up before.
+    pub fn complete(
+        &mut self,
+        bases: Bases,
+        start: &Plan,
+        best: &mut Best,
+        meter: &mut Meter,
+    ) -> Option<Score> {
+        let mut trial = std::mem::take(&mut self.trial);
+        let mut highest: Option<Score> = None;
+        for base in bases.assignments {
+            trial.copy_from(start);
+            if !self.extend(bases, base.rules(), &mut trial, meter) {
+                highest = None;
+                break;
+            }
+            let score = trial.score(bases.horizon);
+            if highest.is_none_or(|other| score.beats(&other)) {
+                highest = Some(score);
+            }
+            if score.beats(&best.score) {
+                best.score = score;
+                std::mem::swap(best.plan, &mut trial);
+            }
+        }
+        self.trial = trial;
+        highest
+    }
+
+    /// Tries every candidate for the first `depth` decisions and keeps the `width` best
+    /// beginnings from one to the next; `depth` 1 is the classical rollout.
+    pub fn search(
+        &mut self,
+        bases: Bases,
+        (depth, width): (usize, usize),
+        best: &mut Best,
+        meter: &mut Meter,
+    ) {
+        let mut beginnings = vec![Plan::default()];
+        beginnings[0].clear(bases.horizon);
+        for _ in 0..depth {
+            let mut tried: Vec<(Score, Plan)> = Vec::new();
+            for beginning in &beginnings {
+                let Some((robot, time, places)) = self.choices(bases.horizon, beginning) else {
+                    continue;
+                };
+                for place in places {
+                    if meter.share() >= 1.0 {
+                        return;
+                    }
+                    let mut next = beginning.clone();
+                    next.push(bases.horizon, robot, place, time);
+                    let Some(score) = self.complete(bases, &next, best, meter) else {
+                        return;
+                    };
+                    tried.push((score, next));
+                }
+            }
+            // Stable, so equal ones stay in order.
+            tried.sort_by(|(a, _), (b, _)| a.compare(b).reverse());
+            tried.truncate(width);
+            beginnings = tried.into_iter().map(|(_, plan)| plan).collect();
+        }
+    }
+
+    /// Goes on with `plan` as if every robot followed its rule after its planned stops,
+    /// by the decisions of the model (`docs/model.md`): the earliest first, ties to the
+    /// robot listed first. Returns whether it came to the end in time.
+    fn extend(&mut self, bases: Bases, rules: &[Rule], plan: &mut Plan, meter: &mut Meter) -> bool {
+        let horizon = bases.horizon;
+        self.begin(horizon, plan);
+        while let Some((robot, time)) = self.next_decision(horizon, &plan.owner) {
+            let at = Moment::new(bases.station, robot, time);
+            let arm = &mut self.robots[robot];
+            let choice = rules[robot].choose(&at, &arm.active);
+            let candidate = arm.active.swap_remove(choice);
+            arm.free = plan.push(horizon, robot, candidate.item, time);
+            arm.decision = Some(arm.free);
+            meter.spend(1);
+            if meter.is_late() {
+                return false;
+            }
+        }
+        true
+    }
+
+    fn begin(&mut self, horizon: &Horizon, plan: &Plan) {
+        self.robots.resize_with(horizon.robots(), Arm::default);
+        for (robot, arm) in self.robots.iter_mut().enumerate() {
+            arm.next = 0;
+            arm.active.clear();
+            arm.free = plan.done(horizon, robot);
+            arm.decision = arm.free.is_finite().then_some(arm.free);
+        }
+    }
+
+    /// The first decision after `plan`: robot, time [s] and what it can choose from,
+    /// downstream first.
+    fn choices(&mut self, horizon: &Horizon, plan: &Plan) -> Option<(usize, f64, Vec<u32>)> {
+        self.begin(horizon, plan);
+        let (robot, time) = self.next_decision(horizon, &plan.owner)?;
+        let active = &self.robots[robot].active;
+        let mut places: Vec<u32> = active.iter().map(|candidate| candidate.item).collect();
+        places.sort_unstable();
+        Some((robot, time, places))
+    }
+
+    fn next_decision(&mut self, horizon: &Horizon, owner: &[u16]) -> Option<(usize, f64)> {
+        loop {
+            let mut first: Option<(usize, f64)> = None;
+            for (robot, arm) in self.robots.iter().enumerate() {
+                if let Some(time) = arm.decision
+                    && first.is_none_or(|(_, earliest)| time < earliest)
+                {
+                    first = Some((robot, time));
+                }
+            }
+            let (robot, time) = first?;
+            let decision = self.robots[robot].find_decision(&horizon.queues[robot], owner);
+            self.robots[robot].decision = decision;
+            if decision == Some(time) {
+                return first;
+            }
+        }
+    }
+}
+
+impl Arm {
+    /// When the robot decides next [s]; `active` then holds what it can choose from.
+    fn find_decision(&mut self, queue: &[Candidate], owner: &[u16]) -> Option<f64> {
+        let taken = |candidate: &Candidate| owner[candidate.item as usize] != NOBODY;
+        self.open_until(queue, self.free, owner);
+        let mut opened = f64::INFINITY;
+        self.active.retain(|c| {
+            let stays = c.close >= self.free && !taken(c);
+            if stays {
+                opened = opened.min(c.open);
+            }
+            stays
+        });
+        if self.active.is_empty() {
+            while taken(queue.get(self.next)?) {
+                self.next += 1;
+            }
+            opened = queue[self.next].open;
+        }
+        let time = self.free.max(opened);
+        self.open_until(queue, time, owner);
+        Some(time)
+    }
+
+    fn open_until(&mut self, queue: &[Candidate], time: f64, owner: &[u16]) {
+        while let Some(candidate) = queue.get(self.next)
+            && candidate.open <= time
+        {
+            if owner[candidate.item as usize] == NOBODY && candidate.close >= time {
+                self.active.push(*candidate);
+            }
+            self.next += 1;
+        }
+    }
+}

@@ -1,0 +1,269 @@
+//! Improving a plan: take some stops out, fill the gaps anew, keep what is no worse.
+//!
+//! Large neighbourhood search in the manner of slack induction by string removals
+//! (Christiaens and Vanden Berghe 2020, DOI 10.1287/trsc.2019.0914): strings of stops
+//! around a random item go out, the gaps are filled greedily, now and then overlooking
+//! an item ("blinks"), and simulated annealing (Kirkpatrick et al. 1983, DOI
+//! 10.1126/science.220.4598.671) decides whether to keep the result.
+//!
+//! The constants were chosen on Poisson patterns of other seeds than any that are
+//! reported (`docs/lookahead.md`).
+
+use super::horizon::Horizon;
+use super::meter::Meter;
+use super::plan::{NOBODY, Plan, Stop};
+use rand::{Rng, RngExt};
+
+/// Longest string of stops taken out at once.
+const LONGEST: usize = 8;
+/// Most robots that lose a string at once.
+const MOST_ROBOTS: usize = 2;
+/// Share of the items that a filling step overlooks.
+const BLINKS: f64 = 0.1;
+/// Temperature at the beginning, as a share of the mean shortest processing time.
+const HEAT: f64 = 0.02;
+
+/// Reusable buffers of a search.
+#[derive(Debug, Default)]
+pub(super) struct Improver {
+    current: Plan,
+    cuts: Vec<Cut>,
+    fill: Vec<Stop>,
+    open: Vec<u32>,
+}
+
+/// A string of stops `from..to` of a robot, and what comes in its place.
+#[derive(Debug, Clone, Copy)]
+struct Cut {
+    robot: usize,
+    from: usize,
+    to: usize,
+    /// Range of its new stops in `Improver::fill`.
+    begin: usize,
+    end: usize,
+}
+
+/// What filling a cut anew would change.
+#[derive(Debug, Clone, Copy, Default)]
+struct Change {
+    /// Value gained.
+    gain: f64,
+    /// How much later [s] the robots can go on with their next stops.
+    delay: f64,
+}
+
+impl Improver {
+    /// Improves `plan` for as long as `meter` allows. It never gets worse.
+    pub fn improve(
+        &mut self,
+        horizon: &Horizon,
+        plan: &mut Plan,
+        meter: &mut Meter,
+        rng: &mut impl Rng,
+    ) {
+        // A horizon has at most as many items as a pattern.
+        let items = horizon.items.len() as u32;
+        if items == 0 {
+            return;
+        }
+        let heat = HEAT * horizon.mean_shortest();
+        self.current.copy_from(plan);
+        let mut best = plan.score(horizon);
+        loop {
+            let gone = meter.share();
+            if gone >= 1.0 {
+                return;
+            }
+            // So that a round that finds nothing to cut is not for nothing.
+            meter.spend(1);
+            self.choose_cuts(horizon, rng.random_range(0..items), rng);
+            let change = self.refill(horizon, meter, rng);
+            // An exponential variate times the temperature is Metropolis' criterion.
+            let allowed = heat * (1.0 - gone) * -(1.0 - rng.random::<f64>()).ln();
+            let slack = 1e-9 * (1.0 + self.current.value);
+            let accepted = if change.gain.abs() > slack {
+                change.gain > 0.0
+            } else {
+                change.delay <= allowed
+            };
+            if !accepted {
+                self.put_back();
+                continue;
+            }
+            self.commit(horizon, change.gain, meter);
+            let score = self.current.score(horizon);
+            if score.beats(&best) {
+                best = score;
+                plan.copy_from(&self.current);
+            }
+        }
+    }
+
+    /// Chooses strings around the item at `seed` in the routes of robots that reach it.
+    fn choose_cuts(&mut self, horizon: &Horizon, seed: u32, rng: &mut impl Rng) {
+        self.cuts.clear();
+        let robots = horizon.robots();
+        let first = rng.random_range(0..robots);
+        for robot in (first..robots).chain(0..first) {
+            let reach = horizon.reach(robot, seed);
+            if reach.open > reach.close || !horizon.free[robot].is_finite() {
+                continue;
+            }
+            let route = &self.current.routes[robot];
+            let low = route.partition_point(|stop| stop.finish < reach.open);
+            let high = route.partition_point(|stop| stop.start <= reach.close);
+            let centre = if low < high {
+                rng.random_range(low..high)
+            } else {
+                low
+            };
+            let length = rng.random_range(1..=LONGEST);
+            let from = centre.saturating_sub(rng.random_range(0..length));
+            self.cuts.push(Cut {
+                robot,
+                from,
+                to: (from + length).min(route.len()),
+                begin: 0,
+                end: 0,
+            });
+            if self.cuts.len() == MOST_ROBOTS {
+                break;
+            }
+        }
+    }
+
+    /// Takes the strings out and fills the gaps.
+    fn refill(&mut self, horizon: &Horizon, meter: &mut Meter, rng: &mut impl Rng) -> Change {
+        let mut change = Change::default();
+        for cut in &self.cuts {
+            for stop in &self.current.routes[cut.robot][cut.from..cut.to] {
+                self.current.owner[stop.place as usize] = NOBODY;
+                change.gain -= horizon.values[stop.place as usize];
+            }
+        }
+        self.fill.clear();
+        for number in 0..self.cuts.len() {
+            let Cut {
+                robot, from, to, ..
+            } = self.cuts[number];
+            let route = &self.current.routes[robot];
+            let free = match from.checked_sub(1) {
+                Some(before) => route[before].finish,
+                None => horizon.free[robot],
+            };
+            let was_free = if from < to {
+                route[to - 1].finish
+            } else {
+                free
+            };
+            let after = route.get(to).copied();
+            let deadline = after.map_or(f64::INFINITY, |stop| stop.latest);
+            let begin = self.fill.len();
+            let now_free = self.fill_gap(horizon, robot, free, deadline, meter, rng);
+            for stop in &self.fill[begin..] {
+                change.gain += horizon.values[stop.place as usize];
+            }
+            // Before the next stop's window opens it does not matter when.
+            let opens = after.map_or(f64::NEG_INFINITY, |stop| {
+                horizon.reach(robot, stop.place).open
+            });
+            change.delay += now_free.max(opens) - was_free.max(opens);
+            self.cuts[number].begin = begin;
+            self.cuts[number].end = self.fill.len();
+        }
+        change
+    }
+
+    /// Greedily adds stops for `robot` from `free` on that leave it free by `deadline`
+    /// [s]; returns when it then is.
+    ///
+    /// The item with the least time per value goes next. A random share, one for each
+    /// gap, of the shortest time that the item could take at its best moment is
+    /// deducted: with none of it this is SPT, with all of it what counts is only the
+    /// time that picking the item now wastes.
+    fn fill_gap(
+        &mut self,
+        horizon: &Horizon,
+        robot: usize,
+        mut free: f64,
+        deadline: f64,
+        meter: &mut Meter,
+        rng: &mut impl Rng,
+    ) -> f64 {
+        self.open.clear();
+        let owner = &mut self.current.owner;
+        let queue = &horizon.queues[robot];
+        let end = queue.partition_point(|candidate| candidate.open <= deadline);
+        let within = queue[..end].iter().filter(|c| c.close >= free);
+        let unowned = within.filter(|c| owner[c.item as usize] == NOBODY);
+        self.open.extend(unowned.map(|c| c.item));
+        let deducted: f64 = rng.random();
+        loop {
+            let blink = rng.next_u64();
+            let mut best: Option<(f64, Stop)> = None;
+            self.open.retain(|&place| {
+                let reach = horizon.reach(robot, place);
+                if reach.close < free || owner[place as usize] != NOBODY {
+                    return false;
+                }
+                let start = free.max(reach.open);
+                let finish = horizon.finish(robot, reach, start);
+                if finish > deadline {
+                    // Later it would end even later.
+                    return false;
+                }
+                let time = finish - free - deducted * reach.shortest;
+                let key = time / horizon.values[place as usize];
+                if best.as_ref().is_none_or(|(least, _)| key < *least) && !blinks(blink, place) {
+                    let stop = Stop {
+                        place,
+                        start,
+                        finish,
+                        latest: f64::NAN,
+                    };
+                    best = Some((key, stop));
+                }
+                true
+            });
+            meter.spend(1);
+            let Some((_, stop)) = best else {
+                return free;
+            };
+            // A robot of a station, of which there are at most 100.
+            owner[stop.place as usize] = robot as u16;
+            free = stop.finish;
+            self.fill.push(stop);
+        }
+    }
+
+    /// Undoes a refill.
+    fn put_back(&mut self) {
+        for stop in &self.fill {
+            self.current.owner[stop.place as usize] = NOBODY;
+        }
+        for cut in &self.cuts {
+            for stop in &self.current.routes[cut.robot][cut.from..cut.to] {
+                self.current.owner[stop.place as usize] = cut.robot as u16;
+            }
+        }
+    }
+
+    /// Makes a refill part of the current plan.
+    fn commit(&mut self, horizon: &Horizon, gain: f64, meter: &mut Meter) {
+        self.current.value += gain;
+        for cut in &self.cuts {
+            let new = self.fill[cut.begin..cut.end].iter().copied();
+            self.current.routes[cut.robot].splice(cut.from..cut.to, new);
+            meter.spend(self.current.retime(horizon, cut.robot));
+        }
+    }
+}
+
+/// Whether the item at `place` is overlooked in the step that drew `draw`: one draw a
+/// step and a multiplicative hash (Knuth, The Art of Computer Programming 3, 6.4) are
+/// cheaper than a draw an item.
+fn blinks(draw: u64, place: u32) -> bool {
+    const GOLDEN: u64 = 0x9E37_79B9_7F4A_7C15;
+    let hash = (draw ^ u64::from(place)).wrapping_mul(GOLDEN);
+    (hash as f64) < BLINKS * u64::MAX as f64
+}
