@@ -22,6 +22,8 @@ const MOST_ROBOTS: usize = 2;
 const BLINKS: f64 = 0.1;
 /// Temperature at the beginning, as a share of the mean shortest processing time.
 const HEAT: f64 = 0.02;
+/// What a later end of the plan counts, per second by which single robots are delayed.
+const END: f64 = 3.0;
 
 /// Reusable buffers of a search.
 #[derive(Debug, Default)]
@@ -48,7 +50,8 @@ struct Cut {
 struct Change {
     /// Value gained.
     gain: f64,
-    /// How much later [s] the robots can go on with their next stops.
+    /// How much later [s] the robots can go on with their next stops, and how much
+    /// later, times [`END`], the last one is done.
     delay: f64,
 }
 
@@ -142,6 +145,8 @@ impl Improver {
             }
         }
         self.fill.clear();
+        let old_end = self.end(horizon, |_| false);
+        let mut new_end = self.end(horizon, |robot| self.loses_its_tail(robot));
         for number in 0..self.cuts.len() {
             let Cut {
                 robot, from, to, ..
@@ -167,11 +172,30 @@ impl Improver {
             let opens = after.map_or(f64::NEG_INFINITY, |stop| {
                 horizon.reach(robot, stop.place).open
             });
+            if after.is_none() {
+                new_end = new_end.max(now_free);
+            }
             change.delay += now_free.max(opens) - was_free.max(opens);
             self.cuts[number].begin = begin;
             self.cuts[number].end = self.fill.len();
         }
+        change.delay += END * (new_end - old_end);
         change
+    }
+
+    /// When the last robot is done [s], leaving some out.
+    fn end(&self, horizon: &Horizon, without: impl Fn(usize) -> bool) -> f64 {
+        (0..horizon.robots())
+            .filter(|&robot| horizon.free[robot].is_finite() && !without(robot))
+            .map(|robot| self.current.done(horizon, robot))
+            .fold(horizon.now, f64::max)
+    }
+
+    /// Whether the last stops of `robot` are being cut.
+    fn loses_its_tail(&self, robot: usize) -> bool {
+        let route = &self.current.routes[robot];
+        let mut cuts = self.cuts.iter();
+        cuts.any(|cut| cut.robot == robot && cut.to == route.len())
     }
 
     /// Greedily adds stops for `robot` from `free` on that leave it free by `deadline`
