@@ -4,9 +4,9 @@
 //! it shares no code with the engines, the windows or the closed form of the meeting
 //! point, so an error there shows here.
 
-use crate::decision::{MissReason, Outcome, Pick};
+use crate::decision::{FailureCause, MissReason, Outcome, Pick};
 use crate::error::{Error, Result};
-use crate::pattern::Pattern;
+use crate::pattern::{Item, Pattern};
 use crate::station::{Robot, Station};
 
 /// Largest deviation from the model [m or s] that is put down to rounding, per unit
@@ -14,18 +14,38 @@ use crate::station::{Robot, Station};
 const TOLERANCE: f64 = 1e-9;
 
 /// Checks `outcome` against the model: every pick meets its item where the item is,
-/// within reach and on the belt; no robot is in two places; no item is claimed twice;
-/// times, figures and the list of missed items add up.
+/// within reach and on the belt; no robot is in two places; no item is claimed by two at
+/// once, nor again once it is picked; times, figures and the list of missed items add up.
+///
+/// Where things go wrong (`docs/model.md`, disturbances), failed attempts take their
+/// robots as long as picks and claim their items until the grasp is over. Whether a grasp
+/// had to fail is luck, which is not checked.
 ///
 /// # Errors
 /// [`Error::Refuted`] with the first thing that is wrong.
 pub fn check(station: &Station, pattern: &Pattern, outcome: &Outcome) -> Result<()> {
     let mut free_at = vec![0.0; station.robots().len()];
-    let mut owner: Vec<Option<usize>> = vec![None; pattern.len()];
-    let mut last = (0.0, 0);
-    for pick in &outcome.picks {
-        check_pick(station, pattern, pick)?;
-        if let Some(other) = owner[pick.item as usize].replace(pick.robot) {
+    // Who has, or had, a claim on the item, and when it ends.
+    let mut claims: Vec<Option<(usize, f64)>> = vec![None; pattern.len()];
+    for (pick, cause) in attempts(outcome)? {
+        match cause {
+            Some(FailureCause::OutOfReach) => check_vain_way(station, pattern, pick)?,
+            Some(FailureCause::Grasp) => {
+                check_pick(station, pattern, pick)?;
+                if pattern.items()[pick.item as usize].p_grasp == Some(1.0) {
+                    return refute(pick, "no grasp of this item fails".into());
+                }
+            }
+            None => check_pick(station, pattern, pick)?,
+        }
+        let ends = match cause {
+            Some(_) => pick.grasp + station.robots()[pick.robot].grasp_time,
+            None => f64::INFINITY,
+        };
+        let claim = claims[pick.item as usize].replace((pick.robot, ends));
+        if let Some((other, until)) = claim
+            && pick.decide < until - slack(pick.decide)
+        {
             return refute(
                 pick,
                 format!("the item was already claimed by robot {other}"),
@@ -38,16 +58,27 @@ pub fn check(station: &Station, pattern: &Pattern, outcome: &Outcome) -> Result<
             );
         }
         free_at[pick.robot] = pick.release;
-        if (pick.decide, pick.robot) < last {
-            return refute(
-                pick,
-                "picks are not in order of decision, then robot".into(),
-            );
-        }
-        last = (pick.decide, pick.robot);
     }
-    check_missed(station, pattern, outcome, &owner)?;
+    check_missed(station, pattern, outcome, &claims)?;
     check_figures(station, pattern, outcome)
+}
+
+/// Picks and failed attempts, each with the cause, in order of decision.
+fn attempts(outcome: &Outcome) -> Result<Vec<(&Pick, Option<FailureCause>)>> {
+    let order = |a: &Pick, b: &Pick| a.decide.total_cmp(&b.decide).then(a.robot.cmp(&b.robot));
+    let picks: Vec<_> = outcome.picks.iter().map(|pick| (pick, None)).collect();
+    let failures = outcome.failures.iter();
+    let failures: Vec<_> = failures.map(|f| (&f.attempt, Some(f.cause))).collect();
+    for list in [&picks, &failures] {
+        let late = |pair: &&[(&Pick, _)]| order(pair[0].0, pair[1].0).is_gt();
+        if let Some(pair) = list.windows(2).find(late) {
+            let problem = "attempts are not in order of decision, then robot";
+            return refute(pair[1].0, problem.into());
+        }
+    }
+    let mut all = [picks, failures].concat();
+    all.sort_by(|a, b| order(a.0, b.0));
+    Ok(all)
 }
 
 fn refute<T>(pick: &Pick, problem: String) -> Result<T> {
@@ -61,7 +92,13 @@ fn slack(size: f64) -> f64 {
     TOLERANCE * (1.0 + size.abs())
 }
 
-fn check_pick(station: &Station, pattern: &Pattern, pick: &Pick) -> Result<()> {
+/// That the robot went straight to the meeting point and back, and took its time.
+/// Returns the robot, the item and how far lengths may be from the model [m].
+fn check_way<'a>(
+    station: &'a Station,
+    pattern: &'a Pattern,
+    pick: &Pick,
+) -> Result<(&'a Robot, &'a Item, f64)> {
     let (Some(robot), Some(item)) = (
         station.robots().get(pick.robot),
         pattern.items().get(pick.item as usize),
@@ -74,17 +111,7 @@ fn check_pick(station: &Station, pattern: &Pattern, pick: &Pick) -> Result<()> {
         return refute(pick, format!("the times {times:?} are not times of a run"));
     }
     let tolerance = slack(pick.release) * (1.0 + belt.speed + robot.speed);
-    let near = |a: f64, b: f64| (a - b).abs() <= tolerance + slack(a.max(b));
-    let at_grasp = item.x0 + belt.speed * pick.grasp;
-    if !near(pick.meet.x, at_grasp) || !near(pick.meet.y, item.y) {
-        return refute(
-            pick,
-            format!(
-                "it meets at ({}, {}) while the item is at ({at_grasp}, {})",
-                pick.meet.x, pick.meet.y, item.y
-            ),
-        );
-    }
+    let near = |a: f64, b: f64| is_near(a, b, tolerance);
     let way = nalgebra::distance(&pick.meet, &robot.bin);
     if !near(way, robot.speed * (pick.grasp - pick.decide)) {
         return refute(
@@ -101,6 +128,26 @@ fn check_pick(station: &Station, pattern: &Pattern, pick: &Pick) -> Result<()> {
         return refute(
             pick,
             format!("it is back at {back} s, not {} s", pick.release),
+        );
+    }
+    Ok((robot, item, tolerance))
+}
+
+fn is_near(a: f64, b: f64, tolerance: f64) -> bool {
+    (a - b).abs() <= tolerance + slack(a.max(b))
+}
+
+fn check_pick(station: &Station, pattern: &Pattern, pick: &Pick) -> Result<()> {
+    let (robot, item, tolerance) = check_way(station, pattern, pick)?;
+    let belt = station.belt();
+    let at_grasp = item.x0 + belt.speed * pick.grasp;
+    if !is_near(pick.meet.x, at_grasp, tolerance) || !is_near(pick.meet.y, item.y, tolerance) {
+        return refute(
+            pick,
+            format!(
+                "it meets at ({}, {}) while the item is at ({at_grasp}, {})",
+                pick.meet.x, pick.meet.y, item.y
+            ),
         );
     }
     let off_base = nalgebra::distance(&pick.meet, &robot.base);
@@ -122,14 +169,53 @@ fn check_pick(station: &Station, pattern: &Pattern, pick: &Pick) -> Result<()> {
     Ok(())
 }
 
+/// That a robot which found nothing went its way, and could indeed not have met the item
+/// where it really is.
+fn check_vain_way(station: &Station, pattern: &Pattern, pick: &Pick) -> Result<()> {
+    let (robot, item, tolerance) = check_way(station, pattern, pick)?;
+    let belt = station.belt();
+    // The gripper gains on the item, so the distance falls through zero once; halving
+    // finds where.
+    let position = |t: f64| nalgebra::Point2::new(item.x0 + belt.speed * t, item.y);
+    let ahead =
+        |t: f64| nalgebra::distance(&position(t), &robot.bin) - robot.speed * (t - pick.decide);
+    let start = nalgebra::distance(&position(pick.decide), &robot.bin);
+    let (mut low, mut high) = (
+        pick.decide,
+        pick.decide + start / (robot.speed - belt.speed),
+    );
+    for _ in 0..200 {
+        let middle = 0.5 * (low + high);
+        if ahead(middle) > 0.0 {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    let meet = position(high);
+    let inside = robot.reach - nalgebra::distance(&meet, &robot.base);
+    let inside = inside.min(meet.x).min(belt.length - meet.x);
+    if inside > tolerance {
+        return refute(
+            pick,
+            format!(
+                "it found nothing, but the item could be met at ({}, {})",
+                meet.x, meet.y
+            ),
+        );
+    }
+    Ok(())
+}
+
 fn check_missed(
     station: &Station,
     pattern: &Pattern,
     outcome: &Outcome,
-    owner: &[Option<usize>],
+    claims: &[Option<(usize, f64)>],
 ) -> Result<()> {
+    // The last claim on a picked item never ends.
     let missing: Vec<u32> = (0..pattern.len() as u32)
-        .filter(|&item| owner[item as usize].is_none())
+        .filter(|&item| claims[item as usize].is_none_or(|(_, ends)| ends.is_finite()))
         .collect();
     let listed: Vec<u32> = outcome.missed.iter().map(|miss| miss.item).collect();
     if missing != listed {
@@ -151,6 +237,15 @@ fn check_missed(
                 miss.item,
                 miss.reason.name(),
                 if reachable { "can" } else { "cannot" }
+            )));
+        }
+        let attempted = claims[miss.item as usize].is_some();
+        if reachable && attempted != (miss.reason == MissReason::GraspFailed) {
+            return Err(Error::Refuted(format!(
+                "item {} is listed as {} but was {}attempted",
+                miss.item,
+                miss.reason.name(),
+                if attempted { "" } else { "not " }
             )));
         }
     }
@@ -175,7 +270,9 @@ fn can_be_met(station: &Station, robot: &Robot, x0: f64, y: f64) -> bool {
 fn check_figures(station: &Station, pattern: &Pattern, outcome: &Outcome) -> Result<()> {
     let figures = &outcome.figures;
     let belt = station.belt();
-    let last_release = outcome.picks.iter().map(|p| p.release).fold(0.0, f64::max);
+    let failed = outcome.failures.iter().map(|failure| &failure.attempt);
+    let all = || outcome.picks.iter().chain(failed.clone());
+    let last_release = all().map(|p| p.release).fold(0.0, f64::max);
     let last_leaves = outcome
         .missed
         .iter()
@@ -186,7 +283,7 @@ fn check_figures(station: &Station, pattern: &Pattern, outcome: &Outcome) -> Res
         .iter()
         .map(|pick| pattern.items()[pick.item as usize].reward())
         .sum();
-    let busy: f64 = outcome.picks.iter().map(|p| p.release - p.decide).sum();
+    let busy: f64 = all().map(|p| p.release - p.decide).sum();
     let pairs = [
         ("items", figures.items as f64, pattern.len() as f64),
         ("picked", figures.picked as f64, outcome.picks.len() as f64),
@@ -196,6 +293,11 @@ fn check_figures(station: &Station, pattern: &Pattern, outcome: &Outcome) -> Res
             "picks of the robots",
             outcome.robots.iter().map(|r| r.picked).sum::<usize>() as f64,
             outcome.picks.len() as f64,
+        ),
+        (
+            "failed attempts of the robots",
+            outcome.robots.iter().map(|r| r.failed).sum::<usize>() as f64,
+            outcome.failures.len() as f64,
         ),
         (
             "busy time of the robots",

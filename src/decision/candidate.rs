@@ -8,16 +8,26 @@ use crate::station::{Robot, Station};
 pub struct Candidate {
     /// Index of the item in its pattern (furthest downstream first).
     pub item: u32,
-    /// Position along the travel at time 0 [m].
+    /// Position along the travel at time 0, as reported [m].
     pub x0: f64,
-    /// Position across the belt [m].
+    /// Position across the belt, as reported [m].
     pub y: f64,
     /// Object-specific reward.
     pub weight: f64,
-    /// First departure at which the robot meets the item in its workspace [s].
+    /// First departure at which the robot, knowing of the item, meets it in its
+    /// workspace [s].
     pub open: f64,
     /// Last such departure [s].
     pub close: f64,
+}
+
+impl Candidate {
+    /// Whether this item is further downstream than `other`, or as far with a lower
+    /// index.
+    #[inline(always)]
+    pub fn is_before(&self, other: &Self) -> bool {
+        self.x0 > other.x0 || (self.x0 == other.x0 && self.item < other.item)
+    }
 }
 
 /// A robot about to decide, and when: what turns a [`Candidate`] into figures.

@@ -31,6 +31,17 @@ pub enum Event<'a> {
         /// Which item.
         item: u32,
     },
+    /// A grasp has failed: the item stays on the belt and may be claimed again.
+    GraspFailed {
+        /// When the failed grasp is over [s].
+        time: f64,
+        /// Which robot.
+        robot: usize,
+        /// Which item.
+        item: u32,
+        /// When the robot is back and free [s].
+        free: f64,
+    },
     /// An item leaves the belt unpicked.
     LeftBelt {
         /// When [s].
@@ -45,9 +56,10 @@ impl Event<'_> {
     pub fn time(&self) -> f64 {
         match *self {
             Self::Decision { snapshot, .. } => snapshot.time,
-            Self::Grasp { time, .. } | Self::Release { time, .. } | Self::LeftBelt { time, .. } => {
-                time
-            }
+            Self::Grasp { time, .. }
+            | Self::Release { time, .. }
+            | Self::GraspFailed { time, .. }
+            | Self::LeftBelt { time, .. } => time,
         }
     }
 }

@@ -9,6 +9,6 @@ mod strategy;
 
 pub use candidate::{Candidate, Moment};
 pub use event::{Event, Observer};
-pub use outcome::{Figures, Miss, MissReason, Outcome, Pick, RobotFigures};
+pub use outcome::{Failure, FailureCause, Figures, Miss, MissReason, Outcome, Pick, RobotFigures};
 pub use snapshot::{BeltItem, Snapshot};
 pub use strategy::{Action, Strategy};

@@ -19,26 +19,76 @@ pub struct Pick {
     pub meet: Point2<f64>,
 }
 
+/// Why an attempt came to nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum FailureCause {
+    /// The gripper did not get hold of the item.
+    Grasp,
+    /// The item was not where it was reported to be, and where it was the robot could
+    /// not meet it.
+    OutOfReach,
+}
+
+impl FailureCause {
+    /// The name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Grasp => "grasp",
+            Self::OutOfReach => "out_of_reach",
+        }
+    }
+}
+
+/// An attempt at an item that stayed on the belt.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Failure {
+    /// What would have been the pick: it takes the robot as long, until `release`, and
+    /// claims the item until the grasp is over.
+    pub attempt: Pick,
+    /// Why it failed.
+    pub cause: FailureCause,
+}
+
+impl Failure {
+    /// When the failed grasp of a robot with this grasp time [s] is over, and with it the
+    /// claim on the item [s].
+    pub fn claim_ends(&self, grasp_time: f64) -> f64 {
+        self.attempt.grasp + grasp_time
+    }
+}
+
 /// Why an item was not picked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum MissReason {
     /// No robot has a departure window for it.
     Unreachable,
+    /// It was attempted, and no attempt succeeded.
+    GraspFailed,
     /// Some robot could have picked it at some decision and chose another action.
     PassedOver,
+    /// No robot has a window for it where and from when on the camera reports it.
+    Unseen,
     /// Whenever it was in a window, the robot was busy.
     Busy,
 }
 
 impl MissReason {
     /// All reasons, the first that fits first.
-    pub const ALL: [Self; 3] = [Self::Unreachable, Self::PassedOver, Self::Busy];
+    pub const ALL: [Self; 5] = [
+        Self::Unreachable,
+        Self::GraspFailed,
+        Self::PassedOver,
+        Self::Unseen,
+        Self::Busy,
+    ];
 
     /// The name in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Unreachable => "unreachable",
+            Self::GraspFailed => "grasp_failed",
             Self::PassedOver => "passed_over",
+            Self::Unseen => "unseen",
             Self::Busy => "busy",
         }
     }
@@ -60,7 +110,9 @@ pub struct RobotFigures {
     pub picked: usize,
     /// Sum of the rewards of its items.
     pub weight: f64,
-    /// Sum of its processing times [s].
+    /// Number of attempts that failed.
+    pub failed: usize,
+    /// Sum of its processing times, those of failed attempts included [s].
     pub busy: f64,
 }
 
@@ -121,6 +173,8 @@ pub struct Outcome {
     pub robots: Vec<RobotFigures>,
     /// All picks in order of decision, ties in robot order.
     pub picks: Vec<Pick>,
+    /// All attempts that failed, in the same order; none without disturbances.
+    pub failures: Vec<Failure>,
     /// All items that were not picked, downstream first.
     pub missed: Vec<Miss>,
 }

@@ -8,11 +8,11 @@ use crate::station::Station;
 pub struct BeltItem {
     /// Index of the item in its pattern.
     pub item: u32,
-    /// Position along the travel at time 0 [m].
+    /// Position along the travel at time 0, as reported [m].
     pub x0: f64,
-    /// Position along the travel now [m].
+    /// Position along the travel now, as reported [m].
     pub x: f64,
-    /// Position across the belt [m].
+    /// Position across the belt, as reported [m].
     pub y: f64,
     /// Object-specific reward.
     pub weight: f64,
@@ -32,7 +32,7 @@ pub struct Snapshot<'a> {
     /// When each robot is free [s]; at most `time` for an idle one, infinite for one
     /// that waits for ever.
     pub free_at: &'a [f64],
-    /// The unclaimed items on the belt now, downstream first; empty when the strategy
+    /// The unclaimed items on the belt that the camera has seen, downstream first; empty when the strategy
     /// says that it does not look (see `Strategy::needs_view`).
     pub in_view: &'a [BeltItem],
 }

@@ -29,19 +29,17 @@ pub trait DispatchingRule: Sync {
     fn key(&self, at: &Moment, candidate: &Candidate) -> f64;
 
     /// Position of the candidate with the smallest key. Equal keys go to the item
-    /// further downstream, then to the lower index; as patterns are sorted downstream
-    /// first, both are the lower index. `candidates` is not empty.
+    /// further downstream, then to the lower index. `candidates` is not empty.
     ///
     /// Provided once here so that a call through `dyn DispatchingRule` costs one
     /// indirect jump a decision, not one a candidate.
     fn choose(&self, at: &Moment, candidates: &[Candidate]) -> usize {
         let mut best = 0;
         let mut best_key = f64::INFINITY;
-        let mut best_item = u32::MAX;
         for (i, candidate) in candidates.iter().enumerate() {
             let key = self.key(at, candidate);
-            if key < best_key || (key == best_key && candidate.item < best_item) {
-                (best, best_key, best_item) = (i, key, candidate.item);
+            if key < best_key || (key == best_key && candidate.is_before(&candidates[best])) {
+                (best, best_key) = (i, key);
             }
         }
         best

@@ -16,8 +16,10 @@ pub(super) struct Horizon {
     /// When each robot can leave next [s], never before now; infinite for one that waits
     /// for ever.
     pub free: Vec<f64>,
-    /// Index of each item in its pattern, ascending.
+    /// Index of each item in its pattern.
     pub items: Vec<u32>,
+    /// Each of these indices with its place, by index.
+    places: Vec<(u32, u32)>,
     /// What each item counts, above 0: 1, or its weight.
     pub values: Vec<f64>,
     /// When each item would leave the belt [s].
@@ -83,24 +85,28 @@ impl Horizon {
         self.queues.resize_with(robots, Vec::new);
         self.reach.iter_mut().for_each(Vec::clear);
         self.queues.iter_mut().for_each(Vec::clear);
-        // A camera further down the belt may not see yet what the model lets a robot
-        // leave for, so the candidates are merged in. Both lists are in pattern order.
-        let mut candidates = snapshot.candidates.iter().peekable();
-        let mut view = snapshot.in_view.iter().peekable();
+        // A robot may leave for an item before the camera at the belt's start has seen
+        // it, so the candidates are merged in. Both lists are sorted downstream first.
+        let (mut candidates, mut view) = (snapshot.candidates, snapshot.in_view);
         loop {
-            let candidate = candidates.peek().map_or(u32::MAX, |c| c.item);
-            let seen = view.peek().map_or(u32::MAX, |b| b.item);
-            let (item, x0, y, weight) = match (candidates.peek(), view.peek()) {
-                (Some(c), _) if candidate <= seen => (c.item, c.x0, c.y, c.weight),
-                (_, Some(b)) => (b.item, b.x0, b.y, b.weight),
-                _ => break,
+            let (item, x0, y, weight) = match (candidates, view) {
+                ([c, rest @ ..], [b, ..]) if (-c.x0, c.item) < (-b.x0, b.item) => {
+                    candidates = rest;
+                    (c.item, c.x0, c.y, c.weight)
+                }
+                (_, [b, rest @ ..]) => {
+                    view = rest;
+                    if candidates.first().is_some_and(|c| c.item == b.item) {
+                        candidates = &candidates[1..];
+                    }
+                    (b.item, b.x0, b.y, b.weight)
+                }
+                ([c, rest @ ..], []) => {
+                    candidates = rest;
+                    (c.item, c.x0, c.y, c.weight)
+                }
+                ([], []) => break,
             };
-            if candidate == item {
-                candidates.next();
-            }
-            if seen == item {
-                view.next();
-            }
             let value = match goal {
                 Goal::Picks => 1.0,
                 Goal::Weight => weight,
@@ -110,6 +116,11 @@ impl Horizon {
                 self.add(station, item, (x0, y), value, ahead);
             }
         }
+        let places = self.items.iter().zip(0..);
+        self.places.clear();
+        self.places
+            .extend(places.map(|(&item, place)| (item, place)));
+        self.places.sort_unstable();
         for queue in &mut self.queues {
             // Stable, so equal openings stay in pattern order.
             queue.sort_by(|a, b| a.open.total_cmp(&b.open));
@@ -167,10 +178,8 @@ impl Horizon {
 
     /// The place of an item of the pattern; none when it is out of view or reach.
     pub fn place(&self, item: u32) -> Option<u32> {
-        self.items
-            .binary_search(&item)
-            .ok()
-            .map(|place| place as u32)
+        let found = self.places.binary_search_by_key(&item, |&(item, _)| item);
+        found.ok().map(|at| self.places[at].1)
     }
 
     /// Mean over robots and the items that they reach of the shortest time a pick can

@@ -1,13 +1,12 @@
 //! Tells an observer what happens between decisions, in order of time.
 
-use super::claims::Claims;
-use super::scene::Scene;
-use crate::decision::{Action, Event, Observer, Pick, Snapshot};
+use super::run::Run;
+use crate::decision::{Action, Event, Failure, Observer, Pick, Snapshot};
 
 pub(super) struct Announcer<'o> {
     observer: &'o mut dyn Observer,
-    /// Picks whose grasp or release is still to come; a few a robot at most.
-    pending: Vec<Pick>,
+    /// What is still to come of the attempts so far; a few events a robot at most.
+    pending: Vec<Event<'static>>,
     /// First item that may still leave the belt.
     leaving: usize,
 }
@@ -21,55 +20,70 @@ impl<'o> Announcer<'o> {
         }
     }
 
-    /// Tells of a decision and remembers the pick that it led to.
-    pub fn decided(&mut self, snapshot: &Snapshot, action: Action, pick: Option<Pick>) {
+    /// Tells of a decision.
+    pub fn decided(&mut self, snapshot: &Snapshot, action: Action) {
         self.observer.observe(&Event::Decision { snapshot, action });
-        self.pending.extend(pick);
     }
 
-    /// Everything that happens up to `now` [s]. At equal times grasps come before
-    /// releases before the item that leaves, each in the order of their decisions.
-    pub fn advance(&mut self, scene: &Scene, claims: &Claims, now: f64) {
+    /// Remembers what is to come of a pick.
+    pub fn picks(&mut self, pick: &Pick) {
+        let (robot, item) = (pick.robot, pick.item);
+        let time = pick.grasp;
+        self.pending.push(Event::Grasp { time, robot, item });
+        let time = pick.release;
+        self.pending.push(Event::Release { time, robot, item });
+    }
+
+    /// Remembers what is to come of an attempt that fails.
+    pub fn fails(&mut self, failure: &Failure, grasp_time: f64) {
+        self.pending.push(Event::GraspFailed {
+            time: failure.claim_ends(grasp_time),
+            robot: failure.attempt.robot,
+            item: failure.attempt.item,
+            free: failure.attempt.release,
+        });
+    }
+
+    /// Everything that happens in `run` up to `now` [s]. At equal times grasps come before
+    /// failures before releases before the item that leaves, each in the order of their
+    /// decisions.
+    pub fn advance(&mut self, run: &Run, now: f64) {
+        let items = run.scene().pattern().len();
         loop {
-            while self.leaving < scene.pattern().len() && claims.contains(self.leaving as u32) {
+            while self.leaving < items && run.is_picked(self.leaving as u32) {
                 self.leaving += 1;
             }
-            let leave = (self.leaving < scene.pattern().len()).then(|| Event::LeftBelt {
-                time: scene.leaves_belt(self.leaving),
+            let mut next = (self.leaving < items).then(|| Event::LeftBelt {
+                time: run.scene().leaves_belt(self.leaving),
                 item: self.leaving as u32,
             });
-            let releases = self.pending.iter().map(|p| Event::Release {
-                time: p.release,
-                robot: p.robot,
-                item: p.item,
-            });
-            let grasps = self.pending.iter().filter(|p| p.grasp.is_finite());
-            let grasps = grasps.map(|p| Event::Grasp {
-                time: p.grasp,
-                robot: p.robot,
-                item: p.item,
-            });
-            let mut next: Option<Event> = None;
-            for event in grasps.chain(releases).chain(leave) {
-                if next.as_ref().is_none_or(|n| event.time() < n.time()) {
-                    next = Some(event);
+            let mut place = None;
+            for (i, event) in self.pending.iter().enumerate() {
+                if next.is_none_or(|next| order(event) < order(&next)) {
+                    next = Some(*event);
+                    place = Some(i);
                 }
             }
             let Some(event) = next.filter(|event| event.time() <= now) else {
                 return;
             };
             self.observer.observe(&event);
-            match event {
-                Event::Grasp { item, .. } => {
-                    // Done with; the release of the same pick is still to come.
-                    for pick in self.pending.iter_mut().filter(|p| p.item == item) {
-                        pick.grasp = f64::INFINITY;
-                    }
-                }
-                Event::Release { item, .. } => self.pending.retain(|p| p.item != item),
-                Event::LeftBelt { .. } => self.leaving += 1,
-                Event::Decision { .. } => {}
+            match place {
+                Some(place) => drop(self.pending.remove(place)),
+                None => self.leaving += 1,
             }
         }
     }
+}
+
+/// Time [s], then what comes first at equal times.
+fn order(event: &Event) -> (f64, u8) {
+    let rank = match event {
+        Event::Grasp { .. } => 0,
+        Event::GraspFailed { .. } => 1,
+        Event::Release { .. } => 2,
+        Event::LeftBelt { .. } => 3,
+        Event::Decision { .. } => 4,
+    };
+    (event.time(), rank)
 }

@@ -5,9 +5,9 @@
 //! one after the other, each on what those before it left, and all assignments that
 //! begin alike share that work (see `AssignmentTree`).
 
+use super::attempt::make_pick;
 use super::claims::Claims;
 use super::queue::Queue;
-use super::run::make_pick;
 use super::scene::Scene;
 use crate::decision::{Candidate, Figures, Moment, Pick};
 use crate::dispatch::{DispatchingRule, Rule};

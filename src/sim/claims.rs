@@ -30,6 +30,10 @@ impl Claims {
         self.words[item as usize / 64] |= 1 << (item % 64);
     }
 
+    pub fn remove(&mut self, item: u32) {
+        self.words[item as usize / 64] &= !(1 << (item % 64));
+    }
+
     pub fn copy_from(&mut self, other: &Self) {
         self.words.copy_from_slice(&other.words);
     }

@@ -44,10 +44,18 @@ pub fn simulate_observed(
     while let Some(snapshot) = run.next_decision() {
         let time = snapshot.time;
         let action = strategy.decide(&snapshot);
-        announcer.advance(scene, run.claims(), time);
+        announcer.advance(&run, time);
+        let failed = run.failures().len();
         let pick = run.act(action)?;
-        announcer.decided(&run.seen(), action, pick);
+        announcer.decided(&run.seen(), action);
+        if let Some(pick) = &pick {
+            announcer.picks(pick);
+        }
+        for failure in &run.failures()[failed..] {
+            let robot = &scene.station().robots()[failure.attempt.robot];
+            announcer.fails(failure, robot.grasp_time);
+        }
     }
-    announcer.advance(scene, run.claims(), f64::INFINITY);
+    announcer.advance(&run, f64::INFINITY);
     Ok(run.into_outcome())
 }

@@ -2,8 +2,11 @@
 //! takes rules only and shares work between assignments.
 
 mod announcer;
+mod attempt;
+mod buffers;
 mod cascade;
 mod claims;
+mod conditions;
 mod event_loop;
 mod queue;
 mod run;
@@ -12,9 +15,11 @@ mod trace;
 mod tree;
 mod view;
 
+pub use buffers::RunBuffers;
 pub use cascade::Cascade;
+pub use conditions::{Conditions, Disturbances};
 pub use event_loop::{simulate, simulate_observed, simulate_rules};
-pub use run::{Run, RunBuffers};
+pub use run::Run;
 pub use scene::Scene;
 pub use trace::Trace;
 pub use tree::AssignmentTree;

@@ -14,6 +14,8 @@ pub(super) struct Queue {
     pub active: Vec<Candidate>,
     /// When the robot is free [s].
     pub free: f64,
+    /// Whether it is until the next window opens that it is not.
+    pub waits: bool,
 }
 
 impl Queue {
@@ -22,10 +24,11 @@ impl Queue {
         self.next = 0;
         self.active.clear();
         self.free = 0.0;
+        self.waits = false;
     }
 
     /// When the robot decides next [s], and leaves in `active` what it can choose
-    /// from then; none when there is nothing left for it.
+    /// from then, and, where items are given back, some that open later; none when there is nothing left for it.
     ///
     /// `queue` is what the robot has windows for, by opening time, the same in every
     /// call. `gone` says whether an item that has not opened yet is claimed, `lost` the
@@ -37,27 +40,33 @@ impl Queue {
         gone: impl Fn(u32) -> bool,
         lost: impl Fn(u32) -> bool,
     ) -> Option<f64> {
+        // Not yet the time that `free` becomes: an item may be given back before.
+        let mut from = self.free;
         loop {
-            self.open_until(queue, self.free, &gone);
-            // An earlier call may have opened items past `free`.
+            self.open_until(queue, from, &gone);
+            // An earlier call may have opened items past `from`.
             let mut opened = f64::INFINITY;
             self.active.retain(|c| {
-                let stays = c.close >= self.free && !lost(c.item);
+                let stays = c.close >= from && !lost(c.item);
                 if stays {
                     opened = opened.min(c.open);
                 }
                 stays
             });
-            if self.active.is_empty() {
-                opened = self.next_opening(queue, &gone)?;
+            if opened > from || self.active.is_empty() {
+                match self.next_opening(queue, &gone) {
+                    Some(next) => opened = opened.min(next),
+                    None if self.active.is_empty() => return None,
+                    None => {}
+                }
             }
-            let exact = self.free.max(opened);
+            let exact = from.max(opened);
             let time = scene.tick(exact);
             self.open_until(queue, time, &gone);
             if time > exact {
                 self.active.retain(|c| c.close >= time);
-                if self.active.is_empty() {
-                    self.free = time;
+                if !self.active.iter().any(|c| c.open <= time) {
+                    from = time;
                     continue;
                 }
             }
@@ -75,6 +84,42 @@ impl Queue {
             self.next += 1;
         }
         Some(queue[self.next].open)
+    }
+
+    /// As [`Queue::next_opening`], looking also among what is in `active`, where items
+    /// that were given back may open after `time` [s].
+    pub fn next_opening_after(
+        &mut self,
+        time: f64,
+        queue: &[Candidate],
+        gone: &impl Fn(u32) -> bool,
+    ) -> Option<f64> {
+        let later = self.active.iter().filter(|c| c.open > time);
+        let given_back = later.filter(|c| !gone(c.item)).map(|c| c.open);
+        let given_back = given_back.reduce(f64::min);
+        let next = self.next_opening(queue, gone);
+        [given_back, next].into_iter().flatten().reduce(f64::min)
+    }
+
+    /// Takes `queue[place]` back, which is unclaimed again from `time` [s] on, no earlier
+    /// than any decision so far. Returns a lower bound of the robot's next decision [s],
+    /// none when it is too late for this item.
+    pub fn give_back(&mut self, queue: &[Candidate], place: usize, time: f64) -> Option<f64> {
+        let candidate = queue[place];
+        if candidate.close < time {
+            return None;
+        }
+        let opens = candidate.open.max(time);
+        if self.waits {
+            self.free = self.free.min(opens);
+        }
+        // An idle robot could have left for it earlier had it been there.
+        self.free = self.free.max(time);
+        // It may still be there, if the robot did not come to decide in the meantime.
+        if place < self.next && self.active.iter().all(|c| c.item != candidate.item) {
+            self.active.push(candidate);
+        }
+        Some(self.free.max(opens))
     }
 
     fn open_until(&mut self, queue: &[Candidate], time: f64, gone: &impl Fn(u32) -> bool) {

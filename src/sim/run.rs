@@ -1,16 +1,14 @@
 //! A run that goes on from decision to decision, as its caller says.
 
-use super::claims::Claims;
-use super::queue::Queue;
+use super::attempt::{make_pick, try_pick};
+use super::buffers::RunBuffers;
 use super::scene::Scene;
-use super::view::View;
 use crate::decision::{
-    Action, Candidate, Figures, Miss, MissReason, Moment, Outcome, Pick, RobotFigures, Snapshot,
-    Strategy,
+    Action, Candidate, Failure, Figures, Miss, MissReason, Moment, Outcome, Pick, RobotFigures,
+    Snapshot, Strategy,
 };
 use crate::error::{Error, Result};
-use crate::kinematics;
-use nalgebra::Point2;
+use crate::station::Robot;
 
 /// One run on a scene, stepped from outside: [`Run::next_decision`] says who has to
 /// decide on what, [`Run::act`] takes the answer.
@@ -35,58 +33,6 @@ use nalgebra::Point2;
 pub struct Run<'a> {
     scene: &'a Scene<'a>,
     state: RunBuffers,
-}
-
-/// What a run keeps between decisions, detached from any scene.
-#[derive(Debug, Clone, Default)]
-pub struct RunBuffers {
-    queues: Vec<Queue>,
-    /// For each robot a lower bound of its next decision [s]; it can only be late,
-    /// as claims by others only take items away.
-    decisions: Vec<Option<f64>>,
-    claims: Claims,
-    /// Items that were a candidate of some robot at some decision.
-    offered: Claims,
-    free_at: Vec<f64>,
-    candidates: Vec<Candidate>,
-    view: View,
-    /// Whether the view is filled before every decision.
-    looks: bool,
-    /// Robot and time [s] of the last decision come to.
-    at: (usize, f64),
-    /// Whether that decision is still to be taken.
-    undecided: bool,
-    robots: Vec<RobotFigures>,
-    picks: Vec<Pick>,
-    last_release: f64,
-}
-
-impl RunBuffers {
-    fn reset(&mut self, scene: &Scene) {
-        let robots = scene.station().robots().len();
-        let items = scene.pattern().len();
-        // Queues past the last robot stay, with what they have grown to.
-        self.queues
-            .resize_with(robots.max(self.queues.len()), Queue::default);
-        self.queues.iter_mut().for_each(Queue::reset);
-        refill(&mut self.decisions, robots, Some(0.0));
-        self.claims.reset(items);
-        self.offered.reset(items);
-        refill(&mut self.free_at, robots, 0.0);
-        self.candidates.clear();
-        self.view.reset();
-        self.looks = true;
-        self.at = (0, 0.0);
-        self.undecided = false;
-        refill(&mut self.robots, robots, RobotFigures::default());
-        self.picks.clear();
-        self.last_release = 0.0;
-    }
-}
-
-fn refill<T: Clone>(list: &mut Vec<T>, count: usize, value: T) {
-    list.clear();
-    list.resize(count, value);
 }
 
 impl<'a> Run<'a> {
@@ -149,6 +95,11 @@ impl<'a> Run<'a> {
                     first = Some((robot, time));
                 }
             }
+            if let Some(place) = state.first_ending(first.map(|(_, time)| time)) {
+                let (time, item) = state.ending.remove(place);
+                state.give_back(self.scene, item, time);
+                continue;
+            }
             let (robot, time) = first?;
             let claimed = |item| state.claims.contains(item);
             let queue = self.scene.queue(robot);
@@ -165,7 +116,18 @@ impl<'a> Run<'a> {
         let state = &mut self.state;
         let (robot, time) = state.at;
         state.candidates.clone_from(&state.queues[robot].active);
-        state.candidates.sort_unstable_by_key(|c| c.item);
+        let disturbances = &self.scene.conditions().disturbances;
+        if disturbances.any() {
+            // What was given back may open later only.
+            state.candidates.retain(|c| c.open <= time);
+        }
+        if disturbances.position_noise > 0.0 {
+            let before =
+                |a: &Candidate, b: &Candidate| b.x0.total_cmp(&a.x0).then(a.item.cmp(&b.item));
+            state.candidates.sort_unstable_by(before);
+        } else {
+            state.candidates.sort_unstable_by_key(|c| c.item);
+        }
         for candidate in &state.candidates {
             state.offered.insert(candidate.item);
         }
@@ -190,8 +152,8 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Takes the decision that [`Run::next_decision`] came to. Returns the pick, if it
-    /// is one.
+    /// Takes the decision that [`Run::next_decision`] came to. Returns the pick, if it is
+    /// one; an attempt that fails is none, it stands last in [`Run::failures`].
     ///
     /// # Errors
     /// An action that the model forbids, or no decision to take: nothing has changed
@@ -215,15 +177,41 @@ impl<'a> Run<'a> {
                     illegal(format!("candidate {place} of {count}"))
                 })?;
                 let at = Moment::new(self.scene.station(), robot, time);
-                let pick = make_pick(&at, robot, candidate);
-                state.claims.insert(pick.item);
-                state.robots[robot].picked += 1;
-                state.robots[robot].weight += candidate.weight;
-                state.robots[robot].busy += pick.release - time;
+                let result = if state.attempts.is_empty() {
+                    Ok(make_pick(&at, robot, candidate))
+                } else {
+                    let attempt = &mut state.attempts[candidate.item as usize];
+                    *attempt += 1;
+                    try_pick(self.scene, &at, robot, candidate, *attempt - 1)
+                };
+                state.claims.insert(candidate.item);
+                let did = &mut state.robots[robot];
+                match result {
+                    Ok(pick) => {
+                        did.picked += 1;
+                        did.weight += candidate.weight;
+                        state.picks.push(pick);
+                        made = Some(pick);
+                    }
+                    Err(failure) => {
+                        did.failed += 1;
+                        let ends = failure.claim_ends(at.robot.grasp_time);
+                        state.ending.push((ends, candidate.item));
+                        state.failures.push(failure);
+                    }
+                }
+                let pick = match result {
+                    Ok(pick) => pick,
+                    Err(failure) => failure.attempt,
+                };
+                did.busy += pick.release - time;
                 state.last_release = state.last_release.max(pick.release);
-                state.picks.push(pick);
-                made = Some(pick);
-                pick.release
+                if made.is_none() {
+                    // An attempt that takes no time at all must not be made for ever.
+                    pick.release.max(time.next_up())
+                } else {
+                    pick.release
+                }
             }
             Action::WaitUntil(until) if until > time => until,
             Action::WaitUntil(until) => {
@@ -232,10 +220,13 @@ impl<'a> Run<'a> {
                 )));
             }
             Action::WaitForNextWindow => state.queues[robot]
-                .next_opening(self.scene.queue(robot), &|item| state.claims.contains(item))
+                .next_opening_after(time, self.scene.queue(robot), &|item| {
+                    state.claims.contains(item)
+                })
                 .unwrap_or(f64::INFINITY),
         };
         state.queues[robot].free = free;
+        state.queues[robot].waits = action == Action::WaitForNextWindow;
         state.decisions[robot] = Some(free);
         state.undecided = false;
         Ok(made)
@@ -258,7 +249,9 @@ impl<'a> Run<'a> {
     pub fn figures(&self) -> Figures {
         let state = &self.state;
         let weight = state.robots.iter().map(|robot| robot.weight).sum();
-        let last_missing = state.claims.last_missing(self.scene.pattern().len());
+        let unclaimed = state.claims.last_missing(self.scene.pattern().len());
+        let given_back = state.ending.iter().map(|(_, item)| *item as usize).max();
+        let last_missing = unclaimed.max(given_back);
         let picked = state.picks.len();
         self.scene
             .figures(picked, weight, state.last_release, last_missing)
@@ -274,6 +267,17 @@ impl<'a> Run<'a> {
         &self.state.picks
     }
 
+    /// The attempts that failed so far, in the same order.
+    pub fn failures(&self) -> &[Failure] {
+        &self.state.failures
+    }
+
+    /// Whether the item was picked, or a robot is on its way that will pick it.
+    pub(super) fn is_picked(&self, item: u32) -> bool {
+        let state = &self.state;
+        state.claims.contains(item) && state.ending.iter().all(|(_, other)| *other != item)
+    }
+
     /// The run, as if nothing further were picked.
     pub fn outcome(&self) -> Outcome {
         self.clone().into_outcome()
@@ -282,7 +286,7 @@ impl<'a> Run<'a> {
     /// As [`Run::outcome`], without a copy.
     pub fn into_outcome(self) -> Outcome {
         let missed = (0..self.scene.pattern().len() as u32)
-            .filter(|&item| !self.state.claims.contains(item))
+            .filter(|&item| !self.is_picked(item))
             .map(|item| Miss {
                 item,
                 reason: self.reason(item),
@@ -293,45 +297,32 @@ impl<'a> Run<'a> {
             missed,
             robots: self.state.robots,
             picks: self.state.picks,
+            failures: self.state.failures,
         }
     }
 
+    /// The first that fits.
     fn reason(&self, item: u32) -> MissReason {
-        if self.state.offered.contains(item) {
-            return MissReason::PassedOver;
-        }
         let station = self.scene.station();
-        let Some(it) = self.scene.pattern().items().get(item as usize) else {
-            return MissReason::Unreachable;
+        let it = &self.scene.pattern().items()[item as usize];
+        let reachable = |robot: &Robot| {
+            let window = robot.departure_window(station.belt(), it.x0, it.y);
+            window.is_some()
         };
-        let reachable = station.robots().iter().any(|robot| {
-            robot
-                .departure_window(station.belt(), it.x0, it.y)
-                .is_some()
-        });
-        if reachable {
+        // An item that was offered has a window where it is reported, which need not be
+        // where it is.
+        let offered = self.state.offered.contains(item);
+        let noisy = self.scene.conditions().disturbances.position_noise > 0.0;
+        if (!offered || noisy) && !station.robots().iter().any(reachable) {
+            MissReason::Unreachable
+        } else if self.state.attempts.get(item as usize) > Some(&0) {
+            MissReason::GraspFailed
+        } else if offered {
+            MissReason::PassedOver
+        } else if self.scene.has_window(item) {
             MissReason::Busy
         } else {
-            MissReason::Unreachable
+            MissReason::Unseen
         }
-    }
-
-    /// What is claimed.
-    pub(super) fn claims(&self) -> &Claims {
-        &self.state.claims
-    }
-}
-
-/// The pick of `candidate` by a robot that leaves at `at`.
-pub(super) fn make_pick(at: &Moment, robot: usize, candidate: &Candidate) -> Pick {
-    let travel = at.travel_time(candidate);
-    Pick {
-        robot,
-        item: candidate.item,
-        decide: at.time,
-        grasp: at.time + travel,
-        release: at.time
-            + kinematics::processing_time(travel, at.robot.grasp_time, at.robot.release_time),
-        meet: Point2::new(at.x(candidate) + at.belt_speed * travel, candidate.y),
     }
 }

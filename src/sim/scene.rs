@@ -1,9 +1,11 @@
 //! A station with a pattern on its belt, made ready to simulate.
 
+use super::claims::Claims;
+use super::conditions::{Conditions, Disturbances};
 use crate::decision::{Candidate, Figures};
-use crate::error::{Error, Result, shown_number};
+use crate::error::Result;
 use crate::pattern::Pattern;
-use crate::station::Station;
+use crate::station::{Belt, Station};
 
 /// A pattern on a station, with every departure window computed once. All runs of
 /// the pattern share it, whatever the strategy.
@@ -11,11 +13,31 @@ use crate::station::Station;
 pub struct Scene<'a> {
     station: &'a Station,
     pattern: &'a Pattern,
-    /// Per robot, the items that it has a window for, by opening time, then index.
+    conditions: Conditions,
+    /// The items as the camera reports them, furthest downstream first.
+    sightings: Vec<Sighting>,
+    /// Per robot, the items that it has a window for, by opening time, then in the order
+    /// of `sightings`.
     queues: Vec<Vec<Candidate>>,
+    /// Per robot and item, the place in the robot's queue; filled only where an item can
+    /// be given back.
+    places: Vec<Vec<u32>>,
+    /// The items that some robot has a window for.
+    windowed: Claims,
     independent: bool,
-    update_hz: f64,
 }
+
+/// An item as the camera reports it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sighting {
+    pub item: u32,
+    pub x0: f64,
+    pub y: f64,
+    pub weight: f64,
+}
+
+/// Stands for an item that is not in a queue; patterns hold at most ten million.
+const NOWHERE: u32 = u32::MAX;
 
 impl<'a> Scene<'a> {
     /// Puts `pattern` on `station`. Takes O(N n log n) for N robots and n items.
@@ -23,40 +45,35 @@ impl<'a> Scene<'a> {
     /// # Errors
     /// An item beside the belt.
     pub fn new(station: &'a Station, pattern: &'a Pattern) -> Result<Self> {
+        Self::under(station, pattern, Conditions::default())
+    }
+
+    /// As [`Scene::new`], under conditions other than those of the plain model.
+    ///
+    /// # Errors
+    /// An item beside the belt, conditions that are none (see [`Conditions::check`]).
+    pub fn under(
+        station: &'a Station,
+        pattern: &'a Pattern,
+        conditions: Conditions,
+    ) -> Result<Self> {
+        conditions.check()?;
         pattern.check_on(station)?;
-        let belt = station.belt();
-        let mut queues = vec![Vec::new(); station.robots().len()];
-        let mut independent = true;
-        for (index, item) in pattern.items().iter().enumerate() {
-            let weight = item.reward();
-            let mut upstream_close = f64::NEG_INFINITY;
-            for (robot, queue) in station.robots().iter().zip(&mut queues) {
-                let Some((open, close)) = robot.departure_window(belt, item.x0, item.y) else {
-                    continue;
-                };
-                independent &= upstream_close < open;
-                upstream_close = upstream_close.max(close);
-                queue.push(Candidate {
-                    // Patterns hold at most ten million items.
-                    item: index as u32,
-                    x0: item.x0,
-                    y: item.y,
-                    weight,
-                    open,
-                    close,
-                });
-            }
-        }
-        for queue in &mut queues {
-            queue.sort_by(|a, b| a.open.total_cmp(&b.open));
-        }
-        Ok(Self {
+        let mut scene = Self {
             station,
             pattern,
-            queues,
-            independent,
-            update_hz: 0.0,
-        })
+            conditions,
+            sightings: sightings(station, pattern, &conditions),
+            queues: vec![Vec::new(); station.robots().len()],
+            places: Vec::new(),
+            windowed: Claims::none(pattern.len()),
+            independent: true,
+        };
+        scene.find_windows();
+        if conditions.disturbances.any() {
+            scene.find_places();
+        }
+        Ok(scene)
     }
 
     /// The same scene with decisions at multiples of `1 / hz` seconds only (the
@@ -65,15 +82,114 @@ impl<'a> Scene<'a> {
     /// # Errors
     /// A frequency that is negative or not a number, or past 1 MHz.
     pub fn with_update_hz(mut self, hz: f64) -> Result<Self> {
-        if !(hz == 0.0 || (1e-6..=1e6).contains(&hz)) {
-            return Err(Error::input(
-                "--update-hz",
-                format!("{} is not an update frequency", shown_number(hz)),
-                "give Hz, from 1e-6 to 1e6, or 0 for exact decisions",
-            ));
-        }
-        self.update_hz = hz;
+        // No window depends on it.
+        self.conditions.update_hz = hz;
+        self.conditions.check()?;
         Ok(self)
+    }
+
+    /// The same scene with a camera at `x` [m], negative for upstream of the belt's
+    /// start: an item is known only once it has passed it, so no window of it opens
+    /// earlier.
+    ///
+    /// # Errors
+    /// A position that is not a number or absurdly large.
+    pub fn with_camera_x(self, x: f64) -> Result<Self> {
+        let conditions = Conditions {
+            camera_x: Some(x),
+            ..self.conditions
+        };
+        Self::under(self.station, self.pattern, conditions)
+    }
+
+    /// The same scene where things go wrong.
+    ///
+    /// # Errors
+    /// A deviation or a probability that is none.
+    pub fn with_disturbances(self, disturbances: Disturbances) -> Result<Self> {
+        let conditions = Conditions {
+            disturbances,
+            ..self.conditions
+        };
+        Self::under(self.station, self.pattern, conditions)
+    }
+
+    fn find_windows(&mut self) {
+        let belt = self.station.belt();
+        for seen in &self.sightings {
+            let known = self.conditions.camera_x.map(|x| known_from(x, seen, belt));
+            let mut upstream_close = f64::NEG_INFINITY;
+            for (robot, queue) in self.station.robots().iter().zip(&mut self.queues) {
+                let Some((mut open, close)) = robot.departure_window(belt, seen.x0, seen.y) else {
+                    continue;
+                };
+                if let Some(known) = known {
+                    open = open.max(known);
+                    if open > close {
+                        continue;
+                    }
+                }
+                self.windowed.insert(seen.item);
+                self.independent &= upstream_close < open;
+                upstream_close = upstream_close.max(close);
+                queue.push(Candidate {
+                    item: seen.item,
+                    x0: seen.x0,
+                    y: seen.y,
+                    weight: seen.weight,
+                    open,
+                    close,
+                });
+            }
+        }
+        for queue in &mut self.queues {
+            queue.sort_by(|a, b| a.open.total_cmp(&b.open));
+        }
+    }
+
+    fn find_places(&mut self) {
+        let items = self.pattern.len();
+        let places = |queue: &Vec<Candidate>| {
+            let mut places = vec![NOWHERE; items];
+            for (place, candidate) in queue.iter().enumerate() {
+                places[candidate.item as usize] = place as u32;
+            }
+            places
+        };
+        self.places = self.queues.iter().map(places).collect();
+    }
+
+    /// Where `item` is in the queue of robot `robot`, on a scene with disturbances.
+    pub(super) fn place(&self, robot: usize, item: u32) -> Option<usize> {
+        let place = *self.places.get(robot)?.get(item as usize)?;
+        (place != NOWHERE).then_some(place as usize)
+    }
+
+    /// Whether any robot has a window for `item` where and from when on the camera
+    /// reports it.
+    pub(super) fn has_window(&self, item: u32) -> bool {
+        self.windowed.contains(item)
+    }
+
+    /// The items as they are reported, furthest downstream first.
+    pub(super) fn sightings(&self) -> &[Sighting] {
+        &self.sightings
+    }
+
+    /// Whether the camera knows of the item at `time` [s].
+    #[inline]
+    pub(super) fn knows(&self, seen: &Sighting, time: f64) -> bool {
+        let belt = self.station.belt();
+        match self.conditions.camera_x {
+            None => seen.x0 + belt.speed * time >= 0.0,
+            // As for the windows, so that every candidate is in view.
+            Some(x) => known_from(x, seen, belt) <= time,
+        }
+    }
+
+    /// The conditions.
+    pub fn conditions(&self) -> &Conditions {
+        &self.conditions
     }
 
     /// The station.
@@ -86,30 +202,33 @@ impl<'a> Scene<'a> {
         self.pattern
     }
 
-    /// The items that robot `index` has a window for, by opening time, then index.
+    /// The items that robot `index` has a window for, by opening time, then
+    /// furthest downstream first.
     pub fn queue(&self, index: usize) -> &[Candidate] {
         &self.queues[index]
     }
 
     /// Whether downstream decisions can never change upstream ones: for every item
     /// and every pair of robots that have a window for it, the upstream one's closes
-    /// strictly before the downstream one's opens.
+    /// strictly before the downstream one's opens, and nothing that goes wrong gives an
+    /// item back.
     pub fn is_independent(&self) -> bool {
-        self.independent
+        self.independent && !self.conditions.disturbances.any()
     }
 
     /// `time` [s] rounded up to the next update; a value within 1e-9 ticks of one
     /// stays as it is.
     pub(super) fn tick(&self, time: f64) -> f64 {
-        if self.update_hz == 0.0 || !time.is_finite() {
+        let hz = self.conditions.update_hz;
+        if hz == 0.0 || !time.is_finite() {
             return time;
         }
-        let ticks = time * self.update_hz;
+        let ticks = time * hz;
         if (ticks - ticks.round()).abs() <= 1e-9 {
             time
         } else {
             // The quotient may fall a rounding short of the value it rounds up.
-            (ticks.ceil() / self.update_hz).max(time)
+            (ticks.ceil() / hz).max(time)
         }
     }
 
@@ -138,4 +257,32 @@ impl<'a> Scene<'a> {
         let belt = self.station.belt();
         (belt.length - self.pattern.items()[index].x0) / belt.speed
     }
+}
+
+/// The items as the camera reports them, furthest downstream first.
+fn sightings(station: &Station, pattern: &Pattern, conditions: &Conditions) -> Vec<Sighting> {
+    let width = station.belt().width;
+    let noise = &conditions.disturbances;
+    let items = pattern.items().iter().zip(0u32..);
+    let mut sightings: Vec<Sighting> = items
+        .map(|(item, index)| {
+            let (x0, y) = noise.reported(index, item, width);
+            let weight = item.reward();
+            Sighting {
+                item: index,
+                x0,
+                y,
+                weight,
+            }
+        })
+        .collect();
+    if noise.position_noise > 0.0 {
+        sightings.sort_by(|a, b| b.x0.total_cmp(&a.x0));
+    }
+    sightings
+}
+
+/// When the item passes a camera at `x` [m], so that it is known from then on [s].
+fn known_from(x: f64, seen: &Sighting, belt: &Belt) -> f64 {
+    (x - seen.x0) / belt.speed
 }

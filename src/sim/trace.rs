@@ -14,7 +14,8 @@ pub struct Trace<'a> {
 
 impl<'a> Trace<'a> {
     /// The columns of the table: time and positions in s and m; `candidates` is how
-    /// many items the robot could choose from, `until_s` how long it waits.
+    /// many items the robot could choose from, `until_s` until when it waits, or is on its way back
+    /// from a grasp that failed.
     pub const COLUMNS: [&'static str; 6] =
         ["time_s", "event", "robot", "item", "candidates", "until_s"];
 
@@ -67,6 +68,17 @@ impl Observer for Trace<'_> {
             }
             Event::Release { time, robot, item } => {
                 self.push(time, "release", Some(robot), Some(item));
+            }
+            Event::GraspFailed {
+                time,
+                robot,
+                item,
+                free,
+            } => {
+                self.push(time, "grasp_failed", Some(robot), Some(item));
+                if let Some(row) = self.rows.last_mut() {
+                    row[5] = free.to_string();
+                }
             }
             Event::LeftBelt { time, item } => self.push(time, "left_belt", None, Some(item)),
         }

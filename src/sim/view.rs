@@ -4,8 +4,8 @@ use super::claims::Claims;
 use super::scene::Scene;
 use crate::decision::BeltItem;
 
-/// The unclaimed items on the belt. As patterns are sorted, they lie between two
-/// indices that only grow.
+/// The unclaimed items on the belt that are known. As sightings are sorted, they lie
+/// between two places that only grow.
 #[derive(Debug, Clone, Default)]
 pub(super) struct View {
     pub items: Vec<BeltItem>,
@@ -24,22 +24,23 @@ impl View {
     /// Fills `items` with what is in view at `time` [s], no earlier than last time.
     pub fn update(&mut self, scene: &Scene, claims: &Claims, time: f64) {
         let belt = scene.station().belt();
-        let items = scene.pattern().items();
-        let x = |index: usize| items[index].x0 + belt.speed * time;
-        while self.end < items.len() && x(self.end) >= 0.0 {
+        let seen = scene.sightings();
+        let x = |index: usize| seen[index].x0 + belt.speed * time;
+        while self.end < seen.len() && scene.knows(&seen[self.end], time) {
             self.end += 1;
         }
         while self.first < self.end && x(self.first) > belt.length {
             self.first += 1;
         }
         self.items.clear();
-        let unclaimed = (self.first..self.end).filter(|&i| !claims.contains(i as u32));
-        self.items.extend(unclaimed.map(|i| BeltItem {
-            item: i as u32,
-            x0: items[i].x0,
-            x: x(i),
-            y: items[i].y,
-            weight: items[i].reward(),
+        let known = seen[self.first..self.end].iter();
+        let unclaimed = known.filter(|seen| !claims.contains(seen.item));
+        self.items.extend(unclaimed.map(|seen| BeltItem {
+            item: seen.item,
+            x0: seen.x0,
+            x: seen.x0 + belt.speed * time,
+            y: seen.y,
+            weight: seen.weight,
         }));
     }
 }

@@ -1,0 +1,55 @@
+//! What comes of a robot that leaves for an item.
+
+use super::scene::Scene;
+use crate::decision::{Candidate, Failure, FailureCause, Moment, Pick};
+use crate::kinematics;
+use nalgebra::Point2;
+
+/// The pick of `candidate` by a robot that leaves at `at`.
+pub(super) fn make_pick(at: &Moment, robot: usize, candidate: &Candidate) -> Pick {
+    let travel = at.travel_time(candidate);
+    Pick {
+        robot,
+        item: candidate.item,
+        decide: at.time,
+        grasp: at.time + travel,
+        release: at.time
+            + kinematics::processing_time(travel, at.robot.grasp_time, at.robot.release_time),
+        meet: Point2::new(at.x(candidate) + at.belt_speed * travel, candidate.y),
+    }
+}
+
+/// As [`make_pick`] on a scene with disturbances, where it may fail; it is attempt
+/// number `attempt`, from 0, at that item.
+pub(super) fn try_pick(
+    scene: &Scene,
+    at: &Moment,
+    robot: usize,
+    candidate: &Candidate,
+    attempt: u32,
+) -> Result<Pick, Failure> {
+    let disturbances = &scene.conditions().disturbances;
+    let item = &scene.pattern().items()[candidate.item as usize];
+    let mut truth = *candidate;
+    if disturbances.position_noise > 0.0 {
+        (truth.x0, truth.y) = (item.x0, item.y);
+        let belt = scene.station().belt();
+        let window = at.robot.departure_window(belt, item.x0, item.y);
+        if !window.is_some_and(|(open, close)| (open..=close).contains(&at.time)) {
+            // The arm goes where the item was reported and finds nothing.
+            return Err(Failure {
+                attempt: make_pick(at, robot, candidate),
+                cause: FailureCause::OutOfReach,
+            });
+        }
+    }
+    let pick = make_pick(at, robot, &truth);
+    if disturbances.grasp_succeeds(candidate.item, item, attempt) {
+        Ok(pick)
+    } else {
+        Err(Failure {
+            attempt: pick,
+            cause: FailureCause::Grasp,
+        })
+    }
+}

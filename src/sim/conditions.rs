@@ -1,0 +1,241 @@
+//! Under which conditions a pattern is picked: what the camera sees, what goes wrong.
+
+use crate::error::{Error, Result, shown_number};
+use crate::pattern::{Item, random_stream};
+use rand::RngExt;
+use rand_distr::{Distribution as _, StandardNormal};
+
+/// Positions past this [m] are no place for a camera.
+const FURTHEST: f64 = 1e6;
+/// More position noise than this [m] is taken for a slip of the unit.
+const MOST_NOISE: f64 = 10.0;
+/// What turns the seed into that of the grasps and that of the positions, so that
+/// neither repeats the numbers that a pattern of the same seed was drawn from.
+const GRASPS: u64 = 0x6772_6173_7073_0001;
+const POSITIONS: u64 = 0x706f_7369_7469_6f6e;
+
+/// What can go wrong; nothing by default. The draws depend on seed, item and attempt
+/// only, so that all strategies meet the same luck (`docs/model.md`, disturbances).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Disturbances {
+    /// Whether a grasp may fail: each succeeds with the item's `p_grasp`.
+    pub grasp_failures: bool,
+    /// `p_grasp` of the items that have none of their own.
+    pub default_p_grasp: f64,
+    /// Standard deviation of the reported positions, along the belt and across [m].
+    pub position_noise: f64,
+    /// Seed of the draws.
+    pub seed: u64,
+}
+
+impl Default for Disturbances {
+    fn default() -> Self {
+        Self {
+            grasp_failures: false,
+            default_p_grasp: 1.0,
+            position_noise: 0.0,
+            seed: 0,
+        }
+    }
+}
+
+impl Disturbances {
+    /// Whether there are any.
+    pub fn any(&self) -> bool {
+        self.grasp_failures || self.position_noise > 0.0
+    }
+
+    /// The probability that a grasp of `item` succeeds.
+    pub fn p_grasp(&self, item: &Item) -> f64 {
+        if self.grasp_failures {
+            item.p_grasp.unwrap_or(self.default_p_grasp)
+        } else {
+            1.0
+        }
+    }
+
+    /// Whether attempt number `attempt`, from 0, at item `index` succeeds, as far as the
+    /// grasp goes.
+    pub fn grasp_succeeds(&self, index: u32, item: &Item, attempt: u32) -> bool {
+        if !self.grasp_failures {
+            return true;
+        }
+        let stream = u64::from(index) << 32 | u64::from(attempt);
+        let mut rng = random_stream(self.seed ^ GRASPS, stream);
+        rng.random::<f64>() < self.p_grasp(item)
+    }
+
+    /// Where the camera puts item `index` of a belt of `width` [m]: x at time 0 and y [m].
+    pub fn reported(&self, index: u32, item: &Item, width: f64) -> (f64, f64) {
+        if self.position_noise == 0.0 {
+            return (item.x0, item.y);
+        }
+        let mut rng = random_stream(self.seed ^ POSITIONS, u64::from(index));
+        let mut error = || -> f64 {
+            let normal: f64 = StandardNormal.sample(&mut rng);
+            self.position_noise * normal
+        };
+        let (x0, y) = (item.x0 + error(), item.y + error());
+        (x0, y.clamp(-0.5 * width, 0.5 * width))
+    }
+}
+
+/// Under which conditions a pattern is picked. The default is the plain model.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Conditions {
+    /// Decisions at multiples of `1 / update_hz` seconds only; 0 is exact [Hz].
+    pub update_hz: f64,
+    /// Where the camera looks [m]: only what has passed it is known. Without one an item
+    /// is in view from the belt's start on, and its windows are those of the model.
+    pub camera_x: Option<f64>,
+    /// What can go wrong.
+    pub disturbances: Disturbances,
+}
+
+impl Conditions {
+    /// The plain model with decisions at multiples of `1 / hz` seconds only.
+    pub fn at_update_hz(hz: f64) -> Self {
+        Self {
+            update_hz: hz,
+            ..Self::default()
+        }
+    }
+
+    /// The same conditions with other luck.
+    pub fn with_seed(mut self, seed: u64) -> Self {
+        self.disturbances.seed = seed;
+        self
+    }
+
+    /// Checks the values.
+    ///
+    /// # Errors
+    /// A frequency, position, probability or deviation that is none.
+    pub fn check(&self) -> Result<()> {
+        let hz = self.update_hz;
+        if !(hz == 0.0 || (1e-6..=1e6).contains(&hz)) {
+            return Err(Error::input(
+                "--update-hz",
+                format!("{} is not an update frequency", shown_number(hz)),
+                "give Hz, from 1e-6 to 1e6, or 0 for exact decisions",
+            ));
+        }
+        if let Some(x) = self.camera_x.filter(|x| !(x.abs() <= FURTHEST)) {
+            return Err(Error::input(
+                "--camera-x",
+                format!("{} is not a place on the belt", shown_number(x)),
+                "give metres from the belt's start, negative ones upstream of it",
+            ));
+        }
+        let p = self.disturbances.default_p_grasp;
+        if !(0.0..=1.0).contains(&p) {
+            return Err(Error::input(
+                "--grasp-failures",
+                format!("{} is not a probability", shown_number(p)),
+                "give the probability that a grasp succeeds, from 0 to 1, or no number",
+            ));
+        }
+        let noise = self.disturbances.position_noise;
+        if !(0.0..=MOST_NOISE).contains(&noise) {
+            return Err(Error::input(
+                "--position-noise",
+                format!("{} is not a standard deviation", shown_number(noise)),
+                format!("give metres, from 0 to {MOST_NOISE}"),
+            ));
+        }
+        Ok(())
+    }
+
+    /// What is not as in the plain model, in words, one line a fact.
+    pub fn describe(&self) -> Vec<String> {
+        let mut lines = Vec::new();
+        if self.update_hz > 0.0 {
+            lines.push(format!("decisions at {} Hz", shown_number(self.update_hz)));
+        }
+        if let Some(x) = self.camera_x {
+            lines.push(format!(
+                "only items past x = {} m are known",
+                shown_number(x)
+            ));
+        }
+        let Disturbances {
+            grasp_failures,
+            default_p_grasp,
+            position_noise,
+            ..
+        } = self.disturbances;
+        if grasp_failures {
+            let p = shown_number(default_p_grasp);
+            lines.push(format!("grasps succeed with p_grasp, {p} where not given"));
+        }
+        if position_noise > 0.0 {
+            let sd = shown_number(position_noise);
+            lines.push(format!(
+                "reported positions are off by {sd} m (SD, x and y)"
+            ));
+        }
+        lines
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bad_conditions_are_refused_by_name() {
+        let plain = Conditions::default();
+        plain.check().unwrap();
+        let disturbed = |default_p_grasp, position_noise| Conditions {
+            disturbances: Disturbances {
+                grasp_failures: true,
+                default_p_grasp,
+                position_noise,
+                seed: 1,
+            },
+            ..plain
+        };
+        disturbed(0.0, 0.0).check().unwrap();
+        let camera = |x| Conditions {
+            camera_x: Some(x),
+            ..plain
+        };
+        camera(-3.0).check().unwrap();
+        for (bad, flag) in [
+            (Conditions::at_update_hz(-1.0), "--update-hz"),
+            (camera(f64::NAN), "--camera-x"),
+            (camera(f64::NEG_INFINITY), "--camera-x"),
+            (disturbed(1.01, 0.0), "--grasp-failures"),
+            (disturbed(f64::NAN, 0.0), "--grasp-failures"),
+            (disturbed(1.0, -1e-9), "--position-noise"),
+            (disturbed(1.0, f64::NAN), "--position-noise"),
+            (disturbed(1.0, 11.0), "--position-noise"),
+        ] {
+            let message = bad.check().unwrap_err().to_string();
+            assert!(message.contains(flag), "{message}");
+        }
+    }
+
+    #[test]
+    fn errors_have_the_stated_deviation_and_stay_on_the_belt() {
+        let noisy = Disturbances {
+            position_noise: 0.01,
+            seed: 3,
+            ..Disturbances::default()
+        };
+        let item = Item::at("a", -1.0, 0.0);
+        let errors: Vec<f64> = (0..4000)
+            .flat_map(|i| {
+                let (x0, y) = noisy.reported(i, &item, 1.0);
+                [x0 + 1.0, y]
+            })
+            .collect();
+        let mean = crate::stats::mean(&errors);
+        let variance = errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64;
+        assert!(mean.abs() < 5e-4, "{mean}");
+        assert!((variance.sqrt() - 0.01).abs() < 3e-4, "{variance}");
+        let edge = Item::at("b", 0.0, 0.5);
+        let y = |i| noisy.reported(i, &edge, 1.0).1;
+        assert!((0..100).all(|i| y(i) <= 0.5) && (0..100).any(|i| y(i) == 0.5));
+    }
+}
