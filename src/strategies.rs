@@ -65,22 +65,6 @@ pub struct Setup<'a> {
     pub budget: Option<Budget>,
 }
 
-impl Setup<'_> {
-    /// Checks that `text` names a strategy, without looking for bases.
-    ///
-    /// # Errors
-    /// As for [`read`].
-    pub fn check(text: &str, robots: usize) -> Result<()> {
-        let bases = || Ok(Vec::new());
-        let setup = Setup {
-            robots,
-            bases: &bases,
-            budget: None,
-        };
-        read(text, &setup).map(drop)
-    }
-}
-
 /// A strategy read once, to be made anew for every run: runs share nothing, so that
 /// they may go in any order and at the same time.
 #[derive(Clone)]
@@ -143,6 +127,24 @@ pub fn read(text: &str, setup: &Setup) -> Result<Blueprint> {
     }
 }
 
+/// As [`read`], for a line of `robots` robots of which nothing is known: what needs a
+/// base gets the paper's robust assignment.
+///
+/// # Errors
+/// As for [`read`].
+pub fn read_alone(text: &str, robots: usize) -> Result<Blueprint> {
+    let bases = || {
+        let default = default_strategy(robots);
+        Ok(vec![default.trim_start_matches("rules:").parse()?])
+    };
+    let setup = Setup {
+        robots,
+        bases: &bases,
+        budget: None,
+    };
+    read(text, &setup)
+}
+
 /// What strategies can be written, for help texts.
 pub fn help() -> String {
     let mut help = String::new();
@@ -197,7 +199,7 @@ mod tests {
         ] {
             let message = read(text, &setup).unwrap_err().to_string();
             assert!(message.contains(word), "{message}");
-            assert!(Setup::check(text, 2).is_err());
+            assert!(read_alone(text, 2).is_err());
         }
     }
 }

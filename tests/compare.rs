@@ -3,6 +3,7 @@
 use pickline::experiment::{Comparison, Method, compare, load_cases};
 use pickline::optimize::{Environment, Silent};
 use pickline::station::built_in;
+use pickline::strategies;
 use std::process::Command;
 use std::sync::atomic::AtomicBool;
 
@@ -11,7 +12,7 @@ fn run(station: &str, cases: &str, replicates: usize) -> Comparison {
     let methods = vec![
         Method::Robust("SPT,FIFO".parse().unwrap()),
         Method::greedy(2).unwrap(),
-        Method::strategy("rules:SPT,SPT", 2).unwrap(),
+        Method::Strategy(strategies::read_alone("SPT,SPT", 2).unwrap()),
     ];
     let stop = AtomicBool::new(false);
     let environment = Environment {

@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::experiment::{Method, compare, load_cases};
 use crate::optimize::Environment;
 use crate::report::{ComparisonReport, Provenance};
-use crate::strategies::Setup;
+use crate::strategies;
 
 /// More patterns than this a case are taken for a slip of the pen.
 const MOST_REPLICATES: usize = 100_000;
@@ -28,7 +28,7 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
     let robots = station.robots().len();
     let cases = load_cases(&args.cases)?;
     for text in &args.strategy {
-        Setup::check(text, robots)?;
+        strategies::read_alone(text, robots)?;
     }
     args.common.remark(&format!(
         "comparing on station {} ({robots} robots, belt at {} m/s), cases {}",

@@ -11,7 +11,7 @@ use crate::optimize::Environment;
 use crate::pattern::{PatternSource, Recipe};
 use crate::report::{Provenance, SweepReport};
 use crate::station::Station;
-use crate::strategies::Setup;
+use crate::strategies;
 
 pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
@@ -25,7 +25,7 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
         .iter()
         .flat_map(|t| lines.iter().map(move |l| (t, l)))
     {
-        Setup::check(text, line.robots().len())?;
+        strategies::read_alone(text, line.robots().len())?;
     }
     let source: PatternSource = args.patterns.parse()?;
     if matches!(source, PatternSource::Files(_)) && args.items.is_some() {

@@ -5,7 +5,7 @@ use super::args::{Common, TrainingArgs};
 use crate::dispatch::RuleAssignment;
 use crate::error::{Error, Result};
 use crate::optimize::{
-    Environment, Evaluator, Grasp, Objective, Optimum, Risk, Search, SearchKind, SpeedScan,
+    Environment, Evaluator, Grasp, Objective, Optimum, Ranked, Risk, Search, SearchKind, SpeedScan,
     optimize,
 };
 use crate::pattern::{PatternSource, Recipe};
@@ -135,9 +135,19 @@ pub struct Robust {
     pub best_few: OnceCell<Vec<RuleAssignment>>,
 }
 
+/// The best few that differ in what they pick. FIFO and PP, say, are one rule where all
+/// items weigh the same, and a second copy of a base is only a cost.
 fn best_few(optimum: &Optimum) -> Vec<RuleAssignment> {
-    let entries = optimum.ranking.entries.iter().take(BASES);
-    entries.map(|entry| entry.assignment.clone()).collect()
+    let mut found: Vec<&Ranked> = Vec::new();
+    let same = |a: &Ranked, b: &Ranked| {
+        (a.mean, a.worst, a.picked_share) == (b.mean, b.worst, b.picked_share)
+    };
+    for entry in &optimum.ranking.entries {
+        if found.len() < BASES && !found.iter().any(|other| same(other, entry)) {
+            found.push(entry);
+        }
+    }
+    found.iter().map(|entry| entry.assignment.clone()).collect()
 }
 
 /// What a strategy is in full, where its name does not say it.

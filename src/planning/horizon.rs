@@ -232,3 +232,55 @@ impl Horizon {
         lifted - 2.0 * travel
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::decision::Strategy;
+    use crate::pattern::grid;
+    use crate::sim::{Scene, simulate};
+    use crate::station::built_in;
+
+    /// Checks horizons of a run that picks whatever comes first.
+    struct Probe(Horizon);
+
+    impl Strategy for Probe {
+        fn decide(&mut self, snapshot: &Snapshot) -> crate::decision::Action {
+            let horizon = &mut self.0;
+            horizon.read(snapshot, f64::INFINITY, Goal::Picks);
+            for candidate in snapshot.candidates {
+                let place = horizon.place(candidate.item).expect("a candidate is known");
+                let reach = horizon.reach(snapshot.robot, place);
+                assert_eq!((reach.open, reach.close), (candidate.open, candidate.close));
+                let at = snapshot.moment();
+                let finish = horizon.finish(snapshot.robot, reach, snapshot.time);
+                assert_eq!(finish, snapshot.time + at.processing_time(candidate));
+                let start = horizon.latest_start(snapshot.robot, reach, finish);
+                assert!((start - snapshot.time).abs() < 1e-9);
+                // No departure in the window takes less than the shortest time.
+                for step in 0..=100 {
+                    let share = f64::from(step) / 100.0;
+                    let start = reach.open + share * (reach.close - reach.open);
+                    let time = horizon.finish(snapshot.robot, reach, start) - start;
+                    assert!(time >= reach.shortest - 1e-12);
+                }
+            }
+            crate::decision::Action::Pick(0)
+        }
+
+        fn name(&self) -> String {
+            "probe".into()
+        }
+    }
+
+    #[test]
+    fn times_are_those_of_the_simulator_and_can_be_turned_round() {
+        for name in ["paper", "paper-narrow"] {
+            let station = built_in(name).unwrap().station(Some(2)).unwrap();
+            let pattern = grid(station.belt().width, 0.15, 60).unwrap();
+            let scene = Scene::new(&station, &pattern).unwrap();
+            let outcome = simulate(&scene, &mut Probe(Horizon::default())).unwrap();
+            assert!(!outcome.picks.is_empty());
+        }
+    }
+}

@@ -23,6 +23,10 @@ pub(super) struct Meter {
     share: f64,
 }
 
+/// Share of the time that is used: the rest is for coming to an end and for the work
+/// around the decision.
+const USED: f64 = 0.95;
+
 /// Simulated decisions between two looks at the clock: some microseconds, as one takes
 /// about 100 ns and up to 2 us where 1,000 items are in view.
 const UNWATCHED: u64 = 20;
@@ -49,7 +53,8 @@ impl Meter {
         match self.budget {
             Budget::Decisions(most) => self.share = self.spent as f64 / most as f64,
             Budget::Time(most) if self.spent >= self.look_again => {
-                self.share = self.began.elapsed().as_secs_f64() / most.as_secs_f64();
+                let most = USED * most.as_secs_f64();
+                self.share = self.began.elapsed().as_secs_f64() / most;
                 self.look_again = self.spent + UNWATCHED;
             }
             Budget::Time(_) => {}
