@@ -23,9 +23,10 @@ for station in paper paper-narrow; do
     for cases in paper dense; do
         mkdir -p "$out/compare/$station-$cases"
         "$PICKLINE" compare --quiet --paper --cases $cases "${train[@]}" \
+            --svg "$out/compare/$station-$cases/rate.svg" \
             --out "$out/compare/$station-$cases" > "$out/compare/$station-$cases/table.txt"
     done
     mkdir -p "$out/sweep/$station"
     "$PICKLINE" sweep --quiet "${train[@]}" --strategy SPT,SPT --out "$out/sweep/$station" \
-        > "$out/sweep/$station/table.txt"
+        --svg "$out/sweep/$station/picked.svg" > "$out/sweep/$station/table.txt"
 done

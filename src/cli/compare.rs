@@ -1,6 +1,7 @@
 //! `pickline compare`.
 
 use super::args::{CompareArgs, Format};
+use super::pictures;
 use super::progress::Bar;
 use super::session::Session;
 use super::settings::json;
@@ -8,7 +9,7 @@ use super::training::{Line, full_name};
 use crate::error::{Error, Result};
 use crate::experiment::{Method, compare, load_cases};
 use crate::optimize::Environment;
-use crate::report::{ComparisonReport, Provenance};
+use crate::report::{COMPARISON_CHARTS, ComparisonReport, Provenance, comparison_page};
 use crate::strategies;
 
 /// More patterns than this a case are taken for a slip of the pen.
@@ -17,6 +18,7 @@ const MOST_REPLICATES: usize = 100_000;
 pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
     args.common.check()?;
+    let chart = pictures::checked(&args.pictures, COMPARISON_CHARTS)?;
     if !(1..=MOST_REPLICATES).contains(&args.replicates) {
         return Err(Error::input(
             "--replicates",
@@ -29,6 +31,10 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
     let cases = load_cases(&args.cases)?;
     for text in &args.strategy {
         strategies::read_alone(text, robots)?;
+    }
+    // Alone, the first method has nothing to differ from.
+    if chart.name == "difference" && args.no_greedy && args.strategy.is_empty() {
+        return Err(chart.missing());
     }
     args.common.remark(&format!(
         "comparing on station {} ({robots} robots, belt at {} m/s), cases {}",
@@ -96,5 +102,7 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
         .write_out("picking_rate.csv", &report.picking_rate_csv())?;
     args.common.write_out("runs.csv", &report.runs_csv())?;
     args.common.write_out("compare.json", &json(&report)?)?;
+    args.pictures
+        .write(chart, &report, &report.made, || comparison_page(&report))?;
     session.print(text.as_bytes())
 }

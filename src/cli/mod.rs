@@ -6,6 +6,7 @@ mod game;
 mod optimize;
 mod pattern;
 mod pattern_set;
+mod pictures;
 mod progress;
 mod session;
 mod settings;

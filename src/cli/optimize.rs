@@ -2,6 +2,7 @@
 
 use super::args::{OptimizeArgs, SearchArg};
 use super::pattern_set;
+use super::pictures;
 use super::progress::Bar;
 use super::session::Session;
 use super::settings::json;
@@ -11,12 +12,13 @@ use crate::optimize::{
     StopReason, chosen_flow, optimize, validate,
 };
 use crate::pattern::{PatternSet, PatternSource, Recipe};
-use crate::report::{OptimumReport, Provenance, ValidationReport};
+use crate::report::{OPTIMUM_CHARTS, OptimumReport, Provenance, ValidationReport, optimum_page};
 use crate::station::Station;
 
 pub fn run(args: &OptimizeArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
     args.common.check()?;
+    let chart = pictures::checked(&args.pictures, OPTIMUM_CHARTS)?;
     let job = Job::new(args)?;
     let bar = Bar::new(args.common.quiet);
     let environment = Environment {
@@ -29,6 +31,8 @@ pub fn run(args: &OptimizeArgs, session: &Session) -> Result<()> {
     args.common.write_out("optimize.json", &json(&report)?)?;
     args.common.write_out("ranking.csv", &report.to_csv())?;
     let top = args.top;
+    args.pictures
+        .write(chart, &report, &report.made, || optimum_page(&report, top))?;
     let text = args
         .common
         .render(|| report.to_table(top), || report.to_csv(), &report)?;

@@ -15,12 +15,14 @@ pub struct Session {
 
 /// Flags that cannot change a result, and whether they take a value; they are left
 /// out of the recorded command line.
-const WITHOUT_EFFECT: [(&str, bool); 9] = [
+const WITHOUT_EFFECT: [(&str, bool); 11] = [
     ("--threads", true),
     ("--format", true),
     ("--out", true),
     ("--trace", true),
     ("--html", true),
+    ("--svg", true),
+    ("--chart", true),
     ("--nfg", true),
     ("--top", true),
     ("--quiet", false),

@@ -1,6 +1,7 @@
 //! `pickline sweep`.
 
 use super::args::SweepArgs;
+use super::pictures;
 use super::progress::Bar;
 use super::session::Session;
 use super::settings::{DEFAULT_GRID, json};
@@ -9,13 +10,14 @@ use crate::error::{Error, Result};
 use crate::experiment::{Axis, Method, Range, Setting, sweep};
 use crate::optimize::Environment;
 use crate::pattern::{PatternSource, Recipe};
-use crate::report::{Provenance, SweepReport};
+use crate::report::{Provenance, SWEEP_CHARTS, SweepReport, sweep_page};
 use crate::station::Station;
 use crate::strategies;
 
 pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
     args.common.check()?;
+    let chart = pictures::checked(&args.pictures, SWEEP_CHARTS)?;
     let axis = Axis::named(&args.sweep)?;
     let station = args.station.load()?;
     let values = range(args, axis, &station).values()?;
@@ -43,6 +45,9 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
         seed: args.common.seed.wrapping_add(1),
     };
     let set = source.build(&recipe)?;
+    if chart.name == "limits" && (axis.helps() || set.patterns.len() < 2) {
+        return Err(chart.missing());
+    }
     args.common.remark(&format!(
         "sweeping {} over {} values on station {}, on {}",
         axis.name(),
@@ -91,6 +96,8 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
     })?;
     args.common.write_out("sweep.csv", &report.to_csv())?;
     args.common.write_out("sweep.json", &json(&report)?)?;
+    args.pictures
+        .write(chart, &report, &report.made, || sweep_page(&report))?;
     let text = args
         .common
         .render(|| report.to_table(), || report.to_csv(), &report)?;

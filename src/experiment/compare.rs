@@ -18,10 +18,14 @@ pub struct MethodResult {
     pub runs: Vec<MethodRun>,
     /// Mean share of the items picked.
     pub picked_share: f64,
+    /// Its 95 % interval.
+    pub picked_share_interval: Interval,
     /// Mean end of the run [s].
     pub end: f64,
     /// Mean picking rate [1/min].
     pub picking_rate: f64,
+    /// Its 95 % interval.
+    pub picking_rate_interval: Interval,
     /// Mean weighted rate [1/min].
     pub weighted_rate: f64,
     /// 95 % interval of this method's picking rate minus the first method's, paired
@@ -118,11 +122,14 @@ fn summarise(by_pattern: &[Vec<MethodRun>], methods: usize) -> Vec<MethodResult>
             let rates = figure(method, &Figures::picking_rate);
             let differences: Vec<f64> = rates.iter().zip(&first).map(|(a, b)| a - b).collect();
             let picking_rate = stats::mean(&rates);
+            let shares = figure(method, &Figures::picked_share);
             MethodResult {
                 runs: by_pattern.iter().map(|runs| runs[method].clone()).collect(),
-                picked_share: stats::mean(&figure(method, &Figures::picked_share)),
+                picked_share: stats::mean(&shares),
+                picked_share_interval: stats::mean_interval(&shares),
                 end: stats::mean(&figure(method, &|f| f.end)),
                 picking_rate,
+                picking_rate_interval: stats::mean_interval(&rates),
                 weighted_rate: stats::mean(&figure(method, &Figures::weighted_rate)),
                 difference: stats::mean_interval(&differences),
                 // A line that picks nothing at all has no rate to be better than.

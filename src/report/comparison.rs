@@ -19,7 +19,7 @@ pub struct ComparisonReport {
     /// How it was made.
     pub made: Provenance,
     #[serde(skip)]
-    with_paper: bool,
+    pub(super) with_paper: bool,
 }
 
 /// One method.
@@ -53,10 +53,18 @@ pub struct ResultReport {
     pub method: String,
     /// Mean share of the items picked.
     pub picked_share: f64,
+    /// Lower end of its 95 % interval.
+    pub picked_share_low: f64,
+    /// Upper end.
+    pub picked_share_high: f64,
     /// Mean end of the run [s].
     pub end_s: f64,
     /// Mean picks per minute.
     pub picking_rate_per_min: f64,
+    /// Lower end of its 95 % interval.
+    pub picking_rate_low: f64,
+    /// Upper end.
+    pub picking_rate_high: f64,
     /// Mean reward-weighted picks per minute.
     pub weighted_rate_per_min: f64,
     /// Lower end of the 95 % interval of its rate minus the first method's.
@@ -331,8 +339,12 @@ fn case_report(
             .map(|(method, of)| ResultReport {
                 method: method.id().to_owned(),
                 picked_share: of.picked_share,
+                picked_share_low: of.picked_share_interval.low,
+                picked_share_high: of.picked_share_interval.high,
                 end_s: of.end,
                 picking_rate_per_min: of.picking_rate,
+                picking_rate_low: of.picking_rate_interval.low,
+                picking_rate_high: of.picking_rate_interval.high,
                 weighted_rate_per_min: of.weighted_rate,
                 diff_low: of.difference.low,
                 diff_high: of.difference.high,

@@ -1,11 +1,13 @@
 //! Results as JSON, CSV, tables and pictures, each saying how it was made.
 
+mod charts;
 mod comparison;
 mod description;
 mod game;
 mod game_table;
 mod nfg;
 mod optimum;
+mod page;
 mod palette;
 mod provenance;
 mod replay;
@@ -14,11 +16,13 @@ mod station_picture;
 mod sweep;
 mod table;
 
+pub use charts::{COMPARISON_CHARTS, ChartKind, OPTIMUM_CHARTS, SWEEP_CHARTS};
 pub use comparison::ComparisonReport;
 pub use description::description_table;
 pub use game::GameReport;
 pub use nfg::nfg_text;
 pub use optimum::{OptimumReport, ValidationReport};
+pub use page::{comparison_page, optimum_page, sweep_page};
 pub use provenance::{Provenance, station_hash};
 pub use replay::{check_replay, replay_page};
 pub use run::RunReport;

@@ -230,7 +230,7 @@ impl OptimumReport {
     }
 
     /// The unit behind a number; shares have none.
-    fn spaced_unit(&self) -> String {
+    pub(super) fn spaced_unit(&self) -> String {
         match self.unit {
             "1" => String::new(),
             unit => format!(" {unit}"),
@@ -238,7 +238,7 @@ impl OptimumReport {
     }
 
     /// Digits behind the point that the objective's unit asks for.
-    fn digits(&self) -> usize {
+    pub(super) fn digits(&self) -> usize {
         match self.unit {
             "1/min" => 2,
             _ => 4,
@@ -329,6 +329,16 @@ impl OptimumReport {
             text += &format!("note      {note}\n");
         }
         text + &self.made.lines()
+    }
+
+    /// How ties were broken and how the search went, a sentence each.
+    pub(super) fn search_notes(&self) -> Vec<String> {
+        // The table's lines begin with a word of ten characters and go on below it.
+        let sentence = |line: String| {
+            let words = line.split_whitespace().collect::<Vec<_>>().join(" ");
+            words.replacen(' ', ": ", 1)
+        };
+        vec![sentence(self.tie_line()), sentence(self.search_line())]
     }
 
     fn tie_line(&self) -> String {
@@ -432,6 +442,6 @@ impl OptimumReport {
     }
 }
 
-fn bracketed(names: &[&str]) -> String {
+pub(super) fn bracketed(names: &[&str]) -> String {
     format!("[{}]", names.join("; "))
 }

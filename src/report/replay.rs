@@ -10,6 +10,7 @@
 //! | `figures.js` | the figures, the tables and the legend around them |
 //! | `replay.js` | time, controls, pointer and keyboard |
 
+use super::page::{BASE_STYLE, fill, inert};
 use super::palette::ROBOT_COLOURS;
 use super::run::RunReport;
 use crate::error::{Error, Result};
@@ -99,33 +100,11 @@ pub fn replay_page(scene: &Scene, report: &RunReport) -> String {
     fill(
         PAGE,
         &[
-            ("/*style*/", STYLE),
+            ("/*style*/", &[BASE_STYLE, STYLE].concat()),
             ("/*data*/", &inert(&data)),
             ("/*scripts*/", &SCRIPTS.concat()),
         ],
     )
-}
-
-/// `page` with each of its markers, in the order in which they stand, replaced. What is
-/// filled in is not searched for markers.
-fn fill(page: &str, parts: &[(&str, &str)]) -> String {
-    let mut filled = String::new();
-    let mut rest = page;
-    for (marker, content) in parts {
-        if let Some((before, after)) = rest.split_once(marker) {
-            filled.extend([before, content]);
-            rest = after;
-        }
-    }
-    filled + rest
-}
-
-/// The same JSON without any character that HTML gives a meaning. They occur inside
-/// strings only, where JSON has escapes for them.
-fn inert(json: &str) -> String {
-    json.replace('<', "\\u003c")
-        .replace('>', "\\u003e")
-        .replace('&', "\\u0026")
 }
 
 fn data<'a>(scene: &Scene<'a>, report: &'a RunReport) -> Data<'a> {
@@ -182,12 +161,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn markers_in_what_is_filled_in_stay() {
-        let page = fill("1<a>2<b>3", &[("<a>", "[<b>]"), ("<b>", "[<a>]")]);
-        assert_eq!(page, "1[<b>]2[<a>]3");
-    }
-
-    #[test]
     fn the_page_has_every_marker_once_and_in_order() {
         let mut last = 0;
         for marker in ["/*style*/", "/*data*/", "/*scripts*/"] {
@@ -199,15 +172,6 @@ mod tests {
         // Nothing that would end the element that a source is put into.
         assert!(!STYLE.contains("</"));
         assert!(SCRIPTS.iter().all(|script| !script.contains("</")));
-    }
-
-    #[test]
-    fn inert_json_means_the_same() {
-        let text = "</script><!--<b>\"'&";
-        let json = serde_json::to_string(text).unwrap();
-        let inert = inert(&json);
-        assert!(!inert.contains(['<', '>', '&']));
-        assert_eq!(serde_json::from_str::<String>(&inert).unwrap(), text);
     }
 
     #[test]

@@ -27,7 +27,7 @@ pub struct SweepReport {
     /// How it was made.
     pub made: Provenance,
     #[serde(skip)]
-    helps: bool,
+    pub(super) helps: bool,
 }
 
 /// One method at one value.
@@ -76,6 +76,9 @@ pub struct LimitReport {
     pub highest_95_99: Option<f64>,
     /// Least, median and greatest of the patterns' own limits; 0 is below the sweep.
     pub of_patterns: [f64; 3],
+    /// All of the patterns' own limits, in ascending order, where there are several.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub all_of_patterns: Vec<f64>,
     /// How much higher than the first method's limit [%].
     pub benefit_percent: Option<f64>,
 }
@@ -137,6 +140,10 @@ impl SweepReport {
                 lowest,
                 highest_95_99: sweep.nearly_complete(method, 0.95).highest,
                 of_patterns: [0.0, 0.5, 1.0].map(|share| stats::quantile(&of_patterns, share)),
+                all_of_patterns: match of_patterns.len() {
+                    1 => Vec::new(),
+                    _ => of_patterns,
+                },
                 benefit_percent: first
                     .zip(highest)
                     .filter(|_| method > 0 && !axis.helps())

@@ -1,6 +1,6 @@
 //! What `pickline compare` and `pickline sweep` are given.
 
-use super::{Common, StationChoice};
+use super::{Common, Pictures, StationChoice};
 use clap::Args;
 
 /// Set strategies side by side on the paper's cases or your own
@@ -15,6 +15,10 @@ Examples:
   pickline compare --paper
   pickline compare --cases dense --strategy rules:SPT,SPT --out results/
   pickline compare --station my-line.toml --cases my-cases.toml
+  pickline compare --paper --html compare.html --svg rates.svg
+
+Charts for --chart: rate (the main one), the picking rate of every method on every case;
+difference, how much more each picks than robust GT; picked, the picked share.
 
 A case file is TOML, one [[case]] each:
   [[case]]
@@ -48,6 +52,8 @@ pub struct CompareArgs {
     /// Print the paper's own figures beside ours
     #[arg(long)]
     pub paper: bool,
+    #[command(flatten)]
+    pub pictures: Pictures,
 }
 
 /// Where robust GT comes from.
@@ -79,7 +85,12 @@ pub struct TrainingArgs {
 Examples:
   pickline sweep
   pickline sweep --patterns poisson:0.15:100 --items 150 --strategy SPT,SPT --out results/
-  pickline sweep --sweep robots --patterns balanced:20 --items 150")]
+  pickline sweep --sweep robots --patterns balanced:20 --items 150
+  pickline sweep --patterns poisson:0.15:100 --html sweep.html --svg limits.svg --chart limits
+
+Charts for --chart: picked (the main one), the picked share over the sweep with the
+limits; rate, the picking rate; limits, the share of the patterns of which everything is
+picked (several patterns; speed or spacing).")]
 pub struct SweepArgs {
     #[command(flatten)]
     pub station: StationChoice,
@@ -111,4 +122,6 @@ pub struct SweepArgs {
     pub greedy: bool,
     #[command(flatten)]
     pub training: TrainingArgs,
+    #[command(flatten)]
+    pub pictures: Pictures,
 }

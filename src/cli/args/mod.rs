@@ -115,6 +115,21 @@ pub struct Common {
     pub quiet: bool,
 }
 
+/// Where pictures of a result go.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Pictures")]
+pub struct Pictures {
+    /// Write charts and tables as a page into this HTML file, to be opened in any browser
+    #[arg(long, value_name = "FILE")]
+    pub html: Option<PathBuf>,
+    /// Draw one chart into this SVG file, fit for a paper
+    #[arg(long, value_name = "FILE")]
+    pub svg: Option<PathBuf>,
+    /// Which chart --svg draws; the main one when not given, all are named below
+    #[arg(long, value_name = "NAME", requires = "svg")]
+    pub chart: Option<String>,
+}
+
 /// What generated items carry besides their position.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Item attributes")]

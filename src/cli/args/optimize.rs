@@ -1,6 +1,6 @@
 //! What `pickline optimize` is given.
 
-use super::{Common, PatternSetArgs, StationChoice};
+use super::{Common, PatternSetArgs, Pictures, StationChoice};
 use clap::{Args, ValueEnum};
 
 /// Find the rule for each robot that picks best whatever the pattern
@@ -12,7 +12,12 @@ use clap::{Args, ValueEnum};
 Examples:
   pickline optimize --robots 3
   pickline optimize --station my-line.toml --patterns recorded/ --objective picked-share
-  pickline optimize --robots 6 --search grasp --risk cvar:0.1 --format json")]
+  pickline optimize --robots 6 --search grasp --risk cvar:0.1 --format json
+  pickline optimize --robots 3 --html optimize.html --svg ranking.svg
+
+Charts for --chart: difference (the main one), how far each of the first 20 assignments
+falls short of the best; spread, their mean and worst pattern; ranking, the figures of all
+assignments.")]
 pub struct OptimizeArgs {
     #[command(flatten)]
     pub station: StationChoice,
@@ -84,6 +89,8 @@ pub struct OptimizeArgs {
         allow_negative_numbers = true
     )]
     pub top: usize,
+    #[command(flatten)]
+    pub pictures: Pictures,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -1,0 +1,71 @@
+//! The pictures of a result: a page, a chart.
+
+use super::args::Pictures;
+use crate::error::{Error, Result};
+use crate::files;
+use crate::report::{ChartKind, Provenance};
+use std::path::{Path, PathBuf};
+
+/// The chart that was asked for among `kinds`, once everything asked of pictures is
+/// known to be possible: a long computation must not end in a slip of the pen.
+///
+/// # Errors
+/// An unknown chart, a file that cannot be written, one file for two pictures.
+pub fn checked<R>(
+    pictures: &Pictures,
+    kinds: &'static [ChartKind<R>],
+) -> Result<&'static ChartKind<R>> {
+    files::check_target(pictures.html.as_deref())?;
+    files::check_target(pictures.svg.as_deref())?;
+    if let (Some(html), Some(svg)) = (&pictures.html, &pictures.svg)
+        && resolved(html) == resolved(svg)
+    {
+        return Err(Error::input(
+            "--svg",
+            format!("{} is also the file of --html", svg.display()),
+            "give each picture a file of its own",
+        ));
+    }
+    ChartKind::named(kinds, pictures.chart.as_deref())
+}
+
+/// The path that `file` is, however it is written; it may not exist yet.
+fn resolved(file: &Path) -> PathBuf {
+    let whole = |path: &Path| std::fs::canonicalize(path).ok();
+    whole(file)
+        .or_else(|| {
+            let folder = match file.parent() {
+                Some(folder) if folder != Path::new("") => folder,
+                _ => Path::new("."),
+            };
+            Some(whole(folder)?.join(file.file_name()?))
+        })
+        .unwrap_or_else(|| file.to_owned())
+}
+
+impl Pictures {
+    /// Writes the pictures of `report` that were asked for.
+    ///
+    /// # Errors
+    /// A report that has nothing for `chart`, a file that cannot be written.
+    pub fn write<R>(
+        &self,
+        chart: &ChartKind<R>,
+        report: &R,
+        made: &Provenance,
+        page: impl FnOnce() -> String,
+    ) -> Result<()> {
+        // Drawn before either is written, so that nothing is left of a call that failed.
+        let svg = match &self.svg {
+            Some(file) => Some((file, chart.svg(report, made)?)),
+            None => None,
+        };
+        if let Some(file) = &self.html {
+            files::write_whole(file, page().as_bytes())?;
+        }
+        if let Some((file, svg)) = svg {
+            files::write_whole(file, svg.as_bytes())?;
+        }
+        Ok(())
+    }
+}

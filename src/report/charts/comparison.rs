@@ -1,0 +1,251 @@
+//! The charts of a comparison.
+
+use super::chart::{
+    Bar, Chart, ChartKind, Entry, Ink, Layer, Mark, Point, Scale, Style, Swatch, beside, short,
+};
+use crate::report::comparison::{CaseReport, ComparisonReport, ResultReport};
+use crate::report::table::fixed;
+
+/// The charts of a comparison, the main one first.
+pub const COMPARISON_CHARTS: &[ChartKind<ComparisonReport>] = &[
+    ChartKind {
+        name: "rate",
+        chart: rate,
+        needs: "nothing",
+    },
+    ChartKind {
+        name: "difference",
+        chart: difference,
+        needs: "a second method: greedy GT or a --strategy",
+    },
+    ChartKind {
+        name: "picked",
+        chart: picked,
+        needs: "nothing",
+    },
+];
+
+fn rate(report: &ComparisonReport) -> Option<Chart> {
+    let value = |result: &ResultReport| Figure {
+        value: result.picking_rate_per_min,
+        low: result.picking_rate_low,
+        high: result.picking_rate_high,
+    };
+    let printed = |result: &ResultReport| {
+        let paper = result.paper.filter(|_| report.with_paper);
+        paper.map(|paper| paper.picking_rate_per_min)
+    };
+    Some(bars(
+        report,
+        "Picking rate",
+        ("picking rate [1/min]", "/min", 2),
+        value,
+        printed,
+    ))
+}
+
+fn picked(report: &ComparisonReport) -> Option<Chart> {
+    let value = |result: &ResultReport| Figure {
+        value: 100.0 * result.picked_share,
+        low: 100.0 * result.picked_share_low,
+        // An interval of a mean may pass 100 %, items cannot.
+        high: (100.0 * result.picked_share_high).min(100.0),
+    };
+    let printed = |result: &ResultReport| {
+        let paper = result.paper.filter(|_| report.with_paper);
+        paper.map(|paper| paper.picked_percent)
+    };
+    Some(bars(
+        report,
+        "Items picked",
+        ("picked share [%]", " %", 1),
+        value,
+        printed,
+    ))
+}
+
+struct Figure {
+    value: f64,
+    low: f64,
+    high: f64,
+}
+
+/// A bar a method for every case, with intervals and what the paper printed.
+fn bars(
+    report: &ComparisonReport,
+    title: &str,
+    (axis, unit, digits): (&str, &str, usize),
+    figure: impl Fn(&ResultReport) -> Figure,
+    printed: impl Fn(&ResultReport) -> Option<f64>,
+) -> Chart {
+    let methods = report.methods.len();
+    let mut groups = Vec::new();
+    let mut intervals = Vec::new();
+    let mut papers = Vec::new();
+    for (i, case) in report.cases.iter().enumerate() {
+        let mut group = Vec::new();
+        for (j, result) in case.results.iter().enumerate() {
+            let Figure { value, low, high } = figure(result);
+            let y = i as f64 + beside(j, methods);
+            let mut tip = format!(
+                "{}, {}: {}{unit}",
+                case.name,
+                report.methods[j].title,
+                fixed(value, digits)
+            );
+            if low < high {
+                tip += &format!(
+                    ", 95 % interval {} to {}",
+                    fixed(low, digits),
+                    fixed(high, digits)
+                );
+                intervals.push(interval(value, y, low, high));
+            }
+            if let Some(paper) = printed(result) {
+                papers.push(Point {
+                    x: paper,
+                    y,
+                    tip: format!(
+                        "{}, {}: the paper prints {paper}",
+                        case.name, case.results[j].method
+                    ),
+                    ..Point::default()
+                });
+            }
+            group.push(Bar {
+                value,
+                ink: Ink::Series(j),
+                tip,
+            });
+        }
+        groups.push(group);
+    }
+    let ends = groups.iter().flatten().map(|bar| bar.value);
+    let ends = ends
+        .chain(
+            intervals
+                .iter()
+                .filter_map(|point| point.across)
+                .map(|(_, high)| high),
+        )
+        .chain(papers.iter().map(|point| point.x));
+    let x = Scale::around(axis, ends.collect::<Vec<_>>(), true);
+    let mut caption = "Means over the patterns of each case.".to_owned();
+    let mut legend: Vec<Entry> = methods_legend(report, 0, Swatch::Bar);
+    let mut layers = vec![Layer::Bars(groups)];
+    if !intervals.is_empty() {
+        caption += " Lines: 95 % intervals of the means, where a case has several patterns.";
+        layers.push(Layer::Points {
+            ink: Ink::Text,
+            style: Style::Intervals,
+            points: intervals,
+        });
+    }
+    if !papers.is_empty() {
+        caption += " Crosses: the figures that the paper prints.";
+        layers.push(Layer::Points {
+            ink: Ink::Text,
+            style: Style::Dots,
+            points: papers,
+        });
+        legend.push(Entry {
+            label: "the paper's figure".into(),
+            ink: Ink::Text,
+            swatch: Swatch::Dot,
+        });
+    }
+    Chart {
+        title: title.into(),
+        caption,
+        x,
+        y: names(report),
+        layers,
+        marks: Vec::new(),
+        legend,
+    }
+}
+
+fn interval(x: f64, y: f64, low: f64, high: f64) -> Point {
+    Point {
+        x,
+        y,
+        across: Some((low, high)),
+        ..Point::default()
+    }
+}
+
+/// How much more each method picks than the first, case by case.
+fn difference(report: &ComparisonReport) -> Option<Chart> {
+    let (first, others) = report.methods.split_first()?;
+    if others.is_empty() {
+        return None;
+    }
+    let layer = |j: usize| {
+        let point = |(i, case): (usize, &CaseReport)| {
+            let result = &case.results[j];
+            let x = result.picking_rate_per_min - case.results[0].picking_rate_per_min;
+            Point {
+                tip: format!(
+                    "{}, {} minus {}: {}/min, 95 % interval {} to {}",
+                    case.name,
+                    report.methods[j].title,
+                    first.title,
+                    fixed(x, 2),
+                    fixed(result.diff_low, 2),
+                    fixed(result.diff_high, 2)
+                ),
+                ..interval(
+                    x,
+                    i as f64 + beside(j - 1, others.len()),
+                    result.diff_low,
+                    result.diff_high,
+                )
+            }
+        };
+        Layer::Points {
+            ink: Ink::Series(j),
+            style: Style::Dots,
+            points: report.cases.iter().enumerate().map(point).collect(),
+        }
+    };
+    let results = report.cases.iter().flat_map(|case| &case.results[1..]);
+    let mut ends: Vec<f64> = results.flat_map(|r| [r.diff_low, r.diff_high]).collect();
+    ends.push(0.0);
+    let axis = format!(
+        "picking rate minus that of {} [1/min]",
+        short(&first.title, 40)
+    );
+    Some(Chart {
+        title: format!("Difference to {}", first.title),
+        caption: "Difference of the picking rates on the same patterns, with the 95 % interval \
+                  of its mean; to the right of 0 a method is better. A case of a single \
+                  pattern has no interval."
+            .into(),
+        x: Scale::around(axis, ends, false),
+        y: names(report),
+        layers: (1..report.methods.len()).map(layer).collect(),
+        marks: vec![Mark {
+            at: 0.0,
+            upright: true,
+            ink: Ink::Series(0),
+            shade_to: None,
+            label: String::new(),
+        }],
+        legend: methods_legend(report, 1, Swatch::Dot),
+    })
+}
+
+fn names(report: &ComparisonReport) -> Scale {
+    Scale::Names(report.cases.iter().map(|case| case.name.clone()).collect())
+}
+
+fn methods_legend(report: &ComparisonReport, from: usize, swatch: Swatch) -> Vec<Entry> {
+    let methods = report.methods.iter().enumerate().skip(from);
+    methods
+        .map(|(j, method)| Entry {
+            label: method.title.clone(),
+            ink: Ink::Series(j),
+            swatch,
+        })
+        .collect()
+}

@@ -1,0 +1,181 @@
+//! Lines across a chart, with their labels above it in as many rows as keep them apart.
+
+use super::chart::Mark;
+use super::draw::{TEXT, WIDTH, label};
+use super::legend::width;
+use super::look::Look;
+use kuva::render::color::Color;
+use kuva::render::layout::ComputedLayout;
+use kuva::render::render::{Primitive, TextAnchor};
+
+/// Dash and gap of a mark [px].
+const ON: f64 = 5.0;
+const OFF: f64 = 3.0;
+/// Height of a row of labels, and what is kept free above the chart [px].
+const ROW: f64 = 16.0;
+const TOP: f64 = 14.0;
+/// Between the lowest row and the chart, whose markers may stand on its upper edge [px].
+const ABOVE: f64 = 9.0;
+/// Between two labels [px].
+const APART: f64 = 8.0;
+
+/// Where a mark's label stands [px]; none for a mark without one, or where the label of
+/// another says the same in the same place.
+pub(super) type Place = Option<(f64, usize)>;
+
+/// Places the labels from left to right, each in the lowest row that has room.
+pub(super) fn rows(marks: &[Mark], x: impl Fn(f64) -> f64) -> Vec<Place> {
+    let alike = |a: &Mark, b: &Mark| a.at == b.at && a.label == b.label;
+    let mut order: Vec<usize> = (0..marks.len())
+        .filter(|&i| marks[i].upright && !marks[i].label.is_empty())
+        .filter(|&i| !marks[..i].iter().any(|before| alike(before, &marks[i])))
+        .collect();
+    order.sort_by(|&a, &b| marks[a].at.total_cmp(&marks[b].at));
+    let mut places = vec![None; marks.len()];
+    let mut ends: Vec<f64> = Vec::new();
+    for i in order {
+        let half = 0.5 * width(&marks[i].label);
+        let middle = x(marks[i].at).clamp(half + 2.0, (WIDTH - half - 2.0).max(half + 2.0));
+        let free = ends.iter().position(|end| end + APART <= middle - half);
+        let row = free.unwrap_or(ends.len());
+        if row == ends.len() {
+            ends.push(0.0);
+        }
+        ends[row] = middle + half;
+        places[i] = Some((middle, row));
+    }
+    places
+}
+
+/// The dashes of the `i`-th mark: marks in the same place take turns, so that the
+/// colours of all of them show.
+fn turn(marks: &[Mark], i: usize) -> String {
+    let same = |mark: &&Mark| mark.at == marks[i].at && mark.upright == marks[i].upright;
+    let before = marks[..i].iter().filter(same).count() as f64;
+    let after = marks[i + 1..].iter().filter(same).count() as f64;
+    match before + after {
+        0.0 => dash(),
+        _ => {
+            let turn = ON + OFF;
+            format!("0 {} {ON} {}", before * turn, OFF + after * turn)
+        }
+    }
+}
+
+/// What the labels need above the chart [px].
+pub(super) fn room(places: &[Place]) -> f64 {
+    let rows = places.iter().flatten().map(|(_, row)| row + 1).max();
+    TOP + rows.map_or(0.0, |rows| ABOVE + ROW * (rows - 1) as f64)
+}
+
+/// The dashes of a mark by itself.
+pub(super) fn dash() -> String {
+    format!("{ON} {OFF}")
+}
+
+/// The marks and their labels.
+pub(super) fn drawn(
+    marks: &[Mark],
+    places: &[Place],
+    look: Look,
+    computed: &ComputedLayout,
+) -> Vec<Primitive> {
+    let top = computed.margin_top;
+    let bottom = computed.height - computed.margin_bottom;
+    let (left, right) = (computed.margin_left, computed.width - computed.margin_right);
+    let mut drawn = Vec::new();
+    let mut labels = Vec::new();
+    for (i, (mark, place)) in marks.iter().zip(places).enumerate() {
+        let colour = Color::from(look.colour(mark.ink));
+        let above = place.map_or(0.0, |(_, row)| ABOVE + ROW * row as f64);
+        let ends = if mark.upright {
+            let x = computed.map_x(mark.at);
+            (x, top - above, x, bottom)
+        } else {
+            let y = computed.map_y(mark.at);
+            (left, y, right, y)
+        };
+        if let Some(to) = mark.shade_to {
+            let to = computed.map_x(to).min(right);
+            drawn.push(Primitive::Rect {
+                x: ends.0,
+                y: top,
+                width: (to - ends.0).max(0.0),
+                height: bottom - top,
+                fill: colour.clone(),
+                stroke: None,
+                stroke_width: None,
+                opacity: Some(0.16),
+            });
+        }
+        drawn.push(Primitive::Line {
+            x1: ends.0,
+            y1: ends.1,
+            x2: ends.2,
+            y2: ends.3,
+            stroke: colour,
+            stroke_width: 1.3,
+            stroke_dasharray: Some(turn(marks, i)),
+        });
+        if let Some((x, row)) = place {
+            // No line of another mark runs through the words.
+            let (half, base) = (0.5 * width(&mark.label), top - ABOVE - ROW * *row as f64);
+            labels.push(Primitive::Rect {
+                x: x - half,
+                y: base - ROW + 4.0,
+                width: 2.0 * half,
+                height: ROW - 1.0,
+                fill: Color::from(look.ground()),
+                stroke: None,
+                stroke_width: None,
+                opacity: None,
+            });
+            labels.push(Primitive::Text {
+                x: *x,
+                y: base,
+                content: label(&mark.label),
+                size: TEXT,
+                anchor: TextAnchor::Middle,
+                rotate: None,
+                bold: false,
+                color: None,
+            });
+        }
+    }
+    drawn.extend(labels);
+    drawn
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::charts::chart::Ink;
+
+    #[test]
+    fn labels_make_way_for_each_other() {
+        let mark = |at| Mark {
+            at,
+            upright: true,
+            ink: Ink::Text,
+            shade_to: None,
+            label: "0.042".into(),
+        };
+        let places = rows(&[mark(0.5), mark(0.51), mark(0.7), mark(0.52)], |x| {
+            700.0 * x
+        });
+        let row = |i: usize| places[i].unwrap().1;
+        assert_eq!([row(0), row(1), row(2), row(3)], [0, 1, 0, 2]);
+        assert_eq!(room(&places), TOP + ABOVE + 2.0 * ROW);
+        assert_eq!(room(&[]), TOP);
+        // Equal ones are said once, and their lines take turns.
+        let twice = [mark(0.5), mark(0.5)];
+        assert_eq!(rows(&twice, |x| x)[1], None);
+        assert_eq!(
+            (turn(&twice, 0), turn(&twice, 1)),
+            ("0 0 5 11".into(), "0 8 5 3".into())
+        );
+        // At the very edge a label stays inside the picture.
+        let (middle, _) = rows(&[mark(1.1)], |x| 700.0 * x)[0].unwrap();
+        assert!(middle + 0.5 * width("0.042") <= WIDTH);
+    }
+}

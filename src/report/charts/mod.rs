@@ -1,0 +1,28 @@
+//! Charts of results: what a chart shows is said here and in one file a report, how it
+//! is drawn in `draw.rs`, which alone knows the drawing library.
+//!
+//! | file | what it is |
+//! |---|---|
+//! | `chart.rs` | a chart as data: axes, layers, marks, legend |
+//! | `comparison.rs`, `sweep.rs`, `optimum.rs` | the charts of each report |
+//! | `draw.rs` | a chart as SVG |
+//! | `legend.rs`, `marks.rs` | what stands below and above a chart |
+//! | `look.rs` | colours and fonts, for a paper and for a page |
+
+mod chart;
+mod comparison;
+mod draw;
+mod legend;
+mod look;
+mod marks;
+mod optimum;
+mod sweep;
+
+pub use chart::ChartKind;
+pub use comparison::COMPARISON_CHARTS;
+pub use optimum::OPTIMUM_CHARTS;
+pub use sweep::SWEEP_CHARTS;
+
+pub(super) use chart::Chart;
+pub(super) use draw::for_page;
+pub(super) use sweep::method_words;

@@ -1,0 +1,320 @@
+//! The charts of a sweep.
+
+use super::chart::{Chart, ChartKind, Entry, Ink, Layer, Mark, Point, Scale, Style, Swatch};
+use crate::report::sweep::{PointReport, SweepReport};
+use crate::report::table::fixed;
+use crate::stats;
+
+/// The charts of a sweep, the main one first.
+pub const SWEEP_CHARTS: &[ChartKind<SweepReport>] = &[
+    ChartKind {
+        name: "picked",
+        chart: picked,
+        needs: "nothing",
+    },
+    ChartKind {
+        name: "rate",
+        chart: rate,
+        needs: "nothing",
+    },
+    ChartKind {
+        name: "limits",
+        chart: limits,
+        needs: "several patterns, and a sweep of what makes picking harder: speed or spacing",
+    },
+];
+
+/// Intervals of more points than this are drawn as an area.
+const MOST_BARS: usize = 12;
+/// With more methods than this their shades would run into each other.
+const MOST_SHADES: usize = 4;
+/// Share of the way to the next value over which the methods' intervals are spread, so
+/// that each shows.
+const SPREAD: f64 = 0.12;
+
+fn picked(report: &SweepReport) -> Option<Chart> {
+    let figure = |point: &PointReport| {
+        [
+            point.picked_share,
+            point.picked_share_low,
+            // An interval of a mean may pass 1, shares cannot.
+            point.picked_share_high.min(1.0),
+        ]
+        .map(|share| 100.0 * share)
+    };
+    let mut chart = lines(report, "picked share [%]", " %", figure);
+    chart.title = "Items picked".into();
+    chart.y = chart.y.up_to(100.0);
+    let mut marked = false;
+    let shaded = report.limits.len() <= MOST_SHADES && !report.helps;
+    for (j, limit) in report.limits.iter().enumerate() {
+        let (at, to) = match report.helps {
+            true => (limit.lowest, None),
+            false => (limit.highest, limit.first_miss.filter(|_| shaded)),
+        };
+        if let Some(at) = at {
+            marked = true;
+            chart
+                .marks
+                .push(mark(at, to, Ink::Series(j), at.to_string()));
+        }
+    }
+    let words = match (report.helps, shaded) {
+        (true, _) => "everything picked from here on",
+        (false, true) => "everything picked up to here; shaded up to the first miss",
+        (false, false) => "everything picked up to here",
+    };
+    if marked {
+        chart.caption += &format!(" Dashed upright lines: {words}.");
+        chart.legend.push(marks_entry(Ink::Text, words));
+    }
+    if let Some(paper) = &report.paper {
+        for (name, at) in [("robust GT", paper.robust_gt), ("RL", paper.rl)] {
+            let label = format!("paper, {name}: {at}");
+            chart.marks.push(mark(at, None, Ink::Faint, label));
+        }
+        chart.caption += " Grey: the limits that the paper states.";
+        chart
+            .legend
+            .push(marks_entry(Ink::Faint, "limits that the paper states"));
+    }
+    Some(chart)
+}
+
+fn mark(at: f64, shade_to: Option<f64>, ink: Ink, label: String) -> Mark {
+    Mark {
+        at,
+        upright: true,
+        ink,
+        shade_to,
+        label,
+    }
+}
+
+fn marks_entry(ink: Ink, words: &str) -> Entry {
+    Entry {
+        label: words.into(),
+        ink,
+        swatch: Swatch::Mark,
+    }
+}
+
+fn rate(report: &SweepReport) -> Option<Chart> {
+    let figure = |point: &PointReport| {
+        [
+            point.picking_rate_per_min,
+            point.picking_rate_low,
+            point.picking_rate_high,
+        ]
+    };
+    let mut chart = lines(report, "picking rate [1/min]", "/min", figure);
+    chart.title = "Picking rate".into();
+    Some(chart)
+}
+
+/// A line a method of a figure with its interval.
+fn lines(
+    report: &SweepReport,
+    axis: &str,
+    unit: &str,
+    figure: impl Fn(&PointReport) -> [f64; 3],
+) -> Chart {
+    let (x, style) = across(report);
+    let aside = aside(report, style);
+    let mut all = Vec::new();
+    let mut layers = Vec::new();
+    for (j, limit) in report.limits.iter().enumerate() {
+        let of_method = report.points.iter().skip(j).step_by(report.limits.len());
+        let point = |point: &PointReport| {
+            let [y, low, high] = figure(point);
+            all.extend([y, low, high]);
+            let interval = match low < high {
+                true => format!(", 95 % interval {} to {}", fixed(low, 2), fixed(high, 2)),
+                false => String::new(),
+            };
+            Point {
+                x: point.value + aside(j),
+                y,
+                along: (low < high).then_some((low, high)),
+                tip: format!(
+                    "{}, {} at {}: {}{unit}{interval}",
+                    point.title,
+                    report.sweep,
+                    point.value,
+                    fixed(y, 2)
+                ),
+                ..Point::default()
+            }
+        };
+        debug_assert!(of_method.clone().all(|point| point.method == limit.method));
+        layers.push(Layer::Points {
+            ink: Ink::Series(j),
+            style,
+            points: of_method.map(point).collect(),
+        });
+    }
+    Chart {
+        title: String::new(),
+        caption: match (report.patterns, style) {
+            (1, _) => "One pattern, so there are no intervals.".into(),
+            (n, Style::Area) => format!("Means over {n} patterns; areas: their 95 % intervals."),
+            (n, _) => format!(
+                "Means over {n} patterns with their 95 % intervals, set a little apart where \
+                 there are several methods."
+            ),
+        },
+        x,
+        y: Scale::around(axis, all, false),
+        layers,
+        marks: Vec::new(),
+        legend: legend(report),
+    }
+}
+
+/// The swept values as an axis, and how points over it are drawn.
+fn across(report: &SweepReport) -> (Scale, Style) {
+    let values = report.points.iter().map(|point| point.value);
+    let mut x = Scale::around(axis_title(report), values, false);
+    let count = report.points.len() / report.limits.len().max(1);
+    let style = if count > MOST_BARS {
+        Style::Area
+    } else {
+        Style::Line
+    };
+    if let Scale::Numbers {
+        low, high, step, ..
+    } = &mut x
+    {
+        if report.unit == "1" {
+            // There are no halves of robots.
+            *step = step.max(1.0);
+        }
+        if style == Style::Line {
+            // So that no interval stands on the axis.
+            (*low, *high) = (*low - 0.3 * *step, *high + 0.3 * *step);
+        }
+    }
+    (x, style)
+}
+
+/// How far to the side each method's points stand.
+fn aside(report: &SweepReport, style: Style) -> impl Fn(usize) -> f64 + use<> {
+    let methods = report.limits.len();
+    let next = report.points.get(methods).map(|point| point.value);
+    let step = next.map_or(0.0, |next| next - report.points[0].value);
+    let spread = match style {
+        Style::Line if report.patterns > 1 => SPREAD * step,
+        _ => 0.0,
+    };
+    move |method| spread * ((method as f64 + 0.5) / methods as f64 - 0.5)
+}
+
+fn axis_title(report: &SweepReport) -> String {
+    match (report.sweep, report.unit) {
+        (name, "1") => format!("number of {name}"),
+        ("speed", unit) => format!("belt speed [{unit}]"),
+        ("spacing", unit) => format!("distance between neighbouring bases [{unit}]"),
+        (name, unit) => format!("{name} [{unit}]"),
+    }
+}
+
+fn legend(report: &SweepReport) -> Vec<Entry> {
+    let methods = report.limits.len();
+    let entry = |(j, first): (usize, &PointReport)| {
+        // Where each value is a line of its own, the assignment may differ along it.
+        let mut own = report.points.iter().skip(j).step_by(methods);
+        let label = if own.all(|point| point.title == first.title) {
+            first.title.clone()
+        } else {
+            method_words(&first.method)
+        };
+        Entry {
+            label,
+            ink: Ink::Series(j),
+            swatch: Swatch::Line,
+        }
+    };
+    report
+        .points
+        .iter()
+        .take(methods)
+        .enumerate()
+        .map(entry)
+        .collect()
+}
+
+/// A method's name in files as a reader writes it.
+pub(in crate::report) fn method_words(id: &str) -> String {
+    match id {
+        "robust_gt" => "robust GT".into(),
+        "greedy_gt" => "greedy GT".into(),
+        other => other.into(),
+    }
+}
+
+/// Up to which value how many of the patterns are picked completely.
+fn limits(report: &SweepReport) -> Option<Chart> {
+    if report.helps || report.patterns < 2 {
+        return None;
+    }
+    let (x, style) = across(report);
+    let aside = aside(report, style);
+    let mut values: Vec<f64> = report.points.iter().map(|point| point.value).collect();
+    values.dedup();
+    let layer = |j: usize| {
+        let limit = &report.limits[j];
+        let count = limit.all_of_patterns.len();
+        let point = |&value: &f64| {
+            let below = limit.all_of_patterns.partition_point(|own| *own < value);
+            let interval = stats::share_interval(count - below, count);
+            let [y, low, high] = [
+                (count - below) as f64 / count as f64,
+                interval.low,
+                interval.high,
+            ]
+            .map(|share| 100.0 * share);
+            Point {
+                x: value + aside(j),
+                y,
+                along: Some((low, high)),
+                tip: format!(
+                    "{}: {} of {count} patterns picked completely up to {value} {}, {} %, \
+                     95 % interval {} to {} %",
+                    method_words(&limit.method),
+                    count - below,
+                    report.unit,
+                    fixed(y, 1),
+                    fixed(low, 1),
+                    fixed(high, 1)
+                ),
+                ..Point::default()
+            }
+        };
+        Layer::Points {
+            ink: Ink::Series(j),
+            style,
+            points: values.iter().map(point).collect(),
+        }
+    };
+    let mut legend = legend(report);
+    legend.push(marks_entry(Ink::Faint, "95 % of the patterns"));
+    Some(Chart {
+        title: "How far up whole patterns are picked".into(),
+        caption: format!(
+            "Share of the {} patterns of which everything is picked at every value up to this \
+             one, with 95 % intervals: how the patterns' own limits are distributed.",
+            report.patterns
+        ),
+        x,
+        y: Scale::around("patterns picked completely [%]", [0.0, 100.0], true),
+        layers: (0..report.limits.len()).map(layer).collect(),
+        marks: vec![Mark {
+            at: 95.0,
+            upright: false,
+            ink: Ink::Faint,
+            shade_to: None,
+            label: String::new(),
+        }],
+        legend,
+    })
+}

@@ -1,0 +1,233 @@
+//! The page of a comparison.
+
+use super::document::{Page, Section, charts};
+use super::html::escape;
+use super::table::{Cell, Figure, PageTable};
+use crate::report::charts::COMPARISON_CHARTS;
+use crate::report::comparison::{CaseReport, ComparisonReport, MethodReport, ResultReport};
+
+/// The page of `report`.
+pub fn comparison_page(report: &ComparisonReport) -> String {
+    let mut sections = charts(COMPARISON_CHARTS, report);
+    let counts = report.cases.iter();
+    let counts = counts.map(|case| match case.patterns {
+        1 => format!("a single one of {}", case.name),
+        n => format!("{n} of {}", case.name),
+    });
+    sections.push(Section::Table(
+        "Figures".into(),
+        figures(report),
+        format!(
+            "Means with their 95 % intervals over the patterns: {}.",
+            counts.collect::<Vec<_>>().join("; ")
+        ),
+    ));
+    if let [first, _, ..] = report.methods.as_slice() {
+        sections.push(Section::Table(
+            format!("Against {}", first.title),
+            differences(report),
+            "Differences are paired over the patterns; a case of a single pattern has no \
+             interval."
+                .into(),
+        ));
+    }
+    if report.with_paper {
+        sections.push(Section::Table(
+            "Beside the paper".into(),
+            printed(report),
+            "What Jermann et al. print in their Tables 2 and 3.".into(),
+        ));
+    }
+    sections.push(Section::List("Notes".into(), report.notes.clone()));
+    let cases = report.cases.len();
+    let page = Page {
+        title: format!(
+            "Comparison of {} on {cases} case{}",
+            match report.methods.len() {
+                1 => "one method".to_owned(),
+                methods => format!("{methods} methods"),
+            },
+            if cases == 1 { "" } else { "s" }
+        ),
+        subtitle: format!("Station {}", report.made.station),
+        answer: answer(report),
+        sections,
+        made: &report.made,
+    };
+    page.html(report)
+}
+
+/// Over the cases, what each method makes of them.
+fn answer(report: &ComparisonReport) -> Vec<String> {
+    let methods = report.methods.iter().enumerate();
+    let line = |(j, method): (usize, &MethodReport)| {
+        let title = escape(&method.title);
+        // The case with the least and the one with the greatest figure.
+        let ends = |of: &dyn Fn(&CaseReport) -> f64| {
+            let order =
+                |a: &usize, b: &usize| of(&report.cases[*a]).total_cmp(&of(&report.cases[*b]));
+            let all = || 0..report.cases.len();
+            (
+                all().min_by(order).unwrap_or(0),
+                all().max_by(order).unwrap_or(0),
+            )
+        };
+        let figure = |case: usize, field: &str, value: f64| {
+            Figure::new(format!("cases.{case}.results.{j}.{field}"), value, 1).html()
+        };
+        if j == 0 {
+            let rate = |case: &CaseReport| case.results[0].picking_rate_per_min;
+            let (least, most) = ends(&rate);
+            let shown =
+                |case: usize| figure(case, "picking_rate_per_min", rate(&report.cases[case]));
+            return match least == most {
+                true => format!("{title} makes {} picks/min.", shown(least)),
+                false => format!(
+                    "{title} makes {} to {} picks/min, depending on the case.",
+                    shown(least),
+                    shown(most)
+                ),
+            };
+        }
+        let benefit = |case: &CaseReport| case.results[j].benefit_percent;
+        let (least, most) = ends(&benefit);
+        let shown = |case: usize| figure(case, "benefit_percent", benefit(&report.cases[case]));
+        let range = match least == most {
+            true => format!("{} %", shown(least)),
+            false => format!("{} to {} %", shown(least), shown(most)),
+        };
+        let count = |holds: &dyn Fn(f64, f64) -> bool| {
+            let results = report.cases.iter().filter(|case| case.patterns > 1);
+            results
+                .filter(|case| holds(case.results[j].diff_low, case.results[j].diff_high))
+                .count()
+        };
+        let better = count(&|low, _| low > 0.0);
+        let worse = count(&|_, high| high < 0.0);
+        let several = count(&|_, _| true);
+        let proven = match (several, better, worse) {
+            (0, _, _) => String::new(),
+            (n, 0, 0) => format!("; the difference is proven on none of the {n} random cases"),
+            (n, better, 0) => format!("; proven better on {better} of the {n} random cases"),
+            (n, 0, worse) => format!("; proven worse on {worse} of the {n} random cases"),
+            (n, better, worse) => {
+                format!("; proven better on {better} and worse on {worse} of the {n} random cases")
+            }
+        };
+        format!("{title} changes the picking rate by {range} against the first{proven}.")
+    };
+    methods.map(line).collect()
+}
+
+/// A row for every method from the `first` on, case by case; `cells` are told the case,
+/// the method and the path of its figures, and leave out what there is no row for.
+fn rows(
+    report: &ComparisonReport,
+    first: usize,
+    cells: impl Fn(&CaseReport, &ResultReport, &dyn Fn(&str) -> String) -> Option<Vec<Cell>>,
+) -> Vec<(bool, Vec<Cell>)> {
+    let mut rows = Vec::new();
+    for (i, case) in report.cases.iter().enumerate() {
+        let mut begins = true;
+        for (j, result) in case.results.iter().enumerate().skip(first) {
+            let path = |field: &str| format!("cases.{i}.results.{j}.{field}");
+            let Some(cells) = cells(case, result, &path) else {
+                continue;
+            };
+            let name = if begins { case.name.as_str() } else { "" };
+            let mut row = vec![
+                Cell::Words(name.into()),
+                Cell::Words(report.methods[j].title.clone()),
+            ];
+            row.extend(cells);
+            rows.push((begins && i > 0, row));
+            begins = false;
+        }
+    }
+    rows
+}
+
+fn table(header: &[&str], rows: Vec<(bool, Vec<Cell>)>) -> PageTable {
+    let header = ["<case", "<method"].iter().chain(header);
+    PageTable {
+        header: header.map(|&name| name.to_owned()).collect(),
+        rows,
+    }
+}
+
+fn figures(report: &ComparisonReport) -> PageTable {
+    let cells = |case: &CaseReport, result: &ResultReport, path: &dyn Fn(&str) -> String| {
+        let percent = |field, share| Figure::percent(path(field), share);
+        let rate = |field, value| Figure::new(path(field), value, 2);
+        let interval = |low: Figure, high: Figure| match case.patterns {
+            1 => Cell::empty(),
+            _ => Cell::Interval(low, high),
+        };
+        Some(vec![
+            percent("picked_share", result.picked_share).into(),
+            interval(
+                percent("picked_share_low", result.picked_share_low),
+                percent("picked_share_high", result.picked_share_high),
+            ),
+            Figure::new(path("end_s"), result.end_s, 1).into(),
+            rate("picking_rate_per_min", result.picking_rate_per_min).into(),
+            interval(
+                rate("picking_rate_low", result.picking_rate_low),
+                rate("picking_rate_high", result.picking_rate_high),
+            ),
+            rate("weighted_rate_per_min", result.weighted_rate_per_min).into(),
+        ])
+    };
+    let header = [
+        "picked [%]",
+        "95 %",
+        "time [s]",
+        "rate [1/min]",
+        "95 %",
+        "weighted [1/min]",
+    ];
+    table(&header, rows(report, 0, cells))
+}
+
+fn differences(report: &ComparisonReport) -> PageTable {
+    let cells = |case: &CaseReport, result: &ResultReport, path: &dyn Fn(&str) -> String| {
+        let rate = |field, value| Figure::new(path(field), value, 2);
+        let interval = Cell::Interval(
+            rate("diff_low", result.diff_low),
+            rate("diff_high", result.diff_high),
+        );
+        Some(vec![
+            match case.patterns {
+                1 => rate("diff_low", result.diff_low).into(),
+                _ => interval,
+            },
+            Figure::new(path("benefit_percent"), result.benefit_percent, 1).into(),
+        ])
+    };
+    let header = ["rate minus the first's, 95 % [1/min]", "benefit [%]"];
+    table(&header, rows(report, 1, cells))
+}
+
+fn printed(report: &ComparisonReport) -> PageTable {
+    let cells = |_: &CaseReport, result: &ResultReport, path: &dyn Fn(&str) -> String| {
+        let paper = result.paper?;
+        let rate = |field, value| Figure::new(path(field), value, 1).into();
+        Some(vec![
+            Figure::percent(path("picked_share"), result.picked_share).into(),
+            Figure::new(path("paper.picked_percent"), paper.picked_percent, 0).into(),
+            rate("end_s", result.end_s),
+            rate("paper.time_s", paper.time_s),
+            rate("picking_rate_per_min", result.picking_rate_per_min),
+            rate("paper.picking_rate_per_min", paper.picking_rate_per_min),
+        ])
+    };
+    let header = [
+        "picked [%]: ours",
+        "paper",
+        "time [s]: ours",
+        "paper",
+        "rate [1/min]: ours",
+        "paper",
+    ];
+    table(&header, rows(report, 0, cells))
+}
