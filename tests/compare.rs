@@ -2,16 +2,23 @@
 
 use pickline::experiment::{Comparison, Method, compare, load_cases};
 use pickline::optimize::{Environment, Silent};
+use pickline::sim::Conditions;
 use pickline::station::built_in;
+use pickline::strategies::{Setup, read};
 use std::process::Command;
 use std::sync::atomic::AtomicBool;
 
 fn run(station: &str, cases: &str, replicates: usize) -> Comparison {
     let station = built_in(station).unwrap().station(None).unwrap();
+    let setup = Setup {
+        robots: 2,
+        bases: &|| Ok(Vec::new()),
+        budget: None,
+    };
     let methods = vec![
         Method::Robust("SPT,FIFO".parse().unwrap()),
         Method::greedy(2).unwrap(),
-        Method::strategy("rules:SPT,SPT", 2).unwrap(),
+        Method::Strategy(read("rules:SPT,SPT", &setup).unwrap()),
     ];
     let stop = AtomicBool::new(false);
     let environment = Environment {
@@ -19,7 +26,17 @@ fn run(station: &str, cases: &str, replicates: usize) -> Comparison {
         progress: &Silent,
     };
     let cases = load_cases(cases).unwrap();
-    compare(&station, methods, &cases, replicates, 2, 0.0, &environment).unwrap()
+    let plain = Conditions::default();
+    compare(
+        &station,
+        methods,
+        &cases,
+        replicates,
+        2,
+        &plain,
+        &environment,
+    )
+    .unwrap()
 }
 
 /// Greedy GT chooses for the pattern itself, so nothing of its kind can beat it there.

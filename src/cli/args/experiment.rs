@@ -1,6 +1,6 @@
 //! What `pickline compare` and `pickline sweep` are given.
 
-use super::{Common, StationChoice};
+use super::{Common, ConditionArgs, StationChoice};
 use clap::Args;
 
 /// Set strategies side by side on the paper's cases or your own
@@ -15,6 +15,7 @@ Examples:
   pickline compare --paper
   pickline compare --cases dense --strategy rules:SPT,SPT --out results/
   pickline compare --station my-line.toml --cases my-cases.toml
+  pickline compare --grasp-failures 0.9 --position-noise 0.005
 
 A case file is TOML, one [[case]] each:
   [[case]]
@@ -26,6 +27,8 @@ pub struct CompareArgs {
     pub station: StationChoice,
     #[command(flatten)]
     pub common: Common,
+    #[command(flatten)]
+    pub conditions: ConditionArgs,
     /// Cases: paper, dense, all, or a TOML file
     #[arg(long, value_name = "SET|FILE", default_value = "paper")]
     pub cases: String,
@@ -37,7 +40,7 @@ pub struct CompareArgs {
     /// Leave greedy GT out
     #[arg(long)]
     pub no_greedy: bool,
-    /// Patterns of each random case
+    /// Patterns of each random case; where something goes wrong, runs of every case
     #[arg(
         long,
         value_name = "N",
@@ -85,6 +88,8 @@ pub struct SweepArgs {
     pub station: StationChoice,
     #[command(flatten)]
     pub common: Common,
+    #[command(flatten)]
+    pub conditions: ConditionArgs,
     /// What is varied: speed, robots, spacing, reach
     #[arg(long, value_name = "NAME", default_value = "speed")]
     pub sweep: String,
