@@ -250,30 +250,39 @@ fn bent_failures_are_refuted() {
     }
 }
 
-/// An item that nothing fails on, and two claims on one item at once.
+/// Grasps of an item that nothing fails on, and two claims on one item at once.
 #[test]
 fn impossible_failures_are_refuted() {
-    let station = paper(2);
-    let pattern = grid(1.05, 0.15, 150).unwrap();
-    let scene = Scene::under(&station, &pattern, failing(0.4, 3)).unwrap();
-    let outcome = simulate_rules(&scene, &"SPT,FIFO".parse().unwrap()).unwrap();
-    let sure: Vec<Item> = pattern
-        .items()
-        .iter()
-        .map(|item| Item {
-            p_grasp: Some(1.0),
-            weight: Some(item.reward()),
-            ..item.clone()
-        })
-        .collect();
-    let sure = Pattern::new(sure).unwrap();
-    assert!(checker::check(&station, &sure, &outcome).is_err());
-    // A longer grasp would have kept the item claimed when it was tried again.
-    let retried = outcome.failures.iter().any(|failure| {
-        let mut later = outcome.failures.iter().map(|f| &f.attempt);
-        later.any(|a| a.item == failure.attempt.item && a.decide > failure.attempt.decide)
-    });
-    assert!(retried);
+    let one = paper(1);
+    let mut robots = vec![one.robots()[0].clone(), one.robots()[0].clone()];
+    robots[1].name = "its twin".into();
+    let station = Station::new(*one.belt(), robots).unwrap();
+    let pattern = |p_grasp| {
+        let item = Item {
+            p_grasp,
+            weight: Some(1.0),
+            ..Item::at("a", 0.0, -0.2)
+        };
+        Pattern::new(vec![item]).unwrap()
+    };
+    let doomed = pattern(Some(0.0));
+    let scene = Scene::under(&station, &doomed, failing(1.0, 3)).unwrap();
+    let outcome = simulate_rules(&scene, &"FIFO,FIFO".parse().unwrap()).unwrap();
+    checker::check(&station, &doomed, &outcome).unwrap();
+    let refusal = |pattern: &Pattern, outcome: &Outcome| {
+        let refuted = checker::check(&station, pattern, outcome);
+        refuted.unwrap_err().to_string()
+    };
+    let message = refusal(&pattern(Some(1.0)), &outcome);
+    assert!(message.contains("no grasp of this item fails"), "{message}");
+    // The twin leaves at the same time for the same item.
+    let mut both = outcome.clone();
+    let mut again = both.failures[0];
+    again.attempt.robot = 1;
+    both.failures.truncate(1);
+    both.failures.push(again);
+    let message = refusal(&doomed, &both);
+    assert!(message.contains("already claimed by robot 0"), "{message}");
 }
 
 #[test]

@@ -132,7 +132,8 @@ impl Conditions {
                 "give Hz, from 1e-6 to 1e6, or 0 for exact decisions",
             ));
         }
-        if let Some(x) = self.camera_x.filter(|x| !(x.abs() <= FURTHEST)) {
+        let on_belt = -FURTHEST..=FURTHEST;
+        if let Some(x) = self.camera_x.filter(|x| !on_belt.contains(x)) {
             return Err(Error::input(
                 "--camera-x",
                 format!("{} is not a place on the belt", shown_number(x)),
