@@ -2,6 +2,7 @@
 
 use pickline::experiment::{Comparison, Method, compare, load_cases};
 use pickline::optimize::{Environment, Silent};
+use pickline::sim::Conditions;
 use pickline::station::built_in;
 use pickline::strategies;
 use std::process::Command;
@@ -20,7 +21,17 @@ fn run(station: &str, cases: &str, replicates: usize) -> Comparison {
         progress: &Silent,
     };
     let cases = load_cases(cases).unwrap();
-    compare(&station, methods, &cases, replicates, 2, 0.0, &environment).unwrap()
+    let plain = Conditions::default();
+    compare(
+        &station,
+        methods,
+        &cases,
+        replicates,
+        2,
+        &plain,
+        &environment,
+    )
+    .unwrap()
 }
 
 /// Greedy GT chooses for the pattern itself, so nothing of its kind can beat it there.

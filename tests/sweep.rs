@@ -3,7 +3,7 @@
 use pickline::experiment::{Method, Setting, sweep};
 use pickline::optimize::{Environment, Silent, SpeedScan};
 use pickline::pattern::{PatternSource, Recipe};
-use pickline::sim::{AssignmentTree, Scene, simulate_rules};
+use pickline::sim::{AssignmentTree, Conditions, Scene, simulate_rules};
 use pickline::station::built_in;
 use serde_json::Value;
 use std::process::Command;
@@ -36,7 +36,13 @@ fn speed_limits_are_those_of_a_brute_force_scan() {
         stop: &stop,
         progress: &Silent,
     };
-    let swept = sweep(&settings, &set.patterns, 0.0, &environment).unwrap();
+    let swept = sweep(
+        &settings,
+        &set.patterns,
+        &Conditions::default(),
+        &environment,
+    )
+    .unwrap();
     let of_sweep = swept.limits(0);
     let scan = SpeedScan::new(0.004, &station).unwrap();
     let tree = AssignmentTree::new(vec!["SPT,FIFO".parse().unwrap()]);

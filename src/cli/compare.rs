@@ -4,10 +4,10 @@ use super::args::{CompareArgs, Format};
 use super::pictures;
 use super::progress::Bar;
 use super::session::Session;
-use super::settings::json;
+use super::settings::{condition_notes, json};
 use super::training::{Line, full_name};
 use crate::error::{Error, Result};
-use crate::experiment::{Method, compare, load_cases};
+use crate::experiment::{Case, Method, compare, load_cases};
 use crate::optimize::Environment;
 use crate::report::{COMPARISON_CHARTS, ComparisonReport, Provenance, comparison_page};
 use crate::strategies;
@@ -19,6 +19,7 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
     args.common.check()?;
     let chart = pictures::checked(&args.pictures, COMPARISON_CHARTS)?;
+    let conditions = args.conditions.resolve(&args.common)?;
     if !(1..=MOST_REPLICATES).contains(&args.replicates) {
         return Err(Error::input(
             "--replicates",
@@ -68,7 +69,7 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
             &cases,
             args.replicates,
             first_seed,
-            args.common.update_hz,
+            &conditions,
             &environment,
         )?;
         let made = Provenance::new(
@@ -80,7 +81,10 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
                 args.cases, args.replicates
             ),
             args.common.seed,
-        );
+        )
+        .under(&conditions);
+        let generated = cases.iter().all(Case::is_generated);
+        notes.extend(condition_notes(&conditions, &args.training, generated));
         let paper_cases = matches!(args.cases.as_str(), "paper" | "all");
         let with_paper = args.paper && paper_cases;
         Ok(ComparisonReport::new(

@@ -1,10 +1,11 @@
 //! Arguments resolved to what the library works with.
 
-use super::args::{AttributeArgs, Common, Format, StationChoice};
+use super::args::{AttributeArgs, Common, ConditionArgs, Format, StationChoice, TrainingArgs};
 use super::session::tell;
 use crate::error::{Error, Result};
 use crate::files;
 use crate::pattern::{self, Attributes, Distribution, Pattern, grid};
+use crate::sim::{Conditions, Disturbances};
 use crate::station::{self, Overrides, Station};
 use serde::Serialize;
 use std::io::Read as _;
@@ -42,6 +43,27 @@ impl AttributeArgs {
             p_detection: read(&self.p_detection, "--p-detection")?,
             p_grasp: read(&self.p_grasp, "--p-grasp")?,
         })
+    }
+}
+
+impl ConditionArgs {
+    /// The conditions, their luck under the master seed.
+    ///
+    /// # Errors
+    /// Values that are none.
+    pub fn resolve(&self, common: &Common) -> Result<Conditions> {
+        let conditions = Conditions {
+            update_hz: common.update_hz,
+            camera_x: self.camera_x,
+            disturbances: Disturbances {
+                grasp_failures: self.grasp_failures.is_some(),
+                default_p_grasp: self.grasp_failures.unwrap_or(1.0),
+                position_noise: self.position_noise,
+                seed: common.seed,
+            },
+        };
+        conditions.check()?;
+        Ok(conditions)
     }
 }
 
@@ -157,3 +179,29 @@ pub fn load_pattern(file: Option<&str>, width: f64) -> Result<(Pattern, String)>
 
 /// Spacing [m] and number of items of the pattern that stands in where none is given.
 pub const DEFAULT_GRID: (f64, usize) = (0.15, 50);
+
+/// What is told where `--grasp-failures` makes no difference.
+pub const NOTHING_FAILS: &str = "no item has a p_grasp below 1, so no grasp fails; give \
+     --grasp-failures P for items without one";
+
+/// What a reader of a comparison under `conditions` should know. `generated` says that no
+/// pattern comes from a file.
+pub fn condition_notes(
+    conditions: &Conditions,
+    training: &TrainingArgs,
+    generated: bool,
+) -> Vec<String> {
+    let mut notes = Vec::new();
+    let Conditions {
+        camera_x,
+        disturbances,
+        ..
+    } = conditions;
+    if training.robust.is_none() && (camera_x.is_some() || disturbances.any()) {
+        notes.push("robust GT was found with every item known and nothing going wrong".to_owned());
+    }
+    if generated && disturbances.never_fails(&[]) {
+        notes.push(NOTHING_FAILS.to_owned());
+    }
+    notes
+}

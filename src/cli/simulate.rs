@@ -3,7 +3,7 @@
 use super::args::SimulateArgs;
 use super::progress::Bar;
 use super::session::Session;
-use super::settings::{json, load_pattern};
+use super::settings::{NOTHING_FAILS, json, load_pattern};
 use super::training::Line;
 use crate::decision::Observer;
 use crate::error::{Error, Result, shown_number};
@@ -16,6 +16,7 @@ use std::cell::OnceCell;
 pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
     let common = &args.common;
     common.check()?;
+    let conditions = args.conditions.resolve(common)?;
     files::check_target(args.trace.as_deref())?;
     files::check_target(args.html.as_deref())?;
     if let Some(ms) = args.budget_ms.filter(|ms| !(0.01..=60_000.0).contains(ms)) {
@@ -50,9 +51,11 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
             args.station.station
         ));
     }
-    let scene = Scene::new(&station, &pattern)
-        .map_err(|error| error.inside(args.pattern.as_deref().unwrap_or(&pattern_name)))?
-        .with_update_hz(args.common.update_hz)?;
+    let scene = Scene::under(&station, &pattern, conditions)
+        .map_err(|error| error.inside(args.pattern.as_deref().unwrap_or(&pattern_name)))?;
+    if conditions.disturbances.never_fails(pattern.items()) {
+        common.remark(NOTHING_FAILS);
+    }
     let mut trace = args.trace.as_ref().map(|_| Trace::new(&station, &pattern));
     let observer = trace.as_mut().map(|trace| trace as &mut dyn Observer);
     let outcome = simulate_observed(&scene, strategy.as_mut(), observer)?;
@@ -62,7 +65,8 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
         &station,
         &pattern_name,
         common.seed,
-    );
+    )
+    .under(&conditions);
     let mut report = RunReport::new(strategy.name(), &station, &pattern, &outcome, made);
     if args.check {
         checker::check(&station, &pattern, &outcome)?;

@@ -4,7 +4,7 @@ use super::args::SweepArgs;
 use super::pictures;
 use super::progress::Bar;
 use super::session::Session;
-use super::settings::{DEFAULT_GRID, json};
+use super::settings::{DEFAULT_GRID, condition_notes, json};
 use super::training::{Line, Robust};
 use crate::error::{Error, Result};
 use crate::experiment::{Axis, Method, Range, Setting, sweep};
@@ -18,6 +18,7 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
     args.common.check()?;
     let chart = pictures::checked(&args.pictures, SWEEP_CHARTS)?;
+    let conditions = args.conditions.resolve(&args.common)?;
     let axis = Axis::named(&args.sweep)?;
     let station = args.station.load()?;
     let values = range(args, axis, &station).values()?;
@@ -62,12 +63,8 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
     };
     let report = args.common.on_threads(|| {
         let settings = settings(args, axis, &station, lines, &environment)?;
-        let result = sweep(
-            &settings,
-            &set.patterns,
-            args.common.update_hz,
-            &environment,
-        )?;
+        let luck = conditions.with_seed(recipe.seed);
+        let result = sweep(&settings, &set.patterns, &luck, &environment)?;
         let ids: Vec<String> = settings[0]
             .methods
             .iter()
@@ -83,8 +80,14 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
             &station,
             &set.description,
             args.common.seed,
-        );
-        let notes = notes(args, axis);
+        )
+        .under(&conditions);
+        let generated = !matches!(source, PatternSource::Files(_));
+        let notes = [
+            notes(args, axis),
+            condition_notes(&conditions, &args.training, generated),
+        ]
+        .concat();
         Ok(SweepReport::new(
             &result,
             axis,

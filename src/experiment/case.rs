@@ -174,6 +174,11 @@ impl Case {
         }
     }
 
+    /// Whether its patterns are generated, not recorded.
+    pub fn is_generated(&self) -> bool {
+        !matches!(self.source, CaseSource::File(_))
+    }
+
     /// The patterns on a belt of `width` [m], each with the seed that
     /// `pickline pattern generate --seed` makes it from; none where nothing is random.
     /// Random cases are replicated under the seeds `first_seed`, `first_seed + 1`, ...

@@ -6,7 +6,7 @@ use crate::decision::Figures;
 use crate::error::{Error, Result};
 use crate::optimize::Environment;
 use crate::pattern::Pattern;
-use crate::sim::Scene;
+use crate::sim::{Conditions, Scene};
 use crate::station::Station;
 use crate::stats::{self, Interval};
 use rayon::prelude::*;
@@ -57,7 +57,8 @@ pub struct Comparison {
 
 /// Runs `methods` on `cases`; random ones on `replicates` patterns under the seeds
 /// `first_seed`, `first_seed + 1`, ... The first method is the one that the others are
-/// measured against. The same input gives the same result on any number of threads.
+/// measured against. Where something goes wrong every case is random: the run of place r
+/// has the luck of seed `first_seed + r`. The same input gives the same result on any number of threads.
 ///
 /// # Errors
 /// A pattern that cannot be had or does not lie on the belt, an illegal action,
@@ -68,12 +69,18 @@ pub fn compare(
     cases: &[Case],
     replicates: usize,
     first_seed: u64,
-    update_hz: f64,
+    conditions: &Conditions,
     environment: &Environment,
 ) -> Result<Comparison> {
     let mut drawn = Vec::with_capacity(cases.len());
     for case in cases {
-        drawn.push(case.patterns(station.belt().width, replicates, first_seed)?);
+        let mut patterns = case.patterns(station.belt().width, replicates, first_seed)?;
+        if conditions.disturbances.any() && patterns.iter().all(|(seed, _)| seed.is_none()) {
+            let seeds = (0..replicates as u64).map(|r| Some(first_seed.wrapping_add(r)));
+            let again = patterns.iter().map(|(_, pattern)| pattern).cycle();
+            patterns = seeds.zip(again.cloned()).collect();
+        }
+        drawn.push(patterns);
     }
     let total: usize = drawn.iter().map(Vec::len).sum();
     environment
@@ -82,19 +89,22 @@ pub fn compare(
     let mut results = Vec::with_capacity(cases.len());
     for (case, drawn) in cases.iter().zip(drawn) {
         let (seeds, patterns): (Vec<_>, Vec<_>) = drawn.into_iter().unzip();
-        let run = |pattern: &Pattern| -> Result<Vec<MethodRun>> {
+        let run = |(seed, pattern): (&Option<u64>, &Pattern)| -> Result<Vec<MethodRun>> {
             if environment.stopped() {
                 return Err(Error::Interrupted);
             }
-            let scene = Scene::new(station, pattern)
-                .map_err(|error| error.inside(&case.name))?
-                .with_update_hz(update_hz)?;
+            let luck = conditions.with_seed(seed.unwrap_or(first_seed));
+            let scene =
+                Scene::under(station, pattern, luck).map_err(|error| error.inside(&case.name))?;
             let runs = methods.iter().map(|method| method.run(&scene)).collect();
             environment.progress.advance(1);
             runs
         };
-        let by_pattern: Vec<Vec<MethodRun>> =
-            patterns.par_iter().map(run).collect::<Result<_>>()?;
+        let by_pattern: Vec<Vec<MethodRun>> = seeds
+            .par_iter()
+            .zip(&patterns)
+            .map(run)
+            .collect::<Result<_>>()?;
         results.push(CaseResult {
             case: case.clone(),
             seeds,

@@ -5,7 +5,7 @@ use crate::decision::Figures;
 use crate::error::{Error, Result, known_names, shown};
 use crate::optimize::Environment;
 use crate::pattern::Pattern;
-use crate::sim::Scene;
+use crate::sim::{Conditions, Scene};
 use crate::station::Station;
 use crate::stats::{self, Interval};
 use rayon::prelude::*;
@@ -226,7 +226,8 @@ impl Sweep {
     }
 }
 
-/// Runs all methods at all settings on the same patterns. The same input gives the same
+/// Runs all methods at all settings on the same patterns. Where something goes wrong, the
+/// pattern of place i has the luck of the conditions' seed + i at every setting. The same input gives the same
 /// result on any number of threads.
 ///
 /// # Errors
@@ -234,7 +235,7 @@ impl Sweep {
 pub fn sweep(
     settings: &[Setting],
     patterns: &[Pattern],
-    update_hz: f64,
+    conditions: &Conditions,
     environment: &Environment,
 ) -> Result<Sweep> {
     environment
@@ -242,15 +243,20 @@ pub fn sweep(
         .begin("sweeping", settings.len() as u64, "values");
     let mut points = Vec::with_capacity(settings.len());
     for setting in settings {
-        let run = |pattern: &Pattern| -> Result<Vec<Figures>> {
+        let run = |(place, pattern): (usize, &Pattern)| -> Result<Vec<Figures>> {
             if environment.stopped() {
                 return Err(Error::Interrupted);
             }
-            let scene = Scene::new(&setting.station, pattern)?.with_update_hz(update_hz)?;
+            let seed = conditions.disturbances.seed.wrapping_add(place as u64);
+            let scene = Scene::under(&setting.station, pattern, conditions.with_seed(seed))?;
             let figures = |method: &Method| method.run(&scene).map(|run| run.figures);
             setting.methods.iter().map(figures).collect()
         };
-        let by_pattern: Vec<Vec<Figures>> = patterns.par_iter().map(run).collect::<Result<_>>()?;
+        let by_pattern: Vec<Vec<Figures>> = patterns
+            .par_iter()
+            .enumerate()
+            .map(run)
+            .collect::<Result<_>>()?;
         let point = |(i, method): (usize, &Method)| {
             let runs: Vec<Figures> = by_pattern.iter().map(|figures| figures[i]).collect();
             summarise(method.title(), &runs)

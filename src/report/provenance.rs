@@ -2,6 +2,7 @@
 //! run, so that equal inputs give equal bytes.
 
 use crate::files::fingerprint;
+use crate::sim::Conditions;
 use crate::station::{Station, to_toml};
 use serde::Serialize;
 
@@ -19,6 +20,9 @@ pub struct Provenance {
     pub station_hash: String,
     /// What was simulated, in words, with its seed.
     pub patterns: String,
+    /// What the camera saw and what went wrong, where it is not the plain model.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub conditions: Vec<String>,
     /// Master seed.
     pub seed: u64,
 }
@@ -36,8 +40,15 @@ impl Provenance {
             ),
             station_hash: station_hash(station),
             patterns: patterns.to_owned(),
+            conditions: Vec::new(),
             seed,
         }
+    }
+
+    /// The same of a result under `conditions`.
+    pub fn under(mut self, conditions: &Conditions) -> Self {
+        self.conditions = conditions.describe();
+        self
     }
 
     /// Everything on one line, for the last column of a CSV file.
@@ -50,8 +61,12 @@ impl Provenance {
 
     /// One line a fact, for the foot of a table.
     pub fn lines(&self) -> String {
+        let conditions = match self.conditions.join("; ") {
+            none if none.is_empty() => none,
+            some => format!("under     {some}\n"),
+        };
         format!(
-            "station   {} (hash {})\npatterns  {}\nmade by   {}: {}\n",
+            "station   {} (hash {})\npatterns  {}\n{conditions}made by   {}: {}\n",
             self.station, self.station_hash, self.patterns, self.program, self.command
         )
     }

@@ -2,7 +2,7 @@
 
 use super::provenance::Provenance;
 use super::table::{Table, fixed};
-use crate::decision::{MissReason, Outcome};
+use crate::decision::{MissReason, Outcome, Pick};
 use crate::pattern::Pattern;
 use crate::station::Station;
 use serde::Serialize;
@@ -29,6 +29,8 @@ pub struct RunReport {
     pub robots: Vec<RobotReport>,
     /// Picks in order of decision.
     pub picks: Vec<PickReport>,
+    /// Attempts that failed, in order of decision.
+    pub failures: Vec<FailureReport>,
     /// Items that were not picked, downstream first.
     pub missed: Vec<MissReport>,
     /// How many items were missed for which reason.
@@ -49,7 +51,9 @@ pub struct RobotReport {
     pub picked: usize,
     /// Sum of the rewards of its items.
     pub weight: f64,
-    /// Sum of its processing times [s].
+    /// Number of attempts that failed.
+    pub failed: usize,
+    /// Sum of its processing times, those of failed attempts included [s].
     pub busy_s: f64,
     /// Busy time over the end of the run.
     pub utilisation: f64,
@@ -70,6 +74,16 @@ pub struct PickReport {
     pub release_s: f64,
     /// Meeting point [m].
     pub meet: [f64; 2],
+}
+
+/// One attempt that failed.
+#[derive(Debug, Clone, Serialize)]
+pub struct FailureReport {
+    /// The pick that it would have been; `release_s` is when the robot was free again.
+    #[serde(flatten)]
+    pub attempt: PickReport,
+    /// Why it failed.
+    pub cause: &'static str,
 }
 
 /// One item that was not picked.
@@ -98,6 +112,14 @@ impl RunReport {
             *missed_by_reason.entry(miss.reason.name()).or_default() += 1;
         }
         let robots = station.robots().iter().zip(&outcome.robots);
+        let pick = |pick: &Pick| PickReport {
+            robot: pick.robot,
+            item: id(pick.item),
+            decide_s: pick.decide,
+            grasp_s: pick.grasp,
+            release_s: pick.release,
+            meet: [pick.meet.x, pick.meet.y],
+        };
         Self {
             strategy,
             items: figures.items,
@@ -111,6 +133,7 @@ impl RunReport {
                     name: robot.name.clone(),
                     picked: did.picked,
                     weight: did.weight,
+                    failed: did.failed,
                     busy_s: did.busy,
                     utilisation: if figures.end > 0.0 {
                         did.busy / figures.end
@@ -119,16 +142,13 @@ impl RunReport {
                     },
                 })
                 .collect(),
-            picks: outcome
-                .picks
+            picks: outcome.picks.iter().map(pick).collect(),
+            failures: outcome
+                .failures
                 .iter()
-                .map(|pick| PickReport {
-                    robot: pick.robot,
-                    item: id(pick.item),
-                    decide_s: pick.decide,
-                    grasp_s: pick.grasp,
-                    release_s: pick.release,
-                    meet: [pick.meet.x, pick.meet.y],
+                .map(|failure| FailureReport {
+                    attempt: pick(&failure.attempt),
+                    cause: failure.cause.name(),
                 })
                 .collect(),
             missed: outcome
@@ -171,9 +191,20 @@ impl RunReport {
             Some(true) => "checked   confirmed by the independent checker\n",
             _ => "",
         };
+        let failed = match self.failures.len() {
+            0 => String::new(),
+            count => {
+                let by_robot = self
+                    .robots
+                    .iter()
+                    .map(|r| format!("{} {}", r.name, r.failed));
+                let by_robot = by_robot.collect::<Vec<_>>().join(", ");
+                format!("failed    {count} attempts ({by_robot})\n")
+            }
+        };
         format!(
             "{}strategy  {}\npicked    {} of {} ({} %) in {} s\nrate      {} picks/min, weighted {} /min\n\
-             missed    {missed}\n{checked}{}",
+             missed    {missed}\n{failed}{checked}{}",
             robots.render(),
             self.strategy,
             self.picked,
@@ -186,7 +217,8 @@ impl RunReport {
         )
     }
 
-    /// The picks as CSV, one line each, in order of decision.
+    /// The picks and the attempts that failed as CSV, one line each, in order of decision;
+    /// `failure` is empty for a pick.
     pub fn to_csv(&self) -> String {
         let header = [
             "robot",
@@ -196,10 +228,18 @@ impl RunReport {
             "release_s",
             "meet_x",
             "meet_y",
+            "failure",
             "made",
         ];
         let made = self.made.one_line();
-        let rows = self.picks.iter().map(|pick| {
+        let failures = self.failures.iter().map(|f| (&f.attempt, f.cause));
+        let mut attempts: Vec<_> = self.picks.iter().map(|pick| (pick, "")).collect();
+        attempts.extend(failures);
+        attempts.sort_by(|(a, _), (b, _)| {
+            let times = a.decide_s.total_cmp(&b.decide_s);
+            times.then(a.robot.cmp(&b.robot))
+        });
+        let rows = attempts.into_iter().map(|(pick, failure)| {
             [
                 self.robots[pick.robot].name.clone(),
                 pick.item.clone(),
@@ -208,6 +248,7 @@ impl RunReport {
                 pick.release_s.to_string(),
                 pick.meet[0].to_string(),
                 pick.meet[1].to_string(),
+                failure.to_owned(),
                 made.clone(),
             ]
         });

@@ -54,6 +54,18 @@ impl Disturbances {
         }
     }
 
+    /// Whether grasps are said to fail, and none of `items` nor any item without a
+    /// probability of its own does.
+    pub fn never_fails(&self, items: &[Item]) -> bool {
+        let sure = |item: &Item| self.p_grasp(item) == 1.0;
+        let all_sure = if items.is_empty() {
+            self.default_p_grasp == 1.0
+        } else {
+            items.iter().all(sure)
+        };
+        self.grasp_failures && all_sure
+    }
+
     /// Whether attempt number `attempt`, from 0, at item `index` succeeds, as far as the
     /// grasp goes.
     pub fn grasp_succeeds(&self, index: u32, item: &Item, attempt: u32) -> bool {
@@ -120,7 +132,8 @@ impl Conditions {
                 "give Hz, from 1e-6 to 1e6, or 0 for exact decisions",
             ));
         }
-        if let Some(x) = self.camera_x.filter(|x| !(x.abs() <= FURTHEST)) {
+        let on_belt = -FURTHEST..=FURTHEST;
+        if let Some(x) = self.camera_x.filter(|x| !on_belt.contains(x)) {
             return Err(Error::input(
                 "--camera-x",
                 format!("{} is not a place on the belt", shown_number(x)),
@@ -146,12 +159,9 @@ impl Conditions {
         Ok(())
     }
 
-    /// What is not as in the plain model, in words, one line a fact.
+    /// What the camera sees and what goes wrong, in words, one text a fact.
     pub fn describe(&self) -> Vec<String> {
         let mut lines = Vec::new();
-        if self.update_hz > 0.0 {
-            lines.push(format!("decisions at {} Hz", shown_number(self.update_hz)));
-        }
         if let Some(x) = self.camera_x {
             lines.push(format!(
                 "only items past x = {} m are known",

@@ -73,10 +73,16 @@ async function checkStates(page, report, data, speed) {
   const picks = new Map(report.picks.map((pick) => [pick.item, pick]));
   const reasons = new Map(report.missed.map((miss) => [miss.item, miss.reason]));
   const speeds = report.robots.map(() => speed);
-  const lost = data.items.map((item) => lastChance(data, speeds, item));
+  const over = (failure) => failure.grasp_s + data.robots[failure.robot].grasp_time;
+  const tries = (id) => report.failures.filter((failure) => failure.item === id);
+  const lost = data.items.map((item) =>
+    Math.max(lastChance(data, speeds, item), ...tries(item.id).map(over)),
+  );
   const some = report.picks[Math.floor(report.picks.length / 2)];
   const times = [0, 0.31, 0.52, 0.77, 0.93, 1].map((share) => share * report.end_s);
   if (some) times.push(some.decide_s, some.grasp_s, some.release_s);
+  const failed = report.failures[Math.floor(report.failures.length / 2)];
+  if (failed) times.push(failed.decide_s, failed.grasp_s, over(failed), failed.release_s);
   const seen = new Set();
   for (const time of times) {
     const now = await state(page, time);
@@ -91,9 +97,12 @@ async function checkStates(page, report, data, speed) {
       } else if (!pick && time >= lost[i]) {
         fate = "missed";
       }
+      const failing = tries(id).find((f) => f.decide_s <= time && time < over(f));
+      if (failing) fate = "claimed";
       seen.add(fate);
       assert.equal(item.fate, fate, `item ${id} at ${time} s`);
-      assert.equal(item.robot, pick && time >= pick.decide_s ? pick.robot : null);
+      const claim = failing ?? (pick && time >= pick.decide_s ? pick : null);
+      assert.equal(item.robot, claim ? claim.robot : null);
       assert.equal(item.reason, fate === "missed" ? reasons.get(id) : null);
       if (["coming", "waiting", "claimed", "missed"].includes(fate)) near(item.x, x, id);
       if (fate !== "picked" && fate !== "carried") near(item.y, y, id);
@@ -101,7 +110,8 @@ async function checkStates(page, report, data, speed) {
     now.arms.forEach((arm, robot) => {
       const own = report.picks.filter((pick) => pick.robot === robot);
       assert.equal(arm.picked, own.filter((pick) => pick.release_s <= time).length);
-      const pick = own.find((p) => p.decide_s <= time && time < p.release_s);
+      const trips = [...own, ...report.failures.filter((failure) => failure.robot === robot)];
+      const pick = trips.find((p) => p.decide_s <= time && time < p.release_s);
       const [binX, binY] = data.robots[robot].bin;
       const out = Math.hypot(arm.x - binX, arm.y - binY);
       if (!pick) return near(out, 0, "an idle arm");
@@ -194,6 +204,9 @@ function checkStory(story, id, report) {
       assert.ok(story.includes(`${time.toFixed(2)} s`), story);
     }
   } else {
+    for (const { decide_s: time } of report.failures.filter((f) => f.item === id).slice(0, 3)) {
+      assert.ok(story.includes(`at ${time.toFixed(2)} s: the grasp failed`), story);
+    }
     assert.ok(story.includes(`missed, ${miss.reason.replace("_", " ")}`), story);
   }
 }
@@ -204,7 +217,8 @@ async function checkStories(page, report) {
   checkStory(story, /^item (.*)$/m.exec(story)[1], report);
   await page.mouse.move(0, 0);
   assert.ok(!(await page.locator("#story").isVisible()));
-  for (const id of [report.picks[0]?.item, report.missed[0]?.item]) {
+  const failed = report.missed.find((miss) => miss.reason === "grasp_failed");
+  for (const id of [report.picks[0]?.item, report.missed[0]?.item, failed?.item]) {
     if (id === undefined) continue;
     await page.locator("#item").fill(id);
     checkStory(await page.locator("#found").innerText(), id, report);
@@ -271,12 +285,14 @@ await withBrowser(async (folder, browser) => {
     default: ["--check"],
     dense: ["--pattern", dense, "--update-hz", "10"],
     one: ["--robots", "1", "--strategy", "FIFO"],
+    failing: ["--pattern", dense, "--grasp-failures", "0.5", "--check"],
     narrow: ["--station", "paper-narrow", "--robots", "3", "--pattern", narrow],
   };
   for (const [name, args] of Object.entries(cases)) {
     const { file, report } = simulate(folder, name, args);
     const { page, check } = await open(browser, file);
     const data = await checkFigures(page, report);
+    assert.equal(report.failures.length > 0, name === "failing");
     for (const fate of await checkStates(page, report, data, 0.5)) seen.add(fate);
     if (name === "default") await checkControls(page, report);
     await checkStories(page, report);

@@ -1,6 +1,6 @@
 //! What `pickline compare` and `pickline sweep` are given.
 
-use super::{Common, Pictures, StationChoice};
+use super::{Common, ConditionArgs, Pictures, StationChoice};
 use clap::Args;
 
 /// Set strategies side by side on the paper's cases or your own
@@ -16,6 +16,7 @@ Examples:
   pickline compare --cases dense --strategy rules:SPT,SPT --out results/
   pickline compare --station my-line.toml --cases my-cases.toml
   pickline compare --paper --html compare.html --svg rates.svg
+  pickline compare --grasp-failures 0.9 --position-noise 0.005
 
 Charts for --chart: rate (the main one), the picking rate of every method on every case;
 difference, how much more each picks than robust GT; picked, the picked share.
@@ -30,6 +31,8 @@ pub struct CompareArgs {
     pub station: StationChoice,
     #[command(flatten)]
     pub common: Common,
+    #[command(flatten)]
+    pub conditions: ConditionArgs,
     /// Cases: paper, dense, all, or a TOML file
     #[arg(long, value_name = "SET|FILE", default_value = "paper")]
     pub cases: String,
@@ -41,7 +44,7 @@ pub struct CompareArgs {
     /// Leave greedy GT out
     #[arg(long)]
     pub no_greedy: bool,
-    /// Patterns of each random case
+    /// Patterns of each random case; where something goes wrong, runs of every case
     #[arg(
         long,
         value_name = "N",
@@ -96,6 +99,8 @@ pub struct SweepArgs {
     pub station: StationChoice,
     #[command(flatten)]
     pub common: Common,
+    #[command(flatten)]
+    pub conditions: ConditionArgs,
     /// What is varied: speed, robots, spacing, reach
     #[arg(long, value_name = "NAME", default_value = "speed")]
     pub sweep: String,

@@ -1,5 +1,6 @@
 //! The arguments as they are typed. Nothing below the command line ever sees clap.
 
+mod conditions;
 mod experiment;
 mod game;
 mod optimize;
@@ -7,6 +8,7 @@ mod pattern;
 mod simulate;
 mod station;
 
+pub use conditions::ConditionArgs;
 pub use experiment::{CompareArgs, SweepArgs, TrainingArgs};
 pub use game::{GameArgs, PayoffArg};
 pub use optimize::{OptimizeArgs, SearchArg};

@@ -1,13 +1,13 @@
 //! What `pickline simulate` is given.
 
-use super::{Common, StationChoice};
+use super::{Common, ConditionArgs, StationChoice};
 use clap::Args;
 use std::path::PathBuf;
 
 /// Run one strategy on one pattern, exactly
 ///
 /// Jumps from decision to decision; there is no time step. Says for every item that
-/// was not picked why: unreachable, passed_over or busy.
+/// was not picked why: unreachable, grasp_failed, passed_over, unseen or busy.
 #[derive(Debug, Args)]
 #[command(after_long_help = simulate_help())]
 pub struct SimulateArgs {
@@ -15,6 +15,8 @@ pub struct SimulateArgs {
     pub station: StationChoice,
     #[command(flatten)]
     pub common: Common,
+    #[command(flatten)]
+    pub conditions: ConditionArgs,
     /// Pattern file (CSV), `-` for stdin; the grid of 0.15 m with 50 items when not given
     #[arg(long, value_name = "FILE")]
     pub pattern: Option<String>,
@@ -60,5 +62,6 @@ Examples:
   pickline pattern generate poisson | pickline simulate --pattern - --check
   pickline simulate --station my-line.toml --pattern items.csv --trace events.csv
   pickline simulate --strategy lookahead --check
-  pickline simulate --robots 3 --html replay.html"
+  pickline simulate --robots 3 --html replay.html
+  pickline simulate --camera-x 0.5 --grasp-failures 0.8 --position-noise 0.01"
 }

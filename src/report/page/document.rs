@@ -119,21 +119,25 @@ fn provenance(made: &Provenance) -> String {
         station,
         station_hash,
         patterns,
+        conditions,
         seed,
     } = made;
     let seed = seed.to_string();
+    let conditions = conditions.join("; ");
     let facts = [
         ("program", "", program),
         ("command", " class=\"code\"", command),
         ("station", "", station),
         ("station hash", " class=\"code\"", station_hash),
         ("patterns", "", patterns),
+        ("conditions", "", &conditions),
         ("seed", "", &seed),
     ];
+    let known = facts.into_iter().filter(|(_, _, value)| !value.is_empty());
     let fact = |(name, class, value): (&str, &str, &String)| {
         format!("<dt>{name}</dt><dd{class}>{}</dd>\n", escape(value))
     };
-    facts.into_iter().map(fact).collect()
+    known.map(fact).collect()
 }
 
 #[cfg(test)]

@@ -60,11 +60,12 @@ function fillTables(run) {
       [swatch, robot.name],
       of("picked", 0),
       of("weight", 2),
+      of("failed", 0),
       of("busy_s", 1),
       of("utilisation", 1, 100),
     ];
   });
-  const header = ["robot", "picked", "weight", "busy [s]", "utilisation [%]"];
+  const header = ["robot", "picked", "weight", "failed", "busy [s]", "utilisation [%]"];
   fillTable(byName("robots"), header, robots);
   const reasons = Object.entries(report.missed_by_reason);
   fillTable(
@@ -76,6 +77,7 @@ function fillTables(run) {
   const facts = [
     ["station", `${made.station} (hash ${made.station_hash})`],
     ["patterns", made.patterns],
+    ...(made.conditions ? [["conditions", made.conditions.join("; ")]] : []),
     ["seed", String(made.seed)],
     ["made by", made.program],
     ["command", made.command],
@@ -142,6 +144,12 @@ function fillLegends(run, theme) {
     carried,
     item("missed: passed over", "missed", "passed_over"),
     item("missed: robots busy", "missed", "busy"),
+    ...(run.report.made.conditions
+      ? [
+          item("missed: grasp failed", "missed", "grasp_failed"),
+          item("missed: unseen", "missed", "unseen"),
+        ]
+      : []),
     item("missed: unreachable", "missed", "unreachable"),
     base,
     bin,
@@ -154,6 +162,7 @@ function fillLegends(run, theme) {
       ctx.fillStyle = colour;
       ctx.fillRect(3, 3, 16, 12);
     });
+  const failed = entry("attempt that failed", (ctx) => drawFailed(ctx, 3, 3, 19, 12, colour));
   const stroke = (words, shade, width) =>
     entry(words, (ctx) => {
       ctx.strokeStyle = shade;
@@ -164,6 +173,7 @@ function fillLegends(run, theme) {
     block("on the way out", PHASE_ALPHA.out),
     block("grasp and release", PHASE_ALPHA.grasp),
     block("on the way back", PHASE_ALPHA.back),
+    ...(run.report.failures.length ? [failed] : []),
     stroke("picks per minute since the start", theme.ink, 2),
     stroke(`over the last ${RATE_WIDTH} s`, theme.faint, 1),
   );

@@ -101,7 +101,7 @@ function markedItem(state) {
       const near = itemNear(sceneFrame.view, state, x, y);
       if (near >= 0) return near;
     } else if (stripFrame.view) {
-      const pick = pickUnder(stripFrame.view, run, x, y);
+      const pick = tripUnder(stripFrame.view, run, x, y);
       if (pick) return run.byId.get(pick.item).index;
     }
   }

@@ -180,6 +180,14 @@ function drawMissed(ctx, x, y, radius, reason, theme) {
     ctx.lineTo(x + r, y + r);
     ctx.lineTo(x - r, y + r);
     ctx.closePath();
+  } else if (reason === "grasp_failed") {
+    ctx.moveTo(x, y - 1.3 * r);
+    ctx.lineTo(x + 1.3 * r, y);
+    ctx.lineTo(x, y + 1.3 * r);
+    ctx.lineTo(x - 1.3 * r, y);
+    ctx.closePath();
+  } else if (reason === "unseen") {
+    ctx.arc(x, y, r, 0, 2 * Math.PI);
   } else {
     ctx.rect(x - r, y - r, 2 * r, 2 * r);
   }

@@ -2,7 +2,9 @@
 
 const REASONS = {
   unreachable: "unreachable: no robot can ever meet it",
+  grasp_failed: "grasp failed: it was attempted, never with success",
   passed_over: "passed over: a robot could have taken it and chose otherwise",
+  unseen: "unseen: when the camera knew of it, and where, no robot could leave for it",
   busy: "busy: whenever a robot could have taken it, that robot was busy",
 };
 const FATE_WORDS = {
@@ -29,6 +31,10 @@ function storyOf(run, item, now) {
     `weight ${Number(item.weight.toPrecision(4))}${kind}`,
     `now ${FATE_WORDS[now.fate]}${where}`,
   ];
+  for (const failure of item.failures.slice(0, MOST_NAMES)) lines.push(failureLine(run, failure));
+  if (item.failures.length > MOST_NAMES) {
+    lines.push(`and ${item.failures.length - MOST_NAMES} more failed attempts`);
+  }
   const pick = item.pick;
   if (pick) {
     const name = run.robots[pick.robot].name;
@@ -47,14 +53,21 @@ function storyOf(run, item, now) {
   return lines;
 }
 
+function failureLine(run, failure) {
+  const name = run.robots[failure.robot].name;
+  const how = failure.cause === "grasp" ? "the grasp failed" : "it was not there";
+  const over = seconds(claimEnds(run.robots, failure));
+  return `attempted by ${name} at ${seconds(failure.decide_s)}: ${how}, over at ${over}`;
+}
+
 /** When a robot could leave for the item, and what it took then instead. */
 function windowLine(run, window, until) {
   const robot = run.robots[window.robot];
   const last = Math.min(window.close, until);
-  const first = countUpTo(robot.picks, window.open, (pick) => pick.decide_s);
+  const first = countUpTo(robot.trips, window.open, (trip) => trip.decide_s);
   const others = [];
-  for (let i = Math.max(0, first - 1); i < robot.picks.length; i += 1) {
-    const { decide_s: time, item } = robot.picks[i];
+  for (let i = Math.max(0, first - 1); i < robot.trips.length; i += 1) {
+    const { decide_s: time, item } = robot.trips[i];
     if (time > last || time >= until) break;
     if (time >= window.open) others.push(item);
   }

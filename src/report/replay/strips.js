@@ -66,18 +66,37 @@ function drawStrip(ctx, view, robot, index, theme) {
   ctx.rect(view.left, top, view.right - view.left, height);
   ctx.clip();
   ctx.fillStyle = robot.colour;
-  const first = countUpTo(robot.picks, view.from, (pick) => pick.release_s);
-  for (const pick of robot.picks.slice(first)) {
-    if (pick.decide_s > view.to) break;
-    for (const [phase, from, to] of phases(robot, pick)) {
-      ctx.globalAlpha = PHASE_ALPHA[phase];
-      ctx.fillRect(view.x(from), top, view.x(to) - view.x(from), height);
+  const first = countUpTo(robot.trips, view.from, (trip) => trip.release_s);
+  for (const trip of robot.trips.slice(first)) {
+    if (trip.decide_s > view.to) break;
+    if (trip.cause === undefined) {
+      for (const [phase, from, to] of phases(robot, trip)) {
+        ctx.globalAlpha = PHASE_ALPHA[phase];
+        ctx.fillRect(view.x(from), top, view.x(to) - view.x(from), height);
+      }
+    } else {
+      const right = view.x(trip.release_s);
+      drawFailed(ctx, view.x(trip.decide_s), top, right, height, robot.colour);
     }
-    // A seam, so that picks that follow at once can be told apart.
+    // A seam, so that trips that follow at once can be told apart.
     ctx.globalAlpha = 1;
-    ctx.clearRect(view.x(pick.release_s) - 0.5, top, 0.5, height);
+    ctx.clearRect(view.x(trip.release_s) - 0.5, top, 0.5, height);
   }
   ctx.restore();
+}
+
+/** A trip that brought nothing: a hollow block with a cross in it. */
+function drawFailed(ctx, left, top, right, height, colour) {
+  const [x, y] = [left + 1, top + 1];
+  const [width, depth] = [Math.max(1, right - left - 2), height - 2];
+  ctx.globalAlpha = 1;
+  ctx.strokeStyle = colour;
+  ctx.lineWidth = 1.5;
+  ctx.strokeRect(x, y, width, depth);
+  const arm = Math.min(width, depth) / 3;
+  const [middle, centre] = [x + width / 2, y + depth / 2];
+  line(ctx, middle - arm, centre - arm, middle + arm, centre + arm);
+  line(ctx, middle - arm, centre + arm, middle + arm, centre - arm);
 }
 
 /** The rates at as many times as there are pixels. */
@@ -133,11 +152,11 @@ function drawCursor(ctx, view, time, theme) {
   ctx.fill();
 }
 
-/** The pick whose part of a strip lies under (`x`, `y`) [px], or none. */
-function pickUnder(view, run, x, y) {
+/** The trip whose part of a strip lies under (`x`, `y`) [px], or none. */
+function tripUnder(view, run, x, y) {
   const robot = run.robots[Math.floor((y - STRIP_TOP) / view.row)];
   if (!robot || x < view.left || x > view.right) return undefined;
   const time = view.time(x);
-  const pick = robot.picks[countUpTo(robot.picks, time, (p) => p.decide_s) - 1];
-  return pick && time < pick.release_s ? pick : undefined;
+  const trip = robot.trips[countUpTo(robot.trips, time, (t) => t.decide_s) - 1];
+  return trip && time < trip.release_s ? trip : undefined;
 }

@@ -5,7 +5,8 @@
 //     dwell, picked }] }
 // with one item and one arm in the order of the pattern and of the station. Fates:
 //   coming   not on the belt yet            waiting  on it, claimed by nobody
-//   claimed  a robot is on its way          carried  in the robot's gripper
+//   claimed  a robot is on its way, or     carried  in the robot's gripper
+//            fails to grasp it
 //   picked   in its bin                     missed   no robot can leave for it any more
 
 const FATES = ["coming", "waiting", "claimed", "carried", "picked", "missed"];
@@ -13,11 +14,13 @@ const FATES = ["coming", "waiting", "claimed", "carried", "picked", "missed"];
 /** The page's data, with what every moment needs found once. */
 function makeRun(data) {
   const { report, belt } = data;
-  const robots = data.robots.map((robot) => ({ ...robot, picks: [] }));
+  // A robot's trips are its picks and its attempts that failed, in order of time.
+  const robots = data.robots.map((robot) => ({ ...robot, picks: [], trips: [] }));
   const items = data.items.map((item, index) => ({
     ...item,
     index,
     pick: null,
+    failures: [],
     reason: null,
     lost: Infinity,
   }));
@@ -25,16 +28,30 @@ function makeRun(data) {
   for (const pick of report.picks) {
     byId.get(pick.item).pick = pick;
     robots[pick.robot].picks.push(pick);
+    robots[pick.robot].trips.push(pick);
   }
+  for (const failure of report.failures) {
+    byId.get(failure.item).failures.push(failure);
+    robots[failure.robot].trips.push(failure);
+  }
+  for (const robot of robots) robot.trips.sort((a, b) => a.decide_s - b.decide_s);
   for (const miss of report.missed) {
     const item = byId.get(miss.item);
     const enters = -item.x0 / belt.speed;
     item.reason = miss.reason;
-    item.lost = item.windows.reduce((last, window) => Math.max(last, window.close), enters);
+    const windows = item.windows.map((window) => window.close);
+    const tries = item.failures.map((failure) => claimEnds(robots, failure));
+    item.lost = [...windows, ...tries].reduce((last, time) => Math.max(last, time), enters);
   }
   const releases = report.picks.map((pick) => pick.release_s).sort((a, b) => a - b);
-  const decisions = report.picks.map((pick) => pick.decide_s);
+  const attempts = [...report.picks, ...report.failures];
+  const decisions = attempts.map((attempt) => attempt.decide_s).sort((a, b) => a - b);
   return { report, belt, robots, items, byId, releases, decisions, end: report.end_s };
+}
+
+/** When the grasp that fails is over, and with it the claim on the item [s]. */
+function claimEnds(robots, failure) {
+  return failure.grasp_s + robots[failure.robot].grasp_time;
 }
 
 /** How many of the sorted `values` are at most `limit`. */
@@ -51,23 +68,23 @@ function countUpTo(values, limit, value = (v) => v) {
 
 /** Out along a straight line, grasp, back along the same line, release. */
 function armAt(robot, time) {
-  const begun = countUpTo(robot.picks, time, (pick) => pick.decide_s);
-  const pick = robot.picks[begun - 1];
+  const trip = robot.trips[countUpTo(robot.trips, time, (t) => t.decide_s) - 1];
+  const picked = countUpTo(robot.picks, time, (pick) => pick.release_s);
   const [binX, binY] = robot.bin;
-  if (!pick || time >= pick.release_s) {
-    return { phase: "idle", x: binX, y: binY, meet: null, item: null, dwell: 0, picked: begun };
+  if (!trip || time >= trip.release_s) {
+    return { phase: "idle", x: binX, y: binY, meet: null, item: null, dwell: 0, picked };
   }
-  const travel = pick.grasp_s - pick.decide_s;
-  const back = pick.grasp_s + robot.grasp_time;
+  const travel = trip.grasp_s - trip.decide_s;
+  const back = trip.grasp_s + robot.grasp_time;
   let phase = "out";
   let way = 0; // share of the way from the bin to the meeting point
   let dwell = 0; // share of the dwell that is over
-  if (time < pick.grasp_s) {
-    way = (time - pick.decide_s) / travel;
+  if (time < trip.grasp_s) {
+    way = (time - trip.decide_s) / travel;
   } else if (time < back) {
     phase = "grasp";
     way = 1;
-    dwell = (time - pick.grasp_s) / robot.grasp_time;
+    dwell = (time - trip.grasp_s) / robot.grasp_time;
   } else if (time < back + travel) {
     phase = "back";
     way = 1 - (time - back) / travel;
@@ -75,15 +92,15 @@ function armAt(robot, time) {
     phase = "release";
     dwell = Math.min(1, (time - back - travel) / (robot.release_time || 1));
   }
-  const [meetX, meetY] = pick.meet;
+  const [meetX, meetY] = trip.meet;
   return {
     phase,
     x: binX + way * (meetX - binX),
     y: binY + way * (meetY - binY),
-    meet: pick.meet,
-    item: pick.item,
+    meet: trip.meet,
+    item: trip.item,
     dwell,
-    picked: begun - 1,
+    picked,
   };
 }
 
@@ -97,7 +114,13 @@ function itemAt(run, item, arms, time) {
     reason: null,
   };
   const pick = item.pick;
-  if (pick && time >= pick.decide_s) {
+  const failing = item.failures.find(
+    (failure) => time >= failure.decide_s && time < claimEnds(run.robots, failure),
+  );
+  if (failing) {
+    state.robot = failing.robot;
+    state.fate = "claimed";
+  } else if (pick && time >= pick.decide_s) {
     state.robot = pick.robot;
     if (time >= pick.release_s) {
       state.fate = "picked";

@@ -1,0 +1,31 @@
+//! Under which conditions strategies are run.
+
+use clap::Args;
+
+/// What the camera sees and what goes wrong, for every verb that runs strategies.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Conditions")]
+pub struct ConditionArgs {
+    /// Only items that have passed this place are known [m], negative upstream of the
+    /// belt's start; a robot cannot leave for others [default: all are known]
+    #[arg(long, value_name = "X", allow_negative_numbers = true)]
+    pub camera_x: Option<f64>,
+    /// Grasps fail: each succeeds with the item's p_grasp, or with probability P where
+    /// the item has none [default P: 1]
+    #[arg(
+        long,
+        value_name = "P",
+        num_args = 0..=1,
+        default_missing_value = "1",
+        allow_negative_numbers = true
+    )]
+    pub grasp_failures: Option<f64>,
+    /// The camera reports each item off by normal errors of this deviation [m]
+    #[arg(
+        long,
+        value_name = "SD",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    pub position_noise: f64,
+}

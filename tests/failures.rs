@@ -1,0 +1,300 @@
+//! Failing grasps, noisy positions and cameras, case by case.
+
+use pickline::checker;
+use pickline::decision::{
+    Action, Failure, FailureCause, Miss, MissReason, Outcome, Snapshot, Strategy,
+};
+use pickline::dispatch::RuleStrategy;
+use pickline::pattern::{Item, Pattern, grid};
+use pickline::sim::{
+    AssignmentTree, Conditions, Disturbances, Run, Scene, simulate, simulate_rules,
+};
+use pickline::station::{Station, built_in};
+
+fn paper(robots: usize) -> Station {
+    built_in("paper").unwrap().station(Some(robots)).unwrap()
+}
+
+fn failing(default_p_grasp: f64, seed: u64) -> Conditions {
+    Conditions {
+        disturbances: Disturbances {
+            grasp_failures: true,
+            default_p_grasp,
+            seed,
+            ..Disturbances::default()
+        },
+        ..Conditions::default()
+    }
+}
+
+fn noisy(position_noise: f64, seed: u64) -> Conditions {
+    Conditions {
+        disturbances: Disturbances {
+            position_noise,
+            seed,
+            ..Disturbances::default()
+        },
+        ..Conditions::default()
+    }
+}
+
+#[test]
+fn what_cannot_go_wrong_changes_nothing() {
+    let station = paper(3);
+    let pattern = grid(1.05, 0.15, 100).unwrap();
+    let plain = Scene::new(&station, &pattern).unwrap();
+    let tree = AssignmentTree::all(3);
+    for conditions in [failing(1.0, 5), noisy(0.0, 5)] {
+        let scene = Scene::under(&station, &pattern, conditions).unwrap();
+        for rules in tree.assignments() {
+            let outcome = simulate_rules(&scene, rules).unwrap();
+            assert_eq!(outcome, simulate_rules(&plain, rules).unwrap(), "{rules}");
+        }
+    }
+}
+
+#[test]
+fn luck_is_that_of_item_and_attempt() {
+    let station = paper(2);
+    let pattern = grid(1.05, 0.15, 100).unwrap();
+    let of_item = |conditions: Conditions, rules: &str| {
+        let scene = Scene::under(&station, &pattern, conditions).unwrap();
+        let outcome = simulate_rules(&scene, &rules.parse().unwrap()).unwrap();
+        // For each item, how its attempts went, one after the other.
+        let mut went = vec![Vec::new(); pattern.len()];
+        for failure in &outcome.failures {
+            went[failure.attempt.item as usize].push(false);
+        }
+        // Nobody tries again what is picked.
+        for pick in &outcome.picks {
+            went[pick.item as usize].push(true);
+        }
+        went
+    };
+    let mut retried = 0;
+    for seed in 0..20 {
+        let one = of_item(failing(0.5, seed), "SPT,FIFO");
+        let other = of_item(failing(0.5, seed), "LD,PP");
+        for (a, b) in one.iter().zip(&other) {
+            let common = a.len().min(b.len());
+            assert_eq!(a[..common], b[..common]);
+            retried += usize::from(common > 1);
+        }
+        assert_eq!(one, of_item(failing(0.5, seed), "SPT,FIFO"));
+        assert_ne!(one, of_item(failing(0.5, seed + 1), "SPT,FIFO"));
+    }
+    assert!(retried > 20, "{retried}");
+}
+
+#[test]
+fn grasps_succeed_as_often_as_they_should() {
+    let station = paper(2);
+    let pattern = grid(1.05, 0.3, 400).unwrap();
+    for p in [0.0, 0.3, 0.8] {
+        let scene = Scene::under(&station, &pattern, failing(p, 11)).unwrap();
+        let outcome = simulate_rules(&scene, &"FIFO,FIFO".parse().unwrap()).unwrap();
+        let attempts = outcome.picks.len() + outcome.failures.len();
+        let share = outcome.picks.len() as f64 / attempts as f64;
+        // Four standard deviations.
+        let slack = 4.0 * (p * (1.0 - p) / attempts as f64).sqrt();
+        assert!((share - p).abs() <= slack, "{share} of {attempts} at {p}");
+        checker::check(&station, &pattern, &outcome).unwrap();
+        let failed = |m: &&Miss| m.reason == MissReason::GraspFailed;
+        assert_eq!(outcome.missed.iter().filter(failed).count() > 0, p < 0.8);
+        let counted: usize = outcome.robots.iter().map(|robot| robot.failed).sum();
+        assert_eq!(counted, outcome.failures.len());
+    }
+}
+
+#[test]
+fn noise_leads_robots_astray() {
+    let station = paper(2);
+    let pattern = grid(1.05, 0.15, 150).unwrap();
+    let scene = Scene::under(&station, &pattern, noisy(0.05, 2)).unwrap();
+    let outcome = simulate_rules(&scene, &"SPT,FIFO".parse().unwrap()).unwrap();
+    checker::check(&station, &pattern, &outcome).unwrap();
+    assert!(!outcome.failures.is_empty() && outcome.picks.len() > 50);
+    let astray = |f: &Failure| f.cause == FailureCause::OutOfReach;
+    assert!(outcome.failures.iter().all(astray));
+}
+
+#[test]
+fn a_camera_far_down_the_belt_hides_items() {
+    let station = paper(2);
+    let pattern = grid(1.05, 0.15, 50).unwrap();
+    let run = |x: f64| {
+        let scene = Scene::new(&station, &pattern).unwrap();
+        let scene = scene.with_camera_x(x).unwrap();
+        let outcome = simulate_rules(&scene, &"SPT,FIFO".parse().unwrap()).unwrap();
+        checker::check(&station, &pattern, &outcome).unwrap();
+        outcome
+    };
+    let plain = Scene::new(&station, &pattern).unwrap();
+    let plain = simulate_rules(&plain, &"SPT,FIFO".parse().unwrap()).unwrap();
+    // Nothing is departed for from so far upstream.
+    assert_eq!(run(-10.0), plain);
+    // Past the first robot's workspace only the second has windows.
+    let late = run(2.3);
+    assert!(late.picks.iter().all(|pick| pick.robot == 1) && !late.picks.is_empty());
+    let blind = run(100.0);
+    assert!(blind.picks.is_empty());
+    let unseen = |m: &Miss| m.reason == MissReason::Unseen;
+    assert!(blind.missed.iter().all(unseen));
+}
+
+#[test]
+fn a_camera_upstream_sees_further() {
+    let station = paper(2);
+    let pattern = grid(1.05, 0.15, 50).unwrap();
+    let in_view = |camera: Option<f64>| {
+        let conditions = Conditions {
+            camera_x: camera,
+            ..Conditions::default()
+        };
+        let scene = Scene::under(&station, &pattern, conditions).unwrap();
+        let mut run = Run::new(&scene);
+        run.next_decision().unwrap().in_view.len()
+    };
+    assert!(in_view(Some(-0.5)) > in_view(None));
+    assert!(in_view(Some(-10.0)) == 50);
+}
+
+/// A robot that holds for the next window is woken by an item that is given back.
+#[test]
+fn an_item_that_was_given_back_wakes_who_waits_for_a_window() {
+    struct FirstWaits {
+        waited: bool,
+        seen: Vec<(usize, f64)>,
+    }
+    impl Strategy for FirstWaits {
+        fn decide(&mut self, s: &Snapshot) -> Action {
+            self.seen.push((s.robot, s.time));
+            if s.robot == 1 && !self.waited {
+                self.waited = true;
+                return Action::WaitForNextWindow;
+            }
+            Action::Pick(0)
+        }
+        fn name(&self) -> String {
+            "first waits".into()
+        }
+    }
+    // Two robots at the same place, and one item: the second waits while the first fails.
+    let one = paper(1);
+    let mut robots = vec![one.robots()[0].clone(), one.robots()[0].clone()];
+    robots[1].name = "second".into();
+    robots[0].release_time = 100.0;
+    let station = Station::new(*one.belt(), robots).unwrap();
+    let items = vec![Item::at("a", 0.0, -0.2), Item::at("b", -0.01, -0.2)];
+    let pattern = Pattern::new(items).unwrap();
+    let seed = (0..100)
+        .find(|&seed| {
+            let luck = failing(0.5, seed).disturbances;
+            let item = &pattern.items()[0];
+            !luck.grasp_succeeds(0, item, 0) && luck.grasp_succeeds(0, item, 1)
+        })
+        .unwrap();
+    let scene = Scene::under(&station, &pattern, failing(0.5, seed)).unwrap();
+    let mut strategy = FirstWaits {
+        waited: false,
+        seen: Vec::new(),
+    };
+    let outcome = simulate(&scene, &mut strategy).unwrap();
+    checker::check(&station, &pattern, &outcome).unwrap();
+    let failure = &outcome.failures[0];
+    assert_eq!((failure.attempt.robot, failure.attempt.item), (0, 0));
+    let again = outcome.picks.iter().find(|pick| pick.item == 0).unwrap();
+    assert_eq!(again.robot, 1);
+    assert!(again.decide >= failure.claim_ends(one.robots()[0].grasp_time));
+}
+
+#[test]
+fn bent_failures_are_refuted() {
+    type Bend = fn(&mut Outcome);
+    let bends: [(&str, Bend); 10] = [
+        ("a failure left out", |o| {
+            o.failures.remove(3);
+        }),
+        ("an early return", |o| o.failures[3].attempt.release -= 1e-3),
+        ("an early grasp", |o| o.failures[3].attempt.grasp -= 1e-3),
+        ("another robot", |o| {
+            o.failures[3].attempt.robot = 1 - o.failures[3].attempt.robot;
+        }),
+        ("no such item", |o| o.failures[3].attempt.item = 1000),
+        ("failures out of order", |o| o.failures.swap(3, 6)),
+        ("a pick beside a failure", |o| {
+            let mut pick = o.failures[3].attempt;
+            pick.robot = 1 - pick.robot;
+            o.picks.push(pick);
+        }),
+        ("another cause", |o| {
+            o.failures[3].cause = FailureCause::OutOfReach;
+        }),
+        ("another reason", |o| {
+            for miss in &mut o.missed {
+                miss.reason = MissReason::Busy;
+            }
+        }),
+        ("a robot that did not fail", |o| o.robots[0].failed = 0),
+    ];
+    let station = paper(2);
+    let pattern = grid(1.05, 0.15, 150).unwrap();
+    let scene = Scene::under(&station, &pattern, failing(0.4, 3)).unwrap();
+    let outcome = simulate_rules(&scene, &"SPT,FIFO".parse().unwrap()).unwrap();
+    checker::check(&station, &pattern, &outcome).unwrap();
+    for (name, bend) in bends {
+        let mut bent = outcome.clone();
+        bend(&mut bent);
+        let checked = checker::check(&station, &pattern, &bent);
+        assert!(checked.is_err(), "{name} was not noticed");
+    }
+}
+
+/// Grasps of an item that nothing fails on, and two claims on one item at once.
+#[test]
+fn impossible_failures_are_refuted() {
+    let one = paper(1);
+    let mut robots = vec![one.robots()[0].clone(), one.robots()[0].clone()];
+    robots[1].name = "its twin".into();
+    let station = Station::new(*one.belt(), robots).unwrap();
+    let pattern = |p_grasp| {
+        let item = Item {
+            p_grasp,
+            weight: Some(1.0),
+            ..Item::at("a", 0.0, -0.2)
+        };
+        Pattern::new(vec![item]).unwrap()
+    };
+    let doomed = pattern(Some(0.0));
+    let scene = Scene::under(&station, &doomed, failing(1.0, 3)).unwrap();
+    let outcome = simulate_rules(&scene, &"FIFO,FIFO".parse().unwrap()).unwrap();
+    checker::check(&station, &doomed, &outcome).unwrap();
+    let refusal = |pattern: &Pattern, outcome: &Outcome| {
+        let refuted = checker::check(&station, pattern, outcome);
+        refuted.unwrap_err().to_string()
+    };
+    let message = refusal(&pattern(Some(1.0)), &outcome);
+    assert!(message.contains("no grasp of this item fails"), "{message}");
+    // The twin leaves at the same time for the same item.
+    let mut both = outcome.clone();
+    let mut again = both.failures[0];
+    again.attempt.robot = 1;
+    both.failures.truncate(1);
+    both.failures.push(again);
+    let message = refusal(&doomed, &both);
+    assert!(message.contains("already claimed by robot 0"), "{message}");
+}
+
+#[test]
+fn a_tree_on_a_disturbed_scene_gives_every_assignment_its_own_run() {
+    let station = paper(2);
+    let pattern = grid(1.05, 0.15, 80).unwrap();
+    let scene = Scene::under(&station, &pattern, failing(0.7, 9)).unwrap();
+    let tree = AssignmentTree::all(2);
+    tree.evaluate(&scene, |place, figures| {
+        let rules = &tree.assignments()[place];
+        let alone = simulate(&scene, &mut RuleStrategy(rules.clone())).unwrap();
+        assert_eq!(figures, alone.figures, "{rules}");
+    })
+    .unwrap();
+}
