@@ -111,7 +111,14 @@ fn only_the_command_line_sees_clap_and_prints() {
             continue;
         }
         let text = fs::read_to_string(&file).unwrap();
-        for word in ["clap", "println!", "print!(", "eprintln!", "eprint!(", "indicatif"] {
+        for word in [
+            "clap",
+            "println!",
+            "print!(",
+            "eprintln!",
+            "eprint!(",
+            "indicatif",
+        ] {
             assert!(!text.contains(word), "{} contains `{word}`", file.display());
         }
     }

@@ -4,8 +4,8 @@ use super::attempt::{make_pick, try_pick};
 use super::buffers::RunBuffers;
 use super::scene::Scene;
 use crate::decision::{
-    Action, Candidate, Failure, Figures, Miss, MissReason, Moment, Outcome, Pick, RobotFigures,
-    Snapshot, Strategy,
+    Action, Failure, Figures, Miss, MissReason, Moment, Outcome, Pick, RobotFigures, Snapshot,
+    Strategy,
 };
 use crate::error::{Error, Result};
 use crate::station::Robot;
@@ -115,18 +115,18 @@ impl<'a> Run<'a> {
     fn look_around(&mut self) {
         let state = &mut self.state;
         let (robot, time) = state.at;
-        state.candidates.clone_from(&state.queues[robot].active);
         let disturbances = &self.scene.conditions().disturbances;
+        let active = &mut state.queues[robot].active;
+        // Sorted where they stay, so that next time only what has opened since is not.
+        if disturbances.position_noise > 0.0 {
+            active.sort_unstable_by(|a, b| b.x0.total_cmp(&a.x0).then(a.item.cmp(&b.item)));
+        } else {
+            active.sort_unstable_by_key(|c| c.item);
+        }
+        state.candidates.clone_from(active);
         if disturbances.any() {
             // What was given back may open later only.
             state.candidates.retain(|c| c.open <= time);
-        }
-        if disturbances.position_noise > 0.0 {
-            let before =
-                |a: &Candidate, b: &Candidate| b.x0.total_cmp(&a.x0).then(a.item.cmp(&b.item));
-            state.candidates.sort_unstable_by(before);
-        } else {
-            state.candidates.sort_unstable_by_key(|c| c.item);
         }
         for candidate in &state.candidates {
             state.offered.insert(candidate.item);
@@ -159,65 +159,65 @@ impl<'a> Run<'a> {
     /// An action that the model forbids, or no decision to take: nothing has changed
     /// then, another action may be tried.
     pub fn act(&mut self, action: Action) -> Result<Option<Pick>> {
+        let before = self.state.picks.len();
+        self.take(action)?;
+        Ok(self.state.picks.get(before).copied())
+    }
+
+    /// As [`Run::act`], without a copy of the pick.
+    fn take(&mut self, action: Action) -> Result<()> {
         let state = &mut self.state;
         let (robot, time) = state.at;
-        let illegal = |problem: String| Error::IllegalAction {
-            time,
-            robot,
-            problem,
+        let illegal = |problem: String| {
+            Err(Error::IllegalAction {
+                time,
+                robot,
+                problem,
+            })
         };
         if !state.undecided {
-            return Err(illegal("no decision is due".into()));
+            return illegal("no decision is due".into());
         }
-        let mut made = None;
         let free = match action {
             Action::Pick(place) => {
-                let candidate = state.candidates.get(place).ok_or_else(|| {
+                let Some(candidate) = state.candidates.get(place) else {
                     let count = state.candidates.len();
-                    illegal(format!("candidate {place} of {count}"))
-                })?;
+                    return illegal(format!("candidate {place} of {count}"));
+                };
                 let at = Moment::new(self.scene.station(), robot, time);
-                let result = if state.attempts.is_empty() {
+                state.claims.insert(candidate.item);
+                let made = if state.attempts.is_empty() {
                     Ok(make_pick(&at, robot, candidate))
                 } else {
                     let attempt = &mut state.attempts[candidate.item as usize];
                     *attempt += 1;
                     try_pick(self.scene, &at, robot, candidate, *attempt - 1)
                 };
-                state.claims.insert(candidate.item);
                 let did = &mut state.robots[robot];
-                match result {
+                let (release, free) = match made {
                     Ok(pick) => {
                         did.picked += 1;
                         did.weight += candidate.weight;
                         state.picks.push(pick);
-                        made = Some(pick);
+                        (pick.release, pick.release)
                     }
                     Err(failure) => {
                         did.failed += 1;
                         let ends = failure.claim_ends(at.robot.grasp_time);
                         state.ending.push((ends, candidate.item));
                         state.failures.push(failure);
+                        let release = failure.attempt.release;
+                        // An attempt that takes no time at all must not be made for ever.
+                        (release, release.max(time.next_up()))
                     }
-                }
-                let pick = match result {
-                    Ok(pick) => pick,
-                    Err(failure) => failure.attempt,
                 };
-                did.busy += pick.release - time;
-                state.last_release = state.last_release.max(pick.release);
-                if made.is_none() {
-                    // An attempt that takes no time at all must not be made for ever.
-                    pick.release.max(time.next_up())
-                } else {
-                    pick.release
-                }
+                did.busy += release - time;
+                state.last_release = state.last_release.max(release);
+                free
             }
             Action::WaitUntil(until) if until > time => until,
             Action::WaitUntil(until) => {
-                return Err(illegal(format!(
-                    "a wait until {until} s, which is not later"
-                )));
+                return illegal(format!("a wait until {until} s, which is not later"));
             }
             Action::WaitForNextWindow => state.queues[robot]
                 .next_opening_after(time, self.scene.queue(robot), &|item| {
@@ -225,11 +225,12 @@ impl<'a> Run<'a> {
                 })
                 .unwrap_or(f64::INFINITY),
         };
-        state.queues[robot].free = free;
-        state.queues[robot].waits = action == Action::WaitForNextWindow;
+        let queue = &mut state.queues[robot];
+        queue.free = free;
+        queue.waits = action == Action::WaitForNextWindow;
         state.decisions[robot] = Some(free);
         state.undecided = false;
-        Ok(made)
+        Ok(())
     }
 
     /// Lets `strategy` take every decision that is left.
@@ -240,7 +241,7 @@ impl<'a> Run<'a> {
         self.look(strategy.needs_view());
         while let Some(snapshot) = self.next_decision() {
             let action = strategy.decide(&snapshot);
-            self.act(action)?;
+            self.take(action)?;
         }
         Ok(())
     }
