@@ -23,6 +23,7 @@ fn every_verb_runs_without_arguments() {
         "compare",
         "sweep",
         "game",
+        "bound",
         "simulate",
         "pattern",
         "station",

@@ -5,7 +5,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 cargo test --locked "$@"
 # The benchmarks' code runs once, so that it cannot rot; `cargo bench` measures.
-cargo test --locked --bench engines
+cargo test --locked --bench engines --bench bound
 # The pages that reports write, in a browser.
 bash tests/browser/run.sh
 # Equilibria against an independent solver, which it installs under target/.

@@ -7,13 +7,15 @@ use super::session::Session;
 use super::settings::{condition_notes, json};
 use super::training::{Line, full_name};
 use crate::error::{Error, Result};
-use crate::experiment::{Case, Method, compare, load_cases};
+use crate::experiment::{Case, Draws, Method, add_bounds, compare, load_cases};
 use crate::optimize::Environment;
 use crate::report::{COMPARISON_CHARTS, ComparisonReport, Provenance, comparison_page};
 use crate::strategies;
 
 /// More patterns than this a case are taken for a slip of the pen.
 const MOST_REPLICATES: usize = 100_000;
+/// The bound as a strategy.
+const BOUND: &str = "bound";
 
 pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
@@ -30,11 +32,22 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
     let station = args.station.load()?;
     let robots = station.robots().len();
     let cases = load_cases(&args.cases)?;
-    for text in &args.strategy {
+    let mut texts = args.strategy.clone();
+    // Not a strategy, but asked for like one.
+    texts.retain(|text| text != BOUND);
+    let with_bound = !args.no_bound;
+    if texts.len() < args.strategy.len() && args.no_bound {
+        return Err(Error::input(
+            "--no-bound",
+            "contradicts --strategy bound",
+            "give one of the two; without both the bound is computed",
+        ));
+    }
+    for text in &texts {
         strategies::read_alone(text, robots)?;
     }
     // Alone, the first method has nothing to differ from.
-    if chart.name == "difference" && args.no_greedy && args.strategy.is_empty() {
+    if chart.name == "difference" && args.no_greedy && texts.is_empty() {
         return Err(chart.missing());
     }
     args.common.remark(&format!(
@@ -58,12 +71,12 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
         if !args.no_greedy {
             methods.push(Method::greedy(robots)?);
         }
-        for text in &args.strategy {
+        for text in &texts {
             let blueprint = line.read(text, &robust.best_few, None)?;
             notes.extend(full_name(&blueprint));
             methods.push(Method::Strategy(blueprint));
         }
-        let comparison = compare(
+        let mut comparison = compare(
             &station,
             methods,
             &cases,
@@ -72,6 +85,14 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
             &conditions,
             &environment,
         )?;
+        if with_bound {
+            let draws = Draws {
+                replicates: args.replicates,
+                first_seed,
+                conditions: &conditions,
+            };
+            add_bounds(&mut comparison, &station, draws, &environment)?;
+        }
         let made = Provenance::new(
             &session.command(),
             &args.station.station,

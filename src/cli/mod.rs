@@ -1,6 +1,7 @@
 //! The command line: arguments, resolved settings, one file per verb.
 
 mod args;
+mod bound;
 mod compare;
 mod game;
 mod optimize;
@@ -58,6 +59,7 @@ fn run(command: Command, session: &Session) -> Result<()> {
         Command::Sweep(args) => sweep::run(&args, session),
         Command::Optimize(args) => optimize::run(&args, session),
         Command::Game(args) => game::run(&args, session),
+        Command::Bound(args) => bound::run(&args, session),
         Command::Simulate(args) => simulate::run(&args, session),
         Command::Pattern(args) => pattern::run(args.command.unwrap_or_default(), session),
         Command::Station(args) => station::run(args.command.unwrap_or_default(), session),

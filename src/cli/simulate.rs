@@ -8,7 +8,8 @@ use super::training::Line;
 use crate::decision::Observer;
 use crate::error::{Error, Result, shown_number};
 use crate::optimize::Environment;
-use crate::report::{Provenance, RunReport, check_replay, replay_page};
+use crate::planning::bound::{Objective, Options, upper_bound};
+use crate::report::{CertifiedReport, Provenance, RunReport, check_replay, replay_page};
 use crate::sim::{Scene, Trace, simulate_observed};
 use crate::{checker, files, strategies};
 use std::cell::OnceCell;
@@ -71,6 +72,15 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
     if args.check {
         checker::check(&station, &pattern, &outcome)?;
         report.checked = Some(true);
+    }
+    if !args.no_bound {
+        let options = Options {
+            // A bound that the run reaches cannot be bettered.
+            known: outcome.figures.picked as f64,
+            ..Options::quick(Objective::Picks)
+        };
+        let bound = upper_bound(&scene, &options, &mut |_, _| true)?;
+        report.bound = Some(CertifiedReport::new(&outcome.figures, &bound));
     }
     if let (Some(file), Some(trace)) = (&args.trace, &trace) {
         files::write_whole(file, trace.to_csv().as_bytes())?;

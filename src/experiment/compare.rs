@@ -1,5 +1,6 @@
 //! Methods by cases, with paired differences.
 
+use super::bounds::CaseBound;
 use super::case::Case;
 use super::method::{Method, MethodRun};
 use crate::decision::Figures;
@@ -44,6 +45,8 @@ pub struct CaseResult {
     pub seeds: Vec<Option<u64>>,
     /// The methods, in the order given.
     pub methods: Vec<MethodResult>,
+    /// What no strategy can do better, where it was asked for.
+    pub bound: Option<CaseBound>,
 }
 
 /// All methods on all cases.
@@ -72,15 +75,14 @@ pub fn compare(
     conditions: &Conditions,
     environment: &Environment,
 ) -> Result<Comparison> {
+    let draws = Draws {
+        replicates,
+        first_seed,
+        conditions,
+    };
     let mut drawn = Vec::with_capacity(cases.len());
     for case in cases {
-        let mut patterns = case.patterns(station.belt().width, replicates, first_seed)?;
-        if conditions.disturbances.any() && patterns.iter().all(|(seed, _)| seed.is_none()) {
-            let seeds = (0..replicates as u64).map(|r| Some(first_seed.wrapping_add(r)));
-            let again = patterns.iter().map(|(_, pattern)| pattern).cycle();
-            patterns = seeds.zip(again.cloned()).collect();
-        }
-        drawn.push(patterns);
+        drawn.push(draws.patterns(case, station)?);
     }
     let total: usize = drawn.iter().map(Vec::len).sum();
     environment
@@ -93,9 +95,8 @@ pub fn compare(
             if environment.stopped() {
                 return Err(Error::Interrupted);
             }
-            let luck = conditions.with_seed(seed.unwrap_or(first_seed));
-            let scene =
-                Scene::under(station, pattern, luck).map_err(|error| error.inside(&case.name))?;
+            let scene = draws.scene(*seed, pattern, station);
+            let scene = scene.map_err(|error| error.inside(&case.name))?;
             let runs = methods.iter().map(|method| method.run(&scene)).collect();
             environment.progress.advance(1);
             runs
@@ -109,6 +110,7 @@ pub fn compare(
             case: case.clone(),
             seeds,
             methods: summarise(&by_pattern, methods.len()),
+            bound: None,
         });
     }
     environment.progress.end();
@@ -116,6 +118,47 @@ pub fn compare(
         methods,
         cases: results,
     })
+}
+
+/// What a case is drawn as: its patterns, and the luck of each run.
+#[derive(Clone, Copy)]
+pub struct Draws<'a> {
+    /// Patterns of each random case.
+    pub replicates: usize,
+    /// The seed of the first; the others follow.
+    pub first_seed: u64,
+    /// What the camera sees and what goes wrong.
+    pub conditions: &'a Conditions,
+}
+
+impl Draws<'_> {
+    /// The patterns of `case`, each with its seed, where there is one.
+    pub(super) fn patterns(
+        &self,
+        case: &Case,
+        station: &Station,
+    ) -> Result<Vec<(Option<u64>, Pattern)>> {
+        let width = station.belt().width;
+        let patterns = case.patterns(width, self.replicates, self.first_seed)?;
+        let random = patterns.iter().any(|(seed, _)| seed.is_some());
+        if random || !self.conditions.disturbances.any() {
+            return Ok(patterns);
+        }
+        let seeds = (0..self.replicates as u64).map(|r| Some(self.first_seed.wrapping_add(r)));
+        let again = patterns.iter().map(|(_, pattern)| pattern).cycle();
+        Ok(seeds.zip(again.cloned()).collect())
+    }
+
+    /// The scene of one of them.
+    pub(super) fn scene<'s>(
+        &self,
+        seed: Option<u64>,
+        pattern: &'s Pattern,
+        station: &'s Station,
+    ) -> Result<Scene<'s>> {
+        let luck = self.conditions.with_seed(seed.unwrap_or(self.first_seed));
+        Scene::under(station, pattern, luck)
+    }
 }
 
 fn summarise(by_pattern: &[Vec<MethodRun>], methods: usize) -> Vec<MethodResult> {

@@ -1,13 +1,15 @@
 //! Experiments: strategies side by side on the same patterns. They return data and
 //! print nothing.
 
+mod bounds;
 mod case;
 mod compare;
 mod method;
 pub mod paper;
 mod sweep;
 
+pub use bounds::{CaseBound, add_bounds};
 pub use case::{Case, CaseSource, DENSE, PAPER, load_cases};
-pub use compare::{CaseResult, Comparison, MethodResult, compare};
+pub use compare::{CaseResult, Comparison, Draws, MethodResult, compare};
 pub use method::Method;
 pub use sweep::{Axis, Limit, Range, Setting, Sweep, SweepPoint, sweep};

@@ -1,5 +1,7 @@
-//! Looking ahead: strategies that simulate forward from the situation they see.
+//! Planning: strategies that simulate forward from the situation they see, and what no
+//! strategy can do better.
 
+pub mod bound;
 mod horizon;
 mod lookahead;
 mod meter;

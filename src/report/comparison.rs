@@ -1,5 +1,6 @@
 //! A comparison of methods: the paper's Tables 2 and 3 for one's own line.
 
+use super::bound::CaseBoundReport;
 use super::provenance::Provenance;
 use super::table::{Table, fixed};
 use crate::experiment::paper::{self, Printed};
@@ -42,6 +43,9 @@ pub struct CaseReport {
     pub patterns: usize,
     /// One a method.
     pub results: Vec<ResultReport>,
+    /// What no strategy can do better, where it was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bound: Option<CaseBoundReport>,
     #[serde(skip)]
     runs: Vec<[String; 10]>,
 }
@@ -73,6 +77,12 @@ pub struct ResultReport {
     pub diff_high: f64,
     /// How much higher its mean rate is than the first method's [%].
     pub benefit_percent: f64,
+    /// What it picks over all patterns as a proven share of the optimum [%].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub certified_percent: Option<f64>,
+    /// Its mean rate as a proven share of the highest [%].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub certified_rate_percent: Option<f64>,
     /// What the paper prints for it, where it does.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub paper: Option<PrintedReport>,
@@ -134,6 +144,10 @@ impl ComparisonReport {
             "minus the first, 95 %",
             "benefit [%]",
         ];
+        let with_bound = self.cases.iter().any(|case| case.bound.is_some());
+        if with_bound {
+            header.push("certified [%]");
+        }
         if self.with_paper {
             header.extend(["paper: picked [%]", "time [s]", "rate [1/min]"]);
         }
@@ -166,6 +180,10 @@ impl ComparisonReport {
                         fixed(result.benefit_percent, 1)
                     },
                 ];
+                if with_bound {
+                    let percent = result.certified_percent;
+                    row.push(percent.map_or(String::new(), |percent| fixed(percent, 1)));
+                }
                 if self.with_paper {
                     row.extend(match result.paper {
                         Some(p) => [
@@ -178,6 +196,9 @@ impl ComparisonReport {
                 }
                 table.row(row);
             }
+            if let Some(bound) = &case.bound {
+                table.row(bound.row(header.len()));
+            }
         }
         let counts: Vec<String> = self
             .cases
@@ -189,8 +210,14 @@ impl ComparisonReport {
             .iter()
             .map(|note| format!("note      {note}\n"))
             .collect();
+        let certified = if with_bound {
+            "certified at least that share of the picks that the best strategy could make, \
+             waiting and clairvoyance included\n"
+        } else {
+            ""
+        };
         format!(
-            "{}means over {}\n{notes}{}",
+            "{}means over {}\n{certified}{notes}{}",
             table.render(),
             counts.join("; "),
             self.made.lines()
@@ -236,6 +263,10 @@ impl ComparisonReport {
                 format!("diff_high {id}"),
             ]);
         }
+        let with_bound = self.cases.iter().any(|case| case.bound.is_some());
+        if with_bound {
+            header.push("bound".into());
+        }
         header.push("made".into());
         let mut rows = vec![header];
         for case in &self.cases {
@@ -252,13 +283,17 @@ impl ComparisonReport {
                     result.diff_high.to_string(),
                 ]);
             }
+            if with_bound {
+                let rate = case.bound.as_ref().and_then(|b| b.picking_rate_per_min);
+                row.push(rate.map_or(String::new(), |rate| rate.to_string()));
+            }
             row.push(self.made.one_line());
             rows.push(row);
         }
         crate::files::csv_text(rows)
     }
 
-    /// Every run as CSV. `bound` stays empty until a bound is computed.
+    /// Every run as CSV. `bound` is the most that any strategy can pick.
     pub fn runs_csv(&self) -> String {
         let header = [
             "case",
@@ -322,7 +357,10 @@ fn case_report(
                 f.end.to_string(),
                 f.picking_rate().to_string(),
                 f.weighted_rate().to_string(),
-                String::new(),
+                result
+                    .bound
+                    .as_ref()
+                    .map_or(String::new(), |bound| bound.picks[i].to_string()),
                 assignment
                     .map(|rules| rules.names().join(" "))
                     .unwrap_or_default(),
@@ -333,10 +371,12 @@ fn case_report(
         name: result.case.name.clone(),
         items,
         patterns: result.seeds.len(),
+        bound: result.bound.as_ref().map(CaseBoundReport::new),
         results: methods
             .iter()
             .zip(&result.methods)
-            .map(|(method, of)| ResultReport {
+            .enumerate()
+            .map(|(i, (method, of))| ResultReport {
                 method: method.id().to_owned(),
                 picked_share: of.picked_share,
                 picked_share_low: of.picked_share_interval.low,
@@ -349,6 +389,8 @@ fn case_report(
                 diff_low: of.difference.low,
                 diff_high: of.difference.high,
                 benefit_percent: 100.0 * of.benefit,
+                certified_percent: result.bound.as_ref().map(|bound| bound.certified[i]),
+                certified_rate_percent: result.bound.as_ref().and_then(|b| b.certified_rate[i]),
                 paper: paper(method),
             })
             .collect(),

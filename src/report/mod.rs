@@ -1,5 +1,6 @@
 //! Results as JSON, CSV, tables and pictures, each saying how it was made.
 
+mod bound;
 mod charts;
 mod comparison;
 mod description;
@@ -16,6 +17,7 @@ mod station_picture;
 mod sweep;
 mod table;
 
+pub use bound::{BoundReport, CertifiedReport};
 pub use charts::{COMPARISON_CHARTS, ChartKind, OPTIMUM_CHARTS, SWEEP_CHARTS};
 pub use comparison::ComparisonReport;
 pub use description::description_table;

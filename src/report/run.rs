@@ -1,5 +1,6 @@
 //! One simulated run.
 
+use super::bound::CertifiedReport;
 use super::provenance::Provenance;
 use super::table::{Table, fixed};
 use crate::decision::{MissReason, Outcome, Pick};
@@ -38,6 +39,10 @@ pub struct RunReport {
     /// Whether the independent checker confirmed the run; absent when not asked.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub checked: Option<bool>,
+    /// How far it is at most from the best that any strategy can do; absent when not
+    /// asked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bound: Option<CertifiedReport>,
     /// How it was made.
     pub made: Provenance,
 }
@@ -161,6 +166,7 @@ impl RunReport {
                 .collect(),
             missed_by_reason,
             checked: None,
+            bound: None,
             made,
         }
     }
@@ -204,7 +210,7 @@ impl RunReport {
         };
         format!(
             "{}strategy  {}\npicked    {} of {} ({} %) in {} s\nrate      {} picks/min, weighted {} /min\n\
-             missed    {missed}\n{failed}{checked}{}",
+             missed    {missed}\n{failed}{checked}{}{}",
             robots.render(),
             self.strategy,
             self.picked,
@@ -213,6 +219,9 @@ impl RunReport {
             fixed(self.end_s, 1),
             fixed(self.picking_rate_per_min, 2),
             fixed(self.weighted_rate_per_min, 2),
+            self.bound
+                .as_ref()
+                .map_or(String::new(), CertifiedReport::line),
             self.made.lines(),
         )
     }

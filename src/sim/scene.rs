@@ -253,7 +253,7 @@ impl<'a> Scene<'a> {
     }
 
     /// When item `index` would leave the belt [s].
-    pub(super) fn leaves_belt(&self, index: usize) -> f64 {
+    pub fn leaves_belt(&self, index: usize) -> f64 {
         let belt = self.station.belt();
         (belt.length - self.pattern.items()[index].x0) / belt.speed
     }

@@ -36,7 +36,7 @@ pub struct CompareArgs {
     /// Cases: paper, dense, all, or a TOML file
     #[arg(long, value_name = "SET|FILE", default_value = "paper")]
     pub cases: String,
-    /// A further strategy, written as for simulate; may be given several times
+    /// A further strategy, written as for simulate, or `bound`; may be given several times
     #[arg(long, value_name = "STRATEGY")]
     pub strategy: Vec<String>,
     #[command(flatten)]
@@ -44,6 +44,9 @@ pub struct CompareArgs {
     /// Leave greedy GT out
     #[arg(long)]
     pub no_greedy: bool,
+    /// Leave the certified bound out: what no strategy can do better
+    #[arg(long)]
+    pub no_bound: bool,
     /// Patterns of each random case; where something goes wrong, runs of every case
     #[arg(
         long,

@@ -1,5 +1,6 @@
 //! The arguments as they are typed. Nothing below the command line ever sees clap.
 
+mod bound;
 mod conditions;
 mod experiment;
 mod game;
@@ -8,6 +9,7 @@ mod pattern;
 mod simulate;
 mod station;
 
+pub use bound::{BoundArgs, ObjectiveArg};
 pub use conditions::ConditionArgs;
 pub use experiment::{CompareArgs, SweepArgs, TrainingArgs};
 pub use game::{GameArgs, PayoffArg};
@@ -46,6 +48,7 @@ pub enum Command {
     Compare(Box<CompareArgs>),
     Sweep(Box<SweepArgs>),
     Game(Box<GameArgs>),
+    Bound(Box<BoundArgs>),
     Simulate(Box<SimulateArgs>),
     Pattern(PatternArgs),
     Station(StationArgs),

@@ -31,6 +31,9 @@ pub struct SimulateArgs {
     /// Have the independent checker verify the run; exit code 1 if it refutes it
     #[arg(long)]
     pub check: bool,
+    /// Leave out how far the run is at most from the best that any strategy can do
+    #[arg(long)]
+    pub no_bound: bool,
     /// Write every event of the run into this CSV file
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,

@@ -1,0 +1,87 @@
+//! `pickline bound`.
+
+use super::args::{BoundArgs, ObjectiveArg};
+use super::progress::Bar;
+use super::session::Session;
+use super::settings::{json, load_pattern};
+use crate::checker;
+use crate::error::{Error, Result};
+use crate::optimize::Progress as _;
+use crate::planning::bound::{Bound, Objective, Options, upper_bound};
+use crate::report::{BoundReport, Provenance};
+use crate::sim::Scene;
+
+/// More steps than this are taken for a slip of the pen.
+const MOST_ITERATIONS: usize = 1_000_000;
+
+pub fn run(args: &BoundArgs, session: &Session) -> Result<()> {
+    session.catch_interrupts();
+    let common = &args.common;
+    common.check()?;
+    if !(1..=MOST_ITERATIONS).contains(&args.iterations) {
+        return Err(Error::input(
+            "--iterations",
+            format!("{} steps", args.iterations),
+            format!("give 1 to {MOST_ITERATIONS}"),
+        ));
+    }
+    let station = args.station.load()?;
+    let (pattern, pattern_name) = load_pattern(args.pattern.as_deref(), station.belt().width)?;
+    if args.pattern.is_none() {
+        common.remark(&format!(
+            "bounding {pattern_name}, station {}",
+            args.station.station
+        ));
+    }
+    let scene = Scene::new(&station, &pattern)
+        .map_err(|error| error.inside(args.pattern.as_deref().unwrap_or(&pattern_name)))?
+        .with_update_hz(common.update_hz)?;
+    let picks = bound(args, session, &scene, Objective::Picks)?;
+    let weight = match args.objective {
+        ObjectiveArg::Picks => None,
+        ObjectiveArg::Weight => Some(bound(args, session, &scene, Objective::Weight)?),
+    };
+    for found in [Some(&picks), weight.as_ref()].into_iter().flatten() {
+        if let Some(schedule) = &found.schedule {
+            checker::check(&station, &pattern, schedule)?;
+        }
+    }
+    let made = Provenance::new(
+        &session.command(),
+        &args.station.station,
+        &station,
+        &pattern_name,
+        common.seed,
+    );
+    let report = BoundReport::new(&pattern, &picks, weight.as_ref(), made);
+    common.write_out("bound.json", &json(&report)?)?;
+    common.write_out("prices.csv", &report.prices_csv())?;
+    let text = common.render(|| report.to_table(), || report.to_csv(), &report)?;
+    session.print(text.as_bytes())
+}
+
+fn bound(
+    args: &BoundArgs,
+    session: &Session,
+    scene: &Scene,
+    objective: Objective,
+) -> Result<Bound> {
+    let options = Options {
+        objective,
+        slot_s: args.slot,
+        iterations: args.iterations,
+        ..Options::default()
+    };
+    let bar = Bar::new(args.common.quiet);
+    let mut begun = false;
+    let found = upper_bound(scene, &options, &mut |_, expected| {
+        if !begun {
+            bar.begin("bounding", expected as u64, "steps");
+            begun = true;
+        }
+        bar.advance(1);
+        !session.interrupted()
+    });
+    bar.end();
+    found
+}

@@ -1,0 +1,107 @@
+//! What no strategy could have done better on the patterns of a comparison.
+
+use super::compare::{CaseResult, Comparison, Draws};
+use crate::error::{Error, Result};
+use crate::optimize::Environment;
+use crate::planning::bound::{Bound, Objective, Options, certified_percent, upper_bound};
+use crate::station::Station;
+use crate::stats::{self, Interval};
+use rayon::prelude::*;
+
+/// The bounds of one case.
+#[derive(Debug, Clone)]
+pub struct CaseBound {
+    /// Most items that can be picked from each pattern.
+    pub picks: Vec<usize>,
+    /// Mean of them as a share of the items.
+    pub picked_share: f64,
+    /// Mean of the highest rates [1/min]; none where some pattern has no finite bound.
+    pub picking_rate: Option<f64>,
+    /// 95 % interval of that minus the first method's rate, paired over patterns [1/min].
+    pub difference: Option<Interval>,
+    /// How much higher it is than the first method's mean rate, as a share.
+    pub benefit: Option<f64>,
+    /// For each method what it picks over all patterns as a proven share of the optimum
+    /// [%].
+    pub certified: Vec<f64>,
+    /// The same of its mean rate.
+    pub certified_rate: Vec<Option<f64>>,
+}
+
+/// Bounds every pattern of `comparison`, which was made on `station` from `draws`.
+///
+/// # Errors
+/// As for [`super::compare`].
+pub fn add_bounds(
+    comparison: &mut Comparison,
+    station: &Station,
+    draws: Draws,
+    environment: &Environment,
+) -> Result<()> {
+    let total: usize = comparison.cases.iter().map(|case| case.seeds.len()).sum();
+    let progress = environment.progress;
+    progress.begin("bounding", total as u64, "patterns");
+    for result in &mut comparison.cases {
+        let drawn = draws.patterns(&result.case, station)?;
+        let bounds: Vec<Bound> = drawn
+            .par_iter()
+            .enumerate()
+            .map(|(place, (seed, pattern))| {
+                let picked = result.methods.iter();
+                let picked = picked.map(|method| method.runs[place].figures.picked).max();
+                let options = Options {
+                    // A bound that a run reaches cannot be bettered.
+                    known: picked.unwrap_or_default() as f64,
+                    ..Options::quick(Objective::Picks)
+                };
+                let scene = draws.scene(*seed, pattern, station)?;
+                let bound = upper_bound(&scene, &options, &mut |_, _| !environment.stopped())?;
+                if environment.stopped() {
+                    return Err(Error::Interrupted);
+                }
+                progress.advance(1);
+                Ok(bound)
+            })
+            .collect::<Result<_>>()?;
+        result.bound = Some(summarise(result, &bounds));
+    }
+    progress.end();
+    Ok(())
+}
+
+fn summarise(result: &CaseResult, bounds: &[Bound]) -> CaseBound {
+    let first = &result.methods[0];
+    let picks: Vec<usize> = bounds.iter().map(|bound| bound.value as usize).collect();
+    let items: usize = first.runs.iter().map(|run| run.figures.items).sum();
+    let most: usize = picks.iter().sum();
+    let rates: Option<Vec<f64>> = bounds.iter().map(|bound| bound.rate).collect();
+    let mean = rates.as_deref().map(stats::mean);
+    CaseBound {
+        picked_share: most as f64 / items as f64,
+        picking_rate: mean,
+        difference: rates.map(|rates| {
+            let rates = rates.iter().zip(&first.runs);
+            let differences: Vec<f64> = rates
+                .map(|(rate, run)| rate - run.figures.picking_rate())
+                .collect();
+            stats::mean_interval(&differences)
+        }),
+        benefit: mean
+            .filter(|_| first.picking_rate > 0.0)
+            .map(|mean| mean / first.picking_rate - 1.0),
+        certified: result
+            .methods
+            .iter()
+            .map(|method| {
+                let picked: usize = method.runs.iter().map(|run| run.figures.picked).sum();
+                certified_percent(picked as f64, most as f64)
+            })
+            .collect(),
+        certified_rate: result
+            .methods
+            .iter()
+            .map(|method| mean.map(|mean| certified_percent(method.picking_rate, mean)))
+            .collect(),
+        picks,
+    }
+}

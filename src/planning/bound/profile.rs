@@ -1,0 +1,237 @@
+//! What can be earned by when: from one set of prices a bound for every end of a run.
+//!
+//! The values of the longest paths up to a slot are those of schedules that end in it,
+//! so a single pass over the networks bounds, for every T at once, what any schedule
+//! with its last release by T earns: `B(T)`, the least over all prices tried. An item
+//! that leaves the belt after T must have been picked by T, or the run would end later.
+//! That gives the least T, and `60 B(T) / T` bounds the rate of every run that ends at T.
+
+use super::ascent::Schedules;
+use super::dual::{Dual, Evaluation};
+use super::network::{Network, earliest_release};
+use crate::sim::Scene;
+
+/// The least known B(T), a step function of T.
+#[derive(Debug, Clone)]
+pub(super) struct Profile {
+    /// Slots at which it may rise, ascending.
+    slots: Vec<u64>,
+    /// When they begin [s], and infinity.
+    begins: Vec<f64>,
+    /// Its value from there to the next, in units.
+    best: Vec<i64>,
+    /// The same for schedules that pick everything.
+    all: Vec<i64>,
+    /// Of [`Self::by_release`], how many can have been released by the end of each slot.
+    released: Vec<u32>,
+    /// Reachable items by their earliest release.
+    by_release: Vec<u32>,
+    /// Per robot, how many nodes lie up to each slot.
+    nodes: Vec<Vec<u32>>,
+}
+
+impl Profile {
+    /// Nothing known but that no item earns twice.
+    pub fn new(dual: &Dual) -> Self {
+        let mut slots: Vec<u64> = Vec::new();
+        for network in &dual.networks {
+            slots.extend(network.slots());
+        }
+        slots.sort_unstable();
+        slots.dedup();
+        let mut by_release: Vec<(u64, u32)> = (0u32..)
+            .zip(&dual.earliest)
+            .filter_map(|(item, slot)| slot.map(|slot| (slot, item)))
+            .collect();
+        by_release.sort_unstable();
+        let (mut worth, mut count) = (0, 0);
+        let mut best = Vec::with_capacity(slots.len());
+        let mut released = Vec::with_capacity(slots.len());
+        for &slot in &slots {
+            while let Some(&(_, item)) = by_release.get(count).filter(|(at, _)| *at <= slot) {
+                worth += dual.weights[item as usize];
+                count += 1;
+            }
+            best.push(worth);
+            released.push(count as u32);
+        }
+        let places = |network: &Network| {
+            let place = |&slot| network.nodes_up_to(slot) as u32;
+            slots.iter().map(place).collect()
+        };
+        Self {
+            nodes: dual.networks.iter().map(places).collect(),
+            by_release: by_release.into_iter().map(|(_, item)| item).collect(),
+            begins: slots
+                .iter()
+                .map(|&slot| dual.slots.start(slot))
+                .chain([f64::INFINITY])
+                .collect(),
+            slots,
+            all: best.clone(),
+            best,
+            released,
+        }
+    }
+
+    /// Lowers it by what `prices` give, of which `at` is the evaluation. Negative prices
+    /// hold only while their items must be picked, as they have not left `belt` yet.
+    pub fn enter(&mut self, belt: &Leaving, prices: &[i64], at: &Evaluation) {
+        let negative = prices.iter().position(|&price| price < 0);
+        let until = negative.map_or(f64::INFINITY, |item| belt.leaves[item]);
+        let (mut sum, mut counted) = (0, 0);
+        for (place, (best, all)) in self.best.iter_mut().zip(&mut self.all).enumerate() {
+            let released = self.released[place] as usize;
+            for &item in &self.by_release[counted..released] {
+                sum += prices[item as usize];
+            }
+            counted = released;
+            let paths = self.nodes.iter().zip(&at.values);
+            let paths: i64 = paths
+                .map(|(nodes, values)| values[nodes[place] as usize])
+                .sum();
+            *all = (*all).min(sum + paths);
+            if self.begins[place + 1] <= until {
+                *best = (*best).min(sum + paths);
+            }
+        }
+    }
+
+    /// The schedules of step `step`, all of whose runs end before the next one.
+    pub fn schedules(&self, step: usize, belt: &Leaving) -> Schedules {
+        Schedules {
+            horizon: self.slots[step],
+            must_from: belt
+                .leaves
+                .partition_point(|&leaves| leaves < self.begins[step + 1]),
+        }
+    }
+
+    /// Those of step `step` that pick everything.
+    pub fn complete_schedules(&self, step: usize) -> Schedules {
+        Schedules {
+            horizon: self.slots[step],
+            must_from: 0,
+        }
+    }
+
+    /// Whether there is no slot at all in which anything is released.
+    pub fn is_empty(&self) -> bool {
+        self.slots.is_empty()
+    }
+
+    /// B of step `step`, in units.
+    pub fn value(&self, step: usize) -> i64 {
+        self.best[step]
+    }
+
+    /// What it says about the ends of runs on `belt`.
+    pub fn ends(&self, dual: &Dual, belt: &Leaving) -> Ends {
+        // Before the first release nothing is earned.
+        let idle = belt.least_end(0);
+        let mut found = Ends {
+            end: (idle < self.begins[0]).then_some((idle, 0)),
+            ..Ends::default()
+        };
+        let (best, all) = (rising(&self.best), rising(&self.all));
+        for (step, (&value, &all)) in best.iter().zip(&all).enumerate() {
+            let value = dual.whole(value);
+            let begin = self.begins[step];
+            let end = begin.max(belt.least_end(value));
+            if end < self.begins[step + 1] {
+                found.end.get_or_insert((end, step));
+                let rate = 60.0 * dual.weight(value) / end;
+                if found.rate.is_none_or(|(other, _)| rate > other) {
+                    found.rate = Some((rate, step));
+                }
+            }
+            if dual.whole(all) >= belt.total && found.all.is_none() {
+                let end = begin.max(belt.last_release);
+                found.all = end.is_finite().then_some((end, step));
+            }
+        }
+        found
+    }
+}
+
+/// The same bound where a later step has a lower one: a schedule that is one by T is one
+/// by any later time too.
+fn rising(bound: &[i64]) -> Vec<i64> {
+    let mut bound = bound.to_vec();
+    for step in (1..bound.len()).rev() {
+        bound[step - 1] = bound[step - 1].min(bound[step]);
+    }
+    bound
+}
+
+/// Bounds on the end of a run, each with the step of the profile that it hangs on.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Ends {
+    /// The least end of any run [s].
+    pub end: Option<(f64, usize)>,
+    /// The least end of a run in which everything is picked [s]; none when there is no
+    /// such run.
+    pub all: Option<(f64, usize)>,
+    /// The highest rate [1/min].
+    pub rate: Option<(f64, usize)>,
+}
+
+/// When items leave the belt and when they can be in a bin.
+#[derive(Debug)]
+pub(super) struct Leaving {
+    /// When each item leaves the belt [s], ascending as patterns are sorted.
+    leaves: Vec<f64>,
+    /// What the items from each one on earn together, in units; 0 at the end.
+    worth_from: Vec<i64>,
+    /// What all items are worth, in units.
+    total: i64,
+    /// The least end of a run by the items' earliest releases alone [s].
+    least_end: f64,
+    /// The latest of the items' earliest releases [s]; infinite when one is unreachable.
+    last_release: f64,
+}
+
+impl Leaving {
+    /// The items of `scene`.
+    pub fn new(scene: &Scene, dual: &Dual) -> Self {
+        let items = scene.pattern().len();
+        let mut release = vec![f64::INFINITY; items];
+        for robot in 0..dual.networks.len() {
+            for candidate in scene.queue(robot) {
+                let free = earliest_release(scene.station(), robot, candidate);
+                let release = &mut release[candidate.item as usize];
+                *release = release.min(free);
+            }
+        }
+        let leaves: Vec<f64> = (0..items).map(|item| scene.leaves_belt(item)).collect();
+        let mut worth_from = vec![0; items + 1];
+        let (mut latest, mut least_end) = (0.0f64, f64::INFINITY);
+        for item in (0..items).rev() {
+            worth_from[item] = worth_from[item + 1] + dual.weights[item];
+            // If this is the last item left, all behind it are picked.
+            least_end = least_end.min(latest.max(leaves[item]));
+            latest = latest.max(release[item]);
+        }
+        Self {
+            leaves,
+            total: worth_from[0],
+            worth_from,
+            least_end: least_end.min(latest),
+            last_release: latest,
+        }
+    }
+
+    /// The least end [s] of a run that earns at most `value` units: all items that are
+    /// still on the belt then must be among them.
+    fn least_end(&self, value: i64) -> f64 {
+        // Negative prices can prove that no schedule has all that it must have.
+        if value < 0 {
+            return f64::INFINITY;
+        }
+        // The last item that may be left is the one before the first from which on all
+        // can be earned.
+        let first = self.worth_from.partition_point(|&worth| worth > value);
+        let left = first.checked_sub(1).map_or(0.0, |item| self.leaves[item]);
+        left.max(self.least_end)
+    }
+}

@@ -1,0 +1,110 @@
+//! A schedule to hold against the bound: what prices tell each robot to do.
+
+use super::dual::Dual;
+use crate::decision::{Action, Outcome, Snapshot, Strategy};
+use crate::error::Result;
+use crate::sim::{Scene, simulate};
+
+/// What a claimed item is worth: less than any path can make up for, and far enough
+/// from the end of the numbers to be added up.
+const CLAIMED: i64 = i64::MIN / 4;
+
+/// Takes, of all candidates and of waiting for the next slot, what leaves the robot with
+/// the highest sum of rewards to its end over the items that nobody has claimed.
+struct PriceStrategy<'a> {
+    dual: &'a Dual,
+    rewards: Vec<i64>,
+    /// Per robot, what it can still get from each place of its network on.
+    to_come: Vec<Vec<i64>>,
+    /// Per robot, up to where `to_come` is out of date.
+    stale: Vec<usize>,
+    /// Per robot and item, the last place from which a pick of the item begins.
+    last_place: Vec<Vec<u32>>,
+}
+
+impl PriceStrategy<'_> {
+    fn claim(&mut self, item: usize) {
+        self.rewards[item] = CLAIMED;
+        for (stale, last) in self.stale.iter_mut().zip(&self.last_place) {
+            *stale = (*stale).max(last[item] as usize);
+        }
+    }
+}
+
+impl Strategy for PriceStrategy<'_> {
+    fn decide(&mut self, snapshot: &Snapshot) -> Action {
+        let robot = snapshot.robot;
+        let network = &self.dual.networks[robot];
+        let slots = self.dual.slots;
+        let now = network.nodes_up_to(slots.of(snapshot.time));
+        let to_come = &mut self.to_come[robot];
+        let stale = std::mem::take(&mut self.stale[robot]);
+        if now < stale {
+            network.longest_path_from(&self.rewards, to_come, now..stale);
+        }
+        let next = slots.of(snapshot.time) + 1;
+        let mut best = to_come[network.nodes_up_to(next)];
+        let mut choice = None;
+        let moment = snapshot.moment();
+        for (place, candidate) in snapshot.candidates.iter().enumerate() {
+            let free = slots.of(snapshot.time + moment.processing_time(candidate));
+            let value = self.rewards[candidate.item as usize] + to_come[network.nodes_up_to(free)];
+            // Rather now than later; of several the one furthest downstream.
+            if value > best || (value == best && choice.is_none()) {
+                best = value;
+                choice = Some((place, candidate.item as usize));
+            }
+        }
+        match choice {
+            Some((place, item)) => {
+                self.claim(item);
+                Action::Pick(place)
+            }
+            None => {
+                // Until the last slot from which as much can still be had.
+                let first = network.nodes_up_to(next);
+                let same = to_come[first..].partition_point(|&value| value == best);
+                let slot = network.slot_of_place(first + same - 1);
+                Action::WaitUntil(slots.start(slot.max(next)))
+            }
+        }
+    }
+
+    fn name(&self) -> String {
+        "prices".into()
+    }
+
+    fn needs_view(&self) -> bool {
+        false
+    }
+}
+
+/// What the line does when every robot goes by `share` of `prices`. At the full prices
+/// nothing is worth more than anything else; a little less makes items worth picking.
+///
+/// # Errors
+/// Never: it acts legally; passed on so that nothing panics.
+pub(super) fn schedule(scene: &Scene, dual: &Dual, prices: &[i64], share: f64) -> Result<Outcome> {
+    let rewards: Vec<i64> = dual
+        .weights
+        .iter()
+        .zip(prices)
+        .map(|(weight, price)| weight - (*price as f64 * share) as i64)
+        .collect();
+    let mut to_come = Vec::with_capacity(dual.networks.len());
+    for network in &dual.networks {
+        let places = network.slots().len() + 1;
+        let mut values = vec![0; places];
+        network.longest_path_from(&rewards, &mut values, 0..places);
+        to_come.push(values);
+    }
+    let items = rewards.len();
+    let mut strategy = PriceStrategy {
+        dual,
+        rewards,
+        to_come,
+        stale: vec![0; dual.networks.len()],
+        last_place: dual.networks.iter().map(|n| n.last_places(items)).collect(),
+    };
+    simulate(scene, &mut strategy)
+}

@@ -1,0 +1,347 @@
+//! From a scene to its bound.
+
+use super::ascent::{Ascent, Schedules};
+use super::dual::Dual;
+use super::options::{Objective, Options, choose_slots};
+use super::profile::{Ends, Leaving, Profile};
+use super::schedule::schedule;
+use crate::decision::{Figures, Outcome};
+use crate::error::Result;
+use crate::sim::{Disturbances, Scene};
+
+/// Why the search ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StopReason {
+    /// A schedule is known that reaches the bound: it is the optimum.
+    Optimal,
+    /// All steps were done, or further ones could change nothing.
+    Done,
+    /// Asked to end.
+    Interrupted,
+    /// There are too many items for slots of any use; the bound is the trivial one.
+    TooMany,
+}
+
+impl StopReason {
+    /// The name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Optimal => "optimal",
+            Self::Done => "done",
+            Self::Interrupted => "interrupted",
+            Self::TooMany => "too_many_items",
+        }
+    }
+}
+
+/// What no strategy can do better.
+#[derive(Debug, Clone)]
+pub struct Bound {
+    /// What is counted.
+    pub objective: Objective,
+    /// No run earns more: picks, a whole number, or weight.
+    pub value: f64,
+    /// The same before picks were rounded down to a whole number.
+    pub relaxed: f64,
+    /// No run has a higher rate [1/min], weighted under [`Objective::Weight`]; none
+    /// where no finite one was found.
+    pub rate: Option<f64>,
+    /// No run ends earlier [s].
+    pub end: f64,
+    /// No run in which everything is picked ends earlier [s]; none when there is no such
+    /// run.
+    pub all_end: Option<f64>,
+    /// Items that some robot can reach.
+    pub reachable: usize,
+    /// What leaving an item to the others is worth at the end, per item: its price.
+    pub prices: Vec<f64>,
+    /// The best schedule found on the way, with the rate that is highest of them.
+    pub schedule: Option<Outcome>,
+    /// Length of the slots [s]; 0 when there were none.
+    pub slot_s: f64,
+    /// Picks in slots, the size of the networks.
+    pub arcs: usize,
+    /// Steps of the prices.
+    pub iterations: usize,
+    /// Why it ended.
+    pub stop: StopReason,
+}
+
+impl Bound {
+    /// What `figures` earn in the bound's objective.
+    pub fn earned(&self, figures: &Figures) -> f64 {
+        earned(self.objective, figures)
+    }
+}
+
+fn earned(objective: Objective, figures: &Figures) -> f64 {
+    match objective {
+        Objective::Picks => figures.picked as f64,
+        Objective::Weight => figures.weight,
+    }
+}
+
+/// `earned` as a share of `bound` [%] that is proven: rounded down to a tenth, and 100
+/// only for what reaches the bound.
+pub fn certified_percent(earned: f64, bound: f64) -> f64 {
+    if bound <= 0.0 {
+        // Nothing can be earned, and so much was.
+        return 100.0;
+    }
+    // Sums of weights may be off by their rounding; no further than this.
+    let share = (1000.0 * earned / bound * (1.0 + 1e-12)).floor() / 10.0;
+    share.clamp(0.0, 100.0)
+}
+
+/// Shares of the prices at which schedules are made: at the full prices nothing is worth
+/// more than anything else.
+const SHARES: [f64; 2] = [0.9, 0.95];
+/// First steps are of this length, by experiment (`docs/bound.md`).
+const FIRST_STEP: f64 = 2.0;
+/// First steps from good prices, to better a bound of end or rate.
+const LATER_STEP: f64 = 0.5;
+/// Steps after which one looks anew where end and rate are worst.
+const ROUND: usize = 3;
+/// Rounds without a better bound before one gives up.
+const PATIENCE: usize = 12;
+
+/// One of the bounds of a profile.
+type Target = fn(&Ends) -> Option<(f64, usize)>;
+
+/// Bounds what any strategy can earn on `scene`. `go_on` is told the number of steps
+/// done, of about so many; when it says no, the bound so far is returned, which holds
+/// as well.
+///
+/// # Errors
+/// Slots that cannot be had.
+pub fn upper_bound(
+    scene: &Scene,
+    options: &Options,
+    go_on: &mut dyn FnMut(usize, usize) -> bool,
+) -> Result<Bound> {
+    let undisturbed;
+    let scene = if scene.conditions().disturbances.any() {
+        undisturbed = without_disturbances(scene)?;
+        &undisturbed
+    } else {
+        scene
+    };
+    let Some(slots) = choose_slots(scene, options)? else {
+        return Ok(trivial(scene, options.objective));
+    };
+    let dual = Dual::new(scene, options.objective, slots);
+    let belt = Leaving::new(scene, &dual);
+    let mut search = Search {
+        profile: Profile::new(&dual),
+        ascent: Ascent::new(
+            dual.weights.iter().map(|weight| weight / 2).collect(),
+            dual.weights.iter().sum(),
+        ),
+        dual,
+        belt,
+        steps: 0,
+        expected: options.iterations * if options.ends { 2 } else { 1 },
+        stopped: false,
+        known: options.known,
+        other_prices: Vec::new(),
+        found: None,
+    };
+    let trivial_ends = search.profile.ends(&search.dual, &search.belt);
+    if !search.optimal() {
+        search.earn(options.iterations, go_on);
+    }
+    let mut ends = trivial_ends;
+    if options.ends {
+        ends = search.ends(options.iterations, go_on);
+    }
+    if options.schedule && !search.stopped {
+        search.make_schedules(scene, options.objective)?;
+    }
+    Ok(search.finish(options.objective, ends))
+}
+
+/// The scene where nothing goes wrong, in which every pick that succeeds on `scene` is a
+/// pick: failures only cost time. With noisy positions a pick succeeds within the window
+/// of the true position, whatever the camera has reported when.
+fn without_disturbances<'a>(scene: &Scene<'a>) -> Result<Scene<'a>> {
+    let mut conditions = *scene.conditions();
+    if conditions.disturbances.position_noise > 0.0 {
+        conditions.camera_x = None;
+    }
+    conditions.disturbances = Disturbances::default();
+    Scene::under(scene.station(), scene.pattern(), conditions)
+}
+
+/// Everything at once that is known without slots.
+fn trivial(scene: &Scene, objective: Objective) -> Bound {
+    let mut reachable = vec![None; scene.pattern().len()];
+    for robot in 0..scene.station().robots().len() {
+        for candidate in scene.queue(robot) {
+            reachable[candidate.item as usize] = Some(match objective {
+                Objective::Picks => 1.0,
+                Objective::Weight => candidate.weight,
+            });
+        }
+    }
+    let sum: f64 = reachable.iter().flatten().sum();
+    let value = match objective {
+        Objective::Picks => sum,
+        // More than the order of the sum can change.
+        Objective::Weight => sum * (1.0 + 1e-9),
+    };
+    Bound {
+        objective,
+        value,
+        relaxed: value,
+        rate: None,
+        end: 0.0,
+        all_end: reachable.iter().all(Option::is_some).then_some(0.0),
+        reachable: reachable.iter().flatten().count(),
+        prices: reachable.iter().map(|w| w.unwrap_or(0.0)).collect(),
+        schedule: None,
+        slot_s: 0.0,
+        arcs: 0,
+        iterations: 0,
+        stop: StopReason::TooMany,
+    }
+}
+
+struct Search {
+    dual: Dual,
+    belt: Leaving,
+    profile: Profile,
+    ascent: Ascent,
+    steps: usize,
+    expected: usize,
+    stopped: bool,
+    known: f64,
+    /// The last prices towards each bound of end and rate.
+    other_prices: Vec<Vec<i64>>,
+    found: Option<Outcome>,
+}
+
+/// All schedules.
+const ANY: Schedules = Schedules {
+    horizon: u64::MAX,
+    must_from: usize::MAX,
+};
+
+impl Search {
+    /// Whether something known earns as much as the bound allows.
+    fn optimal(&self) -> bool {
+        self.known >= self.dual.weight(self.dual.whole(self.ascent.best))
+    }
+
+    /// Lowers the bound of what is earned.
+    fn earn(&mut self, iterations: usize, go_on: &mut dyn FnMut(usize, usize) -> bool) {
+        let dual = &self.dual;
+        let known = self.known;
+        let (steps, expected, stopped) = (&mut self.steps, self.expected, &mut self.stopped);
+        let step = |best: i64| {
+            *steps += 1;
+            *stopped = !go_on(*steps, expected);
+            *stopped || known >= dual.weight(dual.whole(best))
+        };
+        let plan = (iterations, FIRST_STEP);
+        let notes = (&mut self.profile, &self.belt);
+        self.ascent.run(dual, ANY, plan, notes, step);
+    }
+
+    /// Looks for a schedule that comes near the bound, by all prices that were good for
+    /// something.
+    fn make_schedules(&mut self, scene: &Scene, objective: Objective) -> Result<()> {
+        let earns = |outcome: &Outcome| {
+            let figures = &outcome.figures;
+            (earned(objective, figures), figures.picking_rate())
+        };
+        let best = SHARES.map(|share| (&self.ascent.best_prices, share));
+        let others = self.other_prices.iter().map(|prices| (prices, SHARES[0]));
+        for (prices, share) in best.into_iter().chain(others) {
+            let outcome = schedule(scene, &self.dual, prices, share)?;
+            let best = self.found.as_ref();
+            if best.is_none_or(|best| earns(best) < earns(&outcome)) {
+                self.known = self.known.max(earns(&outcome).0);
+                self.found = Some(outcome);
+            }
+        }
+        Ok(())
+    }
+
+    /// Tightens the bounds of rate and end where they are worst, in at most `steps`
+    /// steps.
+    fn ends(&mut self, steps: usize, go_on: &mut dyn FnMut(usize, usize) -> bool) -> Ends {
+        let targets: [(Target, usize); 3] = [
+            (|ends| ends.rate, steps / 2),
+            (|ends| ends.all, steps / 4),
+            (|ends| ends.end, steps / 4),
+        ];
+        let mut ends = self.profile.ends(&self.dual, &self.belt);
+        for (number, (target, steps)) in targets.into_iter().enumerate() {
+            let mut prices = self.ascent.best_prices.clone();
+            let mut without = 0;
+            for _ in 0..steps / ROUND {
+                let Some((before, at)) = target(&ends).filter(|_| without < PATIENCE) else {
+                    break;
+                };
+                if self.stopped || self.profile.is_empty() {
+                    return ends;
+                }
+                let schedules = if number == 1 {
+                    self.profile.complete_schedules(at)
+                } else {
+                    self.profile.schedules(at, &self.belt)
+                };
+                for price in &mut prices[..schedules.must_from.min(self.dual.weights.len())] {
+                    *price = (*price).max(0);
+                }
+                let mut ascent = Ascent::new(prices, self.profile.value(at));
+                let (steps, expected, stopped) =
+                    (&mut self.steps, self.expected, &mut self.stopped);
+                let plan = (ROUND, LATER_STEP);
+                let notes = (&mut self.profile, &self.belt);
+                ascent.run(&self.dual, schedules, plan, notes, |_| {
+                    *steps += 1;
+                    *stopped = !go_on(*steps, expected);
+                    *stopped
+                });
+                prices = ascent.last_prices();
+                ends = self.profile.ends(&self.dual, &self.belt);
+                let same = target(&ends).is_some_and(|(after, _)| after == before);
+                without = if same { without + 1 } else { 0 };
+            }
+            self.other_prices.push(prices);
+        }
+        ends
+    }
+
+    fn finish(self, objective: Objective, ends: Ends) -> Bound {
+        let dual = &self.dual;
+        let units = self.ascent.best;
+        let price = |&price: &i64| price as f64 / dual.units;
+        Bound {
+            objective,
+            value: dual.weight(dual.whole(units)),
+            relaxed: dual.weight(units),
+            // Rounded up by more than the division can have lost.
+            rate: ends
+                .rate
+                .map(|(rate, _)| rate * (1.0 + 1e-12))
+                .filter(|rate| rate.is_finite()),
+            end: ends.end.map_or(0.0, |(end, _)| end),
+            all_end: ends.all.map(|(end, _)| end),
+            reachable: dual.earliest.iter().flatten().count(),
+            prices: self.ascent.best_prices.iter().map(price).collect(),
+            slot_s: dual.slots.length,
+            arcs: dual.networks.iter().map(|network| network.arcs()).sum(),
+            iterations: self.steps,
+            stop: if self.optimal() {
+                StopReason::Optimal
+            } else if self.stopped {
+                StopReason::Interrupted
+            } else {
+                StopReason::Done
+            },
+            schedule: self.found,
+        }
+    }
+}
