@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # Makes the committed results again: results/optimize/*.txt, what `pickline optimize`
-# prints for 2, 3 and 4 robots, results/compare/, the paper's comparison, and
-# results/sweep/, the belt speed sweep, all on both built-in stations. A first argument names another folder to write to; PICKLINE
-# names another program than the release build.
+# prints for 2, 3 and 4 robots, results/compare/, the paper's comparison,
+# results/lookahead/, what planning ahead gains and the certified bound, and
+# results/sweep/, the belt speed sweep, all on both built-in stations. A first argument
+# names another folder to write to; PICKLINE names another program than the release build.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 out=$(realpath -m "${1:-results}")
@@ -26,6 +27,10 @@ for station in paper paper-narrow; do
             --svg "$out/compare/$station-$cases/rate.svg" \
             --out "$out/compare/$station-$cases" > "$out/compare/$station-$cases/table.txt"
     done
+    mkdir -p "$out/lookahead/$station"
+    "$PICKLINE" compare --quiet --cases all --strategy lookahead "${train[@]}" \
+        --svg "$out/lookahead/$station/rate.svg" \
+        --out "$out/lookahead/$station" > "$out/lookahead/$station/table.txt"
     mkdir -p "$out/sweep/$station"
     "$PICKLINE" sweep --quiet "${train[@]}" --strategy SPT,SPT --out "$out/sweep/$station" \
         --svg "$out/sweep/$station/picked.svg" > "$out/sweep/$station/table.txt"
