@@ -91,9 +91,8 @@ impl Dual {
         }
     }
 
-    /// L(`prices`) into `into`, with the longest paths' items when `robots` end at slot
-    /// `horizon` at the latest. Items that nobody can have released by then cost
-    /// nothing.
+    /// L(`prices`) for schedules whose last release lies in slot `horizon` or before, into
+    /// `into`. Items that nobody can have released by then cost nothing.
     pub fn evaluate(&self, prices: &[i64], horizon: u64, into: &mut Evaluation) {
         let rewards: Vec<i64> = self
             .weights

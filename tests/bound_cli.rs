@@ -1,0 +1,125 @@
+//! The bound as users see it: the verb, and what reports say of it.
+
+mod common;
+
+use common::{pickline, text};
+
+#[test]
+fn the_verb_prints_the_agreed_json_on_any_number_of_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    let printed = text(&["bound", "-q", "--format", "json", "--out", out]);
+    let report: serde_json::Value = serde_json::from_str(&printed).unwrap();
+    assert_eq!(report["picks_upper_bound"], 50);
+    assert_eq!(report["reachable"], 50);
+    let rate = report["picking_rate_upper_bound_per_min"].as_f64().unwrap();
+    let weighted = report["weighted_rate_upper_bound_per_min"]
+        .as_f64()
+        .unwrap();
+    assert!((0.5 * rate - weighted).abs() < 1e-9 * rate);
+    assert!(rate * report["end_lower_bound_s"].as_f64().unwrap() >= 60.0 * 50.0 - 1e-6);
+    let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
+    assert_eq!(read("bound.json"), printed);
+    assert_eq!(read("prices.csv").lines().count(), 51);
+    for threads in ["1", "2", "7"] {
+        let again = text(&["bound", "-q", "--format", "json", "--threads", threads]);
+        assert_eq!(again, printed);
+    }
+    let weights = [
+        "bound",
+        "-q",
+        "--objective",
+        "weight",
+        "--slot",
+        "0.1",
+        "--iterations",
+        "30",
+    ];
+    assert!(text(&weights).contains("weight picked, at most"));
+    for (flags, word) in [
+        (["--slot", "0"], "--slot"),
+        (["--slot", "nan"], "--slot"),
+        (["--slot", "1e-9"], "--slot"),
+        (["--iterations", "0"], "--iterations"),
+    ] {
+        let output = pickline(&[&["bound"], &flags[..]].concat());
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{message}");
+        assert!(
+            message.contains(word) && message.contains("cure"),
+            "{message}"
+        );
+    }
+}
+
+#[test]
+fn simulate_says_what_is_certified() {
+    let run = |flags: &[&str]| -> serde_json::Value {
+        let arguments = [&["simulate", "-q", "--format", "json"], flags].concat();
+        serde_json::from_str(&text(&arguments)).unwrap()
+    };
+    let report = run(&[]);
+    assert_eq!(report["bound"]["picks_upper_bound"], 50);
+    assert_eq!(report["bound"]["certified_percent"], 88.0);
+    let most = report["bound"]["picking_rate_upper_bound_per_min"]
+        .as_f64()
+        .unwrap();
+    let rate = report["picking_rate_per_min"].as_f64().unwrap();
+    let certified = report["bound"]["certified_rate_percent"].as_f64().unwrap();
+    assert!(certified <= 100.0 * rate / most && 100.0 * rate / most < certified + 0.1);
+    assert!(run(&["--no-bound"])["bound"].is_null());
+    assert!(text(&["simulate", "-q"]).contains("certified at least 88.0 % of the optimum"));
+    assert!(!text(&["simulate", "-q", "--no-bound"]).contains("certified"));
+}
+
+#[test]
+fn compare_holds_every_run_against_the_bound() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    let small = ["compare", "-q", "--robust", "SPT,FIFO", "--replicates", "2"];
+    let run = |flags: &[&str]| text(&[&small[..], &["--out", out], flags].concat());
+    let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
+    let table = run(&[]);
+    assert!(table.contains("bound: no strategy beats") && table.contains("certified [%]"));
+    assert_eq!(
+        run(&["--strategy", "bound", "--threads", "1"]),
+        table.replace(
+            "pickline compare --robust SPT,FIFO --replicates 2",
+            "pickline compare --robust SPT,FIFO --replicates 2 --strategy bound",
+        )
+    );
+    let bounds = |runs: &str| -> Vec<(usize, String)> {
+        let mut runs = csv::Reader::from_reader(runs.as_bytes());
+        let header = runs.headers().unwrap().clone();
+        let column = |name: &str| header.iter().position(|h| h == name).unwrap();
+        let (picked, bound) = (column("picked"), column("bound"));
+        let rows = runs.records().map(Result::unwrap);
+        rows.map(|row| (row[picked].parse().unwrap(), row[bound].to_owned()))
+            .collect()
+    };
+    let with = bounds(&read("runs.csv"));
+    assert_eq!(with.len(), 2 * (1 + 1 + 2 + 2));
+    for (picked, bound) in with {
+        assert!(picked <= bound.parse().unwrap(), "{picked} > {bound}");
+    }
+    let report: serde_json::Value = serde_json::from_str(&read("compare.json")).unwrap();
+    for case in report["cases"].as_array().unwrap() {
+        let most = case["bound"]["picking_rate_per_min"].as_f64().unwrap();
+        for result in case["results"].as_array().unwrap() {
+            let certified = result["certified_percent"].as_f64().unwrap();
+            assert!((50.0..=100.0).contains(&certified), "{case}");
+            assert!(result["picking_rate_per_min"].as_f64().unwrap() <= most);
+            assert!(result["certified_rate_percent"].as_f64().unwrap() <= 100.0);
+        }
+    }
+    let table = run(&["--no-bound"]);
+    assert!(!table.contains("bound:") && !table.contains("certified"));
+    assert!(
+        bounds(&read("runs.csv"))
+            .iter()
+            .all(|(_, bound)| bound.is_empty())
+    );
+    let both = pickline(&["compare", "--no-bound", "--strategy", "bound"]);
+    assert_eq!(both.status.code(), Some(2));
+    assert!(String::from_utf8(both.stderr).unwrap().contains("cure"));
+}
