@@ -42,10 +42,11 @@ fn main() {
             .and_then(|b| b.station(Some(2)))
             .expect("a built-in station");
         let width = station.belt().width;
-        // So many items a metre of belt that the belt holds 60 or 1,000.
-        for (in_view, items) in [(60.0, 300), (1000.0, 3000)] {
-            let area = width * station.belt().length;
-            let spacing = (area / in_view).sqrt();
+        let area = width * station.belt().length;
+        // Items that the belt would hold if none were picked, chosen so that of those
+        // that are left about 60 or 1,000 are in view at most.
+        for (held, items) in [(90.0, 600), (1080.0, 3000)] {
+            let spacing = f64::sqrt(area / held);
             let pattern = grid(width, spacing, items).expect("a grid");
             let scene = Scene::new(&station, &pattern).expect("on the belt");
             for text in ["", "budget-ms=10", "budget-ms=2"] {

@@ -6,8 +6,8 @@
 //! an item ("blinks"), and simulated annealing (Kirkpatrick et al. 1983, DOI
 //! 10.1126/science.220.4598.671) decides whether to keep the result.
 //!
-//! The constants were chosen on Poisson patterns of other seeds than any that are
-//! reported (`docs/lookahead.md`).
+//! The constants were chosen on the grids of 0.15 m and on Poisson patterns of other
+//! seeds than any that are reported (`docs/lookahead.md`).
 
 use super::horizon::Horizon;
 use super::meter::Meter;
