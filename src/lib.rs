@@ -58,6 +58,7 @@ pub mod sim;
 pub mod planning;
 pub mod strategies;
 pub mod optimize;
+pub mod rl;
 pub mod experiment;
 pub mod report;
 pub mod cli;
