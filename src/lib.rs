@@ -56,6 +56,7 @@ pub mod dispatch;
 pub mod checker;
 pub mod sim;
 pub mod planning;
+pub mod policy;
 pub mod strategies;
 pub mod optimize;
 pub mod rl;

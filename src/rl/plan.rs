@@ -1,6 +1,7 @@
 //! Everything that a training is made from, and the presets.
 
 use super::domain::Domain;
+use super::imitation::Imitation;
 use super::nn::{Activation, Architecture, Shape};
 use super::ppo::Settings;
 use super::reward::Reward;
@@ -28,6 +29,8 @@ pub struct Plan {
     pub domain: Domain,
     /// Hyper-parameters.
     pub ppo: Settings,
+    /// Whom the network imitates before it plays on its own.
+    pub imitation: Option<Imitation>,
     /// Decisions to learn from.
     pub steps: u64,
     /// Patterns drawn for a phase.
@@ -81,6 +84,7 @@ impl Plan {
                     anneal: true,
                     ..Settings::SB3
                 },
+                imitation: None,
                 steps: 12_000_000,
                 courses: 256,
                 updates: 24,
@@ -97,6 +101,7 @@ impl Plan {
                 reward: Reward::PAPER,
                 domain: Domain::BROAD,
                 ppo: Settings::PAPER,
+                imitation: None,
                 steps: 3_000_000,
                 courses: 256,
                 updates: 96,

@@ -5,6 +5,7 @@
 //! if it had never stopped, on any number of threads.
 
 use super::domain::scenes;
+use super::imitation::{Answers, Pupil};
 use super::nn::{Adam, Network};
 use super::plan::{Plan, shape};
 use super::ppo::{GROUP, Group, Learner, Terms};
@@ -13,9 +14,12 @@ use crate::decision::observation::Layout;
 use crate::error::{Error, Result};
 use crate::optimize::Environment;
 use crate::pattern::random_stream;
-use crate::station::Station;
+use crate::sim::Scene;
+use crate::station::{self, Station};
+use crate::strategies::Blueprint;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 
 /// Phases of neighbouring seeds draw from seeds this far apart.
 const PHASE_STRIDE: u64 = 1_000_003;
@@ -158,6 +162,25 @@ impl Trainer {
         &self.learner.parameters
     }
 
+    /// Master seed.
+    pub fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// Fingerprints of the stations, as in result files.
+    pub fn station_hashes(&self) -> Vec<String> {
+        let hash = |station: &Station| crate::files::fingerprint(&station::to_toml(station));
+        self.stations.iter().map(hash).collect()
+    }
+
+    /// The numbers of robots trained on, each once.
+    pub fn robots(&self) -> String {
+        let counts = self.stations.iter().map(|station| station.robots().len());
+        let counts: BTreeSet<usize> = counts.collect();
+        let counts: Vec<String> = counts.iter().map(usize::to_string).collect();
+        counts.join(", ")
+    }
+
     /// Decisions learned from.
     pub fn steps(&self) -> u64 {
         self.steps
@@ -171,6 +194,66 @@ impl Trainer {
     /// The share of the planned steps that is done.
     fn progress(&self) -> f64 {
         (self.steps as f64 / self.plan.steps.max(1) as f64).min(1.0)
+    }
+
+    /// Learns from an expert as the plan says; `expert` gives it for a number of robots.
+    /// Tells `report` after every round how many answers there are and what share of them
+    /// the network gives as well.
+    ///
+    /// # Errors
+    /// Patterns that cannot be drawn, an expert that acts illegally,
+    /// [`Error::Interrupted`].
+    pub fn imitate(
+        &mut self,
+        expert: &(dyn Fn(usize) -> Result<Blueprint> + Sync),
+        environment: &Environment,
+        mut report: impl FnMut(usize, f64),
+    ) -> Result<()> {
+        let Some(imitation) = self.plan.imitation.clone() else {
+            return Ok(());
+        };
+        let plan = &self.plan;
+        let mut all = Answers::default();
+        let total = imitation.rounds * imitation.courses;
+        environment
+            .progress
+            .begin("imitating", total as u64, "patterns");
+        for round in 0..imitation.rounds {
+            // Far from the phases' seeds.
+            let seed = !self
+                .seed
+                .wrapping_mul(PHASE_STRIDE)
+                .wrapping_add(round as u64);
+            let courses = plan
+                .domain
+                .draw(&self.stations, imitation.courses, 1.0, seed)?;
+            let scenes = scenes(&courses)?;
+            let pupil = match round {
+                0 => Pupil::Expert,
+                _ => Pupil::Network(&self.learner.network, &self.learner.parameters),
+            };
+            let ask = |scene: &Scene| {
+                if environment.stopped() {
+                    return Err(Error::Interrupted);
+                }
+                let mut expert = expert(scene.station().robots().len())?.make();
+                let worth = (plan.reward, plan.ppo.gamma);
+                let answers = Answers::collect(scene, expert.as_mut(), &pupil, self.layout, worth);
+                environment.progress.advance(1);
+                answers
+            };
+            let answers: Vec<Answers> = scenes.par_iter().map(ask).collect::<Result<_>>()?;
+            answers.into_iter().for_each(|answers| all.append(answers));
+            let mut rng = random_stream(seed, SHUFFLE);
+            let ppo = &plan.ppo;
+            let how = (&imitation, ppo.batch_size, ppo.vf_coef, ppo.max_grad_norm);
+            let terms = all.teach(&mut self.learner, how, &mut rng);
+            report(all.len(), terms.clipped);
+        }
+        environment.progress.end();
+        // The moments of another loss would mislead the first updates.
+        self.learner.adam = self.learner.network.adam(1e-5);
+        Ok(())
     }
 
     /// Plays and learns for one phase. When asked to stop it ends between two updates;

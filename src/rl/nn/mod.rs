@@ -16,9 +16,11 @@ mod set_encoder;
 
 pub use activation::{Activation, tanh};
 pub use adam::{Adam, clip_gradient};
+pub use linear::Linear;
 pub use mlp::Mlp;
 pub use network::{Architecture, Batch, Network, Shape, Workspace};
-pub use scorer::Scorer;
+pub use scorer::{Head, Scorer};
+pub use set_encoder::SetEncoder;
 
 #[cfg(test)]
 mod gradient_test;
