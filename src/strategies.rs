@@ -4,6 +4,8 @@ use crate::decision::Strategy;
 use crate::dispatch::{RuleAssignment, RuleStrategy};
 use crate::error::{Error, Result, known_names, shown};
 use crate::planning::{Budget, KEYS, Lookahead, Options};
+#[cfg(feature = "onnx")]
+use crate::policy::{Policy, PolicyStrategy};
 use std::fmt;
 use std::sync::Arc;
 
@@ -52,7 +54,36 @@ pub static STRATEGIES: &[StrategyKind] = &[
             }))
         },
     },
+    StrategyKind {
+        name: "onnx",
+        form: "onnx[:FILE]",
+        summary: "a trained policy; without a file the one that ships with the program",
+        options: &[],
+        read: |text, _| read_policy(text),
+    },
 ];
+
+/// The policy in the file at `path`, or the shipped one.
+#[cfg(feature = "onnx")]
+fn read_policy(path: &str) -> Result<Blueprint> {
+    let (policy, name) = match path {
+        "" => (Policy::shipped()?, "onnx".to_owned()),
+        path => (Policy::load(path.as_ref())?, format!("onnx:{path}")),
+    };
+    let written = name.clone();
+    Ok(Blueprint::new(name, move || {
+        Box::new(PolicyStrategy::new(written.clone(), &policy))
+    }))
+}
+
+#[cfg(not(feature = "onnx"))]
+fn read_policy(path: &str) -> Result<Blueprint> {
+    Err(Error::input(
+        format!("--strategy onnx:{path}"),
+        "this program was built without ONNX",
+        "build it with the feature `onnx`, which is one of the default features",
+    ))
+}
 
 /// The line that a strategy is for.
 pub struct Setup<'a> {

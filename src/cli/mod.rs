@@ -14,6 +14,8 @@ mod settings;
 mod simulate;
 mod station;
 mod sweep;
+#[cfg(feature = "onnx")]
+mod train;
 mod training;
 
 use crate::error::{Error, Result};
@@ -61,6 +63,8 @@ fn run(command: Command, session: &Session) -> Result<()> {
         Command::Game(args) => game::run(&args, session),
         Command::Bound(args) => bound::run(&args, session),
         Command::Simulate(args) => simulate::run(&args, session),
+        #[cfg(feature = "onnx")]
+        Command::Train(args) => train::run(&args, session),
         Command::Pattern(args) => pattern::run(args.command.unwrap_or_default(), session),
         Command::Station(args) => station::run(args.command.unwrap_or_default(), session),
         Command::Completions { shell } => {

@@ -3,6 +3,7 @@
 
 mod candidate;
 mod event;
+pub mod observation;
 mod outcome;
 mod snapshot;
 mod strategy;

@@ -8,6 +8,8 @@ mod optimize;
 mod pattern;
 mod simulate;
 mod station;
+#[cfg(feature = "onnx")]
+mod train;
 
 pub use bound::{BoundArgs, ObjectiveArg};
 pub use conditions::ConditionArgs;
@@ -20,6 +22,8 @@ pub use pattern::{
 };
 pub use simulate::SimulateArgs;
 pub use station::{StationArgs, StationCommand};
+#[cfg(feature = "onnx")]
+pub use train::TrainArgs;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
@@ -50,6 +54,8 @@ pub enum Command {
     Game(Box<GameArgs>),
     Bound(Box<BoundArgs>),
     Simulate(Box<SimulateArgs>),
+    #[cfg(feature = "onnx")]
+    Train(Box<TrainArgs>),
     Pattern(PatternArgs),
     Station(StationArgs),
     /// Print a completion script for a shell

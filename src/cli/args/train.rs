@@ -1,0 +1,73 @@
+//! What `pickline train` is given.
+
+use crate::rl::PRESETS;
+use clap::Args;
+use std::path::PathBuf;
+
+/// Train a policy, the learned strategy, and export it as ONNX
+///
+/// Plays patterns drawn at random on the given stations and learns by masked PPO. Every
+/// so often the policy is judged on the built-in cases, under seeds kept apart, beside
+/// [SPT; FIFO] and greedy GT. The best so far is kept, on Ctrl-C too. Beside FILE.onnx
+/// stand FILE.json, the training record, FILE.csv, the learning curve, and
+/// FILE.checkpoint.json to go on from with --resume.
+#[derive(Debug, Args)]
+#[command(after_long_help = train_help())]
+pub struct TrainArgs {
+    /// The policy's file
+    #[arg(long, value_name = "FILE", default_value = "policy.onnx")]
+    pub out: PathBuf,
+    /// Where to begin: default, paper
+    #[arg(long, value_name = "NAME", default_value = "default")]
+    pub preset: String,
+    /// Station file (TOML) or built-in; with a number of robots as NAME:N. May be given
+    /// several times, and one several times to be trained on more often
+    #[arg(long, value_name = "FILE|NAME[:N]", default_value = "paper")]
+    pub station: Vec<String>,
+    /// Decisions to learn from [default: the preset's]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub steps: Option<u64>,
+    /// Learning rate [default: the preset's]
+    #[arg(long, value_name = "X", allow_negative_numbers = true)]
+    pub learning_rate: Option<f32>,
+    /// First learn from this strategy's decisions, written as for simulate
+    #[arg(long, value_name = "STRATEGY")]
+    pub imitate: Option<String>,
+    /// Rounds of that: the strategy plays in the first, the network in the others
+    /// [default: 10]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub imitate_rounds: Option<usize>,
+    /// Patterns of each round [default: 500]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub imitate_patterns: Option<usize>,
+    /// Go on from a checkpoint; its plan and seed count
+    #[arg(long, value_name = "FILE")]
+    pub resume: Option<PathBuf>,
+    /// Master seed of everything random
+    #[arg(
+        long,
+        value_name = "S",
+        default_value_t = 1,
+        allow_negative_numbers = true
+    )]
+    pub seed: u64,
+    /// Threads; all cores when not given. Results do not depend on it
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub threads: Option<usize>,
+    /// No progress and no remarks on stderr
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+fn train_help() -> String {
+    let mut help = String::from("Presets:\n");
+    for (name, summary) in PRESETS {
+        help += &format!("  {name:<9}{summary}\n");
+    }
+    help + "
+Examples:
+  pickline train --out mine.onnx --steps 1000000
+  pickline train --preset paper --out as-in-the-paper.onnx
+  pickline train --station my-line.toml --imitate lookahead --out my-line.onnx
+  pickline compare --cases dense --strategy onnx:mine.onnx"
+}

@@ -1,0 +1,210 @@
+//! `pickline train`.
+
+use super::args::{Common, Format, TrainArgs};
+use super::progress::Bar;
+use super::session::Session;
+use super::settings::json;
+use crate::error::{Error, Result};
+use crate::experiment::load_cases;
+use crate::files;
+use crate::optimize::{Environment, Progress as _};
+use crate::rl::domain::{Course, scenes};
+use crate::rl::{Checkpoint, Imitation, Plan, Score, Trainer, Trial};
+use crate::station::{self, Overrides, Station};
+use crate::strategies::{default_strategy, read_alone};
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Patterns of each random case that the policy is judged on while it is trained.
+const TRIALS: usize = 10;
+/// Their first seed, far from those of tables, which count from 1.
+const TRIAL_SEED: u64 = 990_000;
+
+pub fn run(args: &TrainArgs, session: &Session) -> Result<()> {
+    session.catch_interrupts();
+    let common = Common {
+        seed: args.seed,
+        update_hz: 0.0,
+        threads: args.threads,
+        format: Format::Table,
+        out: None,
+        quiet: args.quiet,
+    };
+    common.check()?;
+    files::check_target(Some(&args.out))?;
+    let stations = stations(&args.station)?;
+    let plan = plan(args)?;
+    let resumed = args.resume.as_deref().map(|path| {
+        let text = files::read_text(path)?;
+        serde_json::from_str::<Checkpoint>(&text).map_err(|error| {
+            let cure = "give a checkpoint as `pickline train` writes it";
+            Error::input(path.display().to_string(), error.to_string(), cure)
+        })
+    });
+    let resumed = resumed.transpose()?;
+    let lines: Vec<Station> = stations
+        .iter()
+        .map(|(_, station)| station.clone())
+        .collect();
+    let text = common.on_threads(|| {
+        let trainer = match resumed {
+            Some(checkpoint) => Trainer::resume(checkpoint, lines)?,
+            None => Trainer::new(plan, lines, args.seed)?,
+        };
+        let courses = trials(&stations)?;
+        Training {
+            args,
+            session,
+            common: &common,
+            started: Instant::now(),
+            trainer,
+        }
+        .run(&courses)
+    })?;
+    session.print(text.as_bytes())
+}
+
+/// The plan that the arguments ask for.
+fn plan(args: &TrainArgs) -> Result<Plan> {
+    let mut plan = Plan::preset(&args.preset)?;
+    if let Some(steps) = args.steps {
+        plan.steps = steps;
+    }
+    if let Some(rate) = args.learning_rate {
+        if !(rate.is_finite() && rate > 0.0) {
+            let problem = format!("{rate} is not a learning rate");
+            return Err(Error::input(
+                "--learning-rate",
+                problem,
+                "give a number above 0",
+            ));
+        }
+        plan.ppo.learning_rate = rate;
+    }
+    if let Some(strategy) = &args.imitate {
+        let usual = Imitation::of(strategy);
+        plan.imitation = Some(Imitation {
+            rounds: args.imitate_rounds.unwrap_or(usual.rounds),
+            courses: args.imitate_patterns.unwrap_or(usual.courses),
+            ..usual
+        });
+        // Who has learned from an expert need not begin with what is easy.
+        plan.domain.curriculum = 0.0;
+    }
+    Ok(plan)
+}
+
+/// The stations as they are written, and made.
+fn stations(names: &[String]) -> Result<Vec<(String, Station)>> {
+    let load = |text: &String| {
+        let (name, robots) = match text.rsplit_once(':') {
+            Some((name, count)) if count.parse::<usize>().is_ok() => (name, count.parse().ok()),
+            _ => (text.as_str(), None),
+        };
+        let overrides = Overrides {
+            robots,
+            belt_speed: None,
+        };
+        Ok((text.clone(), station::load(name, overrides)?))
+    };
+    names.iter().map(load).collect()
+}
+
+/// The built-in cases on every station, each once.
+fn trials(stations: &[(String, Station)]) -> Result<Vec<(String, Vec<Course>)>> {
+    let mut list: Vec<(String, Vec<Course>)> = Vec::new();
+    for (name, station) in stations {
+        for case in load_cases("all")? {
+            let title = format!("{name}: {}", case.name);
+            if list.iter().any(|(known, _)| *known == title) {
+                continue;
+            }
+            let patterns = case.patterns(station.belt().width, TRIALS, TRIAL_SEED)?;
+            let course = |(_, pattern)| Course {
+                station: station.clone(),
+                pattern,
+            };
+            list.push((title, patterns.into_iter().map(course).collect()));
+        }
+    }
+    Ok(list)
+}
+
+struct Training<'a> {
+    args: &'a TrainArgs,
+    session: &'a Session,
+    common: &'a Common,
+    started: Instant,
+    trainer: Trainer,
+}
+
+impl Training<'_> {
+    fn run(mut self, courses: &[(String, Vec<Course>)]) -> Result<String> {
+        let bar = Bar::new(self.args.quiet);
+        let environment = Environment {
+            stop: self.session.stop(),
+            progress: &bar,
+        };
+        let mut score = Score::new(judges(courses)?);
+        if self.args.resume.is_none() {
+            let remark = |answers: usize, right: f64| {
+                let share = 100.0 * right;
+                self.common
+                    .remark(&format!("{answers} answers, {share:.0} % given as well"));
+            };
+            let expert = |robots| read_alone(self.args.imitate.as_deref().unwrap_or(""), robots);
+            self.trainer.imitate(&expert, &environment, remark)?;
+        }
+        score.judge(&self.trainer, None, self.started.elapsed())?;
+        self.save(&score)?;
+        let left = self
+            .trainer
+            .plan()
+            .steps
+            .saturating_sub(self.trainer.steps());
+        bar.begin("training", left, "steps");
+        while !self.trainer.done() && !environment.stopped() {
+            let phase = self.trainer.phase(&environment)?;
+            score.judge(&self.trainer, Some(phase), self.started.elapsed())?;
+            bar.incumbent(&score.summary());
+            self.save(&score)?;
+        }
+        bar.end();
+        let record = score.record(&self.trainer, &self.session.command(), &self.args.station);
+        let stations = self.args.station.join(", ");
+        let bytes = score.export(
+            &self.trainer,
+            &stations,
+            &serde_json::to_string(&record).unwrap_or_default(),
+        );
+        files::write_whole(&self.args.out, &bytes)?;
+        files::write_whole(&self.beside("json"), json(&record)?.as_bytes())?;
+        Ok(score.to_table())
+    }
+
+    /// Writes what a training can be taken up from, and the curve so far.
+    fn save(&self, score: &Score) -> Result<()> {
+        let checkpoint = json(&self.trainer.checkpoint())?;
+        files::write_whole(&self.beside("checkpoint.json"), checkpoint.as_bytes())?;
+        files::write_whole(&self.beside("csv"), score.to_csv().as_bytes())
+    }
+
+    /// The policy's path with another extension.
+    fn beside(&self, extension: &str) -> PathBuf {
+        self.args.out.with_extension(extension)
+    }
+}
+
+/// What the policy is judged on, with what rules make of it.
+fn judges(courses: &[(String, Vec<Course>)]) -> Result<Vec<Trial<'_>>> {
+    let mut list = Vec::with_capacity(courses.len());
+    for (name, courses) in courses {
+        let robots = courses
+            .first()
+            .map_or(1, |course| course.station.robots().len());
+        let robust = default_strategy(robots);
+        let robust = robust.trim_start_matches("rules:").parse()?;
+        list.push(Trial::new(name.clone(), scenes(courses)?, &robust)?);
+    }
+    Ok(list)
+}

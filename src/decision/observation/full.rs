@@ -1,0 +1,262 @@
+//! The full observation, written relative to the deciding robot so that one policy
+//! serves any place in lines of any length.
+//!
+//! Times are shares of `T = reach / speed` [s] of the deciding robot, or `log(t) =
+//! ln(1 + t / T) / 3` where they span orders of magnitude; lengths are shares of its
+//! reach; y is mirrored so that the belt lies at y > 0 of every robot.
+//!
+//! | slot | feature |
+//! |---|---|
+//! | 0 | 1: the slot holds an item |
+//! | 1, 2 | x, y relative to the base |
+//! | 3 | processing time P / 2 T |
+//! | 4, 5 | time left in the extended workspace, as a share of the workspace's length in time; log |
+//! | 6 | reward r |
+//! | 7 | shortest P still to come for this robot, / 2 T |
+//! | 8 | log time until then |
+//! | 9 | P now minus that, / 2 T |
+//! | 10 | share of the other robots that could still take it |
+//! | 11 | whether the next one downstream could |
+//! | 12 | log time until the first of them could; 2 when none can |
+//! | 13 | shortest P of any of them, / 2 T; 2 when none can |
+//! | 14 | log time left until the last of them cannot |
+//! | 15 | P minus the shortest P of all slots, / 2 T |
+//! | 16 | log time left minus the least of all slots |
+//!
+//! | global | feature |
+//! |---|---|
+//! | 0..3 | place in the line from 0 to 1; first; last |
+//! | 3 | number of robots / 6 |
+//! | 4, 5 | busy, log time until free of the next robot downstream |
+//! | 6, 7 | the same upstream |
+//! | 8 | mean log time until free of the others |
+//! | 9 | candidates, count(n) = ln(1 + n) / 4 |
+//! | 10 | load: items in view in or upstream of the workspace, count |
+//! | 11 | those of them that no other robot can still take, count |
+//! | 12, 13, 14 | load of the next robot downstream, upstream, mean of the others, count |
+//! | 15 | items in view, count |
+//! | 16 | belt speed / arm speed |
+//! | 17 | log time that an item takes through the middle of the workspace |
+//! | 18 | grasp and release time / T |
+//! | 19 | x of the last item in view / belt length: the end of the pattern coming in |
+//! | 20 | load per robot that could take it, of this robot: its share, count |
+
+use crate::decision::candidate::{Candidate, Moment};
+use crate::decision::snapshot::{BeltItem, Snapshot};
+use crate::kinematics;
+use crate::station::Robot;
+
+/// Numbers that belong to no slot.
+pub const GLOBALS: usize = 21;
+/// Numbers of each slot.
+pub const FEATURES: usize = 17;
+
+/// Stands for "never" where a time or duration is asked for.
+const NEVER: f32 = 2.0;
+
+/// What scales the numbers of one robot.
+struct Scale {
+    /// T [s].
+    time: f64,
+}
+
+impl Scale {
+    fn log(&self, time: f64) -> f32 {
+        // One that waits for ever is as good as one that waits for very long. A
+        // polynomial would be faster than `ln`, and rounding here is not load-bearing.
+        ((1.0 + time.clamp(0.0, 1e4) / self.time) as f32).ln() / 3.0
+    }
+
+    fn half(&self, time: f64) -> f32 {
+        (time / (2.0 * self.time)) as f32
+    }
+}
+
+fn count(items: f32) -> f32 {
+    (1.0 + items).ln() / 4.0
+}
+
+/// Fills `globals` and the slots of the chosen candidates.
+pub fn encode(snapshot: &Snapshot, chosen: &[usize], globals: &mut [f32], slots: &mut [f32]) {
+    let moment = snapshot.moment();
+    let scale = Scale {
+        time: moment.robot.reach / moment.robot.speed,
+    };
+    encode_globals(snapshot, &moment, &scale, globals);
+    for (place, slot) in chosen.iter().zip(slots.chunks_exact_mut(FEATURES)) {
+        encode_slot(
+            snapshot,
+            &moment,
+            &scale,
+            &snapshot.candidates[*place],
+            slot,
+        );
+    }
+    let least = |feature: usize| {
+        let values = slots.chunks_exact(FEATURES).map(|slot| slot[feature]);
+        values.fold(f32::INFINITY, f32::min)
+    };
+    let (shortest, first) = (least(3), least(5));
+    for slot in slots.chunks_exact_mut(FEATURES) {
+        slot[15] = slot[3] - shortest;
+        slot[16] = slot[5] - first;
+    }
+}
+
+/// The best that a robot can still make of an item that it may leave for from `from`
+/// [s] on: the shortest processing time [s] and the departure [s] that has it.
+fn best_to_come(
+    robot: &Robot,
+    snapshot: &Snapshot,
+    (x0, y): (f64, f64),
+    from: f64,
+) -> Option<(f64, f64)> {
+    let belt = snapshot.station.belt();
+    let (base, bin) = (robot.base, robot.bin);
+    let (_, x_out) = kinematics::meeting_range(base.x, base.y, robot.reach, y, belt.length)?;
+    let (v, u) = (belt.speed, robot.speed);
+    let x = x0 + v * from;
+    let travel = kinematics::travel_time(x - bin.x, y - bin.y, v, u);
+    let soonest = x + v * travel;
+    // Nearest to the bin of where it can still be met.
+    let dwell = robot.grasp_time + robot.release_time;
+    if soonest >= bin.x || x_out <= soonest {
+        return Some((2.0 * travel + dwell, from));
+    }
+    let meet = bin.x.min(x_out);
+    let travel = kinematics::distance(meet - bin.x, y - bin.y) / u;
+    Some((2.0 * travel + dwell, (meet - x0) / v - travel))
+}
+
+fn encode_slot(
+    snapshot: &Snapshot,
+    moment: &Moment,
+    scale: &Scale,
+    candidate: &Candidate,
+    slot: &mut [f32],
+) {
+    let robot = moment.robot;
+    let place = (candidate.x0, candidate.y);
+    let now = snapshot.time;
+    let processing = moment.processing_time(candidate);
+    let left = candidate.close - now;
+    let crossing = 2.0 * robot.reach / moment.belt_speed;
+    // A candidate can be met, so there is a best.
+    let (best, when) = best_to_come(robot, snapshot, place, now).unwrap_or((processing, now));
+    slot[0] = 1.0;
+    slot[1] = ((moment.x(candidate) - robot.base.x) / robot.reach) as f32;
+    slot[2] = (side(robot) * (candidate.y - robot.base.y) / robot.reach) as f32;
+    slot[3] = scale.half(processing);
+    slot[4] = (left / crossing) as f32;
+    slot[5] = scale.log(left);
+    slot[6] = candidate.weight as f32;
+    slot[7] = scale.half(best);
+    slot[8] = scale.log(when - now);
+    slot[9] = scale.half(processing - best);
+    let robots = snapshot.station.robots();
+    let (mut able, mut soonest, mut shortest, mut last) = (0, f64::INFINITY, f64::INFINITY, 0.0f64);
+    slot[11] = 0.0;
+    for (index, other) in robots.iter().enumerate() {
+        if index == snapshot.robot {
+            continue;
+        }
+        let belt = snapshot.station.belt();
+        let Some((open, close)) = other.departure_window(belt, place.0, place.1) else {
+            continue;
+        };
+        let from = open.max(now).max(snapshot.free_at[index]);
+        if close < from {
+            continue;
+        }
+        able += 1;
+        soonest = soonest.min(from - now);
+        last = last.max(close - now);
+        if let Some((best, _)) = best_to_come(other, snapshot, place, from) {
+            shortest = shortest.min(best);
+        }
+        if index == snapshot.robot + 1 {
+            slot[11] = 1.0;
+        }
+    }
+    slot[10] = able as f32 / (robots.len().max(2) - 1) as f32;
+    slot[12] = if able > 0 { scale.log(soonest) } else { NEVER };
+    slot[13] = if able > 0 {
+        scale.half(shortest)
+    } else {
+        NEVER
+    };
+    slot[14] = scale.log(last);
+}
+
+/// The sign that turns y towards the belt.
+fn side(robot: &Robot) -> f64 {
+    if robot.base.y <= 0.0 { 1.0 } else { -1.0 }
+}
+
+/// Whether an item lies in the workspace or will come into it.
+fn ahead(robot: &Robot, item: &BeltItem) -> bool {
+    let (dx, dy) = (item.x - robot.base.x, item.y - robot.base.y);
+    let reach = robot.reach * robot.reach;
+    dy * dy <= reach && (dx <= 0.0 || dx * dx + dy * dy <= reach)
+}
+
+fn encode_globals(snapshot: &Snapshot, moment: &Moment, scale: &Scale, globals: &mut [f32]) {
+    let robots = snapshot.station.robots();
+    let (own, last) = (snapshot.robot, robots.len() - 1);
+    globals.fill(0.0);
+    globals[0] = own as f32 / last.max(1) as f32;
+    globals[1] = f32::from(u8::from(own == 0));
+    globals[2] = f32::from(u8::from(own == last));
+    globals[3] = robots.len() as f32 / 6.0;
+    let others = last.max(1) as f32;
+    for index in (0..=last).filter(|index| *index != own) {
+        let until = snapshot.time_until_free(index);
+        let log = scale.log(until);
+        let busy = f32::from(u8::from(until > 0.0));
+        if index == own + 1 {
+            (globals[4], globals[5]) = (busy, log);
+        } else if index + 1 == own {
+            (globals[6], globals[7]) = (busy, log);
+        }
+        globals[8] += log / others;
+    }
+    globals[9] = count(snapshot.candidates.len() as f32);
+    let (mut load, mut alone, mut share) = (0.0, 0.0, 0.0);
+    let (mut down, mut up, mut elsewhere) = (0.0, 0.0, 0.0);
+    for item in snapshot.in_view {
+        let mut able = 0.0;
+        let mut mine = false;
+        for (index, robot) in robots.iter().enumerate() {
+            let ahead = ahead(robot, item);
+            let one = f32::from(u8::from(ahead));
+            able += one;
+            if index == own {
+                mine = ahead;
+            } else {
+                elsewhere += one;
+                if index == own + 1 {
+                    down += one;
+                } else if index + 1 == own {
+                    up += one;
+                }
+            }
+        }
+        if mine {
+            load += 1.0;
+            share += 1.0 / able;
+            alone += f32::from(u8::from(able == 1.0));
+        }
+    }
+    globals[10] = count(load);
+    globals[11] = count(alone);
+    globals[12] = count(down);
+    globals[13] = count(up);
+    globals[14] = count(elsewhere / others);
+    globals[15] = count(snapshot.in_view.len() as f32);
+    globals[16] = (moment.belt_speed / moment.robot.speed) as f32;
+    globals[17] = scale.log(2.0 * moment.robot.reach / moment.belt_speed);
+    globals[18] = ((moment.robot.grasp_time + moment.robot.release_time) / scale.time) as f32;
+    let end = snapshot.in_view.last().map_or(0.0, |item| item.x);
+    globals[19] = (end / snapshot.station.belt().length) as f32;
+    globals[20] = count(share);
+}

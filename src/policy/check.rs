@@ -1,0 +1,111 @@
+//! Looks a file over before tract builds anything from it.
+
+use crate::error::{Error, Result, shown};
+use prost::Message as _;
+use std::collections::HashSet;
+use tract_onnx::pb::{
+    GraphProto, ModelProto, TensorProto, ValueInfoProto,
+    tensor_proto::{DataLocation, DataType},
+    tensor_shape_proto::dimension,
+    type_proto,
+};
+
+/// Larger files are no policy for this purpose.
+const MOST_BYTES: usize = 256 << 20;
+
+/// The model in `bytes`, checked: an ONNX file, whole, its weights finite, every value
+/// that is used defined.
+///
+/// # Errors
+/// What is wrong, at `place`.
+pub fn read(bytes: &[u8], place: &str) -> Result<ModelProto> {
+    let wrong = |problem: String| {
+        let cure = "give a policy as `pickline train` or torch's ONNX exporter writes it";
+        Error::input(place, problem, cure)
+    };
+    if bytes.len() > MOST_BYTES {
+        return Err(wrong(format!(
+            "{} bytes are too many for a policy",
+            bytes.len()
+        )));
+    }
+    let model = ModelProto::decode(bytes)
+        .map_err(|error| wrong(format!("not an ONNX file, or cut short ({error})")))?;
+    let Some(graph) = model.graph.as_ref().filter(|graph| !graph.node.is_empty()) else {
+        return Err(wrong("not an ONNX file: it holds no graph".into()));
+    };
+    for tensor in &graph.initializer {
+        check_tensor(tensor).map_err(wrong)?;
+    }
+    check_names(graph).map_err(wrong)?;
+    Ok(model)
+}
+
+/// Sizes and numbers of one tensor of weights.
+fn check_tensor(tensor: &TensorProto) -> std::result::Result<(), String> {
+    let name = shown(&tensor.name);
+    if tensor.data_location == Some(DataLocation::External as i32) {
+        return Err(format!("the weights `{name}` stand in another file"));
+    }
+    let count = tensor.dims.iter().try_fold(1i64, |product, dim| {
+        product.checked_mul(*dim).filter(|_| *dim >= 0)
+    });
+    let Some(count) = count else {
+        return Err(format!(
+            "the weights `{name}` have impossible dimensions {:?}",
+            tensor.dims
+        ));
+    };
+    if tensor.data_type != DataType::Float as i32 {
+        return Ok(());
+    }
+    let raw = tensor.raw_data.chunks_exact(4);
+    let raw = raw.map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+    let values: Vec<f32> = raw.chain(tensor.float_data.iter().copied()).collect();
+    if values.len() as i64 != count || !tensor.raw_data.len().is_multiple_of(4) {
+        let found = values.len();
+        return Err(format!(
+            "the weights `{name}` hold {found} numbers of {count}"
+        ));
+    }
+    match values.iter().find(|value| !value.is_finite()) {
+        Some(value) => Err(format!("the weights `{name}` hold {value}")),
+        None => Ok(()),
+    }
+}
+
+/// Every output, and every input of a node, is an input, a weight or a node's output.
+fn check_names(graph: &GraphProto) -> std::result::Result<(), String> {
+    let inputs = graph.input.iter().map(|value| &value.name);
+    let weights = graph.initializer.iter().map(|tensor| &tensor.name);
+    let outputs = graph.node.iter().flat_map(|node| &node.output);
+    let known: HashSet<&String> = inputs.chain(weights).chain(outputs).collect();
+    let used = graph.node.iter().flat_map(|node| &node.input);
+    let results = graph.output.iter().map(|value| &value.name);
+    let missing = |name: &&String| !name.is_empty() && !known.contains(name);
+    match used.chain(results).find(missing) {
+        Some(name) => Err(format!("the value `{}` comes from nowhere", shown(name))),
+        None => Ok(()),
+    }
+}
+
+/// The inputs that are no weights.
+pub fn inputs(graph: &GraphProto) -> impl Iterator<Item = (usize, &ValueInfoProto)> {
+    let is_weight = |name: &str| graph.initializer.iter().any(|tensor| tensor.name == name);
+    graph
+        .input
+        .iter()
+        .filter(move |value| !is_weight(&value.name))
+        .enumerate()
+}
+
+/// The sizes of a value, none where they are open, and its type.
+pub fn shape(value: &ValueInfoProto) -> Option<(Vec<Option<usize>>, i32)> {
+    let type_proto::Value::TensorType(tensor) = value.r#type.as_ref()?.value.as_ref()?;
+    let size = |dim: &tract_onnx::pb::tensor_shape_proto::Dimension| match dim.value {
+        Some(dimension::Value::DimValue(size)) => usize::try_from(size).ok().filter(|s| *s > 0),
+        _ => None,
+    };
+    let dims = tensor.shape.as_ref()?.dim.iter().map(size).collect();
+    Some((dims, tensor.elem_type))
+}

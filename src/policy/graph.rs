@@ -1,0 +1,205 @@
+//! Writes ONNX: nodes, weights and metadata become the bytes of a file.
+//!
+//! Operator set 17, which torch's exporters of the same years write and every runtime
+//! reads (<https://onnx.ai/onnx/operators/>).
+
+use super::metadata::Metadata;
+use prost::Message as _;
+use tract_onnx::pb::{
+    AttributeProto, GraphProto, ModelProto, NodeProto, OperatorSetIdProto, StringStringEntryProto,
+    TensorProto, TensorShapeProto, TypeProto, ValueInfoProto,
+    attribute_proto::AttributeType,
+    tensor_proto::DataType,
+    tensor_shape_proto::{Dimension, dimension},
+    type_proto,
+};
+
+/// Input: observations [batch, observation], f32.
+pub const INPUT: &str = "observation";
+/// Input: allowed actions [batch, actions], bool.
+pub const MASK: &str = "action_mask";
+/// Output: logits [batch, actions], f32, very negative where the mask forbids.
+pub const OUTPUT: &str = "logits";
+
+const OPERATOR_SET: i64 = 17;
+/// The version of the format that belongs to that operator set.
+const IR_VERSION: i64 = 8;
+
+/// A graph under construction. Values are known by name.
+#[derive(Debug, Default)]
+pub struct GraphBuilder {
+    nodes: Vec<NodeProto>,
+    weights: Vec<TensorProto>,
+}
+
+impl GraphBuilder {
+    fn fresh(&self, what: &str) -> String {
+        format!("{what}_{}", self.nodes.len() + self.weights.len())
+    }
+
+    /// A constant matrix or vector.
+    pub fn weight(&mut self, shape: &[usize], values: &[f32]) -> String {
+        let bytes = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+        self.tensor(DataType::Float, shape, bytes)
+    }
+
+    /// A constant number.
+    pub fn number(&mut self, value: f32) -> String {
+        self.weight(&[], &[value])
+    }
+
+    /// A constant list of integers.
+    pub fn integers(&mut self, values: &[i64]) -> String {
+        let bytes = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+        self.tensor(DataType::Int64, &[values.len()], bytes)
+    }
+
+    fn tensor(&mut self, kind: DataType, shape: &[usize], raw_data: Vec<u8>) -> String {
+        let name = self.fresh("weight");
+        self.weights.push(TensorProto {
+            // Weights are in memory, so their sizes fit.
+            dims: shape.iter().map(|d| *d as i64).collect(),
+            data_type: kind as i32,
+            name: name.clone(),
+            raw_data,
+            ..Default::default()
+        });
+        name
+    }
+
+    /// A node with one output, whose name it returns.
+    pub fn node(&mut self, operator: &str, inputs: &[&str]) -> String {
+        self.node_with(operator, inputs, &[])
+    }
+
+    /// The same, with attributes; a single integer is an attribute of type int, a list of
+    /// several one of type ints.
+    pub fn node_with(
+        &mut self,
+        operator: &str,
+        inputs: &[&str],
+        attributes: &[(&str, Attribute)],
+    ) -> String {
+        let output = self.fresh(&operator.to_lowercase());
+        self.push(operator, inputs, &output, attributes);
+        output
+    }
+
+    fn push(
+        &mut self,
+        operator: &str,
+        inputs: &[&str],
+        output: &str,
+        attributes: &[(&str, Attribute)],
+    ) {
+        self.nodes.push(NodeProto {
+            input: inputs.iter().map(|name| (*name).to_owned()).collect(),
+            output: vec![output.to_owned()],
+            name: format!("{output}_node"),
+            op_type: operator.to_owned(),
+            attribute: attributes
+                .iter()
+                .map(|(name, value)| value.to_proto(name))
+                .collect(),
+            ..Default::default()
+        });
+    }
+
+    /// Columns `from..to` of a matrix.
+    pub fn columns(&mut self, matrix: &str, from: usize, to: usize) -> String {
+        let [from, to, axis] = [from as i64, to as i64, 1].map(|v| self.integers(&[v]));
+        self.node("Slice", &[matrix, &from, &to, &axis])
+    }
+
+    /// The file of a graph from [`INPUT`] and [`MASK`] to [`OUTPUT`], which `logits`
+    /// becomes where the mask allows.
+    pub fn finish(
+        mut self,
+        logits: &str,
+        (observation, actions): (usize, usize),
+        metadata: &Metadata,
+    ) -> Vec<u8> {
+        // The masked logit of Stable-Baselines3's MaskableCategorical.
+        let forbidden = self.number(-1e8);
+        self.push("Where", &[MASK, logits, &forbidden], OUTPUT, &[]);
+        let graph = GraphProto {
+            name: "policy".into(),
+            node: self.nodes,
+            initializer: self.weights,
+            input: vec![
+                value_info(INPUT, DataType::Float, observation),
+                value_info(MASK, DataType::Bool, actions),
+            ],
+            output: vec![value_info(OUTPUT, DataType::Float, actions)],
+            ..Default::default()
+        };
+        let entry = |(key, value): (String, &str)| StringStringEntryProto {
+            key,
+            value: value.to_owned(),
+        };
+        let model = ModelProto {
+            ir_version: IR_VERSION,
+            opset_import: vec![OperatorSetIdProto {
+                domain: String::new(),
+                version: OPERATOR_SET,
+            }],
+            producer_name: env!("CARGO_PKG_NAME").into(),
+            producer_version: env!("CARGO_PKG_VERSION").into(),
+            graph: Some(graph),
+            metadata_props: metadata.to_file().map(entry).collect(),
+            ..Default::default()
+        };
+        model.encode_to_vec()
+    }
+}
+
+/// The value of a node's attribute.
+#[derive(Debug, Clone, Copy)]
+pub enum Attribute<'a> {
+    /// One integer.
+    Int(i64),
+    /// A list of integers.
+    Ints(&'a [i64]),
+}
+
+impl Attribute<'_> {
+    fn to_proto(self, name: &str) -> AttributeProto {
+        let mut proto = AttributeProto {
+            name: name.to_owned(),
+            ..Default::default()
+        };
+        match self {
+            Self::Int(value) => {
+                proto.i = value;
+                proto.r#type = AttributeType::Int as i32;
+            }
+            Self::Ints(values) => {
+                proto.ints = values.to_vec();
+                proto.r#type = AttributeType::Ints as i32;
+            }
+        }
+        proto
+    }
+}
+
+fn value_info(name: &str, kind: DataType, width: usize) -> ValueInfoProto {
+    let dimension = |value| Dimension {
+        value: Some(value),
+        ..Default::default()
+    };
+    let dim = vec![
+        dimension(dimension::Value::DimParam("batch".into())),
+        dimension(dimension::Value::DimValue(width as i64)),
+    ];
+    ValueInfoProto {
+        name: name.to_owned(),
+        r#type: Some(TypeProto {
+            value: Some(type_proto::Value::TensorType(type_proto::Tensor {
+                elem_type: kind as i32,
+                shape: Some(TensorShapeProto { dim }),
+            })),
+            ..Default::default()
+        }),
+        ..Default::default()
+    }
+}

@@ -1,0 +1,102 @@
+//! Many environments stepped in parallel into buffers of the caller's.
+
+use super::environment::{Environment, Step};
+use super::reward::Reward;
+use crate::decision::observation::Layout;
+use crate::error::{Error, Result};
+use crate::sim::Scene;
+use rayon::prelude::*;
+
+/// Environments that a thread steps in one go: below this, handing them out costs more
+/// than stepping them.
+const AT_ONCE: usize = 16;
+
+/// Environments 0, 1, ... under one seed. Each has random numbers of its own, so that no
+/// result depends on the number of threads.
+#[derive(Debug)]
+pub struct Batch<'a> {
+    layout: Layout,
+    environments: Vec<Environment<'a>>,
+}
+
+impl<'a> Batch<'a> {
+    /// `count` environments on the same scenes.
+    ///
+    /// # Errors
+    /// As for [`Environment::new`].
+    pub fn new(
+        scenes: &'a [Scene<'a>],
+        layout: Layout,
+        reward: Reward,
+        count: usize,
+        seed: u64,
+    ) -> Result<Self> {
+        let indices = 0..count as u64;
+        let make = |index| Environment::new(scenes, layout, reward, (seed, index));
+        Ok(Self {
+            layout,
+            environments: indices.map(make).collect::<Result<_>>()?,
+        })
+    }
+
+    /// Begins an episode in every environment; `observations` [count, observation],
+    /// `masks` [count, actions].
+    ///
+    /// # Panics
+    /// Slices of another length.
+    pub fn reset(&mut self, observations: &mut [f32], masks: &mut [bool]) {
+        let (size, actions) = (self.layout.observation(), self.layout.actions());
+        assert_eq!(observations.len(), self.environments.len() * size);
+        assert_eq!(masks.len(), self.environments.len() * actions);
+        self.environments
+            .par_iter_mut()
+            .with_min_len(AT_ONCE)
+            .zip(observations.par_chunks_exact_mut(size))
+            .zip(masks.par_chunks_exact_mut(actions))
+            .for_each(|((environment, observation), mask)| environment.reset(observation, mask));
+    }
+
+    /// Takes one action in every environment; `actions` and `steps` [count], the rest
+    /// as for [`Batch::reset`].
+    ///
+    /// # Errors
+    /// The first illegal action. The others have been taken.
+    ///
+    /// # Panics
+    /// Slices of another length.
+    pub fn step(
+        &mut self,
+        actions: &[usize],
+        observations: &mut [f32],
+        masks: &mut [bool],
+        steps: &mut [Step],
+    ) -> Result<()> {
+        let (size, wide) = (self.layout.observation(), self.layout.actions());
+        let count = self.environments.len();
+        assert_eq!((actions.len(), steps.len()), (count, count));
+        assert_eq!(observations.len(), count * size);
+        assert_eq!(masks.len(), count * wide);
+        let wrong = self
+            .environments
+            .par_iter_mut()
+            .with_min_len(AT_ONCE)
+            .zip(actions)
+            .zip(observations.par_chunks_exact_mut(size))
+            .zip(masks.par_chunks_exact_mut(wide))
+            .zip(steps)
+            .enumerate()
+            .filter_map(
+                |(place, ((((environment, action), observation), mask), step))| match environment
+                    .step(*action, observation, mask)
+                {
+                    Ok(done) => {
+                        *step = done;
+                        None
+                    }
+                    Err(error) => Some((place, error)),
+                },
+            )
+            .min_by_key(|(place, _): &(usize, Error)| *place);
+        wrong.map_or(Ok(()), |(_, error)| Err(error))
+    }
+}

@@ -1,0 +1,149 @@
+//! What is trained on: stations and patterns drawn at random, from sparse to dense.
+//!
+//! Tobin et al., "Domain randomization for transferring deep neural networks from
+//! simulation to the real world", arXiv 1703.06907; Bengio et al., "Curriculum learning",
+//! ICML 2009 (DOI 10.1145/1553374.1553380).
+
+use crate::error::Result;
+use crate::pattern::{Pattern, grid, poisson_disk, random_stream};
+use crate::sim::Scene;
+use crate::station::Station;
+use rand::RngExt;
+use rand::rngs::ChaCha8Rng;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// From where to where, both included.
+pub type Range = (f64, f64);
+
+/// How patterns and belt speeds are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Domain {
+    /// Spacing of grids and radius of Poisson disk patterns [m]. Drawn as the square of
+    /// an even number, so that dense patterns, where decisions matter, are more frequent.
+    pub spacing: Range,
+    /// Items a pattern.
+    pub items: (usize, usize),
+    /// Share of grids.
+    pub grids: f64,
+    /// Belt speed as a multiple of the station's.
+    pub speed: Range,
+    /// Share of the training after which the densest patterns take part; until then the
+    /// least spacing falls from the largest to the least.
+    pub curriculum: f64,
+}
+
+impl Domain {
+    /// What the built-in presets train on.
+    pub const BROAD: Self = Self {
+        spacing: (0.1, 0.4),
+        items: (25, 150),
+        grids: 0.4,
+        speed: (0.8, 1.25),
+        curriculum: 0.1,
+    };
+}
+
+/// A pattern and the line that it comes to.
+#[derive(Debug, Clone)]
+pub struct Course {
+    /// The line.
+    pub station: Station,
+    /// The pattern.
+    pub pattern: Pattern,
+}
+
+impl Course {
+    /// The course made ready to simulate.
+    ///
+    /// # Errors
+    /// A pattern beside the belt.
+    pub fn scene(&self) -> Result<Scene<'_>> {
+        Scene::new(&self.station, &self.pattern)
+    }
+}
+
+/// The scenes of all courses.
+///
+/// # Errors
+/// A pattern beside the belt.
+pub fn scenes(courses: &[Course]) -> Result<Vec<Scene<'_>>> {
+    courses.par_iter().map(Course::scene).collect()
+}
+
+impl Domain {
+    /// `count` courses on `stations` in turn, each from random numbers of its own.
+    /// `progress` is how far the training has come, from 0 to 1.
+    ///
+    /// # Errors
+    /// Spacings, counts or speeds that make no pattern or station.
+    pub fn draw(
+        &self,
+        stations: &[Station],
+        count: usize,
+        progress: f64,
+        seed: u64,
+    ) -> Result<Vec<Course>> {
+        let draw = |index: usize| {
+            let mut rng = random_stream(seed, index as u64);
+            self.course(&stations[index % stations.len()], progress, &mut rng)
+        };
+        (0..count).into_par_iter().map(draw).collect()
+    }
+
+    fn course(&self, station: &Station, progress: f64, rng: &mut ChaCha8Rng) -> Result<Course> {
+        let mut within =
+            |(low, high): Range, power: i32| low + (high - low) * rng.random::<f64>().powi(power);
+        let (least, most) = self.spacing;
+        let open = if self.curriculum > 0.0 {
+            (progress / self.curriculum).min(1.0)
+        } else {
+            1.0
+        };
+        let spacing = within((most + (least - most) * open, most), 2);
+        let factor = within(self.speed, 1);
+        let items = within((self.items.0 as f64, self.items.1 as f64 + 1.0), 1);
+        let items = (items as usize).min(self.items.1);
+        let width = station.belt().width;
+        let pattern = if rng.random::<f64>() < self.grids {
+            grid(width, spacing, items)?
+        } else {
+            poisson_disk(width, spacing, items, rng)?
+        };
+        let station = station.with_belt_speed(station.belt().speed * factor)?;
+        Ok(Course { station, pattern })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::station::built_in;
+
+    #[test]
+    fn patterns_become_denser_and_the_same_seed_draws_the_same() {
+        let station = built_in("paper").unwrap().station(None).unwrap();
+        let domain = Domain::BROAD;
+        let stations = [station];
+        let length = |progress: f64| {
+            let courses = domain.draw(&stations, 40, progress, 1).unwrap();
+            let per_item = |course: &Course| {
+                let items = course.pattern.items();
+                -items[items.len() - 1].x0 / items.len() as f64
+            };
+            courses.iter().map(per_item).sum::<f64>()
+        };
+        assert!(length(0.0) > 1.5 * length(1.0));
+        let (a, b) = (
+            domain.draw(&stations, 3, 0.5, 7),
+            domain.draw(&stations, 5, 0.5, 7),
+        );
+        let (a, b) = (a.unwrap(), b.unwrap());
+        assert!(
+            a.iter()
+                .zip(&b)
+                .all(|(a, b)| a.pattern == b.pattern && a.station == b.station)
+        );
+    }
+}

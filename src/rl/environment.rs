@@ -1,0 +1,146 @@
+//! One line as a decision process.
+//!
+//! | | |
+//! |---|---|
+//! | episode | one pattern, drawn from the scenes that the environment was given |
+//! | step | one decision of one robot; robots with nothing to choose from are skipped |
+//! | observation | [`crate::decision::observation`], f32 [observation] |
+//! | action | the index of a slot that holds an item, or the last index to wait |
+//! | reward | see [`Reward`] |
+//! | end | all items picked, or the last one has left the belt |
+//!
+//! After the last step of an episode the next one has begun: the observation is its
+//! first, as with the vectorised environments of Gymnasium and Stable-Baselines3.
+
+use super::reward::Reward;
+use crate::decision::observation::{Encoder, Layout};
+use crate::decision::{Action, Figures};
+use crate::error::{Error, Result};
+use crate::pattern::random_stream;
+use crate::sim::{Run, Scene};
+use rand::RngExt;
+use rand::rngs::ChaCha8Rng;
+
+/// See the module.
+#[derive(Debug)]
+pub struct Environment<'a> {
+    scenes: &'a [Scene<'a>],
+    rng: ChaCha8Rng,
+    encoder: Encoder,
+    reward: Reward,
+    /// None only while its buffers move into the next episode's.
+    run: Option<Run<'a>>,
+    scene: usize,
+}
+
+/// What came of a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step {
+    /// The reward.
+    pub reward: f64,
+    /// The figures of the episode, if it is over.
+    pub ended: Option<Figures>,
+}
+
+impl<'a> Environment<'a> {
+    /// Environment `index` of those under `seed`: each draws its own episodes. Begin
+    /// with [`Environment::reset`].
+    ///
+    /// # Errors
+    /// No scene, or none that has a decision to take.
+    pub fn new(
+        scenes: &'a [Scene<'a>],
+        layout: Layout,
+        reward: Reward,
+        (seed, index): (u64, u64),
+    ) -> Result<Self> {
+        let playable = |scene: &Scene| {
+            (0..scene.station().robots().len()).any(|robot| !scene.queue(robot).is_empty())
+        };
+        if !scenes.iter().all(playable) || scenes.is_empty() {
+            return Err(Error::input(
+                "the training patterns",
+                "some have no item that a robot can reach, or there are none",
+                "use patterns that lie on the station's belt within reach",
+            ));
+        }
+        Ok(Self {
+            scenes,
+            rng: random_stream(seed, index),
+            encoder: Encoder::new(layout),
+            reward,
+            run: None,
+            scene: 0,
+        })
+    }
+
+    /// Begins an episode on a scene drawn at random; writes the first observation
+    /// [observation] and mask [actions].
+    pub fn reset(&mut self, observation: &mut [f32], mask: &mut [bool]) {
+        self.scene = self.rng.random_range(0..self.scenes.len());
+        let scene = &self.scenes[self.scene];
+        let buffers = self.run.take().map(Run::into_buffers);
+        let mut run = Run::with_buffers(scene, buffers.unwrap_or_default());
+        if let Some(snapshot) = run.next_decision() {
+            self.encoder.encode(&snapshot, observation, mask);
+        }
+        self.run = Some(run);
+    }
+
+    /// Takes `action` and writes the next observation and mask, those of a new episode
+    /// if this one is over.
+    ///
+    /// # Errors
+    /// An action whose slot is empty, or no episode begun; nothing has changed then.
+    pub fn step(
+        &mut self,
+        action: usize,
+        observation: &mut [f32],
+        mask: &mut [bool],
+    ) -> Result<Step> {
+        let due = self.run.as_mut().and_then(|run| run.next_decision());
+        let Some(snapshot) = due else {
+            return Err(Error::input(
+                "step",
+                "no episode has begun",
+                "call reset before the first step",
+            ));
+        };
+        let chosen = self.encoder.action(&snapshot, action)?;
+        let weight = match chosen {
+            Action::Pick(place) => snapshot.candidates[place].weight,
+            Action::WaitUntil(_) | Action::WaitForNextWindow => 0.0,
+        };
+        let (mut reward, mut ended) = (0.0, None);
+        if let Some(run) = &mut self.run {
+            // A grasp that fails brings nothing.
+            if run.act(chosen)?.is_some() {
+                reward += self.reward.of_pick(weight);
+            }
+            match run.next_decision() {
+                Some(next) => self.encoder.encode(&next, observation, mask),
+                None => ended = Some(run.figures()),
+            }
+        }
+        if let Some(figures) = &ended {
+            reward += self.reward.of_end(figures);
+            self.reset(observation, mask);
+        }
+        Ok(Step { reward, ended })
+    }
+
+    /// The episode under way, to ask others what they would do.
+    pub fn run(&mut self) -> Option<&mut Run<'a>> {
+        self.run.as_mut()
+    }
+
+    /// The encoder as it was left by the last observation.
+    pub fn encoder(&self) -> &Encoder {
+        &self.encoder
+    }
+
+    /// Which of the scenes the episode is on.
+    pub fn scene(&self) -> usize {
+        self.scene
+    }
+}

@@ -1,0 +1,77 @@
+//! How good a network is, on patterns that no training sees.
+
+use super::nn::Network;
+use super::player::Player;
+use crate::decision::Figures;
+use crate::decision::observation::Layout;
+use crate::dispatch::RuleAssignment;
+use crate::error::Result;
+use crate::sim::{AssignmentTree, Scene, simulate, simulate_rules};
+use crate::stats::mean;
+use rayon::prelude::*;
+
+/// Patterns of one kind, with what rules make of them.
+#[derive(Debug)]
+pub struct Trial<'a> {
+    /// Name in tables.
+    pub name: String,
+    scenes: Vec<Scene<'a>>,
+    /// Mean picking rate [1/min] of the robust assignment, SPT for all but the last
+    /// robot and FIFO for the last.
+    pub robust: f64,
+    /// Mean over patterns of the best assignment's picking rate [1/min].
+    pub greedy: f64,
+}
+
+impl<'a> Trial<'a> {
+    /// Runs the rules on `scenes`, which all have as many robots.
+    ///
+    /// # Errors
+    /// Never for validated scenes; passed on from the engines.
+    pub fn new(name: String, scenes: Vec<Scene<'a>>, robust: &RuleAssignment) -> Result<Self> {
+        let robots = scenes
+            .first()
+            .map_or(1, |scene| scene.station().robots().len());
+        let tree = AssignmentTree::all(robots);
+        let both = |scene: &Scene| {
+            let mut best = 0.0f64;
+            tree.evaluate(scene, |_, figures| best = best.max(figures.picking_rate()))?;
+            Ok((simulate_rules(scene, robust)?.figures.picking_rate(), best))
+        };
+        let rates: Vec<(f64, f64)> = scenes.par_iter().map(both).collect::<Result<_>>()?;
+        let (rules, best): (Vec<f64>, Vec<f64>) = rates.into_iter().unzip();
+        Ok(Self {
+            name,
+            scenes,
+            robust: mean(&rules),
+            greedy: mean(&best),
+        })
+    }
+
+    /// The figures of the network on every pattern.
+    ///
+    /// # Errors
+    /// Never for a network of this layout; passed on from the engine.
+    pub fn play(
+        &self,
+        network: &Network,
+        parameters: &[f32],
+        layout: Layout,
+    ) -> Result<Vec<Figures>> {
+        let run = |scene: &Scene| {
+            let mut player = Player::new(network, parameters, layout);
+            simulate(scene, &mut player).map(|outcome| outcome.figures)
+        };
+        self.scenes.par_iter().map(run).collect()
+    }
+
+    /// The network's mean picking rate [1/min].
+    ///
+    /// # Errors
+    /// As for [`Trial::play`].
+    pub fn rate(&self, network: &Network, parameters: &[f32], layout: Layout) -> Result<f64> {
+        let figures = self.play(network, parameters, layout)?;
+        let rates: Vec<f64> = figures.iter().map(Figures::picking_rate).collect();
+        Ok(mean(&rates))
+    }
+}

@@ -1,0 +1,213 @@
+//! Learning from a strategy that plans: its answers at the states that the network
+//! itself comes to.
+//!
+//! Ross, Gordon, Bagnell, "A reduction of imitation learning and structured prediction
+//! to no-regret online learning" (DAgger), arXiv 1011.0686. In the first round the
+//! expert plays, in the others the network, and the expert says what it would have done.
+
+use super::nn::Network;
+use super::player::Player;
+use super::ppo::{Learner, Rows, Sample, Terms, log_softmax};
+use super::reward::Reward;
+use crate::decision::observation::{Encoder, Layout};
+use crate::decision::{Action, Strategy};
+use crate::error::Result;
+use crate::sim::{Run, Scene};
+use rand::Rng;
+use rand::seq::SliceRandom;
+use serde::{Deserialize, Serialize};
+
+/// How much is learned from whom.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Imitation {
+    /// The expert, as it is written after `--strategy`.
+    pub strategy: String,
+    /// Rounds.
+    pub rounds: usize,
+    /// Patterns of each round.
+    pub courses: usize,
+    /// Passes over all answers so far after each round.
+    pub epochs: usize,
+    /// Learning rate, falling linearly to 0 over each round.
+    pub learning_rate: f32,
+}
+
+impl Imitation {
+    /// What `--imitate` does when nothing else is said.
+    pub fn of(strategy: &str) -> Self {
+        Self {
+            strategy: strategy.to_owned(),
+            rounds: 10,
+            courses: 500,
+            epochs: 6,
+            learning_rate: 1e-3,
+        }
+    }
+}
+
+/// Answers of the expert, one row a decision.
+#[derive(Debug, Default)]
+pub struct Answers {
+    /// [rows, observation].
+    observations: Vec<f32>,
+    /// [rows, actions].
+    masks: Vec<bool>,
+    /// [rows].
+    actions: Vec<usize>,
+    /// Discounted rewards from there to the end of the episode [rows].
+    returns: Vec<f32>,
+}
+
+/// Who plays while the expert answers.
+pub enum Pupil<'a> {
+    /// The expert itself.
+    Expert,
+    /// A network.
+    Network(&'a Network, &'a [f32]),
+}
+
+impl Answers {
+    /// How many.
+    pub fn len(&self) -> usize {
+        self.actions.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.actions.is_empty()
+    }
+
+    /// Takes over the answers of another episode.
+    pub fn append(&mut self, mut other: Self) {
+        self.observations.append(&mut other.observations);
+        self.masks.append(&mut other.masks);
+        self.actions.append(&mut other.actions);
+        self.returns.append(&mut other.returns);
+    }
+
+    /// Plays `scene` to its end and asks `expert` at every decision. Answers that have no
+    /// slot are left out.
+    ///
+    /// # Errors
+    /// An expert that acts illegally.
+    pub fn collect(
+        scene: &Scene,
+        expert: &mut dyn Strategy,
+        pupil: &Pupil,
+        layout: Layout,
+        (reward, gamma): (Reward, f32),
+    ) -> Result<Self> {
+        let mut answers = Self::default();
+        let mut encoder = Encoder::new(layout);
+        let mut observation = vec![0.0; layout.observation()];
+        let mut mask = vec![false; layout.actions()];
+        let mut player = match pupil {
+            Pupil::Expert => None,
+            Pupil::Network(network, parameters) => Some(Player::new(network, parameters, layout)),
+        };
+        let mut rewards: Vec<f64> = Vec::new();
+        let mut answered = Vec::new();
+        let mut run = Run::new(scene);
+        while let Some(snapshot) = run.next_decision() {
+            let answer = expert.decide(&snapshot);
+            encoder.encode(&snapshot, &mut observation, &mut mask);
+            if let Some(index) = encoder.index_of(answer) {
+                answers.observations.extend_from_slice(&observation);
+                answers.masks.extend_from_slice(&mask);
+                answers.actions.push(index);
+                answered.push(rewards.len());
+            }
+            let action = player
+                .as_mut()
+                .map_or(answer, |player| player.decide(&snapshot));
+            let weight = match action {
+                Action::Pick(place) => snapshot.candidates[place].weight,
+                Action::WaitUntil(_) | Action::WaitForNextWindow => 0.0,
+            };
+            let picked = run.act(action)?.is_some();
+            rewards.push(if picked { reward.of_pick(weight) } else { 0.0 });
+        }
+        if let Some(last) = rewards.last_mut() {
+            *last += reward.of_end(&run.figures());
+        }
+        let mut sum = 0.0;
+        for reward in rewards.iter_mut().rev() {
+            sum = *reward + f64::from(gamma) * sum;
+            *reward = sum;
+        }
+        answers.returns = answered.iter().map(|step| rewards[*step] as f32).collect();
+        Ok(answers)
+    }
+
+    /// Moves `learner` towards the answers: cross entropy of the actions, squared error
+    /// of the values. Returns the terms of the last epoch.
+    pub fn teach(
+        &self,
+        learner: &mut Learner,
+        (imitation, batch_size, vf_coef, max_grad_norm): (&Imitation, usize, f32, f32),
+        rng: &mut impl Rng,
+    ) -> Terms {
+        if self.is_empty() {
+            return Terms::default();
+        }
+        let size = self.observations.len() / self.len();
+        let wide = self.masks.len() / self.len();
+        let mut order: Vec<usize> = (0..self.len()).collect();
+        let row = |at: &usize| {
+            let sample = Sample {
+                action: self.actions[*at],
+                log_probability: 0.0,
+                advantage: 0.0,
+                target: self.returns[*at],
+            };
+            let observation = &self.observations[at * size..][..size];
+            (observation, &self.masks[at * wide..][..wide], sample)
+        };
+        let mut last = Terms::default();
+        let batches = self.len().div_ceil(batch_size) * imitation.epochs;
+        let mut done = 0;
+        for _ in 0..imitation.epochs {
+            order.shuffle(rng);
+            let mut sum = Terms::default();
+            for part in order.chunks(batch_size) {
+                let rows: Rows = part.iter().map(row).collect();
+                let share = 1.0 / rows.len() as f32;
+                let loss = |sample: &Sample, mask: &[bool], logits: &mut [f32], value: &mut f32| {
+                    answer_loss(sample, mask, (logits, value), (share, vf_coef))
+                };
+                let rate = imitation.learning_rate * (1.0 - done as f32 / batches as f32);
+                let (terms, _) = learner.descend(&rows, &loss, max_grad_norm, rate);
+                sum += terms;
+                done += 1;
+            }
+            last = sum.mean(self.len().div_ceil(batch_size));
+        }
+        last
+    }
+}
+
+/// Cross entropy and squared error of one row; logits and value become derivatives. The
+/// share of right answers stands in `clipped`.
+fn answer_loss(
+    sample: &Sample,
+    mask: &[bool],
+    (logits, value): (&mut [f32], &mut f32),
+    (share, vf_coef): (f32, f32),
+) -> Terms {
+    log_softmax(logits, mask);
+    let log = logits[sample.action];
+    let right = logits.iter().all(|other| *other <= log);
+    for (action, log) in logits.iter_mut().enumerate() {
+        let taken = if action == sample.action { 1.0 } else { 0.0 };
+        *log = share * (log.exp() - taken);
+    }
+    let error = *value - sample.target;
+    *value = share * vf_coef * 2.0 * error;
+    Terms {
+        policy: -f64::from(log),
+        value: f64::from(error * error),
+        clipped: f64::from(u8::from(right)),
+        ..Terms::default()
+    }
+}

@@ -1,0 +1,31 @@
+//! The station as a decision process: environment, networks, training.
+
+mod batch;
+pub mod domain;
+mod environment;
+mod evaluation;
+#[cfg(feature = "onnx")]
+mod export;
+mod imitation;
+pub mod nn;
+mod plan;
+mod player;
+pub mod ppo;
+mod reward;
+#[cfg(feature = "onnx")]
+mod score;
+mod trainer;
+
+pub use batch::Batch;
+pub use domain::{Course, Domain};
+pub use environment::{Environment, Step};
+pub use evaluation::Trial;
+#[cfg(feature = "onnx")]
+pub use export::export;
+pub use imitation::{Answers, Imitation, Pupil};
+pub use plan::{PRESETS, Plan, shape};
+pub use player::Player;
+pub use reward::Reward;
+#[cfg(feature = "onnx")]
+pub use score::{Record, Score, TrialRecord};
+pub use trainer::{Checkpoint, Phase, Trainer};

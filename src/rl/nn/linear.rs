@@ -1,0 +1,117 @@
+//! A layer `y = x W + b`, its parameters a part of the network's flat vector.
+
+use super::matrix::{View, multiply, multiply_nt, multiply_tn};
+
+/// Where a layer's weights [inputs, outputs] and biases [outputs] stand.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Linear {
+    /// Inputs.
+    pub inputs: usize,
+    /// Outputs.
+    pub outputs: usize,
+    start: usize,
+    has_bias: bool,
+}
+
+impl Linear {
+    /// The layer whose parameters begin at `*next`, which moves behind them.
+    pub fn new(inputs: usize, outputs: usize, has_bias: bool, next: &mut usize) -> Self {
+        let layer = Self {
+            inputs,
+            outputs,
+            start: *next,
+            has_bias,
+        };
+        *next += inputs * outputs + if has_bias { outputs } else { 0 };
+        layer
+    }
+
+    /// The weights within all parameters.
+    pub fn weight<'p>(&self, parameters: &'p [f32]) -> &'p [f32] {
+        &parameters[self.start..self.start + self.inputs * self.outputs]
+    }
+
+    /// The weights, to change.
+    pub fn weight_mut<'p>(&self, parameters: &'p mut [f32]) -> &'p mut [f32] {
+        &mut parameters[self.start..self.start + self.inputs * self.outputs]
+    }
+
+    /// The biases within all parameters; empty without.
+    pub fn bias<'p>(&self, parameters: &'p [f32]) -> &'p [f32] {
+        let start = self.start + self.inputs * self.outputs;
+        &parameters[start..start + if self.has_bias { self.outputs } else { 0 }]
+    }
+
+    fn view<'p>(&self, parameters: &'p [f32]) -> View<'p> {
+        View::new(self.weight(parameters), self.inputs, self.outputs)
+    }
+
+    /// `y = x W + b` for `rows` rows; `x` [rows, inputs] in rows of `stride`, `y` dense.
+    pub fn forward(
+        &self,
+        parameters: &[f32],
+        x: &[f32],
+        stride: usize,
+        rows: usize,
+        y: &mut [f32],
+    ) {
+        let x = View::strided(x, rows, self.inputs, stride);
+        let y = &mut y[..rows * self.outputs];
+        let bias = self.bias(parameters);
+        if bias.is_empty() {
+            multiply(x, self.view(parameters), 0.0, y);
+        } else {
+            y.chunks_exact_mut(self.outputs)
+                .for_each(|row| row.copy_from_slice(bias));
+            multiply(x, self.view(parameters), 1.0, y);
+        }
+    }
+
+    /// `y += x W` for `rows` dense rows; the bias is left out.
+    pub fn forward_add(&self, parameters: &[f32], x: &[f32], rows: usize, y: &mut [f32]) {
+        multiply(
+            View::new(x, rows, self.inputs),
+            self.view(parameters),
+            1.0,
+            y,
+        );
+    }
+
+    /// Adds the gradients of weights and biases, given `dy` [rows, outputs].
+    pub fn backward(
+        &self,
+        x: &[f32],
+        stride: usize,
+        rows: usize,
+        dy: &[f32],
+        gradient: &mut [f32],
+    ) {
+        let dy_view = View::new(dy, rows, self.outputs);
+        let x = View::strided(x, rows, self.inputs, stride);
+        multiply_tn(x, dy_view, 1.0, self.weight_mut(gradient));
+        if self.has_bias {
+            let start = self.start + self.inputs * self.outputs;
+            let bias = &mut gradient[start..start + self.outputs];
+            for row in dy[..rows * self.outputs].chunks_exact(self.outputs) {
+                bias.iter_mut().zip(row).for_each(|(b, d)| *b += d);
+            }
+        }
+    }
+
+    /// The gradient of the inputs, `dx = dy W' + beta dx`, dense.
+    pub fn backward_input(
+        &self,
+        parameters: &[f32],
+        dy: &[f32],
+        rows: usize,
+        beta: f32,
+        dx: &mut [f32],
+    ) {
+        multiply_nt(
+            View::new(dy, rows, self.outputs),
+            self.view(parameters),
+            beta,
+            dx,
+        );
+    }
+}

@@ -1,0 +1,53 @@
+//! A network that plays: its weights as a strategy, without a file in between.
+
+use super::nn::{Batch, Network, Workspace};
+use super::ppo::likeliest;
+use crate::decision::observation::{Encoder, Layout};
+use crate::decision::{Action, Snapshot, Strategy};
+
+/// Takes the likeliest action of a network.
+#[derive(Debug)]
+pub struct Player<'a> {
+    network: &'a Network,
+    parameters: &'a [f32],
+    encoder: Encoder,
+    observation: Vec<f32>,
+    mask: Vec<bool>,
+    work: Workspace,
+}
+
+impl<'a> Player<'a> {
+    /// A player of this network.
+    pub fn new(network: &'a Network, parameters: &'a [f32], layout: Layout) -> Self {
+        Self {
+            network,
+            parameters,
+            encoder: Encoder::new(layout),
+            observation: vec![0.0; layout.observation()],
+            mask: vec![false; layout.actions()],
+            work: Workspace::default(),
+        }
+    }
+}
+
+impl Strategy for Player<'_> {
+    fn decide(&mut self, snapshot: &Snapshot) -> Action {
+        self.encoder
+            .encode(snapshot, &mut self.observation, &mut self.mask);
+        let batch = Batch {
+            observations: &self.observation,
+            masks: &self.mask,
+            rows: 1,
+        };
+        self.network.forward(self.parameters, batch, &mut self.work);
+        let best = likeliest(&self.work.logits[..self.mask.len()], &self.mask);
+        // The likeliest allowed action is always legal.
+        self.encoder
+            .action(snapshot, best)
+            .unwrap_or(Action::Pick(0))
+    }
+
+    fn name(&self) -> String {
+        "network".into()
+    }
+}

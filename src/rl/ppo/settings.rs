@@ -1,0 +1,72 @@
+//! The hyper-parameters, with the names, meaning and defaults of Stable-Baselines3's
+//! `PPO`.
+
+use serde::{Deserialize, Serialize};
+
+/// Schulman et al., "Proximal policy optimization algorithms", arXiv 1707.06347.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Settings {
+    /// Environments stepped side by side.
+    pub n_envs: usize,
+    /// Steps of each environment between two updates.
+    pub n_steps: usize,
+    /// Samples in a minibatch.
+    pub batch_size: usize,
+    /// Passes over the samples of an update.
+    pub n_epochs: usize,
+    /// Discount.
+    pub gamma: f32,
+    /// Lambda of the generalised advantage estimate.
+    pub gae_lambda: f32,
+    /// How far the probability ratio may move.
+    pub clip_range: f32,
+    /// Weight of the entropy.
+    pub ent_coef: f32,
+    /// Weight of the value loss.
+    pub vf_coef: f32,
+    /// The gradient's norm is cut to this.
+    pub max_grad_norm: f32,
+    /// Learning rate of Adam.
+    pub learning_rate: f32,
+    /// Whether the learning rate falls linearly to 0 over the training.
+    pub anneal: bool,
+    /// Whether advantages are normalised over each minibatch.
+    pub normalize_advantage: bool,
+    /// The update ends early past 1.5 times this divergence.
+    pub target_kl: Option<f32>,
+}
+
+impl Settings {
+    /// Stable-Baselines3's defaults with one environment.
+    pub const SB3: Self = Self {
+        n_envs: 1,
+        n_steps: 2048,
+        batch_size: 64,
+        n_epochs: 10,
+        gamma: 0.99,
+        gae_lambda: 0.95,
+        clip_range: 0.2,
+        ent_coef: 0.0,
+        vf_coef: 0.5,
+        max_grad_norm: 0.5,
+        learning_rate: 3e-4,
+        anneal: false,
+        normalize_advantage: true,
+        target_kl: None,
+    };
+
+    /// The paper's Table 1: 2048 steps per update, here of eight environments together;
+    /// all else as in Stable-Baselines3.
+    pub const PAPER: Self = Self {
+        n_envs: 8,
+        n_steps: 256,
+        gamma: 0.9995,
+        ..Self::SB3
+    };
+
+    /// Samples of an update.
+    pub fn samples(&self) -> usize {
+        self.n_envs * self.n_steps
+    }
+}

@@ -1,0 +1,316 @@
+//! Training in phases: each draws patterns, plays and learns on them for a few updates.
+//!
+//! Everything random in a phase follows from the seed and the phase's number, so that a
+//! training taken up from a checkpoint, written between two phases, goes on to the bit as
+//! if it had never stopped, on any number of threads.
+
+use super::domain::scenes;
+use super::imitation::{Answers, Pupil};
+use super::nn::{Adam, Network};
+use super::plan::{Plan, shape};
+use super::ppo::{GROUP, Group, Learner, Terms};
+use crate::decision::Figures;
+use crate::decision::observation::Layout;
+use crate::error::{Error, Result};
+use crate::optimize::Environment;
+use crate::pattern::random_stream;
+use crate::sim::Scene;
+use crate::station::{self, Station};
+use crate::strategies::Blueprint;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
+
+/// Phases of neighbouring seeds draw from seeds this far apart.
+const PHASE_STRIDE: u64 = 1_000_003;
+/// Stream of the order of samples, past those of environments and patterns.
+const SHUFFLE: u64 = u64::MAX - 1;
+
+/// A training under way.
+#[derive(Debug)]
+pub struct Trainer {
+    plan: Plan,
+    layout: Layout,
+    stations: Vec<Station>,
+    seed: u64,
+    learner: Learner,
+    phase: u64,
+    steps: u64,
+}
+
+/// What a phase came to.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Phase {
+    /// Decisions so far.
+    pub steps: u64,
+    /// Mean picking rate of the episodes that ended [1/min].
+    pub rate: f64,
+    /// Mean share of the items that they picked.
+    pub picked_share: f64,
+    /// Mean entropy of the policy in the last update.
+    pub entropy: f64,
+    /// Mean squared error of the value in the last update.
+    pub value_loss: f64,
+    /// Approximate divergence of the last update.
+    pub divergence: f64,
+    /// Share of the samples whose ratio was clipped in it.
+    pub clipped: f64,
+}
+
+/// What is needed to go on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Checkpoint {
+    /// The plan.
+    pub plan: Plan,
+    /// Master seed.
+    pub seed: u64,
+    /// Phases done.
+    pub phase: u64,
+    /// Decisions done.
+    pub steps: u64,
+    /// The network's parameters.
+    pub parameters: Vec<f32>,
+    /// The optimiser.
+    pub adam: Adam,
+}
+
+impl Trainer {
+    /// A training from the beginning, on `stations` in turn.
+    ///
+    /// # Errors
+    /// A plan that does not fit together, no station.
+    pub fn new(plan: Plan, stations: Vec<Station>, seed: u64) -> Result<Self> {
+        let layout = plan.layout()?;
+        let ppo = &plan.ppo;
+        if stations.is_empty() || ppo.samples() == 0 || !ppo.n_envs.is_multiple_of(GROUP) {
+            return Err(Error::input(
+                "the training plan",
+                format!(
+                    "{} stations, {} environments of {} steps",
+                    stations.len(),
+                    ppo.n_envs,
+                    ppo.n_steps
+                ),
+                format!("give a station, and environments in multiples of {GROUP}"),
+            ));
+        }
+        let network = Network::new(&plan.architecture, shape(&layout));
+        let parameters = network.initial(&mut random_stream(seed, SHUFFLE));
+        Ok(Self {
+            learner: Learner::new(network, parameters),
+            plan,
+            layout,
+            stations,
+            seed,
+            phase: 0,
+            steps: 0,
+        })
+    }
+
+    /// A training taken up where `checkpoint` was written.
+    ///
+    /// # Errors
+    /// As for [`Trainer::new`], or a checkpoint whose parts do not fit together.
+    pub fn resume(checkpoint: Checkpoint, stations: Vec<Station>) -> Result<Self> {
+        let mut trainer = Self::new(checkpoint.plan, stations, checkpoint.seed)?;
+        let expected = trainer.learner.parameters.len();
+        let found = [checkpoint.parameters.len(), checkpoint.adam.parameters()];
+        if found != [expected; 2] {
+            return Err(Error::input(
+                "the checkpoint",
+                format!("{found:?} parameters where its plan has {expected}"),
+                "use a checkpoint as it was written",
+            ));
+        }
+        trainer.learner.parameters = checkpoint.parameters;
+        trainer.learner.adam = checkpoint.adam;
+        trainer.phase = checkpoint.phase;
+        trainer.steps = checkpoint.steps;
+        Ok(trainer)
+    }
+
+    /// What is needed to go on from here.
+    pub fn checkpoint(&self) -> Checkpoint {
+        Checkpoint {
+            plan: self.plan.clone(),
+            seed: self.seed,
+            phase: self.phase,
+            steps: self.steps,
+            parameters: self.learner.parameters.clone(),
+            adam: self.learner.adam.clone(),
+        }
+    }
+
+    /// The plan.
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// Shape of observations and actions.
+    pub fn layout(&self) -> Layout {
+        self.layout
+    }
+
+    /// The network.
+    pub fn network(&self) -> &Network {
+        &self.learner.network
+    }
+
+    /// Its parameters.
+    pub fn parameters(&self) -> &[f32] {
+        &self.learner.parameters
+    }
+
+    /// Master seed.
+    pub fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// Fingerprints of the stations, as in result files.
+    pub fn station_hashes(&self) -> Vec<String> {
+        let hash = |station: &Station| crate::files::fingerprint(&station::to_toml(station));
+        self.stations.iter().map(hash).collect()
+    }
+
+    /// The numbers of robots trained on, each once.
+    pub fn robots(&self) -> String {
+        let counts = self.stations.iter().map(|station| station.robots().len());
+        let counts: BTreeSet<usize> = counts.collect();
+        let counts: Vec<String> = counts.iter().map(usize::to_string).collect();
+        counts.join(", ")
+    }
+
+    /// Decisions learned from.
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// Whether the planned steps are done.
+    pub fn done(&self) -> bool {
+        self.steps >= self.plan.steps
+    }
+
+    /// The share of the planned steps that is done.
+    fn progress(&self) -> f64 {
+        (self.steps as f64 / self.plan.steps.max(1) as f64).min(1.0)
+    }
+
+    /// Learns from an expert as the plan says; `expert` gives it for a number of robots.
+    /// Tells `report` after every round how many answers there are and what share of them
+    /// the network gives as well.
+    ///
+    /// # Errors
+    /// Patterns that cannot be drawn, an expert that acts illegally,
+    /// [`Error::Interrupted`].
+    pub fn imitate(
+        &mut self,
+        expert: &(dyn Fn(usize) -> Result<Blueprint> + Sync),
+        environment: &Environment,
+        mut report: impl FnMut(usize, f64),
+    ) -> Result<()> {
+        let Some(imitation) = self.plan.imitation.clone() else {
+            return Ok(());
+        };
+        let plan = &self.plan;
+        let mut all = Answers::default();
+        let total = imitation.rounds * imitation.courses;
+        environment
+            .progress
+            .begin("imitating", total as u64, "patterns");
+        for round in 0..imitation.rounds {
+            // Far from the phases' seeds.
+            let seed = !self
+                .seed
+                .wrapping_mul(PHASE_STRIDE)
+                .wrapping_add(round as u64);
+            let courses = plan
+                .domain
+                .draw(&self.stations, imitation.courses, 1.0, seed)?;
+            let scenes = scenes(&courses)?;
+            let pupil = match round {
+                0 => Pupil::Expert,
+                _ => Pupil::Network(&self.learner.network, &self.learner.parameters),
+            };
+            let ask = |scene: &Scene| {
+                if environment.stopped() {
+                    return Err(Error::Interrupted);
+                }
+                let mut expert = expert(scene.station().robots().len())?.make();
+                let worth = (plan.reward, plan.ppo.gamma);
+                let answers = Answers::collect(scene, expert.as_mut(), &pupil, self.layout, worth);
+                environment.progress.advance(1);
+                answers
+            };
+            let answers: Vec<Answers> = scenes.par_iter().map(ask).collect::<Result<_>>()?;
+            answers.into_iter().for_each(|answers| all.append(answers));
+            let mut rng = random_stream(seed, SHUFFLE);
+            let ppo = &plan.ppo;
+            let how = (&imitation, ppo.batch_size, ppo.vf_coef, ppo.max_grad_norm);
+            let terms = all.teach(&mut self.learner, how, &mut rng);
+            report(all.len(), terms.clipped);
+        }
+        environment.progress.end();
+        // The moments of another loss would mislead the first updates.
+        self.learner.adam = self.learner.network.adam(1e-5);
+        Ok(())
+    }
+
+    /// Plays and learns for one phase. When asked to stop it ends between two updates;
+    /// the phase counts as done then.
+    ///
+    /// # Errors
+    /// Patterns that cannot be drawn.
+    pub fn phase(&mut self, environment: &Environment) -> Result<Phase> {
+        let seed = self
+            .seed
+            .wrapping_mul(PHASE_STRIDE)
+            .wrapping_add(self.phase);
+        let plan = &self.plan;
+        let domain = &plan.domain;
+        let courses = domain.draw(&self.stations, plan.courses, self.progress(), seed)?;
+        let scenes = scenes(&courses)?;
+        let make = |first: usize| {
+            let range = (first * GROUP, GROUP);
+            Group::new(&scenes, self.layout, plan.reward, range, seed)
+        };
+        let groups = 0..plan.ppo.n_envs / GROUP;
+        let mut groups: Vec<Group> = groups.map(make).collect::<Result<_>>()?;
+        let mut rng = random_stream(seed, SHUFFLE);
+        let mut terms = Terms::default();
+        let mut ended: Vec<Figures> = Vec::new();
+        for _ in 0..plan.updates {
+            if environment.stopped() || self.steps >= plan.steps {
+                break;
+            }
+            let (network, parameters) = (&self.learner.network, &self.learner.parameters);
+            groups
+                .par_iter_mut()
+                .map(|group| group.collect(network, parameters, &plan.ppo))
+                .collect::<Result<()>>()?;
+            ended.extend(groups.iter().flat_map(|group| &group.episodes));
+            let left = if plan.ppo.anneal {
+                1.0 - self.steps as f32 / plan.steps as f32
+            } else {
+                1.0
+            };
+            let rate = plan.ppo.learning_rate * left;
+            terms = self.learner.update(&groups, &plan.ppo, rate, &mut rng);
+            self.steps += plan.ppo.samples() as u64;
+            environment.progress.advance(plan.ppo.samples() as u64);
+        }
+        self.phase += 1;
+        let mean = |of: &dyn Fn(&Figures) -> f64| {
+            ended.iter().map(of).sum::<f64>() / ended.len().max(1) as f64
+        };
+        Ok(Phase {
+            steps: self.steps,
+            rate: mean(&Figures::picking_rate),
+            picked_share: mean(&Figures::picked_share),
+            entropy: terms.entropy,
+            value_loss: terms.value,
+            divergence: terms.divergence,
+            clipped: terms.clipped,
+        })
+    }
+}

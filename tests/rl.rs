@@ -1,0 +1,353 @@
+//! The environment keeps its promises, and training finds what is known to be best.
+
+use nalgebra::Point2;
+use pickline::decision::Strategy;
+use pickline::decision::observation::{Encoder, Layout, View};
+use pickline::optimize::{Environment as Work, Silent};
+use pickline::pattern::{Item, Pattern, random_stream};
+use pickline::rl::domain::{Domain, scenes};
+use pickline::rl::nn::{Activation, Architecture, Network};
+use pickline::rl::ppo::{GROUP, Group, Learner, Settings};
+use pickline::rl::{Batch, Environment, Imitation, Plan, Player, Reward, Step, Trainer, shape};
+use pickline::sim::{Run, Scene, simulate};
+use pickline::station::{Belt, Robot, Station, built_in};
+use pickline::strategies::read_alone;
+use rand::RngExt;
+use std::sync::atomic::AtomicBool;
+
+const LAYOUT: Layout = Layout {
+    view: View::Full,
+    slots: 16,
+    wait: true,
+};
+
+fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+    pool.build().unwrap().install(work)
+}
+
+fn stations() -> Vec<Station> {
+    let make = |robots| built_in("paper").unwrap().station(Some(robots)).unwrap();
+    vec![make(2), make(3)]
+}
+
+/// Plays random allowed actions; returns everything that came of it.
+fn play(threads: usize) -> (Vec<f32>, Vec<Step>) {
+    on_threads(threads, || {
+        let domain = Domain {
+            items: (10, 30),
+            ..Domain::BROAD
+        };
+        let courses = domain.draw(&stations(), 6, 1.0, 3).unwrap();
+        let scenes = scenes(&courses).unwrap();
+        let count = 40;
+        let mut batch = Batch::new(&scenes, LAYOUT, Reward::PAPER, count, 5).unwrap();
+        let mut observations = vec![0.0; count * LAYOUT.observation()];
+        let mut masks = vec![false; count * LAYOUT.actions()];
+        let nothing = Step {
+            reward: 0.0,
+            ended: None,
+        };
+        let mut steps = vec![nothing; count];
+        let mut all = (Vec::new(), Vec::new());
+        let mut rng = random_stream(1, 0);
+        batch.reset(&mut observations, &mut masks);
+        for _ in 0..100 {
+            let draw = |mask: &[bool]| loop {
+                let action = rng.random_range(0..mask.len());
+                if mask[action] {
+                    break action;
+                }
+            };
+            let actions: Vec<usize> = masks.chunks(LAYOUT.actions()).map(draw).collect();
+            batch
+                .step(&actions, &mut observations, &mut masks, &mut steps)
+                .unwrap();
+            all.0.extend_from_slice(&observations);
+            all.1.extend_from_slice(&steps);
+        }
+        all
+    })
+}
+
+#[test]
+fn batches_do_not_depend_on_the_number_of_threads() {
+    let (one, two) = (play(1), play(2));
+    assert!(
+        one.0
+            .iter()
+            .zip(&two.0)
+            .all(|(a, b)| a.to_bits() == b.to_bits())
+    );
+    assert_eq!(one.1, two.1);
+    assert!(one.1.iter().any(|step| step.ended.is_some()));
+    assert!(
+        one.0
+            .iter()
+            .all(|value| value.is_finite() && value.abs() < 10.0)
+    );
+}
+
+#[test]
+fn rewards_are_those_of_the_figures() {
+    let courses = Domain::BROAD.draw(&stations(), 2, 1.0, 1).unwrap();
+    let scenes = scenes(&courses).unwrap();
+    let reward = Reward {
+        pick: 2.0,
+        rate: 3.0,
+    };
+    let mut environment = Environment::new(&scenes, LAYOUT, reward, (1, 0)).unwrap();
+    let mut observation = vec![0.0; LAYOUT.observation()];
+    let mut mask = vec![false; LAYOUT.actions()];
+    environment.reset(&mut observation, &mut mask);
+    for _ in 0..3 {
+        let mut sum = 0.0;
+        let figures = loop {
+            let step = environment.step(0, &mut observation, &mut mask).unwrap();
+            sum += step.reward;
+            if let Some(figures) = step.ended {
+                break figures;
+            }
+        };
+        let expected = 2.0 * figures.weight + 3.0 * figures.weighted_rate();
+        assert!((sum - expected).abs() < 1e-9, "{sum} and {expected}");
+    }
+}
+
+#[test]
+fn illegal_actions_are_errors_and_change_nothing() {
+    let courses = Domain::BROAD.draw(&stations(), 1, 1.0, 1).unwrap();
+    let scenes = scenes(&courses).unwrap();
+    let mut environment = Environment::new(&scenes, LAYOUT, Reward::PAPER, (1, 0)).unwrap();
+    let mut observation = vec![0.0; LAYOUT.observation()];
+    let mut mask = vec![false; LAYOUT.actions()];
+    assert!(environment.step(0, &mut observation, &mut mask).is_err());
+    environment.reset(&mut observation, &mut mask);
+    let before = (observation.clone(), mask.clone());
+    let empty = mask.iter().position(|allowed| !allowed).unwrap();
+    for action in [empty, LAYOUT.actions(), usize::MAX] {
+        assert!(
+            environment
+                .step(action, &mut observation, &mut mask)
+                .is_err()
+        );
+        assert_eq!(before, (observation.clone(), mask.clone()));
+    }
+    environment.step(0, &mut observation, &mut mask).unwrap();
+    assert!(Environment::new(&[], LAYOUT, Reward::PAPER, (1, 0)).is_err());
+}
+
+#[test]
+fn one_layout_serves_two_to_six_robots_of_either_side() {
+    for robots in 1..=6 {
+        let station = built_in("paper").unwrap().station(Some(robots)).unwrap();
+        let courses = Domain::BROAD.draw(&[station], 1, 1.0, 1).unwrap();
+        let scene = courses[0].scene().unwrap();
+        for layout in [LAYOUT, Layout::PAPER] {
+            let mut encoder = Encoder::new(layout);
+            let mut observation = vec![0.0; layout.observation()];
+            let mut mask = vec![false; layout.actions()];
+            let mut run = Run::new(&scene);
+            while let Some(snapshot) = run.next_decision() {
+                encoder.encode(&snapshot, &mut observation, &mut mask);
+                assert!(observation.iter().all(|value| value.is_finite()));
+                let action = encoder.action(&snapshot, 0).unwrap();
+                assert_eq!(encoder.index_of(action), Some(0));
+                run.act(action).unwrap();
+            }
+        }
+    }
+}
+
+/// A small plan, so that a phase takes a moment.
+fn small() -> Plan {
+    let mut plan = Plan::preset("default").unwrap();
+    plan.ppo = Settings {
+        n_envs: 2 * GROUP,
+        n_steps: 32,
+        batch_size: 256,
+        ..plan.ppo
+    };
+    plan.architecture = Architecture::Scorer {
+        width: 16,
+        activation: Activation::Relu,
+    };
+    plan.domain.items = (10, 30);
+    (plan.courses, plan.updates, plan.steps) = (8, 2, 10_000);
+    plan
+}
+
+#[test]
+fn training_goes_on_to_the_bit_from_a_checkpoint_on_any_number_of_threads() {
+    let stop = AtomicBool::new(false);
+    let work = Work {
+        stop: &stop,
+        progress: &Silent,
+    };
+    let whole = on_threads(1, || {
+        let mut trainer = Trainer::new(small(), stations(), 7).unwrap();
+        for _ in 0..3 {
+            trainer.phase(&work).unwrap();
+        }
+        trainer.parameters().to_vec()
+    });
+    let parts = on_threads(2, || {
+        let mut trainer = Trainer::new(small(), stations(), 7).unwrap();
+        trainer.phase(&work).unwrap();
+        let text = serde_json::to_string(&trainer.checkpoint()).unwrap();
+        let checkpoint = serde_json::from_str(&text).unwrap();
+        let mut trainer = Trainer::resume(checkpoint, stations()).unwrap();
+        for _ in 0..2 {
+            trainer.phase(&work).unwrap();
+        }
+        trainer.parameters().to_vec()
+    });
+    assert!(
+        whole
+            .iter()
+            .zip(&parts)
+            .all(|(a, b)| a.to_bits() == b.to_bits())
+    );
+}
+
+#[test]
+fn a_rule_is_imitated() {
+    let stop = AtomicBool::new(false);
+    let work = Work {
+        stop: &stop,
+        progress: &Silent,
+    };
+    let plan = Plan {
+        imitation: Some(Imitation {
+            rounds: 3,
+            courses: 60,
+            epochs: 60,
+            ..Imitation::of("SPT,SPT")
+        }),
+        ..small()
+    };
+    let station = stations().remove(0);
+    let mut trainer = Trainer::new(plan, vec![station], 1).unwrap();
+    let mut shares = Vec::new();
+    let expert = |robots| read_alone("SPT,SPT", robots);
+    let report = |_: usize, share: f64| shares.push(share);
+    trainer.imitate(&expert, &work, report).unwrap();
+    // Which of the slots has the shortest time stands in the observation.
+    assert!(shares[2] > 0.9, "{shares:?}");
+}
+
+/// One slow robot over the middle of the belt, between two rows. Items come in pairs,
+/// side by side, and it has time for one of each pair: the heavy one.
+fn trivial() -> (Station, Vec<Pattern>) {
+    let belt = Belt {
+        speed: 0.1,
+        length: 2.0,
+        width: 0.8,
+    };
+    let robot = Robot {
+        name: "r1".into(),
+        base: Point2::new(1.0, 0.0),
+        bin: Point2::new(1.0, 0.0),
+        reach: 1.0,
+        speed: 1.0,
+        grasp_time: 25.0,
+        release_time: 0.0,
+    };
+    let station = Station::new(belt, vec![robot]).unwrap();
+    let mut rng = random_stream(2, 0);
+    let pattern = |_| {
+        let mut items = Vec::new();
+        for pair in 0..10 {
+            let heavy = rng.random_range(0..2);
+            for (row, y) in [-0.3, 0.3].into_iter().enumerate() {
+                let mut item = Item::at(format!("{pair}.{row}"), -4.0 * f64::from(pair), y);
+                item.weight = Some(if row == heavy { 1.0 } else { 0.2 });
+                items.push(item);
+            }
+        }
+        Pattern::new(items).unwrap()
+    };
+    (station, (0..20).map(pattern).collect())
+}
+
+/// The sum of rewards over all patterns.
+fn total(scenes: &[Scene], make: impl Fn() -> Box<dyn Strategy>) -> f64 {
+    let weights = scenes.iter().map(|scene| {
+        let mut strategy = make();
+        simulate(scene, strategy.as_mut()).unwrap().figures.weight
+    });
+    weights.sum()
+}
+
+#[test]
+fn the_best_policy_of_a_trivial_station_is_found_exported_and_reloaded() {
+    let (station, patterns) = trivial();
+    let scenes: Vec<Scene> = patterns
+        .iter()
+        .map(|pattern| Scene::new(&station, pattern).unwrap())
+        .collect();
+    let layout = Layout {
+        view: View::Full,
+        slots: 4,
+        wait: false,
+    };
+    let settings = Settings {
+        n_envs: 2 * GROUP,
+        n_steps: 64,
+        batch_size: 256,
+        gamma: 0.9,
+        learning_rate: 2e-3,
+        ..Settings::SB3
+    };
+    let reward = Reward {
+        pick: 1.0,
+        rate: 0.0,
+    };
+    let architecture = Architecture::Scorer {
+        width: 16,
+        activation: Activation::Relu,
+    };
+    let network = Network::new(&architecture, shape(&layout));
+    let parameters = network.initial(&mut random_stream(1, 0));
+    let mut learner = Learner::new(network, parameters);
+    let group = |first| Group::new(&scenes, layout, reward, (first * GROUP, GROUP), 1).unwrap();
+    let mut groups = [group(0), group(1)];
+    let mut rng = random_stream(1, 1);
+    for _ in 0..20 {
+        for group in &mut groups {
+            group
+                .collect(&learner.network, &learner.parameters, &settings)
+                .unwrap();
+        }
+        learner.update(&groups, &settings, settings.learning_rate, &mut rng);
+    }
+    let best = 10.0 * scenes.len() as f64;
+    let (network, parameters) = (&learner.network, &learner.parameters);
+    let found: f64 = scenes
+        .iter()
+        .map(|scene| {
+            let mut player = Player::new(network, parameters, layout);
+            simulate(scene, &mut player).unwrap().figures.weight
+        })
+        .sum();
+    assert!((found - best).abs() < 1e-9, "{found} of {best}");
+    // PP, which takes the heaviest, does as well; to SPT both are the same.
+    assert_eq!(total(&scenes, || read_alone("PP", 1).unwrap().make()), best);
+    assert!(total(&scenes, || read_alone("SPT", 1).unwrap().make()) < best);
+
+    #[cfg(feature = "onnx")]
+    {
+        use pickline::policy::{Metadata, Policy, PolicyStrategy};
+        let metadata = Metadata::new(&layout);
+        let bytes = pickline::rl::export(network, parameters, &layout, &metadata);
+        let policy = Policy::from_bytes(&bytes, "trivial.onnx").unwrap();
+        for scene in &scenes {
+            let picks = |strategy: &mut dyn Strategy| simulate(scene, strategy).unwrap().picks;
+            let ours = picks(&mut Player::new(network, parameters, layout));
+            assert_eq!(
+                ours,
+                picks(&mut PolicyStrategy::new("onnx".into(), &policy))
+            );
+        }
+    }
+}
