@@ -57,6 +57,7 @@ pub mod checker;
 pub mod sim;
 pub mod planning;
 pub mod strategies;
+pub mod live;
 pub mod optimize;
 pub mod experiment;
 pub mod report;
