@@ -12,6 +12,7 @@ mod items;
 mod latency;
 pub mod protocol;
 mod robots;
+pub mod transport;
 mod windows;
 
 pub use clock::ClockKind;

@@ -4,6 +4,7 @@ mod bound;
 mod conditions;
 mod experiment;
 mod game;
+mod live;
 mod optimize;
 mod pattern;
 mod simulate;
@@ -13,6 +14,7 @@ pub use bound::{BoundArgs, ObjectiveArg};
 pub use conditions::ConditionArgs;
 pub use experiment::{CompareArgs, SweepArgs, TrainingArgs};
 pub use game::{GameArgs, PayoffArg};
+pub use live::{ClockArg, EmulateArgs, RunArgs, TransportArgs, TroubleArgs};
 pub use optimize::{OptimizeArgs, SearchArg};
 pub use pattern::{
     AxisArg, DescribeArgs, GenerateArgs, ImportCommand, MotArgs, PatternArgs, PatternCommand,
@@ -50,6 +52,8 @@ pub enum Command {
     Game(Box<GameArgs>),
     Bound(Box<BoundArgs>),
     Simulate(Box<SimulateArgs>),
+    Run(Box<RunArgs>),
+    Emulate(Box<EmulateArgs>),
     Pattern(PatternArgs),
     Station(StationArgs),
     /// Print a completion script for a shell

@@ -117,10 +117,9 @@ impl Emulator {
         Ok(emulator)
     }
 
-    /// The same station with its time 0 at this stamp [s].
-    pub fn from_stamp(mut self, origin: f64) -> Self {
+    /// Puts the station's time 0 at this stamp [s].
+    pub fn start_at(&mut self, origin: f64) {
         self.origin = origin;
-        self
     }
 
     fn begin(&mut self) {

@@ -73,6 +73,16 @@ impl Rejected {
             message: message.into(),
         }
     }
+
+    /// A line that was refused unread.
+    pub fn too_long() -> Self {
+        Self::new(
+            Rejection::TooLong,
+            format!(
+                "the line is longer than {LONGEST_LINE} bytes; expected one JSON object a line"
+            ),
+        )
+    }
 }
 
 /// Reads a line, without its line end, as a message to the node.
@@ -96,7 +106,7 @@ pub fn decode_outgoing(line: &[u8]) -> Result<Outgoing, Rejected> {
 
 fn read<M: DeserializeOwned>(line: &[u8], kinds: &[&str]) -> Result<M, Rejected> {
     if line.len() > LONGEST_LINE {
-        return Err(too_long());
+        return Err(Rejected::too_long());
     }
     let text = std::str::from_utf8(line).map_err(|error| {
         let at = error.valid_up_to() + 1;
@@ -145,14 +155,6 @@ fn read<M: DeserializeOwned>(line: &[u8], kinds: &[&str]) -> Result<M, Rejected>
         let problem = format!("{kind}: {}", one_line(&error.to_string()));
         Rejected::new(Rejection::Field, problem)
     })
-}
-
-/// A line that was refused unread.
-pub(in crate::live) fn too_long() -> Rejected {
-    Rejected::new(
-        Rejection::TooLong,
-        format!("the line is longer than {LONGEST_LINE} bytes; expected one JSON object a line"),
-    )
 }
 
 /// What a parser says about a text that it quotes, safe to print.
