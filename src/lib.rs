@@ -58,6 +58,7 @@ pub mod sim;
 pub mod planning;
 pub mod policy;
 pub mod strategies;
+pub mod live;
 pub mod optimize;
 pub mod rl;
 pub mod experiment;

@@ -102,6 +102,23 @@ fn modules_use_only_those_before_them() {
     assert!(checked > 50, "only {checked} uses were found");
 }
 
+/// The line itself takes the simulator's place.
+#[test]
+fn live_control_does_not_use_the_simulator() {
+    let mut files = Vec::new();
+    sources(&root().join("src/live"), &mut files);
+    assert!(files.len() > 5);
+    for file in files {
+        let text = fs::read_to_string(&file).unwrap();
+        let code = text.split("#[cfg(test)]").next().unwrap();
+        assert!(
+            !uses(code).contains(&"sim".to_owned()),
+            "{}",
+            file.display()
+        );
+    }
+}
+
 #[test]
 fn only_the_command_line_sees_clap_and_prints() {
     let mut files = Vec::new();

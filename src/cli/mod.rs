@@ -3,12 +3,15 @@
 mod args;
 mod bound;
 mod compare;
+mod emulate;
 mod game;
+mod live;
 mod optimize;
 mod pattern;
 mod pattern_set;
 mod pictures;
 mod progress;
+mod run;
 mod session;
 mod settings;
 mod simulate;
@@ -65,6 +68,8 @@ fn run(command: Command, session: &Session) -> Result<()> {
         Command::Simulate(args) => simulate::run(&args, session),
         #[cfg(feature = "onnx")]
         Command::Train(args) => train::run(&args, session),
+        Command::Run(args) => run::run(&args, session),
+        Command::Emulate(args) => emulate::run(&args, session),
         Command::Pattern(args) => pattern::run(args.command.unwrap_or_default(), session),
         Command::Station(args) => station::run(args.command.unwrap_or_default(), session),
         Command::Completions { shell } => {

@@ -4,6 +4,7 @@ mod bound;
 mod conditions;
 mod experiment;
 mod game;
+mod live;
 mod optimize;
 mod pattern;
 mod simulate;
@@ -15,6 +16,7 @@ pub use bound::{BoundArgs, ObjectiveArg};
 pub use conditions::ConditionArgs;
 pub use experiment::{CompareArgs, SweepArgs, TrainingArgs};
 pub use game::{GameArgs, PayoffArg};
+pub use live::{ClockArg, EmulateArgs, RunArgs, TransportArgs, TroubleArgs};
 pub use optimize::{OptimizeArgs, SearchArg};
 pub use pattern::{
     AxisArg, DescribeArgs, GenerateArgs, ImportCommand, MotArgs, PatternArgs, PatternCommand,
@@ -56,6 +58,8 @@ pub enum Command {
     Simulate(Box<SimulateArgs>),
     #[cfg(feature = "onnx")]
     Train(Box<TrainArgs>),
+    Run(Box<RunArgs>),
+    Emulate(Box<EmulateArgs>),
     Pattern(PatternArgs),
     Station(StationArgs),
     /// Print a completion script for a shell

@@ -1,0 +1,183 @@
+//! What `pickline run` and `pickline emulate` are given.
+
+use super::StationChoice;
+use clap::{Args, ValueEnum};
+use std::path::PathBuf;
+
+/// Where the time comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ClockArg {
+    /// The machine's clock
+    System,
+    /// The stamps of the messages: the same messages give the same output, to the bit
+    Messages,
+}
+
+/// How two programs talk to each other.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Transport")]
+pub struct TransportArgs {
+    /// Where the time comes from; run and emulate need the same
+    #[arg(long, value_enum, default_value_t = ClockArg::System)]
+    pub clock: ClockArg,
+    /// Talk to whoever connects to this address instead of stdin and stdout; port 0 takes
+    /// a free one and says which
+    #[arg(long, value_name = "HOST:PORT", conflicts_with = "connect")]
+    pub listen: Option<String>,
+    /// Talk to the program that listens at this address instead of stdin and stdout
+    #[arg(long, value_name = "HOST:PORT")]
+    pub connect: Option<String>,
+    /// No remarks on stderr; refused messages are only counted
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// Run a line: take detections, send tasks to the robots
+///
+/// Takes what the camera, the belt and the robots tell, one JSON object a line, and sends
+/// pick-and-place tasks; docs/protocol.md describes the messages. Ctrl-C or SIGTERM ends
+/// it: no new task is given, the open ones are listed.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Examples:
+  pickline run --clock messages < recorded.jsonl > tasks.jsonl
+  pickline run --listen 127.0.0.1:7400 --strategy lookahead --budget-ms 20
+  pickline run --schema > protocol.schema.json")]
+pub struct RunArgs {
+    #[command(flatten)]
+    pub station: StationChoice,
+    /// Strategy, as for simulate [default: SPT for all but the last, FIFO for the last]
+    #[arg(long, value_name = "STRATEGY")]
+    pub strategy: Option<String>,
+    /// Time for each decision of a strategy that looks ahead [ms]
+    #[arg(long, value_name = "MS", allow_negative_numbers = true)]
+    pub budget_ms: Option<f64>,
+    /// Master seed of everything random
+    #[arg(
+        long,
+        value_name = "S",
+        default_value_t = 1,
+        allow_negative_numbers = true
+    )]
+    pub seed: u64,
+    #[command(flatten)]
+    pub transport: TransportArgs,
+    /// Detections without id within this distance of an item are of that item [m]
+    #[arg(
+        long,
+        value_name = "M",
+        default_value_t = 0.02,
+        allow_negative_numbers = true
+    )]
+    pub tolerance: f64,
+    /// A task that is not acknowledged for so long is sent again [s]
+    #[arg(
+        long,
+        value_name = "S",
+        default_value_t = 1.0,
+        allow_negative_numbers = true
+    )]
+    pub ack_timeout: f64,
+    /// A result that is overdue for so long is not waited for [s]
+    #[arg(
+        long,
+        value_name = "S",
+        default_value_t = 5.0,
+        allow_negative_numbers = true
+    )]
+    pub result_timeout: f64,
+    /// Send a status every so many seconds; 0 sends only the last one
+    #[arg(
+        long,
+        value_name = "S",
+        default_value_t = 1.0,
+        allow_negative_numbers = true
+    )]
+    pub status_every: f64,
+    /// Print the JSON Schema of the protocol and end
+    #[arg(long)]
+    pub schema: bool,
+}
+
+/// Play the station: a camera, a belt and robots that are not there
+///
+/// Puts a pattern on an emulated belt and talks to `pickline run` as the camera and the
+/// robots would. With `--clock messages` both go as fast as they can, and where nothing
+/// goes wrong the line picks exactly what `simulate` picks.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Examples:
+  pickline run --listen 127.0.0.1:7400 --clock messages &
+  pickline emulate --connect 127.0.0.1:7400 --clock messages --grasp-failures 0.1
+  pickline emulate --clock messages < /dev/null > stream.jsonl")]
+pub struct EmulateArgs {
+    #[command(flatten)]
+    pub station: StationChoice,
+    /// Pattern file (CSV); the grid of 0.15 m with 50 items when not given
+    #[arg(long, value_name = "FILE")]
+    pub pattern: Option<PathBuf>,
+    #[command(flatten)]
+    pub transport: TransportArgs,
+    #[command(flatten)]
+    pub trouble: TroubleArgs,
+}
+
+/// What goes wrong at the emulated station.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Trouble")]
+pub struct TroubleArgs {
+    /// Share of grasps that fail
+    #[arg(
+        long,
+        value_name = "P",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    pub grasp_failures: f64,
+    /// Share of acknowledgements that are lost
+    #[arg(
+        long,
+        value_name = "P",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    pub lost_acks: f64,
+    /// Share of detections that are sent twice
+    #[arg(
+        long,
+        value_name = "P",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    pub duplicates: f64,
+    /// Share of detections that come up to a second late, and so out of order
+    #[arg(
+        long,
+        value_name = "P",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    pub out_of_order: f64,
+    /// Messages are up to this much late [ms]
+    #[arg(
+        long,
+        value_name = "MS",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    pub jitter_ms: f64,
+    /// A robot is down: its number (from 1, upstream first), from when and how long [s]
+    #[arg(long, value_name = "ROBOT,FROM,SECONDS")]
+    pub robot_down: Option<String>,
+    /// The belt stands: from when and how long [s]
+    #[arg(long, value_name = "FROM,SECONDS")]
+    pub belt_stop: Option<String>,
+    /// Seed of the luck
+    #[arg(
+        long,
+        value_name = "S",
+        default_value_t = 1,
+        allow_negative_numbers = true
+    )]
+    pub seed: u64,
+}

@@ -1,0 +1,94 @@
+//! What `run` and `emulate` have in common: the place to talk at, the clock, the signals.
+
+use super::args::{ClockArg, TransportArgs};
+use super::session::tell;
+use crate::error::{Error, Result, shown_number};
+use crate::live::ClockKind;
+use crate::live::transport::{Hub, Place};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+/// How long the end waits for a peer that does not take what is left for it.
+pub const PATIENCE: Duration = Duration::from_secs(2);
+/// How often signals are looked for.
+pub const GLANCE: Duration = Duration::from_millis(50);
+
+impl TransportArgs {
+    /// The clock.
+    pub fn clock(&self) -> ClockKind {
+        match self.clock {
+            ClockArg::System => ClockKind::System,
+            ClockArg::Messages => ClockKind::Messages,
+        }
+    }
+
+    /// Opens the place to talk at, and says where it is.
+    ///
+    /// # Errors
+    /// As for [`Hub::open`].
+    pub fn open(&self) -> Result<Hub> {
+        let place = match (&self.listen, &self.connect) {
+            (Some(address), _) => Place::Listen(address.clone()),
+            (None, Some(address)) => Place::Connect(address.clone()),
+            (None, None) => Place::Stdio,
+        };
+        let hub = Hub::open(&place)?;
+        if let Some(address) = hub.address() {
+            self.remark(&format!("listening at {address}"));
+            if !address.ip().is_loopback() {
+                self.remark("anybody who reaches this address can command the line");
+            }
+        }
+        Ok(hub)
+    }
+
+    /// A remark for the user, unless quiet.
+    pub fn remark(&self, text: &str) {
+        if !self.quiet {
+            tell(text);
+        }
+    }
+}
+
+/// A flag that is set by Ctrl-C and SIGTERM; a second one ends the program at once.
+pub fn stop_flag() -> Arc<AtomicBool> {
+    let flag = Arc::new(AtomicBool::new(false));
+    let raised = Arc::clone(&flag);
+    // Without a handler a signal just ends the program, as it does everywhere.
+    let _ = ctrlc::set_handler(move || {
+        if raised.swap(true, Ordering::Relaxed) {
+            std::process::exit(i32::from(super::INTERRUPTED));
+        }
+    });
+    flag
+}
+
+/// Seconds since 1970.
+pub fn unix_now() -> f64 {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH);
+    since.unwrap_or_default().as_secs_f64()
+}
+
+/// The time until `stamp`, at most a glance and at least nothing.
+pub fn until(stamp: Option<f64>) -> Duration {
+    let left = stamp.map_or(f64::INFINITY, |stamp| stamp - unix_now());
+    Duration::from_secs_f64(left.clamp(0.0, GLANCE.as_secs_f64()))
+}
+
+/// A flag's value within its range.
+///
+/// # Errors
+/// A value outside.
+pub fn check_range(flag: &str, value: f64, low: f64, high: f64, unit: &str) -> Result<()> {
+    if (low..=high).contains(&value) {
+        return Ok(());
+    }
+    let problem = format!("{} is out of its range", shown_number(value));
+    let (low, high) = (shown_number(low), shown_number(high));
+    Err(Error::input(
+        flag,
+        problem,
+        format!("give {low} to {high} {unit}"),
+    ))
+}

@@ -1,0 +1,228 @@
+//! `pickline run`.
+
+use super::args::{Common, Format, RunArgs, TransportArgs};
+use super::live::{GLANCE, PATIENCE, check_range, stop_flag, unix_now, until};
+use super::progress::Bar;
+use super::session::Session;
+use super::settings::json;
+use super::training::Line;
+use crate::error::Result;
+use crate::live::protocol::{Outgoing, Rejected, Rejection, decode, encode, schema};
+use crate::live::transport::{Heard, Hub};
+use crate::live::{ClockKind, Config, Controller};
+use crate::optimize::Environment;
+use crate::strategies;
+use std::cell::OnceCell;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// Messages heeded before what is due is looked at again.
+const AT_ONCE: usize = 64;
+
+pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
+    if args.schema {
+        return session.print(json(&schema())?.as_bytes());
+    }
+    check_range("--tolerance", args.tolerance, 0.0, 1.0, "m")?;
+    check_range("--ack-timeout", args.ack_timeout, 1e-3, 1e3, "s")?;
+    check_range("--result-timeout", args.result_timeout, 1e-3, 1e4, "s")?;
+    check_range("--status-every", args.status_every, 0.0, 1e6, "s")?;
+    if let Some(ms) = args.budget_ms {
+        check_range("--budget-ms", ms, 0.01, 60_000.0, "ms")?;
+    }
+    let station = args.station.load()?;
+    let text = match &args.strategy {
+        Some(text) => text.clone(),
+        None => strategies::default_strategy(station.robots().len()),
+    };
+    let common = Common {
+        seed: args.seed,
+        update_hz: 0.0,
+        threads: None,
+        format: Format::Table,
+        out: None,
+        quiet: args.transport.quiet,
+    };
+    let bar = Bar::new(common.quiet);
+    let environment = Environment {
+        stop: session.stop(),
+        progress: &bar,
+    };
+    let line = Line::new(&common, &station, &environment);
+    let strategy = common.on_threads(|| line.read(&text, &OnceCell::new(), args.budget_ms))?;
+    let config = Config {
+        clock: args.transport.clock(),
+        tolerance: args.tolerance,
+        ack_timeout: args.ack_timeout,
+        result_timeout: args.result_timeout,
+        ..Config::default()
+    };
+    let made = strategy.make();
+    args.transport.remark(&format!(
+        "running {}, station {}",
+        made.name(),
+        args.station.station
+    ));
+    let began = Instant::now();
+    let controller = Controller::new(station, made, config);
+    let stopwatch = Box::new(move || began.elapsed().as_secs_f64());
+    let mut node = Node {
+        controller: controller.with_stopwatch(stopwatch),
+        hub: args.transport.open()?,
+        transport: &args.transport,
+        // Stdin and stdout are there from the start.
+        talking: 0,
+        status_every: args.status_every,
+    };
+    node.talking = node.hub.peers();
+    let stop = stop_flag();
+    match config.clock {
+        ClockKind::System => node.go_by_the_clock(&stop),
+        ClockKind::Messages => node.go_by_the_messages(&stop),
+    }
+    node.end(stop.load(Ordering::Relaxed));
+    Ok(())
+}
+
+/// The controller with its peers.
+struct Node<'a> {
+    controller: Controller,
+    hub: Hub,
+    transport: &'a TransportArgs,
+    /// Peers that may still say something.
+    talking: usize,
+    status_every: f64,
+}
+
+impl Node<'_> {
+    /// Takes messages as they come and does what is due when it is, until told to stop or
+    /// stdin ends.
+    fn go_by_the_clock(&mut self, stop: &AtomicBool) {
+        let mut next_status = unix_now() + self.status_every;
+        while !stop.load(Ordering::Relaxed) {
+            let now = unix_now();
+            self.controller.hold(self.hub.is_stalled());
+            self.controller.advance(now);
+            if self.status_every > 0.0 && now >= next_status {
+                next_status = now + self.status_every;
+                self.controller.report(false, self.hub.queued() as u64);
+            }
+            self.speak();
+            let due = self.controller.next_stamp();
+            let due = due.map_or(next_status, |due| due.min(next_status));
+            let mut patience = until(Some(due));
+            for _ in 0..AT_ONCE {
+                let Some(heard) = self.hub.hear(patience) else {
+                    break;
+                };
+                patience = Duration::ZERO;
+                if let Heard::Left(number) = heard {
+                    if number == 0 {
+                        return;
+                    }
+                    self.hub.leave(number);
+                } else {
+                    self.heed(heard);
+                }
+            }
+        }
+    }
+
+    /// Takes messages until the peers have no more, or told to stop.
+    fn go_by_the_messages(&mut self, stop: &AtomicBool) {
+        while !stop.load(Ordering::Relaxed) {
+            match self.hub.hear(GLANCE) {
+                None => continue,
+                Some(Heard::Left(_)) => self.talking = self.talking.saturating_sub(1),
+                Some(heard) => self.heed(heard),
+            }
+            if self.talking == 0 {
+                self.controller.finish();
+                return;
+            }
+            self.speak();
+        }
+    }
+
+    fn heed(&mut self, heard: Heard) {
+        let result = match heard {
+            Heard::Line(_, line) => match decode(&line) {
+                Ok(message) => self.controller.handle(message),
+                Err(rejected) => {
+                    self.controller.count_rejected(rejected.reason);
+                    Err(rejected)
+                }
+            },
+            Heard::TooLong(_) => {
+                self.controller.count_rejected(Rejection::TooLong);
+                Err(Rejected::too_long())
+            }
+            Heard::Joined(stream) => {
+                match self.hub.join(stream) {
+                    Ok(()) => {
+                        self.talking += 1;
+                        self.controller.send_again();
+                    }
+                    Err(error) => self.transport.remark(&format!("a peer is gone: {error}")),
+                }
+                Ok(())
+            }
+            Heard::Left(_) => Ok(()),
+        };
+        if let Err(rejected) = result {
+            let (reason, message) = (rejected.reason.name(), rejected.message);
+            self.transport
+                .remark(&format!("refused ({reason}): {message}"));
+        }
+    }
+
+    /// Sends what the controller has to say.
+    fn speak(&mut self) {
+        for message in self.controller.take_output() {
+            let line = encode(&message);
+            if self.transport.clock() == ClockKind::Messages {
+                self.hub.send(&line);
+                continue;
+            }
+            let matters = !matches!(message, Outgoing::Status(_));
+            for number in self.hub.try_send(&line, matters) {
+                self.hub.leave(number);
+                self.transport
+                    .remark("a peer did not keep up and was disconnected");
+            }
+        }
+    }
+
+    /// Says where things stand and closes all.
+    fn end(mut self, stopped: bool) {
+        self.controller.stop();
+        // With message time the output depends on the messages only.
+        let queued = match self.transport.clock() {
+            ClockKind::System => self.hub.queued() as u64,
+            ClockKind::Messages => 0,
+        };
+        self.controller.report(true, queued);
+        self.speak();
+        let status = self.controller.status(true, 0);
+        let latency = self.controller.latency();
+        if stopped && !status.open_tasks.is_empty() {
+            let open: Vec<String> = status.open_tasks.iter().map(u64::to_string).collect();
+            self.transport
+                .remark(&format!("stopped with open tasks {}", open.join(", ")));
+        }
+        self.transport.remark(&format!(
+            "{} of {} items picked, {} missed, {} on the belt, {} claimed; {} decisions, \
+             p50 {:.3} ms, p99 {:.3} ms, max {:.3} ms",
+            status.picked,
+            status.seen,
+            status.missed.total(),
+            status.on_belt,
+            status.claimed,
+            latency.decisions,
+            latency.p50_ms,
+            latency.p99_ms,
+            latency.max_ms,
+        ));
+        self.hub.close(PATIENCE);
+    }
+}

@@ -1,0 +1,137 @@
+//! A robot's claim on an item: the task, and how far it has come.
+
+use crate::decision::{Candidate, Moment};
+use crate::kinematics::{distance, meeting_range, travel_time};
+use crate::station::{Belt, Robot};
+use nalgebra::Point2;
+
+/// How far a task has come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stage {
+    /// Sent, and perhaps not received.
+    Sent,
+    /// The robot has said that it sets out.
+    Acknowledged,
+    /// The robot was told to drop it, and has not answered. The claim lives on: it may
+    /// have come too late.
+    Cancelling,
+}
+
+/// One task whose result is not known. Times are those of the controller [s].
+#[derive(Debug, Clone)]
+pub struct Claim {
+    /// Number of the task.
+    pub task: u64,
+    /// Index of the robot.
+    pub robot: usize,
+    /// Number of the item.
+    pub item: u32,
+    /// When it was decided.
+    pub decided: f64,
+    /// When the robot leaves its bin.
+    pub start: f64,
+    /// First and last start that meet the item in the workspace.
+    pub window: (f64, f64),
+    /// When it meets the item.
+    pub meet_at: f64,
+    /// Where [m].
+    pub meet: Point2<f64>,
+    /// When it is expected to be free again.
+    pub free_at: f64,
+    /// How far the task has come.
+    pub stage: Stage,
+    /// Whether the robot has ever acknowledged it.
+    pub acknowledged: bool,
+    /// How often it was sent before.
+    pub revision: u32,
+    /// When something has to be done about it if nothing is heard.
+    pub deadline: f64,
+}
+
+impl Claim {
+    /// The claim of a robot that leaves its bin at `moment.time` for `candidate`.
+    pub fn new(task: u64, index: usize, moment: &Moment, candidate: &Candidate) -> Self {
+        let travel = moment.travel_time(candidate);
+        let time = moment.time;
+        Self {
+            task,
+            robot: index,
+            item: candidate.item,
+            decided: time,
+            start: time,
+            window: (candidate.open, candidate.close),
+            meet_at: time + travel,
+            meet: Point2::new(
+                moment.x(candidate) + moment.belt_speed * travel,
+                candidate.y,
+            ),
+            free_at: time + moment.processing_time(candidate),
+            stage: Stage::Sent,
+            acknowledged: false,
+            revision: 0,
+            deadline: f64::INFINITY,
+        }
+    }
+
+    /// The same task for a robot that has not left yet, from `now` on, for the item that
+    /// was at (`x0`, `y`) [m] at time 0; whether it can still be done.
+    pub fn send_anew(&mut self, robot: &Robot, belt: &Belt, now: f64, (x0, y): (f64, f64)) -> bool {
+        let Some((open, close)) = robot.departure_window(belt, x0, y) else {
+            return false;
+        };
+        let candidate = Candidate {
+            item: self.item,
+            x0,
+            y,
+            weight: 0.0,
+            open,
+            close,
+        };
+        let moment = Moment {
+            robot,
+            belt_speed: belt.speed,
+            time: now.max(open),
+        };
+        let fresh = Self::new(self.task, self.robot, &moment, &candidate);
+        let possible = now <= close;
+        if possible {
+            *self = Self {
+                decided: self.decided,
+                stage: self.stage,
+                acknowledged: self.acknowledged,
+                revision: self.revision + 1,
+                deadline: self.deadline,
+                ..fresh
+            };
+        }
+        possible
+    }
+
+    /// The same task for a robot on its way, when the item is not where it was expected:
+    /// it turns to the new meeting point from where it is; whether it can still be done.
+    pub fn redirect(&mut self, robot: &Robot, belt: &Belt, now: f64, (x0, y): (f64, f64)) -> bool {
+        let way = self.meet - robot.bin;
+        let whole = self.meet_at - self.start;
+        let gone = if whole > 0.0 {
+            ((now - self.start) / whole).clamp(0.0, 1.0)
+        } else {
+            1.0
+        };
+        let arm = robot.bin + way * gone;
+        let leaves = now.max(self.start);
+        let x = x0 + belt.speed * leaves;
+        let travel = travel_time(x - arm.x, y - arm.y, belt.speed, robot.speed);
+        let meet = Point2::new(x + belt.speed * travel, y);
+        let range = meeting_range(robot.base.x, robot.base.y, robot.reach, y, belt.length);
+        let possible = range.is_some_and(|(low, high)| (low..=high).contains(&meet.x));
+        if possible {
+            self.meet = meet;
+            self.meet_at = leaves + travel;
+            let back = distance(meet.x - robot.bin.x, meet.y - robot.bin.y) / robot.speed;
+            self.free_at = self.meet_at + robot.grasp_time + back + robot.release_time;
+            self.window = robot.departure_window(belt, x0, y).unwrap_or(self.window);
+            self.revision += 1;
+        }
+        possible
+    }
+}

@@ -1,0 +1,295 @@
+//! The life of a task: sent, acknowledged, over; and what robots tell.
+
+use super::Controller;
+use crate::error::shown;
+use crate::live::claims::{Claim, Stage};
+use crate::live::items::State;
+use crate::live::protocol::{
+    Cancel, Outgoing, Point, Rejected, Rejection, Report, RobotState, RobotStatus, Task, Verdict,
+};
+use crate::live::robots::Service;
+
+impl Controller {
+    /// Sends the task of `claim` as it is now.
+    pub(super) fn send(&mut self, claim: &Claim) {
+        let robot = &self.nominal.robots()[claim.robot];
+        let tracked = self.items.get(claim.item);
+        let stamp = |time: f64| self.clock.stamp(time);
+        self.output.push(Outgoing::Task(Task {
+            id: claim.task,
+            revision: claim.revision,
+            robot: robot.name.clone(),
+            item: tracked.map(|t| t.id.clone()).unwrap_or_default(),
+            decided_at: stamp(claim.decided),
+            start: stamp(claim.start),
+            earliest_start: stamp(claim.window.0),
+            latest_start: stamp(claim.window.1),
+            meet_at: stamp(claim.meet_at),
+            meet: Point {
+                x: claim.meet.x,
+                y: claim.meet.y,
+            },
+            bin: Point {
+                x: robot.bin.x,
+                y: robot.bin.y,
+            },
+            free_at: stamp(claim.free_at),
+            priority: tracked.map_or(0.0, |t| t.weight),
+            strategy: self.name.clone(),
+        }));
+    }
+
+    fn cancel(&mut self, task: u64, robot: usize, reason: &str) {
+        self.output.push(Outgoing::Cancel(Cancel {
+            stamp: self.clock.stamp(self.clock.now),
+            task,
+            robot: self.nominal.robots()[robot].name.clone(),
+            reason: reason.to_owned(),
+        }));
+    }
+
+    /// The next time that something has to be done about a task [s], and which.
+    pub(super) fn next_deadline(&self) -> Option<(f64, u64)> {
+        let open = self.claims.values();
+        let due = open.filter(|c| !(self.held && c.stage == Stage::Sent));
+        due.map(|claim| (claim.deadline, claim.task))
+            .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
+    }
+
+    /// Nothing was heard of a task for too long.
+    pub(super) fn overdue(&mut self, task: u64) {
+        let Some(claim) = self.claims.get(&task) else {
+            return;
+        };
+        let (robot, item, acknowledged) = (claim.robot, claim.item, claim.acknowledged);
+        if claim.stage == Stage::Sent && !self.stopping {
+            self.follow(task);
+            return;
+        }
+        self.close(task);
+        let info = &mut self.robots[robot];
+        if info.task == Some(task) {
+            info.task = None;
+            info.service = Service::Silent;
+        }
+        if acknowledged {
+            // It may lie in the bin or on the belt; another robot could reach into nothing.
+            self.note("result_timeout");
+            if let Some(tracked) = self.items.get_mut(item) {
+                tracked.state = State::NoResult;
+            }
+        } else {
+            self.note("ack_timeout");
+            self.give_back(item);
+        }
+    }
+
+    /// Sends a task again, as things are now: it was not acknowledged, or its item or the
+    /// belt is not where it was expected. What cannot be done any more is cancelled.
+    pub(super) fn follow(&mut self, task: u64) {
+        let now = self.clock.now;
+        let Some(mut claim) = self.claims.remove(&task) else {
+            return;
+        };
+        let tracked = self.items.get(claim.item);
+        let at = tracked.map(|t| (t.place + self.motion.planned_offset(), t.y));
+        let over = claim.stage == Stage::Cancelling || (claim.acknowledged && now >= claim.meet_at);
+        if let Some(at) = at.filter(|_| !over) {
+            let possible = self.planning.as_ref().is_some_and(|station| {
+                let (robot, belt) = (&station.robots()[claim.robot], station.belt());
+                if claim.acknowledged {
+                    claim.redirect(robot, belt, now, at)
+                } else {
+                    claim.send_anew(robot, belt, now, at)
+                }
+            });
+            let patience = self.config.result_timeout;
+            if possible {
+                let info = &mut self.robots[claim.robot];
+                if info.task == Some(task) {
+                    info.free_at = claim.free_at;
+                }
+                claim.deadline = match claim.stage {
+                    Stage::Sent => now + self.config.ack_timeout,
+                    _ => claim.free_at + patience,
+                };
+                self.send(&claim);
+            } else {
+                claim.stage = Stage::Cancelling;
+                claim.deadline = claim.free_at.max(now) + patience;
+                self.cancel(task, claim.robot, "too late to meet the item");
+            }
+        }
+        self.claims.insert(task, claim);
+    }
+
+    /// A task is over.
+    fn close(&mut self, task: u64) -> Option<Claim> {
+        let claim = self.claims.remove(&task)?;
+        self.closed.insert(task, claim.item);
+        Some(claim)
+    }
+
+    fn unknown_task(&self, task: u64) -> Rejected {
+        Rejected::new(
+            Rejection::UnknownTask,
+            format!("there is no task {task}; expected one that was given, not long ago"),
+        )
+    }
+
+    /// A robot has understood a task.
+    pub(super) fn heed_ack(&mut self, task: u64) -> Result<(), Rejected> {
+        match self.claims.get_mut(&task) {
+            Some(claim) => {
+                if claim.stage == Stage::Sent {
+                    claim.stage = Stage::Acknowledged;
+                    claim.deadline = claim.free_at + self.config.result_timeout;
+                }
+                claim.acknowledged = true;
+                Ok(())
+            }
+            None if self.closed.contains_key(&task) => {
+                self.note("late_ack");
+                Ok(())
+            }
+            None => Err(self.unknown_task(task)),
+        }
+    }
+
+    /// A robot says what came of a task.
+    pub(super) fn heed_result(&mut self, time: f64, report: &Report) -> Result<(), Rejected> {
+        let task = report.task;
+        let free = report
+            .available_at
+            .map_or(time, |stamp| self.clock.time(stamp));
+        let Some(claim) = self.close(task) else {
+            return self.heed_late_result(time, report);
+        };
+        let info = &mut self.robots[claim.robot];
+        if info.task == Some(task) && info.service != Service::Fault {
+            info.free_from(free);
+        }
+        match report.result {
+            Verdict::Picked => {
+                info.picked += 1;
+                self.set_picked(claim.item, claim.meet_at.min(time));
+                return Ok(());
+            }
+            Verdict::GraspFail | Verdict::Missed => {
+                info.failed += 1;
+                if let Some(tracked) = self.items.get_mut(claim.item) {
+                    tracked.attempts += 1;
+                }
+            }
+            Verdict::Rejected => {
+                self.note("task_rejected");
+                if let Some(tracked) = self.items.get_mut(claim.item) {
+                    tracked.refused |= 1 << claim.robot;
+                }
+            }
+            Verdict::Cancelled => self.note("task_cancelled"),
+        }
+        self.give_back(claim.item);
+        Ok(())
+    }
+
+    fn set_picked(&mut self, item: u32, time: f64) {
+        if let Some(tracked) = self.items.get_mut(item) {
+            tracked.state = State::Picked(time);
+        }
+        for windows in &mut self.windows {
+            windows.remove(item);
+        }
+    }
+
+    /// A result that is not waited for any more: what was picked after all is picked.
+    fn heed_late_result(&mut self, time: f64, report: &Report) -> Result<(), Rejected> {
+        let Some(item) = self.closed.get(&report.task).copied() else {
+            return Err(self.unknown_task(report.task));
+        };
+        self.note("late_result");
+        let state = self.items.get(item).map(|tracked| tracked.state);
+        if report.result != Verdict::Picked || matches!(state, Some(State::Picked(_))) {
+            return Ok(());
+        }
+        self.set_picked(item, time);
+        if let Some(State::Claimed(other)) = state
+            && let Some(claim) = self.claims.get_mut(&other)
+        {
+            // Another robot is after what is in a bin already. Its answer frees it.
+            claim.stage = Stage::Cancelling;
+            claim.deadline = claim.free_at.max(self.clock.now) + self.config.result_timeout;
+            let robot = claim.robot;
+            self.cancel(other, robot, "another robot has picked the item");
+        }
+        Ok(())
+    }
+
+    /// A robot says what it is doing.
+    pub(super) fn heed_robot(&mut self, time: f64, status: &RobotStatus) -> Result<(), Rejected> {
+        let robots = self.nominal.robots();
+        let Some(index) = robots.iter().position(|robot| robot.name == status.name) else {
+            let known: Vec<&str> = robots.iter().map(|robot| robot.name.as_str()).collect();
+            return Err(Rejected::new(
+                Rejection::UnknownRobot,
+                format!(
+                    "there is no robot `{}`; expected one of {}",
+                    shown(&status.name),
+                    known.join(", ")
+                ),
+            ));
+        };
+        let free = status.available_at.map(|stamp| self.clock.time(stamp));
+        let current = self.robots[index].task;
+        let claim = current.and_then(|task| self.claims.get(&task));
+        // It may not have heard of its task when it said this.
+        let crossed = claim.is_some_and(|c| !c.acknowledged || time < c.decided);
+        let info = &mut self.robots[index];
+        match status.state {
+            RobotState::Fault => {
+                self.fault(index);
+                return Ok(());
+            }
+            RobotState::Idle | RobotState::Busy if crossed => {}
+            RobotState::Idle => {
+                // Said again by one that is free already it must not end its wait.
+                if !info.is_ready() || free.is_some() {
+                    info.free_from(free.unwrap_or(time));
+                }
+            }
+            RobotState::Busy => match (free, current) {
+                (Some(free), Some(_)) => info.free_at = free,
+                (Some(free), None) => info.free_from(free),
+                (None, Some(_)) => {}
+                (None, None) => info.service = Service::Working,
+            },
+        }
+        Ok(())
+    }
+
+    /// A robot is out of service. What it was after goes back to the pool, unless it may
+    /// have it in its gripper.
+    fn fault(&mut self, index: usize) {
+        let now = self.clock.now;
+        let info = &mut self.robots[index];
+        if info.service == Service::Fault {
+            return;
+        }
+        (info.service, info.task) = (Service::Fault, None);
+        let its = self.claims.values().filter(|claim| claim.robot == index);
+        let its: Vec<u64> = its.map(|claim| claim.task).collect();
+        for task in its {
+            let Some(claim) = self.close(task) else {
+                continue;
+            };
+            self.cancel(task, index, "the robot has reported a fault");
+            if now < claim.meet_at || !claim.acknowledged {
+                self.give_back(claim.item);
+            } else if let Some(tracked) = self.items.get_mut(claim.item) {
+                tracked.state = State::NoResult;
+            }
+        }
+        // Others may have waited because this one was to take their items.
+        self.rebuild_windows();
+    }
+}

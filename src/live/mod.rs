@@ -1,0 +1,19 @@
+//! Live control: the node between the camera and the robots.
+//!
+//! The core takes messages and the time and gives messages back; it has no clock, no
+//! thread and no socket of its own, so that every behaviour can be tested exactly.
+
+mod belt;
+mod claims;
+mod clock;
+mod controller;
+pub mod emulator;
+mod items;
+mod latency;
+pub mod protocol;
+mod robots;
+pub mod transport;
+mod windows;
+
+pub use clock::ClockKind;
+pub use controller::{Config, Controller, Stopwatch};

@@ -1,0 +1,158 @@
+//! Messages to the node: what the camera, the belt and the robots tell.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A message to the node.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Incoming {
+    /// The camera has seen an item.
+    Detection(Detection),
+    /// How the belt moves.
+    Belt(BeltState),
+    /// What a robot is doing.
+    Robot(RobotStatus),
+    /// A robot has understood a task and sets out.
+    Ack(Ack),
+    /// What came of a task.
+    Result(Report),
+    /// Time has come this far. With `--clock messages` the node decides what is due up to
+    /// then and answers `due`.
+    Tick {
+        /// The time [s].
+        stamp: f64,
+    },
+}
+
+/// An item where the camera saw it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Detection {
+    /// When the picture was taken [s].
+    pub stamp: f64,
+    /// The tracker's id; a detection without one is associated by distance.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub id: Option<String>,
+    /// Position along the travel at the stamp [m]; negative is upstream of the belt's start.
+    pub x: f64,
+    /// Position across the belt [m].
+    pub y: f64,
+    /// Area seen from above [cm^2].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub area_cm2: Option<f64>,
+    /// Probability that this is a real item.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub p_detection: Option<f64>,
+    /// Probability that a grasp succeeds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub p_grasp: Option<f64>,
+    /// Explicit weight; wins over the one that follows from the three above.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub weight: Option<f64>,
+    /// What it is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub class: Option<String>,
+    /// Covariance of the position, `[xx, xy, yy]` [m^2]; widens the association.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub covariance: Option<[f64; 3]>,
+}
+
+/// How the belt moves.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BeltState {
+    /// When [s].
+    pub stamp: f64,
+    /// Speed along +x [m/s]; 0 is a stop, a negative speed runs backwards.
+    pub speed: f64,
+    /// How far the belt has travelled, from any zero [m]: the encoder.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub position: Option<f64>,
+}
+
+/// What a robot can do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum RobotState {
+    /// It rests at its bin and takes tasks.
+    Idle,
+    /// It is at work.
+    Busy,
+    /// It does not work until it reports another state.
+    Fault,
+}
+
+/// What a robot is doing.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RobotStatus {
+    /// When [s].
+    pub stamp: f64,
+    /// Its name in the station file.
+    pub name: String,
+    /// What it is doing.
+    pub state: RobotState,
+    /// When it can set out next [s]; with `idle` the stamp when not given, with `busy`
+    /// unknown when not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub available_at: Option<f64>,
+}
+
+/// A robot has understood a task.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Ack {
+    /// When [s].
+    pub stamp: f64,
+    /// Id of the task.
+    pub task: u64,
+}
+
+/// What came of a task.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "SCREAMING_SNAKE_CASE")]
+pub enum Verdict {
+    /// The item is in the bin.
+    Picked,
+    /// The gripper did not get hold of it; it is still on the belt.
+    GraspFail,
+    /// The robot came too late or did not find it.
+    Missed,
+    /// The robot does not take this task; the item is not offered to it again.
+    Rejected,
+    /// The robot has dropped the task, as it was told or for reasons of its own.
+    Cancelled,
+}
+
+/// What came of a task.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Report {
+    /// When this was known [s].
+    pub stamp: f64,
+    /// Id of the task.
+    pub task: u64,
+    /// The result.
+    pub result: Verdict,
+    /// When the robot can set out next [s]; the stamp when not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub available_at: Option<f64>,
+}
+
+impl Incoming {
+    /// All kinds, as they are written.
+    pub const KINDS: [&str; 6] = ["detection", "belt", "robot", "ack", "result", "tick"];
+
+    /// When it happened [s].
+    pub fn stamp(&self) -> f64 {
+        match self {
+            Self::Detection(message) => message.stamp,
+            Self::Belt(message) => message.stamp,
+            Self::Robot(message) => message.stamp,
+            Self::Ack(message) => message.stamp,
+            Self::Result(message) => message.stamp,
+            Self::Tick { stamp } => *stamp,
+        }
+    }
+}

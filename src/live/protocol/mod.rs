@@ -1,0 +1,22 @@
+//! What crosses the wire: one JSON object a line, typed, versioned and limited.
+//!
+//! `docs/protocol.md` describes every message; its JSON Schema is made from these types.
+//! Lengths are in metres and times in seconds, positions in the belt frame.
+
+mod check;
+mod decode;
+mod incoming;
+mod outgoing;
+mod schema;
+
+pub use check::{LARGEST_STAMP, LONGEST_TEXT};
+pub use decode::{LONGEST_LINE, Rejected, Rejection, decode, decode_outgoing};
+pub use incoming::{Ack, BeltState, Detection, Incoming, Report, RobotState, RobotStatus, Verdict};
+pub use outgoing::{
+    Cancel, Due, Latency, MissedCounts, Outgoing, Point, RobotReport, Status, Task, encode,
+};
+pub use schema::schema;
+
+/// Version of the protocol, `v` of every message. It grows when a message changes so that
+/// an old reader would misread it; fields may be added without.
+pub const VERSION: u64 = 1;

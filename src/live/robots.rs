@@ -1,0 +1,93 @@
+//! What is known of each robot.
+
+use super::protocol::RobotReport;
+
+/// Whether a robot takes tasks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Service {
+    /// Nothing was heard of it yet.
+    Unknown,
+    /// It takes tasks from `free_at` on.
+    Ready,
+    /// It is at work, for how long is not known.
+    Working,
+    /// It has reported a fault.
+    Fault,
+    /// It owes a result for too long. It gets no task until it is heard again.
+    Silent,
+}
+
+/// Why a robot that could decide does not.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wait {
+    /// It does not wait.
+    No,
+    /// Until the time that its strategy named.
+    Until,
+    /// Until the next window of an item opens.
+    Window,
+}
+
+/// One robot.
+#[derive(Debug, Clone)]
+pub struct RobotInfo {
+    /// Whether it takes tasks.
+    pub service: Service,
+    /// When it can set out next [s].
+    pub free_at: f64,
+    /// Why it does not decide before.
+    pub wait: Wait,
+    /// The task that it is at.
+    pub task: Option<u64>,
+    /// Its picks.
+    pub picked: u64,
+    /// Its attempts that failed.
+    pub failed: u64,
+}
+
+impl Default for RobotInfo {
+    fn default() -> Self {
+        Self {
+            service: Service::Unknown,
+            free_at: f64::INFINITY,
+            wait: Wait::No,
+            task: None,
+            picked: 0,
+            failed: 0,
+        }
+    }
+}
+
+impl RobotInfo {
+    /// Whether it can be given a task, now or at a time that is known.
+    pub fn is_ready(&self) -> bool {
+        self.service == Service::Ready && self.task.is_none()
+    }
+
+    /// It is free from `time` [s] on.
+    pub fn free_from(&mut self, time: f64) {
+        self.service = Service::Ready;
+        self.free_at = time;
+        self.wait = Wait::No;
+        self.task = None;
+    }
+
+    /// The robot as a status shows it at `now` [s].
+    pub fn report(&self, name: &str, now: f64) -> RobotReport {
+        let state = match self.service {
+            Service::Unknown => "unknown",
+            Service::Ready if self.task.is_some() => "busy",
+            Service::Ready if self.wait == Wait::No && self.free_at > now => "busy",
+            Service::Ready => "idle",
+            Service::Working => "busy",
+            Service::Fault => "fault",
+            Service::Silent => "silent",
+        };
+        RobotReport {
+            name: name.to_owned(),
+            state: state.to_owned(),
+            picked: self.picked,
+            failed: self.failed,
+        }
+    }
+}

@@ -1,0 +1,217 @@
+//! JSON Lines over stdin and stdout, and over TCP.
+//!
+//! What all peers say comes in one after another; what is said goes to all of them. Every
+//! queue is bounded. A TCP peer whose queue is full is disconnected: the tasks that it has
+//! not acknowledged are sent again to whoever connects. Stdout cannot be disconnected:
+//! while its queue is more than half full no task is given, and what must not be lost is
+//! kept.
+
+mod lines;
+mod peer;
+
+use crate::error::{Error, Result};
+use peer::{Peer, QUEUE};
+use std::collections::BTreeMap;
+use std::io::BufWriter;
+use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// Lines read and not yet heeded, of all peers together; readers wait beyond.
+const INBOX: usize = 1024;
+/// Time between two tries to connect.
+const RETRY: Duration = Duration::from_millis(200);
+
+/// What is heard of the peers.
+#[derive(Debug)]
+pub enum Heard {
+    /// A line, from the peer of this number.
+    Line(u64, Vec<u8>),
+    /// A line that was too long to be read.
+    TooLong(u64),
+    /// A peer has connected.
+    Joined(TcpStream),
+    /// A peer says no more.
+    Left(u64),
+}
+
+/// Where the peers are.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Place {
+    /// One peer, on stdin and stdout.
+    Stdio,
+    /// Whoever connects to this address.
+    Listen(String),
+    /// The one that listens at this address.
+    Connect(String),
+}
+
+/// All peers.
+#[derive(Debug)]
+pub struct Hub {
+    inbox: Receiver<Heard>,
+    sender: SyncSender<Heard>,
+    peers: BTreeMap<u64, Peer>,
+    next: u64,
+    address: Option<SocketAddr>,
+    connects_to: Option<String>,
+    stdio: bool,
+}
+
+impl Hub {
+    /// Opens the place. Connecting goes on until somebody listens there.
+    ///
+    /// # Errors
+    /// An address that is none, or cannot be listened at.
+    pub fn open(place: &Place) -> Result<Self> {
+        let (sender, inbox) = sync_channel(INBOX);
+        let mut hub = Self {
+            inbox,
+            sender,
+            peers: BTreeMap::new(),
+            next: 1,
+            address: None,
+            connects_to: None,
+            stdio: *place == Place::Stdio,
+        };
+        match place {
+            Place::Stdio => {
+                let stdout = BufWriter::new(std::io::stdout());
+                let sender = hub.sender.clone();
+                let peer = Peer::start(0, std::io::stdin(), stdout, None, sender);
+                hub.peers.insert(0, peer);
+            }
+            Place::Listen(address) => {
+                let wrong = |error: std::io::Error| {
+                    let cure = "give HOST:PORT of this machine with a free port, or port 0 for any";
+                    Error::input("--listen", format!("{address}: {error}"), cure)
+                };
+                let listener = TcpListener::bind(address).map_err(wrong)?;
+                hub.address = listener.local_addr().ok();
+                let sender = hub.sender.clone();
+                thread::spawn(move || {
+                    for stream in listener.incoming().flatten() {
+                        if sender.send(Heard::Joined(stream)).is_err() {
+                            return;
+                        }
+                    }
+                });
+            }
+            Place::Connect(address) => {
+                if std::net::ToSocketAddrs::to_socket_addrs(address.as_str()).is_err() {
+                    let problem = format!("`{}` is no address", crate::error::shown(address));
+                    let cure = "give HOST:PORT, for example 127.0.0.1:7400";
+                    return Err(Error::input("--connect", problem, cure));
+                }
+                hub.connects_to = Some(address.clone());
+                hub.connect();
+            }
+        }
+        Ok(hub)
+    }
+
+    /// Connects in the background, until it works.
+    fn connect(&self) {
+        if let Some(address) = self.connects_to.clone() {
+            let sender = self.sender.clone();
+            thread::spawn(move || {
+                loop {
+                    if let Ok(stream) = TcpStream::connect(&address) {
+                        let _ = sender.send(Heard::Joined(stream));
+                        return;
+                    }
+                    thread::sleep(RETRY);
+                }
+            });
+        }
+    }
+
+    /// Where it listens.
+    pub fn address(&self) -> Option<SocketAddr> {
+        self.address
+    }
+
+    /// Whether the one peer is on stdin and stdout.
+    pub fn is_stdio(&self) -> bool {
+        self.stdio
+    }
+
+    /// How many peers there are.
+    pub fn peers(&self) -> usize {
+        self.peers.len()
+    }
+
+    /// The next thing heard within `patience`.
+    pub fn hear(&mut self, patience: Duration) -> Option<Heard> {
+        for peer in self.peers.values_mut() {
+            peer.flush();
+        }
+        // The hub keeps a sender, so it is never disconnected.
+        self.inbox.recv_timeout(patience).ok()
+    }
+
+    /// Takes in a peer that has connected.
+    ///
+    /// # Errors
+    /// What the operating system says.
+    pub fn join(&mut self, stream: TcpStream) -> std::io::Result<()> {
+        // Tasks are short and must not wait for more of them.
+        stream.set_nodelay(true)?;
+        let (reads, socket) = (stream.try_clone()?, stream.try_clone()?);
+        let number = self.next;
+        self.next += 1;
+        let writes = BufWriter::new(stream);
+        let peer = Peer::start(number, reads, writes, Some(socket), self.sender.clone());
+        self.peers.insert(number, peer);
+        Ok(())
+    }
+
+    /// Lets a peer go, and connects again where that is what it does.
+    pub fn leave(&mut self, number: u64) {
+        if self.peers.remove(&number).is_some() {
+            self.connect();
+        }
+    }
+
+    /// Sends a line to all, waiting for room.
+    pub fn send(&mut self, line: &str) {
+        for peer in self.peers.values_mut() {
+            peer.send(line.to_owned());
+        }
+    }
+
+    /// Sends a line to all without waiting; returns those that did not keep up and were
+    /// disconnected. What does not `matter` is left out where there is no room.
+    pub fn try_send(&mut self, line: &str, matters: bool) -> Vec<u64> {
+        let peers = self.peers.iter_mut();
+        let slow = peers.filter_map(|(number, peer)| {
+            (!peer.try_send(line.to_owned(), matters)).then_some(*number)
+        });
+        slow.collect()
+    }
+
+    /// How many lines wait, at the peer where most do.
+    pub fn queued(&self) -> usize {
+        self.peers.values().map(Peer::queued).max().unwrap_or(0)
+    }
+
+    /// Whether tasks should wait: there is nobody, or somebody does not keep up.
+    pub fn is_stalled(&self) -> bool {
+        self.peers.is_empty() || self.queued() > QUEUE / 2
+    }
+
+    /// Ends all streams to the peers after what is still to be written; they may go on
+    /// talking.
+    pub fn finish_writing(&mut self) {
+        self.peers.values_mut().for_each(Peer::finish_writing);
+    }
+
+    /// Writes what is left and closes all, waiting at most `patience`.
+    pub fn close(mut self, patience: Duration) {
+        let until = Instant::now() + patience;
+        for (_, peer) in std::mem::take(&mut self.peers) {
+            peer.close(until.saturating_duration_since(Instant::now()));
+        }
+    }
+}

@@ -1,0 +1,228 @@
+//! Live control against the simulator, with a station emulated message by message.
+
+use pickline::live::emulator::{Emulator, Trouble};
+use pickline::live::protocol::{Incoming, Outgoing, Status, encode};
+use pickline::live::{ClockKind, Config, Controller};
+use pickline::pattern::{Pattern, grid, poisson_disk, random_stream};
+use pickline::sim::{Scene, simulate};
+use pickline::station::{Station, built_in};
+use pickline::strategies::{Blueprint, read_alone};
+
+fn station(name: &str, robots: usize) -> Station {
+    built_in(name).unwrap().station(Some(robots)).unwrap()
+}
+
+fn controller(station: &Station, strategy: &Blueprint) -> Controller {
+    let config = Config {
+        clock: ClockKind::Messages,
+        ..Config::default()
+    };
+    Controller::new(station.clone(), strategy.make(), config)
+}
+
+/// What came of a whole run.
+struct Live {
+    input: Vec<Incoming>,
+    output: Vec<Outgoing>,
+    picked: Vec<(usize, String)>,
+    broken: Vec<String>,
+    status: Status,
+}
+
+fn live(station: &Station, pattern: &Pattern, strategy: &Blueprint, trouble: Trouble) -> Live {
+    let mut emulator = Emulator::new(station.clone(), pattern.clone(), trouble).unwrap();
+    let mut controller = controller(station, strategy);
+    let (mut input, mut output) = (Vec::new(), Vec::new());
+    let mut due = None;
+    loop {
+        let messages = emulator.round(due);
+        if messages.is_empty() {
+            break;
+        }
+        for message in messages {
+            input.push(message.clone());
+            controller
+                .handle(message)
+                .unwrap_or_else(|e| panic!("{}", e.message));
+        }
+        for message in controller.take_output() {
+            output.push(message.clone());
+            match message {
+                Outgoing::Due(message) => due = message.next,
+                other => emulator.receive(other),
+            }
+        }
+    }
+    Live {
+        input,
+        output,
+        picked: emulator.picked().to_vec(),
+        broken: emulator.broken_promises().to_vec(),
+        status: controller.status(true, 0),
+    }
+}
+
+/// Every item is accounted for, and no promise was broken.
+fn accounts(live: &Live, items: usize) {
+    let status = &live.status;
+    assert!(live.broken.is_empty(), "{:?}", live.broken);
+    assert_eq!(status.seen, items as u64, "{status:?}");
+    assert_eq!(
+        status.seen,
+        status.picked + status.missed.total(),
+        "{status:?}"
+    );
+    assert!(
+        status.rejected.is_empty() && status.open_tasks.is_empty(),
+        "{status:?}"
+    );
+}
+
+/// The tasks are the picks of the simulation, to the bit.
+fn equals_simulation(station: &Station, pattern: &Pattern, text: &str) {
+    let strategy = read_alone(text, station.robots().len()).unwrap();
+    let scene = Scene::new(station, pattern).unwrap();
+    let outcome = simulate(&scene, strategy.make().as_mut()).unwrap();
+    let run = live(station, pattern, &strategy, Trouble::default());
+    accounts(&run, pattern.len());
+    let tasks = run.output.iter().filter_map(|message| match message {
+        Outgoing::Task(task) => Some(task),
+        _ => None,
+    });
+    let tasks: Vec<_> = tasks.collect();
+    assert_eq!(tasks.len(), outcome.picks.len(), "{text}");
+    for (task, pick) in tasks.iter().zip(&outcome.picks) {
+        assert_eq!(
+            task.robot,
+            station.robots()[pick.robot].name,
+            "{text}: {task:?}"
+        );
+        assert_eq!(
+            task.item,
+            pattern.items()[pick.item as usize].id,
+            "{text}: {task:?}"
+        );
+        let theirs = [
+            task.start,
+            task.meet_at,
+            task.free_at,
+            task.meet.x,
+            task.meet.y,
+        ];
+        let ours = [
+            pick.decide,
+            pick.grasp,
+            pick.release,
+            pick.meet.x,
+            pick.meet.y,
+        ];
+        assert_eq!(theirs, ours, "{text}");
+    }
+    let count = |name: &str| {
+        let missed = outcome.missed.iter();
+        missed.filter(|miss| miss.reason.name() == name).count() as u64
+    };
+    let missed = run.status.missed;
+    assert_eq!(missed.unreachable, count("unreachable"), "{text}");
+    assert_eq!(missed.passed_over, count("passed_over"), "{text}");
+    assert_eq!(missed.busy, count("busy"), "{text}");
+    assert_eq!(run.picked.len(), outcome.picks.len());
+}
+
+fn patterns(station: &Station, items: usize) -> Vec<Pattern> {
+    let width = station.belt().width;
+    let disks = poisson_disk(width, 0.12, items, &mut random_stream(7, 0)).unwrap();
+    vec![grid(width, 0.15, items).unwrap(), disks]
+}
+
+#[test]
+fn all_rules_pick_what_the_simulator_picks() {
+    for name in ["paper", "paper-narrow"] {
+        let station = station(name, 2);
+        for pattern in patterns(&station, 60) {
+            for rules in pickline::dispatch::RuleAssignment::all(2) {
+                let text = format!("rules:{}", rules.names().join(","));
+                equals_simulation(&station, &pattern, &text);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_thousand_items_on_lines_of_two_and_six() {
+    for robots in [2, 6] {
+        let station = station("paper", robots);
+        for pattern in patterns(&station, 1000) {
+            let text = pickline::strategies::default_strategy(robots);
+            equals_simulation(&station, &pattern, &text);
+        }
+    }
+}
+
+#[test]
+fn looking_ahead_picks_what_the_simulator_picks() {
+    for name in ["paper", "paper-narrow"] {
+        let station = station(name, 2);
+        for pattern in patterns(&station, 60) {
+            equals_simulation(&station, &pattern, "lookahead:budget=200");
+        }
+    }
+}
+
+fn all_troubles(seed: u64) -> Trouble {
+    Trouble {
+        grasp_failures: 0.1,
+        lost_acks: 0.02,
+        duplicates: 0.1,
+        out_of_order: 0.05,
+        jitter: 0.05,
+        robot_down: Some((0, 60.0, 30.0)),
+        belt_stop: Some((120.0, 20.0)),
+        seed,
+    }
+}
+
+#[test]
+fn trouble_costs_picks_and_nothing_else() {
+    for (robots, text) in [
+        (2, "SPT,FIFO"),
+        (6, "SPT,SPT,SPT,SPT,SPT,FIFO"),
+        (2, "lookahead:budget=100"),
+    ] {
+        let station = station("paper", robots);
+        let items = if text.starts_with("look") { 200 } else { 1000 };
+        for (pattern, seed) in patterns(&station, items).into_iter().zip(1..) {
+            let strategy = read_alone(text, robots).unwrap();
+            let plain = live(&station, &pattern, &strategy, Trouble::default());
+            let run = live(&station, &pattern, &strategy, all_troubles(seed));
+            accounts(&run, items);
+            let (least, most) = (0.6 * plain.status.picked as f64, plain.status.picked + 30);
+            let picked = run.status.picked;
+            assert!(
+                picked as f64 > least && picked <= most,
+                "{picked} {:?}",
+                plain.status
+            );
+            // Every item in a bin is known to be there, save what a fault or a lost
+            // result has left in doubt.
+            let in_bins = run.picked.len() as u64;
+            assert!(in_bins >= picked && in_bins <= picked + run.status.missed.no_result);
+        }
+    }
+}
+
+#[test]
+fn a_recorded_stream_gives_the_same_output_to_the_bit() {
+    let station = station("paper", 2);
+    let pattern = &patterns(&station, 200)[1];
+    let strategy = read_alone("lookahead:budget=100", 2).unwrap();
+    let run = live(&station, pattern, &strategy, all_troubles(5));
+    let text = |messages: &[Outgoing]| messages.iter().map(encode).collect::<String>();
+    for _ in 0..2 {
+        let mut controller = controller(&station, &strategy);
+        for message in &run.input {
+            controller.handle(message.clone()).unwrap();
+        }
+        assert_eq!(text(&controller.take_output()), text(&run.output));
+    }
+}
