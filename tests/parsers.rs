@@ -5,6 +5,8 @@ mod common;
 use pickline::checker;
 use pickline::decision::Outcome;
 use pickline::dispatch::{Rule, RuleAssignment};
+use pickline::live::protocol::{decode, decode_outgoing, encode};
+use pickline::live::{ClockKind, Config, Controller};
 use pickline::optimize::Risk;
 use pickline::pattern::{self, Distribution, Pattern, PatternSource, grid, to_csv};
 use pickline::sim::{Scene, simulate_rules};
@@ -20,6 +22,24 @@ const LISTED: &str = "[belt]\nspeed = 0.05 # m/s\nlength = 4.2\nwidth = 1.05\n\n
 const PATTERN: &str = "id,x,y,area_cm2,p_detection,p_grasp,weight,class\n\
     a,0,0.1,80,0.9,0.8,,PET\nb,-0.2,-0.1,,,,0.7,\n\"c,\"\"1\",-0.4,0,,,,,glass\n\
     d,-0.4,0.5,120,1,0.3,,\ne,-1.5,-0.5,,,,2,PET\n";
+
+/// What a line is told; the tasks that are acknowledged and answered are given by then.
+const LIVE: &str = r#"{"kind":"belt","stamp":1,"speed":0.05,"position":3.5}
+{"kind":"robot","stamp":1,"name":"r1","state":"idle"}
+{"kind":"robot","stamp":1,"name":"r2","state":"idle","available_at":2}
+{"kind":"detection","stamp":1,"id":"a","x":0.9,"y":-0.2,"area_cm2":80,"p_detection":0.9,"p_grasp":0.8,"class":"PET"}
+{"kind":"detection","stamp":2,"id":"b","x":2.5,"y":0.2,"weight":2}
+{"kind":"detection","stamp":2,"x":1.4,"y":0,"covariance":[1e-5,0,1e-5]}
+{"kind":"tick","stamp":2.5}
+{"v":1,"kind":"ack","stamp":3,"task":1}
+{"kind":"ack","stamp":3,"task":2}
+{"kind":"belt","stamp":3.5,"speed":0}
+{"kind":"result","stamp":5,"task":1,"result":"GRASP_FAIL","available_at":6}
+{"kind":"belt","stamp":7,"speed":0.1}
+{"kind":"robot","stamp":8,"name":"r2","state":"fault"}
+{"kind":"result","stamp":12,"task":3,"result":"PICKED"}
+{"kind":"robot","stamp":20,"name":"r2","state":"busy"}
+{"kind":"tick","stamp":60}"#;
 
 /// Numbers that parsers and closed forms like least.
 const NUMBERS: [&str; 24] = [
@@ -210,6 +230,48 @@ fn use_pattern(text: &str, picks: &[Index], hz: f64) {
     }
 }
 
+/// Has a line heed every message of `text`; it accounts for all items at all times.
+fn use_messages(text: &str) {
+    let station = built_in("paper").unwrap().station(Some(2)).unwrap();
+    for clock in [ClockKind::Messages, ClockKind::System] {
+        let config = Config {
+            clock,
+            ..Config::default()
+        };
+        let strategy = pickline::strategies::read_alone("SPT,FIFO", 2).unwrap();
+        let mut controller = Controller::new(station.clone(), strategy.make(), config);
+        controller.advance(0.0);
+        for line in text.lines() {
+            let _ = decode_outgoing(line.as_bytes());
+            match decode(line.as_bytes()) {
+                Ok(message) => {
+                    let again = decode(encode(&message).trim_end().as_bytes());
+                    assert_eq!(again.unwrap(), message);
+                    let stamp = message.stamp();
+                    let heeded = controller.handle(message).is_ok();
+                    if heeded {
+                        controller.advance(stamp);
+                    }
+                }
+                Err(rejected) => {
+                    assert!(!rejected.message.contains(char::is_control), "{rejected:?}");
+                    assert!(rejected.message.len() < 4096, "{rejected:?}");
+                }
+            }
+            let status = controller.status(false, 0);
+            let sum = status.picked + status.missed.total() + status.on_belt + status.claimed;
+            assert_eq!(status.seen, sum, "{status:?}");
+            for message in controller.take_output() {
+                let line = encode(&message);
+                assert_eq!(
+                    decode_outgoing(line.trim_end().as_bytes()).unwrap(),
+                    message
+                );
+            }
+        }
+    }
+}
+
 fn hz() -> impl Strategy<Value = f64> {
     prop_oneof![4 => Just(0.0), 1 => Just(10.0), 1 => 0.01..100.0f64]
 }
@@ -224,6 +286,11 @@ proptest! {
         hz in hz(),
     ) {
         use_station(&text, &picks, hz);
+    }
+
+    #[test]
+    fn mutated_messages(text in mutated(vec![LIVE])) {
+        use_messages(&text);
     }
 
     #[test]
