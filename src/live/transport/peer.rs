@@ -176,11 +176,17 @@ mod tests {
 
     /// A stream that takes nothing until it is opened.
     #[derive(Clone, Default)]
-    struct Gate(Arc<(Mutex<(bool, Vec<u8>)>, Condvar)>);
+    struct Gate(Arc<(Mutex<Taken>, Condvar)>);
+
+    #[derive(Default)]
+    struct Taken {
+        open: bool,
+        bytes: Vec<u8>,
+    }
 
     impl Gate {
         fn open(&self) {
-            self.0.0.lock().unwrap().0 = true;
+            self.0.0.lock().unwrap().open = true;
             self.0.1.notify_all();
         }
     }
@@ -188,8 +194,8 @@ mod tests {
     impl Write for Gate {
         fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
             let state = self.0.0.lock().unwrap();
-            let mut state = self.0.1.wait_while(state, |state| !state.0).unwrap();
-            state.1.extend_from_slice(bytes);
+            let mut state = self.0.1.wait_while(state, |state| !state.open).unwrap();
+            state.bytes.extend_from_slice(bytes);
             Ok(bytes.len())
         }
 
@@ -220,7 +226,7 @@ mod tests {
             thread::yield_now();
         }
         peer.close(std::time::Duration::from_secs(60));
-        let written = String::from_utf8(gate.0.0.lock().unwrap().1.clone()).unwrap();
+        let written = String::from_utf8(gate.0.0.lock().unwrap().bytes.clone()).unwrap();
         let numbers: Vec<usize> = written.lines().map(|line| line.parse().unwrap()).collect();
         assert!(numbers.is_sorted());
         let mattering = numbers.iter().filter(|i| **i % 3 == 0);
