@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use sha2::{Digest, Sha256};
 use std::io::{ErrorKind, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The text of a file.
 ///
@@ -134,6 +134,45 @@ where
         let _ = writer.write_record(row);
     }
     String::from_utf8_lossy(&writer.into_inner().unwrap_or_default()).into_owned()
+}
+
+/// Checks that no file of a call is named twice: what is written must neither overwrite
+/// what is read nor something else that is written. Each comes with the flag that names
+/// it; devices and pipes may be shared.
+///
+/// # Errors
+/// The first pair that is one file.
+pub fn check_apart(named: &[(&str, Option<&Path>)]) -> Result<()> {
+    for (i, &(flag, file)) in named.iter().enumerate() {
+        let Some(file) = file else { continue };
+        if file.exists() && !file.is_file() {
+            continue;
+        }
+        let same = |other: &Path| resolved(other) == resolved(file);
+        let before = named[..i].iter().find(|(_, other)| other.is_some_and(same));
+        if let Some((other, _)) = before {
+            return Err(Error::input(
+                flag,
+                format!("{} is also the file of {other}", file.display()),
+                "give each a file of its own",
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// The path that `file` is, however it is written; it may not exist yet.
+fn resolved(file: &Path) -> PathBuf {
+    let whole = |path: &Path| std::fs::canonicalize(path).ok();
+    whole(file)
+        .or_else(|| {
+            let folder = match file.parent() {
+                Some(folder) if folder != Path::new("") => folder,
+                _ => Path::new("."),
+            };
+            Some(whole(folder)?.join(file.file_name()?))
+        })
+        .unwrap_or_else(|| file.to_owned())
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! All strategies in one list: how each is written on the command line and made.
 
 use crate::decision::Strategy;
-use crate::dispatch::{RuleAssignment, RuleStrategy};
+use crate::dispatch::{Rule, RuleAssignment, RuleStrategy};
 use crate::error::{Error, Result, known_names, shown};
 use crate::planning::{Budget, KEYS, Lookahead, Options};
 #[cfg(feature = "onnx")]
@@ -138,6 +138,8 @@ pub fn read(text: &str, setup: &Setup) -> Result<Blueprint> {
     let (name, rest) = match text.split_once(':') {
         Some((name, rest)) => (name, rest),
         None if STRATEGIES.iter().any(|kind| kind.name == text) => (text, ""),
+        // One word that is no rule is a slip in a name.
+        None if !text.contains([',', ';', '[']) && text.parse::<Rule>().is_err() => (text, ""),
         None => ("rules", text),
     };
     match STRATEGIES.iter().find(|kind| kind.name == name) {
@@ -223,6 +225,7 @@ mod tests {
         for (text, word) in [
             ("rulse:SPT,FIFO", "did you mean `rules`"),
             ("lookahed:seed=1", "did you mean `lookahead`"),
+            ("lookahaed", "did you mean `lookahead`"),
             ("rules", "names no rule"),
             ("SPT", "1 rules for 2 robots"),
             ("SPT,FOFI", "did you mean `FIFO`"),

@@ -129,7 +129,7 @@ fn over_tcp_with_everything_going_wrong() {
         assert!(remarks.read_line(&mut line).unwrap() > 0);
     }
     let address = line.trim().rsplit(' ').next().unwrap();
-    let trouble = "--grasp-failures 0.1 --lost-acks 0.02 --duplicates 0.1 --out-of-order 0.05 \
+    let trouble = "--failing-grasps 0.1 --lost-acks 0.02 --duplicates 0.1 --out-of-order 0.05 \
         --jitter-ms 50 --robot-down 1,20,30 --belt-stop 60,20";
     let place = ["emulate", "--clock", "messages", "--connect", address];
     let arguments: Vec<&str> = place

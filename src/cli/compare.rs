@@ -10,7 +10,8 @@ use crate::error::{Error, Result};
 use crate::experiment::{Case, Draws, Method, add_bounds, compare, load_cases};
 use crate::optimize::Environment;
 use crate::report::{COMPARISON_CHARTS, ComparisonReport, Provenance, comparison_page};
-use crate::strategies;
+use crate::{files, strategies};
+use std::path::Path;
 
 /// More patterns than this a case are taken for a slip of the pen.
 const MOST_REPLICATES: usize = 100_000;
@@ -31,7 +32,20 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
     }
     let station = args.station.load()?;
     let robots = station.robots().len();
+    files::check_apart(&[
+        ("--cases", Some(Path::new(&args.cases))),
+        ("--html", args.pictures.html.as_deref()),
+        ("--svg", args.pictures.svg.as_deref()),
+    ])?;
     let cases = load_cases(&args.cases)?;
+    // A file of one's own is known by what is in it, not by its name.
+    let case_file = match Path::new(&args.cases) {
+        file if file.is_file() => {
+            let hash = files::fingerprint(&files::read_text(file)?);
+            format!("{} (hash {hash})", args.cases)
+        }
+        _ => args.cases.clone(),
+    };
     let mut texts = args.strategy.clone();
     // Not a strategy, but asked for like one.
     texts.retain(|text| text != BOUND);
@@ -99,7 +113,7 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
             &station,
             &format!(
                 "cases {}, random ones {} patterns each under the seeds {first_seed} and up",
-                args.cases, args.replicates
+                case_file, args.replicates
             ),
             args.common.seed,
         )

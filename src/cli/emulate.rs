@@ -85,7 +85,7 @@ impl TroubleArgs {
         };
         let stop = numbers("--belt-stop", &self.belt_stop, 2)?;
         Ok(Trouble {
-            grasp_failures: self.grasp_failures,
+            grasp_failures: self.failing_grasps,
             lost_acks: self.lost_acks,
             duplicates: self.duplicates,
             out_of_order: self.out_of_order,

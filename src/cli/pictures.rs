@@ -1,10 +1,9 @@
 //! The pictures of a result: a page, a chart.
 
 use super::args::Pictures;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::files;
 use crate::report::{ChartKind, Provenance};
-use std::path::{Path, PathBuf};
 
 /// The chart that was asked for among `kinds`, once everything asked of pictures is
 /// known to be possible: a long computation must not end in a slip of the pen.
@@ -17,30 +16,11 @@ pub fn checked<R>(
 ) -> Result<&'static ChartKind<R>> {
     files::check_target(pictures.html.as_deref())?;
     files::check_target(pictures.svg.as_deref())?;
-    if let (Some(html), Some(svg)) = (&pictures.html, &pictures.svg)
-        && resolved(html) == resolved(svg)
-    {
-        return Err(Error::input(
-            "--svg",
-            format!("{} is also the file of --html", svg.display()),
-            "give each picture a file of its own",
-        ));
-    }
+    files::check_apart(&[
+        ("--html", pictures.html.as_deref()),
+        ("--svg", pictures.svg.as_deref()),
+    ])?;
     ChartKind::named(kinds, pictures.chart.as_deref())
-}
-
-/// The path that `file` is, however it is written; it may not exist yet.
-fn resolved(file: &Path) -> PathBuf {
-    let whole = |path: &Path| std::fs::canonicalize(path).ok();
-    whole(file)
-        .or_else(|| {
-            let folder = match file.parent() {
-                Some(folder) if folder != Path::new("") => folder,
-                _ => Path::new("."),
-            };
-            Some(whole(folder)?.join(file.file_name()?))
-        })
-        .unwrap_or_else(|| file.to_owned())
 }
 
 impl Pictures {

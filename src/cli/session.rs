@@ -44,7 +44,9 @@ impl Session {
         let stop = Arc::clone(&self.stop);
         let handler = move || {
             if !stop.swap(true, Ordering::Relaxed) {
-                tell("stopping with the best so far; press Ctrl-C again to quit at once");
+                tell(
+                    "stopping, with what there is so far where that is a result; press Ctrl-C again to quit at once",
+                );
             } else {
                 std::process::exit(i32::from(super::INTERRUPTED));
             }

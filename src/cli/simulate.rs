@@ -13,6 +13,7 @@ use crate::report::{CertifiedReport, Provenance, RunReport, check_replay, replay
 use crate::sim::{Scene, Trace, simulate_observed};
 use crate::{checker, files, strategies};
 use std::cell::OnceCell;
+use std::path::Path;
 
 pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
     let common = &args.common;
@@ -20,6 +21,11 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
     let conditions = args.conditions.resolve(common)?;
     files::check_target(args.trace.as_deref())?;
     files::check_target(args.html.as_deref())?;
+    files::check_apart(&[
+        ("--pattern", args.pattern.as_deref().map(Path::new)),
+        ("--trace", args.trace.as_deref()),
+        ("--html", args.html.as_deref()),
+    ])?;
     if let Some(ms) = args.budget_ms.filter(|ms| !(0.01..=60_000.0).contains(ms)) {
         return Err(Error::input(
             "--budget-ms",

@@ -108,7 +108,7 @@ pub struct RunArgs {
 #[command(after_long_help = "\
 Examples:
   pickline run --listen 127.0.0.1:7400 --clock messages &
-  pickline emulate --connect 127.0.0.1:7400 --clock messages --grasp-failures 0.1
+  pickline emulate --connect 127.0.0.1:7400 --clock messages --failing-grasps 0.1
   pickline emulate --clock messages < /dev/null > stream.jsonl")]
 pub struct EmulateArgs {
     #[command(flatten)]
@@ -133,7 +133,7 @@ pub struct TroubleArgs {
         default_value_t = 0.0,
         allow_negative_numbers = true
     )]
-    pub grasp_failures: f64,
+    pub failing_grasps: f64,
     /// Share of acknowledgements that are lost
     #[arg(
         long,

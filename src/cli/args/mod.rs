@@ -40,8 +40,8 @@ use std::path::PathBuf;
 Every verb runs without arguments on built-in defaults: the station `paper` with two
 robots and, where one pattern is needed, the grid of 0.15 m with 50 items.
 
-Exit codes: 0 done, 1 failed, 2 wrong usage or input, 130 interrupted (with the best
-found so far printed)."
+Exit codes: 0 done, 1 failed, 2 wrong usage or input, 130 interrupted (searches, games
+and bounds print the best found so far; comparisons and sweeps print nothing)."
 )]
 pub struct Cli {
     #[command(subcommand)]

@@ -31,6 +31,16 @@ pub fn comparison_page(report: &ComparisonReport) -> String {
                 .into(),
         ));
     }
+    if report.cases.iter().any(|case| case.bound.is_some()) {
+        sections.push(Section::Table(
+            "Beside the best possible".into(),
+            certified(report),
+            "No strategy that obeys the model exceeds the bound, waiting and clairvoyance \
+             included; certified is at least that share of the picks that the best strategy \
+             could make. Means over the patterns."
+                .into(),
+        ));
+    }
     if report.with_paper {
         sections.push(Section::Table(
             "Beside the paper".into(),
@@ -206,6 +216,51 @@ fn differences(report: &ComparisonReport) -> PageTable {
     };
     let header = ["rate minus the first's, 95 % [1/min]", "benefit [%]"];
     table(&header, rows(report, 1, cells))
+}
+
+fn certified(report: &ComparisonReport) -> PageTable {
+    let mut rows = Vec::new();
+    for (i, case) in report.cases.iter().enumerate() {
+        let Some(bound) = &case.bound else { continue };
+        let path = |field: &str| format!("cases.{i}.bound.{field}");
+        let rate = bound
+            .picking_rate_per_min
+            .map(|rate| Figure::new(path("picking_rate_per_min"), rate, 2));
+        let cells = vec![
+            Cell::Words(case.name.clone()),
+            Cell::Words("bound".into()),
+            Figure::percent(path("picked_share"), bound.picked_share).into(),
+            Cell::or_empty(rate),
+            Cell::empty(),
+            Cell::empty(),
+        ];
+        rows.push((i > 0, cells));
+        for (j, result) in case.results.iter().enumerate() {
+            let path = |field: &str| format!("cases.{i}.results.{j}.{field}");
+            let share = |field, percent: Option<f64>| {
+                Cell::or_empty(percent.map(|percent| Figure::new(path(field), percent, 1)))
+            };
+            let rate = Figure::new(path("picking_rate_per_min"), result.picking_rate_per_min, 2);
+            rows.push((
+                false,
+                vec![
+                    Cell::Words(String::new()),
+                    Cell::Words(report.methods[j].title.clone()),
+                    Figure::percent(path("picked_share"), result.picked_share).into(),
+                    rate.into(),
+                    share("certified_percent", result.certified_percent),
+                    share("certified_rate_percent", result.certified_rate_percent),
+                ],
+            ));
+        }
+    }
+    let header = [
+        "picked [%]",
+        "rate [1/min]",
+        "certified: picks [%]",
+        "rate [%]",
+    ];
+    table(&header, rows)
 }
 
 fn printed(report: &ComparisonReport) -> PageTable {
