@@ -139,7 +139,12 @@ pub fn read(text: &str, setup: &Setup) -> Result<Blueprint> {
         Some((name, rest)) => (name, rest),
         None if STRATEGIES.iter().any(|kind| kind.name == text) => (text, ""),
         // One word that is no rule is a slip in a name.
-        None if !text.contains([',', ';', '[']) && text.parse::<Rule>().is_err() => (text, ""),
+        None if !text.is_empty()
+            && !text.contains([',', ';', '['])
+            && text.parse::<Rule>().is_err() =>
+        {
+            (text, "")
+        }
         None => ("rules", text),
     };
     match STRATEGIES.iter().find(|kind| kind.name == name) {
