@@ -113,7 +113,7 @@ impl Horizon {
             };
             // What counts nothing is not worth a robot's time.
             if value > 0.0 {
-                self.add(station, item, (x0, y), value, ahead);
+                self.add(station, item, (x0, y), (value, weight), ahead);
             }
         }
         let places = self.items.iter().zip(0..);
@@ -128,7 +128,14 @@ impl Horizon {
     }
 
     /// Adds the item that was at (`x0`, `y`) [m] at time 0, if some robot reaches it.
-    fn add(&mut self, station: &Station, item: u32, (x0, y): (f64, f64), value: f64, ahead: f64) {
+    fn add(
+        &mut self,
+        station: &Station,
+        item: u32,
+        (x0, y): (f64, f64),
+        (value, weight): (f64, f64),
+        ahead: f64,
+    ) {
         let belt = station.belt();
         let until = self.now + ahead;
         self.windows.clear();
@@ -160,7 +167,8 @@ impl Horizon {
                     item: place,
                     x0,
                     y,
-                    weight: value,
+                    // What the rules go by, whatever the goal.
+                    weight,
                     open,
                     close,
                 });
