@@ -5,12 +5,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 cargo test --locked "$@"
 # The benchmarks' code runs once, so that it cannot rot; `cargo bench` measures.
-<<<<<<< HEAD
-cargo test --locked --bench engines --bench bound
-=======
-cargo test --locked --bench engines
-cargo test --locked --bench rl
->>>>>>> 95a6765 (Policies as ONNX files, pickline train, imitation of any strategy)
+cargo test --locked --bench engines --bench lookahead --bench bound --bench rl
 # The pages that reports write, in a browser.
 bash tests/browser/run.sh
 # Equilibria against an independent solver, which it installs under target/.
