@@ -5,7 +5,7 @@ use super::live::{GLANCE, PATIENCE, check_range, stop_flag, unix_now, until};
 use super::progress::Bar;
 use super::session::Session;
 use super::settings::json;
-use super::training::Line;
+use super::training::{Line, budget};
 use crate::error::Result;
 use crate::live::protocol::{Outgoing, Rejected, Rejection, decode, encode, schema};
 use crate::live::transport::{Heard, Hub};
@@ -27,9 +27,7 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
     check_range("--ack-timeout", args.ack_timeout, 1e-3, 1e3, "s")?;
     check_range("--result-timeout", args.result_timeout, 1e-3, 1e4, "s")?;
     check_range("--status-every", args.status_every, 0.0, 1e6, "s")?;
-    if let Some(ms) = args.budget_ms {
-        check_range("--budget-ms", ms, 0.01, 60_000.0, "ms")?;
-    }
+    let budget = budget(args.budget_ms)?;
     let station = args.station.load()?;
     let text = match &args.strategy {
         Some(text) => text.clone(),
@@ -49,7 +47,7 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
         progress: &bar,
     };
     let line = Line::new(&common, &station, &environment);
-    let strategy = common.on_threads(|| line.read(&text, &OnceCell::new(), args.budget_ms))?;
+    let strategy = common.on_threads(|| line.read(&text, &OnceCell::new(), budget))?;
     let config = Config {
         clock: args.transport.clock(),
         tolerance: args.tolerance,

@@ -4,9 +4,9 @@ use super::args::SimulateArgs;
 use super::progress::Bar;
 use super::session::Session;
 use super::settings::{NOTHING_FAILS, json, load_pattern};
-use super::training::Line;
+use super::training::{Line, budget};
 use crate::decision::Observer;
-use crate::error::{Error, Result, shown_number};
+use crate::error::Result;
 use crate::optimize::Environment;
 use crate::planning::bound::{Objective, Options, upper_bound};
 use crate::report::{CertifiedReport, Provenance, RunReport, check_replay, replay_page};
@@ -26,13 +26,7 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
         ("--trace", args.trace.as_deref()),
         ("--html", args.html.as_deref()),
     ])?;
-    if let Some(ms) = args.budget_ms.filter(|ms| !(0.01..=60_000.0).contains(ms)) {
-        return Err(Error::input(
-            "--budget-ms",
-            format!("{} is not a time for a decision", shown_number(ms)),
-            "give milliseconds, from 0.01 to 60000",
-        ));
-    }
+    let budget = budget(args.budget_ms)?;
     let station = args.station.load()?;
     let robots = station.robots().len();
     let (pattern, pattern_name) = load_pattern(args.pattern.as_deref(), station.belt().width)?;
@@ -49,7 +43,7 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
         progress: &bar,
     };
     let line = Line::new(common, &station, &environment);
-    let read = || line.read(&text, &OnceCell::new(), args.budget_ms);
+    let read = || line.read(&text, &OnceCell::new(), budget);
     let mut strategy = common.on_threads(read)?.make();
     if args.pattern.is_none() || args.strategy.is_none() {
         common.remark(&format!(

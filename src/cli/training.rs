@@ -3,7 +3,7 @@
 
 use super::args::{Common, TrainingArgs};
 use crate::dispatch::RuleAssignment;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, shown_number};
 use crate::optimize::{
     Environment, Evaluator, Grasp, Objective, Optimum, Ranked, Risk, Search, SearchKind, SpeedScan,
     optimize,
@@ -13,7 +13,6 @@ use crate::planning::Budget;
 use crate::station::Station;
 use crate::strategies::{self, Blueprint, Setup};
 use std::cell::OnceCell;
-use std::time::Duration;
 
 /// How many of the best assignments serve as bases.
 const BASES: usize = 4;
@@ -98,8 +97,8 @@ impl<'a> Line<'a> {
 
     /// The strategy that `text` names, on this line.
     ///
-    /// `known` are assignments that a search has found already; `budget_ms` is what one
-    /// decision may take [ms] where `text` does not say.
+    /// `known` are assignments that a search has found already; `budget` is what one
+    /// decision may cost where `text` does not say.
     ///
     /// # Errors
     /// As for [`strategies::read`], and [`Error::Interrupted`].
@@ -107,7 +106,7 @@ impl<'a> Line<'a> {
         &self,
         text: &str,
         known: &OnceCell<Vec<RuleAssignment>>,
-        budget_ms: Option<f64>,
+        budget: Option<Budget>,
     ) -> Result<Blueprint> {
         let bases = || {
             if let Some(found) = known.get() {
@@ -120,7 +119,7 @@ impl<'a> Line<'a> {
         let setup = Setup {
             robots: self.station.robots().len(),
             bases: &bases,
-            budget: budget_ms.map(|ms| Budget::Time(Duration::from_secs_f64(ms / 1e3))),
+            budget,
         };
         strategies::read(text, &setup)
     }
@@ -148,6 +147,24 @@ fn best_few(optimum: &Optimum) -> Vec<RuleAssignment> {
         }
     }
     found.iter().map(|entry| entry.assignment.clone()).collect()
+}
+
+/// The budget that `--budget-ms` gives each decision.
+///
+/// # Errors
+/// A time that is none.
+pub fn budget(ms: Option<f64>) -> Result<Option<Budget>> {
+    let read = |ms: f64| {
+        Budget::milliseconds(ms).ok_or_else(|| {
+            let (least, most) = Budget::MILLISECONDS.into_inner();
+            Error::input(
+                "--budget-ms",
+                format!("{} is not a time for a decision", shown_number(ms)),
+                format!("give milliseconds, from {least} to {most}"),
+            )
+        })
+    };
+    ms.map(read).transpose()
 }
 
 /// What a strategy is in full, where its name does not say it.

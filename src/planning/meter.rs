@@ -1,5 +1,6 @@
 //! How much one decision may cost.
 
+use std::ops::RangeInclusive;
 use std::time::{Duration, Instant};
 
 /// What a decision may cost.
@@ -10,6 +11,17 @@ pub enum Budget {
     Decisions(u64),
     /// So much time, for live use.
     Time(Duration),
+}
+
+impl Budget {
+    /// Times that a decision may be given [ms].
+    pub const MILLISECONDS: RangeInclusive<f64> = 0.01..=60_000.0;
+
+    /// So many milliseconds; none when they are outside [`Budget::MILLISECONDS`].
+    pub fn milliseconds(ms: f64) -> Option<Self> {
+        let within = Self::MILLISECONDS.contains(&ms);
+        within.then(|| Self::Time(Duration::from_secs_f64(ms / 1e3)))
+    }
 }
 
 /// The cost of one decision so far.

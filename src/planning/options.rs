@@ -3,7 +3,6 @@
 use super::meter::Budget;
 use crate::dispatch::RuleAssignment;
 use crate::error::{Error, Result, known_names, shown};
-use std::time::Duration;
 
 /// What is maximised first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -122,8 +121,10 @@ impl Options {
                 self.budget = Budget::Decisions(whole(key, value, 1, 1_000_000_000)?);
             }
             "budget-ms" => {
-                let most = number(key, value, 0.01, 60_000.0)?;
-                self.budget = Budget::Time(Duration::from_secs_f64(most / 1e3));
+                let read = value.parse().ok().and_then(Budget::milliseconds);
+                let (least, most) = Budget::MILLISECONDS.into_inner();
+                self.budget = read
+                    .ok_or_else(|| not(key, value, &format!("a number from {least} to {most}")))?;
             }
             "bases" => {
                 let read = |text: &str| -> Result<RuleAssignment> {
