@@ -3,7 +3,7 @@
 use crate::decision::Strategy;
 use crate::dispatch::{Rule, RuleAssignment, RuleStrategy};
 use crate::error::{Error, Result, known_names, shown};
-use crate::planning::{Budget, KEYS, Lookahead, Options};
+use crate::planning::{Allowance, KEYS, Lookahead, Options};
 #[cfg(feature = "onnx")]
 use crate::policy::{Policy, PolicyStrategy};
 use std::fmt;
@@ -19,6 +19,8 @@ pub struct StrategyKind {
     pub summary: &'static str,
     /// Its options with what they mean.
     pub options: &'static [(&'static str, &'static str)],
+    /// Whether a decision has a budget.
+    budgeted: bool,
     /// Reads what stands after the colon.
     read: fn(&str, &Setup) -> Result<Blueprint>,
 }
@@ -30,6 +32,7 @@ pub static STRATEGIES: &[StrategyKind] = &[
         form: "rules:R1,R2,...",
         summary: "one dispatching rule for each robot, upstream first",
         options: &[],
+        budgeted: false,
         read: |text, setup| {
             let rules: RuleAssignment = text.parse()?;
             let strategy = RuleStrategy(rules.for_robots(setup.robots)?);
@@ -43,8 +46,9 @@ pub static STRATEGIES: &[StrategyKind] = &[
         form: "lookahead[:KEY=VALUE,...]",
         summary: "plans ahead for all robots over the items in view, at every decision",
         options: &KEYS,
+        budgeted: true,
         read: |text, setup| {
-            let mut options = Options::parse(text, setup.robots, setup.budget)?;
+            let mut options = Options::parse(text, setup.robots, setup.allowance)?;
             let name = options.written();
             if options.bases.is_empty() {
                 options.bases = (setup.bases)()?;
@@ -59,6 +63,7 @@ pub static STRATEGIES: &[StrategyKind] = &[
         form: "onnx[:FILE]",
         summary: "a trained policy; without a file the one that ships with the program",
         options: &[],
+        budgeted: false,
         read: |text, _| read_policy(text),
     },
 ];
@@ -93,7 +98,7 @@ pub struct Setup<'a> {
     /// that need them, as a search may stand behind it.
     pub bases: &'a dyn Fn() -> Result<Vec<RuleAssignment>>,
     /// What a decision may cost a strategy that plans, where its options do not say.
-    pub budget: Option<Budget>,
+    pub allowance: Allowance,
 }
 
 /// A strategy read once, to be made anew for every run: runs share nothing, so that
@@ -148,6 +153,11 @@ pub fn read(text: &str, setup: &Setup) -> Result<Blueprint> {
         None => ("rules", text),
     };
     match STRATEGIES.iter().find(|kind| kind.name == name) {
+        Some(kind) if setup.allowance.asked.is_some() && !kind.budgeted => Err(Error::input(
+            "--budget-ms",
+            format!("has no meaning for {}, which does not plan", kind.name),
+            "leave it out, or choose a strategy that plans, such as lookahead",
+        )),
         Some(kind) => (kind.read)(rest, setup),
         None => {
             let names: Vec<_> = STRATEGIES.iter().map(|kind| kind.name).collect();
@@ -178,7 +188,7 @@ pub fn read_alone(text: &str, robots: usize) -> Result<Blueprint> {
     let setup = Setup {
         robots,
         bases: &bases,
-        budget: None,
+        allowance: Allowance::default(),
     };
     read(text, &setup)
 }
@@ -215,7 +225,7 @@ mod tests {
         let setup = Setup {
             robots: 2,
             bases: &bases,
-            budget: None,
+            allowance: Allowance::default(),
         };
         for text in ["rules:SPT,FIFO", "SPT,FIFO", "[SPT; FIFO]"] {
             let blueprint = read(text, &setup).unwrap();

@@ -686,6 +686,14 @@ fn flags_of_each_verb() {
             &["strategy", "1 rules for 2 robots"],
         ),
         (
+            &["--budget-ms", "5"],
+            &["--budget-ms", "no meaning for rules"],
+        ),
+        (
+            &["--strategy", "lookahead:budget=9", "--budget-ms", "5"],
+            &["lookahead:budget", "together with --budget-ms"],
+        ),
+        (
             &["--strategy", "SPT,FIFO", "--robots", "3"],
             &["strategy", "2 rules for 3 robots"],
         ),

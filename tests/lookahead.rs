@@ -6,14 +6,14 @@ use pickline::checker;
 use pickline::decision::{Action, Outcome, Snapshot, Strategy};
 use pickline::dispatch::RuleAssignment;
 use pickline::pattern::{Pattern, grid};
-use pickline::planning::{Lookahead, Options};
+use pickline::planning::{Allowance, Lookahead, Options};
 use pickline::sim::{Conditions, Disturbances, Scene, simulate, simulate_rules};
 use pickline::station::{Station, built_in};
 use proptest::prelude::*;
 use proptest::strategy::Strategy as _;
 
 fn options(text: &str, bases: &[RuleAssignment], robots: usize) -> Options {
-    let mut options = Options::parse(text, robots, None).unwrap();
+    let mut options = Options::parse(text, robots, Allowance::default()).unwrap();
     if !bases.is_empty() {
         options.bases = bases.to_vec();
     }

@@ -40,6 +40,7 @@ fn speed_limits_are_those_of_a_brute_force_scan() {
         &settings,
         &set.patterns,
         &Conditions::default(),
+        false,
         &environment,
     )
     .unwrap();

@@ -9,6 +9,7 @@ use super::training::{Line, full_name};
 use crate::error::{Error, Result};
 use crate::experiment::{Case, Draws, Method, add_bounds, compare, load_cases};
 use crate::optimize::Environment;
+use crate::planning::Allowance;
 use crate::report::{COMPARISON_CHARTS, ComparisonReport, Provenance, comparison_page};
 use crate::{files, strategies};
 use std::path::Path;
@@ -86,7 +87,7 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
             methods.push(Method::greedy(robots)?);
         }
         for text in &texts {
-            let blueprint = line.read(text, &robust.best_few, None)?;
+            let blueprint = line.read(text, &robust.best_few, Allowance::default())?;
             notes.extend(full_name(&blueprint));
             methods.push(Method::Strategy(blueprint));
         }

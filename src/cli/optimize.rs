@@ -164,6 +164,7 @@ impl<'a> Job<'a> {
             flow,
             self.search.risk,
             hz,
+            !self.args.no_bound,
             environment,
         )?;
         Ok(validation.map(|v| ValidationReport::new(&v, &fresh.description)))

@@ -11,6 +11,7 @@ use crate::live::protocol::{Outgoing, Rejected, Rejection, decode, encode, schem
 use crate::live::transport::{Heard, Hub};
 use crate::live::{ClockKind, Config, Controller};
 use crate::optimize::Environment;
+use crate::planning::{Allowance, Budget};
 use crate::strategies;
 use std::cell::OnceCell;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -27,7 +28,15 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
     check_range("--ack-timeout", args.ack_timeout, 1e-3, 1e3, "s")?;
     check_range("--result-timeout", args.result_timeout, 1e-3, 1e4, "s")?;
     check_range("--status-every", args.status_every, 0.0, 1e6, "s")?;
-    let budget = budget(args.budget_ms)?;
+    let allowance = Allowance {
+        asked: budget(args.budget_ms)?,
+        otherwise: match args.transport.clock() {
+            // The belt does not wait.
+            ClockKind::System => Budget::LIVE,
+            // So that a stream gives the same output on every machine.
+            ClockKind::Messages => Budget::EXPERIMENT,
+        },
+    };
     let station = args.station.load()?;
     let text = match &args.strategy {
         Some(text) => text.clone(),
@@ -47,7 +56,7 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
         progress: &bar,
     };
     let line = Line::new(&common, &station, &environment);
-    let strategy = common.on_threads(|| line.read(&text, &OnceCell::new(), budget))?;
+    let strategy = common.on_threads(|| line.read(&text, &OnceCell::new(), allowance))?;
     let config = Config {
         clock: args.transport.clock(),
         tolerance: args.tolerance,

@@ -8,7 +8,8 @@ use super::training::{Line, budget};
 use crate::decision::Observer;
 use crate::error::Result;
 use crate::optimize::Environment;
-use crate::planning::bound::{Objective, Options, upper_bound};
+use crate::planning::Allowance;
+use crate::planning::bound::{Options, upper_bound};
 use crate::report::{CertifiedReport, Provenance, RunReport, check_replay, replay_page};
 use crate::sim::{Scene, Trace, simulate_observed};
 use crate::{checker, files, strategies};
@@ -26,7 +27,10 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
         ("--trace", args.trace.as_deref()),
         ("--html", args.html.as_deref()),
     ])?;
-    let budget = budget(args.budget_ms)?;
+    let allowance = Allowance {
+        asked: budget(args.budget_ms)?,
+        ..Allowance::default()
+    };
     let station = args.station.load()?;
     let robots = station.robots().len();
     let (pattern, pattern_name) = load_pattern(args.pattern.as_deref(), station.belt().width)?;
@@ -43,7 +47,7 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
         progress: &bar,
     };
     let line = Line::new(common, &station, &environment);
-    let read = || line.read(&text, &OnceCell::new(), budget);
+    let read = || line.read(&text, &OnceCell::new(), allowance);
     let mut strategy = common.on_threads(read)?.make();
     if args.pattern.is_none() || args.strategy.is_none() {
         common.remark(&format!(
@@ -74,11 +78,7 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
         report.checked = Some(true);
     }
     if !args.no_bound {
-        let options = Options {
-            // A bound that the run reaches cannot be bettered.
-            known: outcome.figures.picked as f64,
-            ..Options::quick(Objective::Picks)
-        };
+        let options = Options::beside(outcome.figures.picked);
         let bound = upper_bound(&scene, &options, &mut |_, _| true)?;
         report.bound = Some(CertifiedReport::new(&outcome.figures, &bound));
     }

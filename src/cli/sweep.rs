@@ -10,6 +10,7 @@ use crate::error::{Error, Result};
 use crate::experiment::{Axis, Method, Range, Setting, sweep};
 use crate::optimize::Environment;
 use crate::pattern::{PatternSource, Recipe};
+use crate::planning::Allowance;
 use crate::report::{Provenance, SWEEP_CHARTS, SweepReport, sweep_page};
 use crate::station::Station;
 use crate::strategies;
@@ -64,7 +65,13 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
     let report = args.common.on_threads(|| {
         let settings = settings(args, axis, &station, lines, &environment)?;
         let luck = conditions.with_seed(recipe.seed);
-        let result = sweep(&settings, &set.patterns, &luck, &environment)?;
+        let result = sweep(
+            &settings,
+            &set.patterns,
+            &luck,
+            !args.no_bound,
+            &environment,
+        )?;
         let ids: Vec<String> = settings[0]
             .methods
             .iter()
@@ -189,7 +196,7 @@ fn settings(
             methods.push(Method::greedy(station.robots().len())?);
         }
         for text in &args.strategy {
-            let blueprint = line.read(text, &robust.best_few, None)?;
+            let blueprint = line.read(text, &robust.best_few, Allowance::default())?;
             methods.push(Method::Strategy(blueprint));
         }
         Ok(Setting {

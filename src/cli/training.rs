@@ -9,7 +9,7 @@ use crate::optimize::{
     optimize,
 };
 use crate::pattern::{PatternSource, Recipe};
-use crate::planning::Budget;
+use crate::planning::{Allowance, Budget};
 use crate::station::Station;
 use crate::strategies::{self, Blueprint, Setup};
 use std::cell::OnceCell;
@@ -97,7 +97,7 @@ impl<'a> Line<'a> {
 
     /// The strategy that `text` names, on this line.
     ///
-    /// `known` are assignments that a search has found already; `budget` is what one
+    /// `known` are assignments that a search has found already; `allowance` is what one
     /// decision may cost where `text` does not say.
     ///
     /// # Errors
@@ -106,7 +106,7 @@ impl<'a> Line<'a> {
         &self,
         text: &str,
         known: &OnceCell<Vec<RuleAssignment>>,
-        budget: Option<Budget>,
+        allowance: Allowance,
     ) -> Result<Blueprint> {
         let bases = || {
             if let Some(found) = known.get() {
@@ -119,7 +119,7 @@ impl<'a> Line<'a> {
         let setup = Setup {
             robots: self.station.robots().len(),
             bases: &bases,
-            budget,
+            allowance,
         };
         strategies::read(text, &setup)
     }

@@ -3,7 +3,8 @@
 use super::compare::{CaseResult, Comparison, Draws};
 use crate::error::{Error, Result};
 use crate::optimize::Environment;
-use crate::planning::bound::{Bound, Objective, Options, certified_percent, upper_bound};
+use crate::planning::bound::{Bound, Options, certified_percent, upper_bound};
+use crate::sim::Scene;
 use crate::station::Station;
 use crate::stats::{self, Interval};
 use rayon::prelude::*;
@@ -49,16 +50,8 @@ pub fn add_bounds(
             .map(|(place, (seed, pattern))| {
                 let picked = result.methods.iter();
                 let picked = picked.map(|method| method.runs[place].figures.picked).max();
-                let options = Options {
-                    // A bound that a run reaches cannot be bettered.
-                    known: picked.unwrap_or_default() as f64,
-                    ..Options::quick(Objective::Picks)
-                };
                 let scene = draws.scene(*seed, pattern, station)?;
-                let bound = upper_bound(&scene, &options, &mut |_, _| !environment.stopped())?;
-                if environment.stopped() {
-                    return Err(Error::Interrupted);
-                }
+                let bound = bound_beside(&scene, picked.unwrap_or_default(), environment)?;
                 progress.advance(1);
                 Ok(bound)
             })
@@ -67,6 +60,23 @@ pub fn add_bounds(
     }
     progress.end();
     Ok(())
+}
+
+/// The bound of a scene on which the best run picks `picked` items.
+///
+/// # Errors
+/// A pattern that cannot be bounded, [`Error::Interrupted`].
+pub(super) fn bound_beside(
+    scene: &Scene,
+    picked: usize,
+    environment: &Environment,
+) -> Result<Bound> {
+    let go_on = &mut |_, _| !environment.stopped();
+    let bound = upper_bound(scene, &Options::beside(picked), go_on)?;
+    if environment.stopped() {
+        return Err(Error::Interrupted);
+    }
+    Ok(bound)
 }
 
 fn summarise(result: &CaseResult, bounds: &[Bound]) -> CaseBound {

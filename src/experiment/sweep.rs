@@ -1,10 +1,12 @@
 //! One quantity of the line varied: belt speed, robots, spacing or reach.
 
+use super::bounds::bound_beside;
 use super::method::Method;
 use crate::decision::Figures;
 use crate::error::{Error, Result, known_names, shown};
 use crate::optimize::Environment;
 use crate::pattern::Pattern;
+use crate::planning::bound::{Bound, certified_percent};
 use crate::sim::{Conditions, Scene};
 use crate::station::Station;
 use crate::stats::{self, Interval};
@@ -155,8 +157,29 @@ pub struct SweepPoint {
     pub complete_share: f64,
     /// Share of the patterns of which at least 99 % was picked.
     pub nearly_complete_share: f64,
+    /// What it picks over all patterns as a proven share of the optimum [%], where that
+    /// was asked for.
+    pub certified: Option<f64>,
     /// Whether everything was picked, pattern by pattern.
     complete: Vec<bool>,
+}
+
+/// What no strategy can do better at one value.
+#[derive(Debug, Clone)]
+pub struct SweepBound {
+    /// Mean of the most items that can be picked, as a share of the items.
+    pub picked_share: f64,
+    /// Mean of the highest rates [1/min]; none where some pattern has no finite bound.
+    pub picking_rate: Option<f64>,
+}
+
+impl SweepBound {
+    /// Whether some strategy may pick everything of every pattern; where not, that none
+    /// can is proven.
+    pub fn complete(&self) -> bool {
+        // The mean of shares, each of which is exactly 1 where it is.
+        self.picked_share >= 1.0
+    }
 }
 
 /// A whole sweep.
@@ -166,6 +189,8 @@ pub struct Sweep {
     pub values: Vec<f64>,
     /// For each value, the methods in their order.
     pub points: Vec<Vec<SweepPoint>>,
+    /// For each value what no strategy can do better, where that was asked for.
+    pub bounds: Option<Vec<SweepBound>>,
 }
 
 /// How far up a sweep something held.
@@ -227,8 +252,9 @@ impl Sweep {
 }
 
 /// Runs all methods at all settings on the same patterns. Where something goes wrong, the
-/// pattern of place i has the luck of the conditions' seed + i at every setting. The same input gives the same
-/// result on any number of threads.
+/// pattern of place i has the luck of the conditions' seed + i at every setting. With
+/// `bounded`, what no strategy can do better is computed for every value and pattern. The
+/// same input gives the same result on any number of threads.
 ///
 /// # Errors
 /// A pattern that does not lie on the belt, an illegal action, [`Error::Interrupted`].
@@ -236,31 +262,50 @@ pub fn sweep(
     settings: &[Setting],
     patterns: &[Pattern],
     conditions: &Conditions,
+    bounded: bool,
     environment: &Environment,
 ) -> Result<Sweep> {
     environment
         .progress
         .begin("sweeping", settings.len() as u64, "values");
     let mut points = Vec::with_capacity(settings.len());
+    let mut bounds = Vec::new();
     for setting in settings {
-        let run = |(place, pattern): (usize, &Pattern)| -> Result<Vec<Figures>> {
+        let run = |(place, pattern): (usize, &Pattern)| -> Result<Runs> {
             if environment.stopped() {
                 return Err(Error::Interrupted);
             }
             let seed = conditions.disturbances.seed.wrapping_add(place as u64);
             let scene = Scene::under(&setting.station, pattern, conditions.with_seed(seed))?;
             let figures = |method: &Method| method.run(&scene).map(|run| run.figures);
-            setting.methods.iter().map(figures).collect()
+            let figures: Vec<Figures> =
+                setting.methods.iter().map(figures).collect::<Result<_>>()?;
+            let bound = if bounded {
+                let picked = figures.iter().map(|figures| figures.picked).max();
+                Some(bound_beside(
+                    &scene,
+                    picked.unwrap_or_default(),
+                    environment,
+                )?)
+            } else {
+                None
+            };
+            Ok(Runs { figures, bound })
         };
-        let by_pattern: Vec<Vec<Figures>> = patterns
+        let by_pattern: Vec<Runs> = patterns
             .par_iter()
             .enumerate()
             .map(run)
             .collect::<Result<_>>()?;
+        let most: Option<f64> = by_pattern
+            .iter()
+            .map(|runs| runs.bound.as_ref().map(|bound| bound.value))
+            .sum();
         let point = |(i, method): (usize, &Method)| {
-            let runs: Vec<Figures> = by_pattern.iter().map(|figures| figures[i]).collect();
-            summarise(method.title(), &runs)
+            let runs: Vec<Figures> = by_pattern.iter().map(|runs| runs.figures[i]).collect();
+            summarise(method.title(), &runs, most)
         };
+        bounds.extend(summarise_bounds(&by_pattern));
         points.push(setting.methods.iter().enumerate().map(point).collect());
         environment.progress.advance(1);
     }
@@ -268,10 +313,31 @@ pub fn sweep(
     Ok(Sweep {
         values: settings.iter().map(|setting| setting.value).collect(),
         points,
+        bounds: bounded.then_some(bounds),
     })
 }
 
-fn summarise(title: String, runs: &[Figures]) -> SweepPoint {
+/// All methods on one pattern at one value.
+struct Runs {
+    figures: Vec<Figures>,
+    bound: Option<Bound>,
+}
+
+fn summarise_bounds(by_pattern: &[Runs]) -> Option<SweepBound> {
+    let bounds = by_pattern.iter().map(|runs| runs.bound.as_ref());
+    let bounds: Vec<&Bound> = bounds.collect::<Option<_>>()?;
+    let items = by_pattern.iter().map(|runs| runs.figures[0].items);
+    let rates: Option<Vec<f64>> = bounds.iter().map(|bound| bound.rate).collect();
+    let shares = bounds.iter().zip(items.clone());
+    let shares: Vec<f64> = shares.map(|(b, items)| b.value / items as f64).collect();
+    Some(SweepBound {
+        picked_share: stats::mean(&shares),
+        picking_rate: rates.map(|rates| stats::mean(&rates)),
+    })
+}
+
+/// The figures of `runs`, with which together no strategy picks more than `most` items.
+fn summarise(title: String, runs: &[Figures], most: Option<f64>) -> SweepPoint {
     let all = |of: &dyn Fn(&Figures) -> f64| -> Vec<f64> { runs.iter().map(of).collect() };
     let shares = all(&Figures::picked_share);
     let rates = all(&Figures::picking_rate);
@@ -287,6 +353,10 @@ fn summarise(title: String, runs: &[Figures]) -> SweepPoint {
         weighted_rate: stats::mean(&all(&Figures::weighted_rate)),
         complete_share: of_patterns(&Figures::complete),
         nearly_complete_share: of_patterns(&|run| run.picked_share() >= 0.99),
+        certified: most.map(|most| {
+            let picked: usize = runs.iter().map(|run| run.picked).sum();
+            certified_percent(picked as f64, most)
+        }),
         complete: runs.iter().map(Figures::complete).collect(),
     }
 }

@@ -7,7 +7,12 @@ use super::objective::{Objective, Risk};
 use super::ranking::Ranked;
 use crate::dispatch::RuleAssignment;
 use crate::error::Result;
+use crate::pattern::Pattern;
+use crate::planning::bound::{Options, certified_percent, upper_bound};
+use crate::sim::Scene;
+use crate::station::Station;
 use crate::stats::{self, Interval};
+use rayon::prelude::*;
 
 /// Figures of one assignment on patterns that had no part in choosing it.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,6 +37,19 @@ pub struct Validation {
     pub complete: usize,
     /// 95 % interval of their share.
     pub complete_interval: Interval,
+    /// What it picks beside the best that any strategy can do, where that was asked for.
+    pub certificate: Option<Certificate>,
+}
+
+/// Picks held against what no strategy can do better.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Certificate {
+    /// Patterns that were bounded: the first of the fresh ones.
+    pub patterns: usize,
+    /// Most items that can be picked from them, as a share of their items.
+    pub picked_share: f64,
+    /// What is picked of these as a proven share of the optimum [%], rounded down.
+    pub percent: f64,
 }
 
 impl Validation {
@@ -42,7 +60,8 @@ impl Validation {
 }
 
 /// Scores `assignment` on the fresh patterns of `evaluator`; completion is counted at
-/// `flow` [m/s], or at the station's own speed. None when the user stopped.
+/// `flow` [m/s], or at the station's own speed. With `certify` its picks at that speed are
+/// held against the bound of any strategy. None when the user stopped.
 ///
 /// # Errors
 /// As for [`Evaluator::evaluate`], a flow that is no belt speed.
@@ -52,6 +71,7 @@ pub fn validate(
     flow: Option<f64>,
     risk: Risk,
     update_hz: f64,
+    certify: bool,
     environment: &Environment,
 ) -> Result<Option<Validation>> {
     let patterns = evaluator.pattern_count();
@@ -82,6 +102,20 @@ pub fn validate(
     // A share of exactly 1 is k of k.
     let values = shares.scores[0].values.iter();
     let complete = values.filter(|share| **share == 1.0).count();
+    let certificate = if certify {
+        let Some(certificate) = certificate(
+            &station,
+            evaluator.patterns(),
+            &shares.scores[0].values,
+            environment,
+        )?
+        else {
+            return Ok(None);
+        };
+        Some(certificate)
+    } else {
+        None
+    };
     Ok(Some(Validation {
         patterns,
         value: stats::mean(&score.values),
@@ -92,6 +126,45 @@ pub fn validate(
         speed,
         complete,
         complete_interval: stats::share_interval(complete, patterns),
+        certificate,
+    }))
+}
+
+/// Patterns that are bounded: enough for a figure, few enough to be done by the way.
+const CERTIFIED: usize = 100;
+
+/// `shares` of the items of `patterns`, picked on `station`, beside the best that any
+/// strategy can do. None when the user stopped.
+fn certificate(
+    station: &Station,
+    patterns: &[Pattern],
+    shares: &[f64],
+    environment: &Environment,
+) -> Result<Option<Certificate>> {
+    let patterns = &patterns[..patterns.len().min(CERTIFIED)];
+    let progress = environment.progress;
+    progress.begin("bounding", patterns.len() as u64, "patterns");
+    let bounded = patterns.par_iter().zip(shares).map(|(pattern, share)| {
+        // A share of n items is that of a whole number of them.
+        let picked = (share * pattern.len() as f64).round() as usize;
+        let scene = Scene::new(station, pattern)?;
+        let go_on = &mut |_, _| !environment.stopped();
+        let bound = upper_bound(&scene, &Options::beside(picked), go_on)?;
+        progress.advance(1);
+        Ok((picked, bound.value as usize))
+    });
+    let bounded: Vec<(usize, usize)> = bounded.collect::<Result<_>>()?;
+    progress.end();
+    if environment.stopped() {
+        return Ok(None);
+    }
+    let items: usize = patterns.iter().map(Pattern::len).sum();
+    let picked: usize = bounded.iter().map(|(picked, _)| picked).sum();
+    let most: usize = bounded.iter().map(|(_, most)| most).sum();
+    Ok(Some(Certificate {
+        patterns: patterns.len(),
+        picked_share: most as f64 / items as f64,
+        percent: certified_percent(picked as f64, most as f64),
     }))
 }
 

@@ -14,6 +14,11 @@ pub enum Budget {
 }
 
 impl Budget {
+    /// By default in experiments: where more no longer gained anything on the dense cases
+    /// (`docs/lookahead.md`).
+    pub const EXPERIMENT: Self = Self::Decisions(4000);
+    /// By default on a line that runs by the clock.
+    pub const LIVE: Self = Self::Time(Duration::from_millis(10));
     /// Times that a decision may be given [ms].
     pub const MILLISECONDS: RangeInclusive<f64> = 0.01..=60_000.0;
 
@@ -21,6 +26,24 @@ impl Budget {
     pub fn milliseconds(ms: f64) -> Option<Self> {
         let within = Self::MILLISECONDS.contains(&ms);
         within.then(|| Self::Time(Duration::from_secs_f64(ms / 1e3)))
+    }
+}
+
+/// What a decision may cost where a strategy's own options say nothing of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Allowance {
+    /// What was asked for beside them.
+    pub asked: Option<Budget>,
+    /// What holds where nothing was.
+    pub otherwise: Budget,
+}
+
+impl Default for Allowance {
+    fn default() -> Self {
+        Self {
+            asked: None,
+            otherwise: Budget::EXPERIMENT,
+        }
     }
 }
 

@@ -11,5 +11,5 @@ mod rollout;
 mod search;
 
 pub use lookahead::Lookahead;
-pub use meter::Budget;
+pub use meter::{Allowance, Budget};
 pub use options::{Goal, KEYS, Options};

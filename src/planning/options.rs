@@ -1,6 +1,6 @@
 //! How the look-ahead works, and how that is written.
 
-use super::meter::Budget;
+use super::meter::{Allowance, Budget};
 use crate::dispatch::RuleAssignment;
 use crate::error::{Error, Result, known_names, shown};
 
@@ -41,7 +41,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             goal: Goal::Picks,
-            budget: Budget::Decisions(DEFAULT_BUDGET),
+            budget: Budget::EXPERIMENT,
             bases: Vec::new(),
             horizon: f64::INFINITY,
             depth: 0,
@@ -51,10 +51,6 @@ impl Default for Options {
         }
     }
 }
-
-/// Simulated decisions a decision by default: where more no longer gained anything on
-/// the dense cases (`docs/lookahead.md`).
-const DEFAULT_BUDGET: u64 = 4000;
 
 /// Keys with what they mean, for help texts and errors.
 pub const KEYS: [(&str, &str); 9] = [
@@ -82,15 +78,15 @@ pub const KEYS: [(&str, &str); 9] = [
 ];
 
 impl Options {
-    /// Reads `key=value,key=value`, for a line of `robots` robots; `budget` stands in
+    /// Reads `key=value,key=value`, for a line of `robots` robots; `allowance` stands in
     /// where no budget is given.
     ///
     /// # Errors
     /// An unknown key, with the nearest known one; a value that is none, naming the key
     /// and what it takes.
-    pub fn parse(text: &str, robots: usize, budget: Option<Budget>) -> Result<Self> {
+    pub fn parse(text: &str, robots: usize, allowance: Allowance) -> Result<Self> {
         let mut options = Self::default();
-        options.budget = budget.unwrap_or(options.budget);
+        options.budget = allowance.asked.unwrap_or(allowance.otherwise);
         let mut given: Vec<&str> = Vec::new();
         for part in text.split(',').filter(|part| !part.trim().is_empty()) {
             let (key, value) = part.split_once('=').unwrap_or((part, ""));
@@ -104,6 +100,13 @@ impl Options {
         if given.contains(&"budget") && given.contains(&"budget-ms") {
             let problem = "is given together with budget".to_owned();
             return Err(wrong("budget-ms", problem, "give one of the two"));
+        }
+        let own = given
+            .iter()
+            .find(|key| ["budget", "budget-ms"].contains(key));
+        if let (Some(key), Some(_)) = (own, allowance.asked) {
+            let problem = "is given together with --budget-ms".to_owned();
+            return Err(wrong(key, problem, "give one of the two"));
         }
         Ok(options)
     }
@@ -240,7 +243,7 @@ mod tests {
             "budget-ms=2.5,horizon=30",
             "bases=SPT+FIFO/SPT+SPT,depth=1,width=3,improve=no,seed=7",
         ] {
-            let options = Options::parse(text, 2, None).unwrap();
+            let options = Options::parse(text, 2, Allowance::default()).unwrap();
             let name = if text.is_empty() {
                 "lookahead".to_owned()
             } else {
@@ -265,7 +268,9 @@ mod tests {
             ("improve=maybe", &["yes or no"]),
             ("horizon=-1", &["lookahead:horizon"]),
         ] {
-            let message = Options::parse(text, 2, None).unwrap_err().to_string();
+            let message = Options::parse(text, 2, Allowance::default())
+                .unwrap_err()
+                .to_string();
             for word in words {
                 assert!(message.contains(word), "{text}: {word} not in {message}");
             }

@@ -327,7 +327,7 @@ impl BoundReport {
 }
 
 /// An upper bound with so many digits, still one.
-pub(super) fn rounded_up(value: f64, digits: usize) -> String {
+pub(in crate::report) fn rounded_up(value: f64, digits: usize) -> String {
     let power = 10f64.powi(digits as i32);
     // What is a rounding above a printable number is that number.
     fixed(((value * power) * (1.0 - 1e-11)).ceil() / power, digits)

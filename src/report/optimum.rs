@@ -122,6 +122,20 @@ pub struct ValidationReport {
     pub complete_low: f64,
     /// Upper end.
     pub complete_high: f64,
+    /// Its picks beside the best that any strategy can do; absent when not asked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bound: Option<CertificateReport>,
+}
+
+/// Picks beside the best that any strategy can do.
+#[derive(Debug, Clone, Serialize)]
+pub struct CertificateReport {
+    /// Patterns that were bounded: the first of those above.
+    pub patterns: usize,
+    /// Most items that can be picked from them, as a share of their items.
+    pub picked_share: f64,
+    /// What is picked of these as a proven share of the optimum [%], rounded down.
+    pub certified_percent: f64,
 }
 
 impl ValidationReport {
@@ -141,6 +155,11 @@ impl ValidationReport {
             complete_share: validation.complete_share(),
             complete_low: validation.complete_interval.low,
             complete_high: validation.complete_interval.high,
+            bound: validation.certificate.as_ref().map(|c| CertificateReport {
+                patterns: c.patterns,
+                picked_share: c.picked_share,
+                certified_percent: c.percent,
+            }),
         }
     }
 
@@ -153,7 +172,7 @@ impl ValidationReport {
         format!(
             "validated mean {}{unit} (95 % interval {} to {}){at_risk}, worst {}, {} % picked\n          \
              task completion at {} m/s: {} of {} patterns fully picked, {} % (95 % interval {} to {} %)\n          \
-             on {}\n",
+             on {}\n{}",
             fixed(self.mean, digits),
             fixed(self.mean_low, digits),
             fixed(self.mean_high, digits),
@@ -166,6 +185,11 @@ impl ValidationReport {
             fixed(100.0 * self.complete_low, 1),
             fixed(100.0 * self.complete_high, 1),
             self.patterns,
+            self.bound.as_ref().map_or(String::new(), |bound| format!(
+                "certified at least {} % of the picks that the best strategy could make (bounded: the first {} of these)\n",
+                fixed(bound.certified_percent, 1),
+                bound.patterns
+            ))
         )
     }
 }

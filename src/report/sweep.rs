@@ -1,8 +1,9 @@
 //! A sweep: figures over one varied quantity, and how far up everything is picked.
 
+use super::bound::rounded_up;
 use super::provenance::Provenance;
 use super::table::{Table, fixed};
-use crate::experiment::{Axis, Limit, Sweep, paper};
+use crate::experiment::{Axis, Limit, Sweep, SweepBound, paper};
 use crate::stats;
 use serde::Serialize;
 
@@ -19,6 +20,9 @@ pub struct SweepReport {
     pub points: Vec<PointReport>,
     /// How far up each method picks everything.
     pub limits: Vec<LimitReport>,
+    /// What no strategy can do better, value by value; absent when not asked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bounds: Option<BoundsReport>,
     /// The paper's own limits, where they belong beside ours.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub paper: Option<PaperLimits>,
@@ -57,6 +61,82 @@ pub struct PointReport {
     pub complete_share: f64,
     /// Share of the patterns of which at least 99 % was picked.
     pub nearly_complete_share: f64,
+    /// What it picks over all patterns as a proven share of the optimum [%]; absent when
+    /// not asked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub certified_percent: Option<f64>,
+}
+
+/// What no strategy can do better along a sweep.
+#[derive(Debug, Clone, Serialize)]
+pub struct BoundsReport {
+    /// The values at which it is proven that no strategy picks everything of every
+    /// pattern.
+    pub impossible: Vec<f64>,
+    /// Value by value.
+    pub points: Vec<BoundPoint>,
+}
+
+/// What no strategy can do better at one value.
+#[derive(Debug, Clone, Serialize)]
+pub struct BoundPoint {
+    /// The value.
+    pub value: f64,
+    /// Mean of the most items that can be picked, as a share of the items.
+    pub picked_share: f64,
+    /// Mean of the highest rates [1/min]; none where some pattern has no finite bound.
+    pub picking_rate_per_min: Option<f64>,
+}
+
+impl BoundsReport {
+    fn new(bounds: &[SweepBound], values: &[f64]) -> Self {
+        let points = values.iter().zip(bounds);
+        Self {
+            impossible: points
+                .clone()
+                .filter(|(_, bound)| !bound.complete())
+                .map(|(&value, _)| value)
+                .collect(),
+            points: points
+                .map(|(&value, bound)| BoundPoint {
+                    value,
+                    picked_share: bound.picked_share,
+                    picking_rate_per_min: bound.picking_rate,
+                })
+                .collect(),
+        }
+    }
+
+    /// What is proven of the limits, in words; `helps` where more of the value helps.
+    pub(super) fn words(&self, helps: bool, unit: &str) -> String {
+        let nearest = if helps {
+            self.impossible.last()
+        } else {
+            self.impossible.first()
+        };
+        let Some(nearest) = nearest else {
+            return "that some strategy picks everything is open at every value".into();
+        };
+        let (side, beyond) = match helps {
+            true => (
+                "below",
+                self.points.iter().filter(|p| p.value <= *nearest).count(),
+            ),
+            false => (
+                "above",
+                self.points.iter().filter(|p| p.value >= *nearest).count(),
+            ),
+        };
+        let further = match (beyond, beyond == self.impossible.len()) {
+            (1, _) => String::new(),
+            (_, true) => format!(" or at any value {side} it"),
+            (_, false) => format!(
+                ", nor at {} of the values {side} it",
+                self.impossible.len() - 1
+            ),
+        };
+        format!("no strategy picks everything at {nearest} {unit}{further}; that is proven")
+    }
 }
 
 /// How far up one method picks everything.
@@ -120,6 +200,7 @@ impl SweepReport {
                 weighted_rate_per_min: point.weighted_rate,
                 complete_share: point.complete_share,
                 nearly_complete_share: point.nearly_complete_share,
+                certified_percent: point.certified,
             })
         });
         let first = sweep.complete(0).highest;
@@ -158,6 +239,10 @@ impl SweepReport {
             patterns: sweep.limits(0).len(),
             points: points.collect(),
             limits: ids.iter().enumerate().map(limit).collect(),
+            bounds: sweep
+                .bounds
+                .as_ref()
+                .map(|bounds| BoundsReport::new(bounds, &sweep.values)),
             paper: with_paper.then(|| PaperLimits {
                 robust_gt,
                 rl,
@@ -185,6 +270,10 @@ impl SweepReport {
         if many {
             header.extend(["rate, 95 %", "complete [%]", "to 99 % [%]"]);
         }
+        let mut bounds = self.bounds.as_ref().map(|bounds| bounds.points.iter());
+        if bounds.is_some() {
+            header.extend(["certified [%]", "bound: picked [%]", "rate [1/min]"]);
+        }
         let mut table = Table::new(&header);
         let mut before = None;
         for point in &self.points {
@@ -210,12 +299,28 @@ impl SweepReport {
                     fixed(100.0 * point.nearly_complete_share, 1),
                 ]);
             }
+            let first = before != Some(point.value);
+            if let Some(bounds) = &mut bounds {
+                // It is the same for all methods, so it stands in the line of the first.
+                let bound = if first { bounds.next() } else { None };
+                let rate = bound.and_then(|bound| bound.picking_rate_per_min);
+                row.extend([
+                    point
+                        .certified_percent
+                        .map_or(String::new(), |c| fixed(c, 1)),
+                    bound.map_or(String::new(), |b| rounded_up(100.0 * b.picked_share, 1)),
+                    rate.map_or(String::new(), |rate| rounded_up(rate, 2)),
+                ]);
+            }
             table.row(row);
             before = Some(point.value);
         }
         let mut text = table.render();
         for limit in &self.limits {
             text += &self.limit_line(limit, many);
+        }
+        if let Some(bounds) = &self.bounds {
+            text += &format!("bound     {}\n", bounds.words(self.helps, self.unit_word()));
         }
         if let Some(paper) = &self.paper {
             text += &format!(
@@ -231,12 +336,16 @@ impl SweepReport {
         text + &self.made.lines()
     }
 
+    /// The unit as it stands behind a value.
+    pub(super) fn unit_word(&self) -> &'static str {
+        match self.unit {
+            "1" => self.sweep,
+            unit => unit,
+        }
+    }
+
     fn limit_line(&self, limit: &LimitReport, many: bool) -> String {
-        let unit = if self.unit == "1" {
-            self.sweep
-        } else {
-            self.unit
-        };
+        let unit = self.unit_word();
         if self.helps {
             return match limit.lowest {
                 Some(value) => format!(
@@ -294,6 +403,9 @@ impl SweepReport {
             "weighted_rate_per_min",
             "complete_share",
             "nearly_complete_share",
+            "certified_percent",
+            "picked_share_upper_bound",
+            "picking_rate_upper_bound_per_min",
             "made",
         ];
         let made = self.made.one_line();
@@ -311,7 +423,15 @@ impl SweepReport {
                 point.nearly_complete_share,
             ];
             row.extend(figures.map(|figure| figure.to_string()));
-            row.push(made.clone());
+            let bounds = self.bounds.iter().flat_map(|bounds| &bounds.points);
+            let bound = bounds.clone().find(|bound| bound.value == point.value);
+            let text = |value: Option<f64>| value.map_or(String::new(), |v| v.to_string());
+            row.extend([
+                text(point.certified_percent),
+                text(bound.map(|bound| bound.picked_share)),
+                text(bound.and_then(|bound| bound.picking_rate_per_min)),
+                made.clone(),
+            ]);
             row
         });
         let header = header.map(str::to_owned).to_vec();

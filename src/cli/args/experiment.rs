@@ -128,6 +128,9 @@ pub struct SweepArgs {
     /// With greedy GT, the assignment of the highest picking rate at every value
     #[arg(long)]
     pub greedy: bool,
+    /// Leave the certified bound out: what no strategy can do better
+    #[arg(long)]
+    pub no_bound: bool,
     #[command(flatten)]
     pub training: TrainingArgs,
     #[command(flatten)]

@@ -49,7 +49,9 @@ pub struct RunArgs {
     /// Strategy, as for simulate [default: SPT for all but the last, FIFO for the last]
     #[arg(long, value_name = "STRATEGY")]
     pub strategy: Option<String>,
-    /// Time for each decision of a strategy that looks ahead [ms]
+    /// Time for each decision of a strategy that looks ahead [ms] [default: 10 with the
+    /// system's clock; with that of the messages a budget that gives the same output on
+    /// every machine]
     #[arg(long, value_name = "MS", allow_negative_numbers = true)]
     pub budget_ms: Option<f64>,
     /// Master seed of everything random

@@ -81,6 +81,9 @@ pub struct OptimizeArgs {
         allow_negative_numbers = true
     )]
     pub validate: usize,
+    /// Leave out how far the winner is at most from the best that any strategy can do
+    #[arg(long, help_heading = "Search")]
+    pub no_bound: bool,
     /// Lines of the ranking to print in the table
     #[arg(
         long,

@@ -57,6 +57,15 @@ impl Options {
             ..Self::default()
         }
     }
+
+    /// The same for holding runs against, the best of which picks `picked` items: a bound
+    /// that a run reaches cannot be bettered.
+    pub fn beside(picked: usize) -> Self {
+        Self {
+            known: picked as f64,
+            ..Self::quick(Objective::Picks)
+        }
+    }
 }
 
 /// Shortest and longest slot [s] that may be asked for.

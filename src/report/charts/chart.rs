@@ -219,6 +219,8 @@ pub(in crate::report) enum Swatch {
     Dot,
     /// A line with its marker.
     Line,
+    /// A line alone.
+    Bare,
     /// A dashed line from edge to edge.
     Mark,
 }

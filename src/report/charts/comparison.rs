@@ -3,6 +3,7 @@
 use super::chart::{
     Bar, Chart, ChartKind, Entry, Ink, Layer, Mark, Point, Scale, Style, Swatch, beside, short,
 };
+use crate::report::bound::{CaseBoundReport, rounded_up};
 use crate::report::comparison::{CaseReport, ComparisonReport, ResultReport};
 use crate::report::table::fixed;
 
@@ -41,6 +42,7 @@ fn rate(report: &ComparisonReport) -> Option<Chart> {
         ("picking rate [1/min]", "/min", 2),
         value,
         printed,
+        |bound| bound.picking_rate_per_min,
     ))
 }
 
@@ -61,6 +63,7 @@ fn picked(report: &ComparisonReport) -> Option<Chart> {
         ("picked share [%]", " %", 1),
         value,
         printed,
+        |bound| Some(100.0 * bound.picked_share),
     ))
 }
 
@@ -70,19 +73,37 @@ struct Figure {
     high: f64,
 }
 
-/// A bar a method for every case, with intervals and what the paper printed.
+/// A bar a method for every case, with intervals, what the paper printed and what no
+/// strategy can do better.
 fn bars(
     report: &ComparisonReport,
     title: &str,
     (axis, unit, digits): (&str, &str, usize),
     figure: impl Fn(&ResultReport) -> Figure,
     printed: impl Fn(&ResultReport) -> Option<f64>,
+    most: impl Fn(&CaseBoundReport) -> Option<f64>,
 ) -> Chart {
     let methods = report.methods.len();
     let mut groups = Vec::new();
     let mut intervals = Vec::new();
     let mut papers = Vec::new();
+    let mut bounds = Vec::new();
     for (i, case) in report.cases.iter().enumerate() {
+        if let Some(x) = case.bound.as_ref().and_then(&most) {
+            let (first, last) = (beside(0, methods), beside(methods - 1, methods));
+            let half = 0.5 / methods as f64;
+            bounds.push(Point {
+                x,
+                y: i as f64,
+                along: Some((i as f64 + first - half, i as f64 + last + half)),
+                tip: format!(
+                    "{}: no strategy is above {}{unit}",
+                    case.name,
+                    rounded_up(x, digits)
+                ),
+                ..Point::default()
+            });
+        }
         let mut group = Vec::new();
         for (j, result) in case.results.iter().enumerate() {
             let Figure { value, low, high } = figure(result);
@@ -128,7 +149,7 @@ fn bars(
                 .filter_map(|point| point.across)
                 .map(|(_, high)| high),
         )
-        .chain(papers.iter().map(|point| point.x));
+        .chain(papers.iter().chain(&bounds).map(|point| point.x));
     let x = Scale::around(axis, ends.collect::<Vec<_>>(), true);
     let mut caption = "Means over the patterns of each case.".to_owned();
     let mut legend: Vec<Entry> = methods_legend(report, 0, Swatch::Bar);
@@ -152,6 +173,19 @@ fn bars(
             label: "the paper's figure".into(),
             ink: Ink::Text,
             swatch: Swatch::Dot,
+        });
+    }
+    if !bounds.is_empty() {
+        caption += " Upright lines: the certified bound, which no strategy can pass.";
+        layers.push(Layer::Points {
+            ink: Ink::Text,
+            style: Style::Intervals,
+            points: bounds,
+        });
+        legend.push(Entry {
+            label: "bound: no strategy is above".into(),
+            ink: Ink::Text,
+            swatch: Swatch::Bare,
         });
     }
     Chart {

@@ -107,6 +107,7 @@ fn swatch(entry: &Entry, look: Look, (x, y): (f64, f64), size: f64) -> Vec<Primi
             both.extend(dot());
             both
         }
+        Swatch::Bare => vec![line(dashes(entry.ink), 1.6)],
         Swatch::Mark => vec![line(Some(&super::marks::dash()), 1.3)],
     }
 }

@@ -1,7 +1,8 @@
 //! The charts of a sweep.
 
 use super::chart::{Chart, ChartKind, Entry, Ink, Layer, Mark, Point, Scale, Style, Swatch};
-use crate::report::sweep::{PointReport, SweepReport};
+use crate::report::bound::rounded_up;
+use crate::report::sweep::{BoundPoint, PointReport, SweepReport};
 use crate::report::table::fixed;
 use crate::stats;
 
@@ -42,7 +43,8 @@ fn picked(report: &SweepReport) -> Option<Chart> {
         ]
         .map(|share| 100.0 * share)
     };
-    let mut chart = lines(report, "picked share [%]", " %", figure);
+    let bound = |bound: &BoundPoint| Some(100.0 * bound.picked_share);
+    let mut chart = lines(report, "picked share [%]", " %", figure, bound);
     chart.title = "Items picked".into();
     chart.y = chart.y.up_to(100.0);
     let mut marked = false;
@@ -107,17 +109,19 @@ fn rate(report: &SweepReport) -> Option<Chart> {
             point.picking_rate_high,
         ]
     };
-    let mut chart = lines(report, "picking rate [1/min]", "/min", figure);
+    let bound = |bound: &BoundPoint| bound.picking_rate_per_min;
+    let mut chart = lines(report, "picking rate [1/min]", "/min", figure, bound);
     chart.title = "Picking rate".into();
     Some(chart)
 }
 
-/// A line a method of a figure with its interval.
+/// A line a method of a figure with its interval, and one of its bound.
 fn lines(
     report: &SweepReport,
     axis: &str,
     unit: &str,
     figure: impl Fn(&PointReport) -> [f64; 3],
+    bound: impl Fn(&BoundPoint) -> Option<f64>,
 ) -> Chart {
     let (x, style) = across(report);
     let aside = aside(report, style);
@@ -153,21 +157,51 @@ fn lines(
             points: of_method.map(point).collect(),
         });
     }
+    let mut caption = match (report.patterns, style) {
+        (1, _) => "One pattern, so there are no intervals.".into(),
+        (n, Style::Area) => format!("Means over {n} patterns; areas: their 95 % intervals."),
+        (n, _) => format!(
+            "Means over {n} patterns with their 95 % intervals, set a little apart where \
+             there are several methods."
+        ),
+    };
+    let mut legend = legend(report);
+    if let Some(bounds) = &report.bounds {
+        let point = |point: &BoundPoint| {
+            let y = bound(point)?;
+            all.push(y);
+            Some(Point {
+                x: point.value,
+                y,
+                tip: format!(
+                    "no strategy is above {}{unit} at {}",
+                    rounded_up(y, 2),
+                    point.value
+                ),
+                ..Point::default()
+            })
+        };
+        let points = bounds.points.iter().filter_map(point).collect();
+        layers.push(Layer::Points {
+            ink: Ink::Text,
+            style: Style::Bare,
+            points,
+        });
+        legend.push(Entry {
+            label: "bound: no strategy is above".into(),
+            ink: Ink::Text,
+            swatch: Swatch::Bare,
+        });
+        caption += " The line without points: the certified bound of what any strategy can do.";
+    }
     Chart {
         title: String::new(),
-        caption: match (report.patterns, style) {
-            (1, _) => "One pattern, so there are no intervals.".into(),
-            (n, Style::Area) => format!("Means over {n} patterns; areas: their 95 % intervals."),
-            (n, _) => format!(
-                "Means over {n} patterns with their 95 % intervals, set a little apart where \
-                 there are several methods."
-            ),
-        },
+        caption,
         x,
         y: Scale::around(axis, all, false),
         layers,
         marks: Vec::new(),
-        legend: legend(report),
+        legend,
     }
 }
 

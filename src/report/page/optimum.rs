@@ -74,6 +74,17 @@ fn answer(report: &OptimumReport) -> Vec<String> {
             figure("validation.mean_low", validation.mean_low),
             figure("validation.mean_high", validation.mean_high),
         ));
+        if let Some(bound) = &validation.bound {
+            let figure = |field: &str, value| {
+                Figure::exact(format!("validation.bound.{field}"), value).html()
+            };
+            lines.push(format!(
+                "Certified: there it makes at least {} % of the picks that the best strategy \
+                 could make, waiting and clairvoyance included (the first {} patterns bounded).",
+                figure("certified_percent", bound.certified_percent),
+                figure("patterns", bound.patterns as f64)
+            ));
+        }
     }
     lines
 }

@@ -48,16 +48,8 @@ fn lacks(report: &SweepReport, limit: &LimitReport) -> bool {
     }
 }
 
-/// The unit as it stands behind a value.
-fn unit(report: &SweepReport) -> &str {
-    match report.unit {
-        "1" => report.sweep,
-        unit => unit,
-    }
-}
-
 fn answer(report: &SweepReport) -> Vec<String> {
-    let unit = unit(report);
+    let unit = report.unit_word();
     let line = |(j, limit): (usize, &LimitReport)| {
         let figure =
             |field: &str, value| Figure::exact(format!("limits.{j}.{field}"), value).html();
@@ -94,7 +86,17 @@ fn answer(report: &SweepReport) -> Vec<String> {
         };
         text + "."
     };
-    report.limits.iter().enumerate().map(line).collect()
+    let mut lines: Vec<String> = report.limits.iter().enumerate().map(line).collect();
+    if let Some(bounds) = &report.bounds {
+        let words = bounds.words(report.helps, unit);
+        let mut letters = words.chars();
+        let first = letters.next().map(|c| c.to_ascii_uppercase());
+        lines.push(format!(
+            "{}.",
+            escape(&String::from_iter(first.into_iter().chain(letters)))
+        ));
+    }
+    lines
 }
 
 fn limits(report: &SweepReport) -> PageTable {
@@ -184,6 +186,9 @@ fn points(report: &SweepReport) -> PageTable {
     if many {
         header.extend(["complete [%]".into(), "to 99 % [%]".into()]);
     }
+    if report.bounds.is_some() {
+        header.extend(["certified [%]", "bound: picked [%]", "rate [1/min]"].map(str::to_owned));
+    }
     let methods = report.limits.len();
     let rows = report.points.iter().enumerate().map(|(i, point)| {
         let path = |field: &str| format!("points.{i}.{field}");
@@ -216,6 +221,22 @@ fn points(report: &SweepReport) -> PageTable {
             row.extend([
                 percent("complete_share", point.complete_share).into(),
                 percent("nearly_complete_share", point.nearly_complete_share).into(),
+            ]);
+        }
+        if let Some(bounds) = &report.bounds {
+            let place = i / methods;
+            let bound = bounds.points.get(place).filter(|_| first);
+            let path = |field: &str| format!("bounds.points.{place}.{field}");
+            let rate = bound.and_then(|bound| bound.picking_rate_per_min);
+            let certified = point.certified_percent;
+            row.extend([
+                Cell::or_empty(
+                    certified.map(|c| Figure::new(format!("points.{i}.certified_percent"), c, 1)),
+                ),
+                Cell::or_empty(
+                    bound.map(|b| Figure::percent(path("picked_share"), b.picked_share)),
+                ),
+                Cell::or_empty(rate.map(|rate| Figure::new(path("picking_rate_per_min"), rate, 2))),
             ]);
         }
         (first && methods > 1, row)

@@ -35,6 +35,22 @@ function fillFigures(run) {
     ["picking rate", [n("picking_rate_per_min", 2), unit("/min")]],
     ["weighted rate", [n("weighted_rate_per_min", 2), unit("/min")]],
   ];
+  const { bound } = report;
+  if (bound) {
+    const certified = figure("bound.certified_percent", bound.certified_percent, 1);
+    const most = figure("bound.picks_upper_bound", bound.picks_upper_bound, 0);
+    rows.push(
+      ["certified: at least", [certified, unit("% of the best")]],
+      ["no strategy picks more than", [most]],
+    );
+    if (bound.picking_rate_upper_bound_per_min !== null) {
+      // Rounded up, so that it stays a bound.
+      const rate = bound.picking_rate_upper_bound_per_min;
+      const shown = figure("bound.picking_rate_upper_bound_per_min", Math.ceil(100 * rate) / 100, 2);
+      shown.value = String(rate);
+      rows.push(["no strategy is faster than", [shown, unit("/min")]]);
+    }
+  }
   byName("figures").replaceChildren(
     ...rows.map(([name, value]) => element("div", [element("dt", name), element("dd", value)])),
   );
