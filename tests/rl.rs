@@ -8,7 +8,9 @@ use pickline::pattern::{Item, Pattern, random_stream};
 use pickline::rl::domain::{Domain, scenes};
 use pickline::rl::nn::{Activation, Architecture, Network};
 use pickline::rl::ppo::{GROUP, Group, Learner, Settings};
-use pickline::rl::{Batch, Environment, Imitation, Plan, Player, Reward, Step, Trainer, shape};
+use pickline::rl::{
+    Batch, Environment, Imitation, Plan, Player, Reward, Round, Step, Trainer, shape,
+};
 use pickline::sim::{Run, Scene, simulate};
 use pickline::station::{Belt, Robot, Station, built_in};
 use pickline::strategies::read_alone;
@@ -230,7 +232,10 @@ fn a_rule_is_imitated() {
     let mut trainer = Trainer::new(plan, vec![station], 1).unwrap();
     let mut shares = Vec::new();
     let expert = |robots| read_alone("SPT,SPT", robots);
-    let report = |_: usize, share: f64| shares.push(share);
+    let report = |_: &Trainer, round: Round| {
+        shares.push(round.agreement);
+        Ok(())
+    };
     trainer.imitate(&expert, &work, report).unwrap();
     // Which of the slots has the shortest time stands in the observation.
     assert!(shares[2] > 0.9, "{shares:?}");

@@ -8,8 +8,9 @@ use crate::error::{Error, Result};
 use crate::experiment::load_cases;
 use crate::files;
 use crate::optimize::{Environment, Progress as _};
+use crate::report::{Provenance, curve_chart};
 use crate::rl::domain::{Course, scenes};
-use crate::rl::{Checkpoint, Imitation, Plan, Score, Trainer, Trial};
+use crate::rl::{Checkpoint, Imitation, Judged, Plan, Round, Score, Trainer, Trial};
 use crate::station::{self, Overrides, Station};
 use crate::strategies::{default_strategy, read_alone};
 use std::path::PathBuf;
@@ -81,6 +82,13 @@ fn plan(args: &TrainArgs) -> Result<Plan> {
         }
         plan.ppo.learning_rate = rate;
     }
+    if let Some(weight) = args.entropy {
+        if !(weight.is_finite() && weight >= 0.0) {
+            let problem = format!("{weight} is not a weight");
+            return Err(Error::input("--entropy", problem, "give 0 or more"));
+        }
+        plan.ppo.ent_coef = weight;
+    }
     if let Some(strategy) = &args.imitate {
         let usual = Imitation::of(strategy);
         plan.imitation = Some(Imitation {
@@ -147,15 +155,27 @@ impl Training<'_> {
         };
         let mut score = Score::new(judges(courses)?);
         if self.args.resume.is_none() {
-            let remark = |answers: usize, right: f64| {
-                let share = 100.0 * right;
-                self.common
-                    .remark(&format!("{answers} answers, {share:.0} % given as well"));
+            let (common, started) = (self.common, self.started);
+            let judge = |trainer: &Trainer, round: Round| {
+                score.judge(trainer, Judged::Round(round), started.elapsed())?;
+                common.remark(&format!(
+                    "{} answers, {:.0} % given as well, at best {}",
+                    round.answers,
+                    100.0 * round.agreement,
+                    score.summary()
+                ));
+                Ok(())
             };
             let expert = |robots| read_alone(self.args.imitate.as_deref().unwrap_or(""), robots);
-            self.trainer.imitate(&expert, &environment, remark)?;
+            self.trainer.imitate(&expert, &environment, judge)?;
         }
-        score.judge(&self.trainer, None, self.started.elapsed())?;
+        if score.is_empty() {
+            score.judge(&self.trainer, Judged::Start, self.started.elapsed())?;
+        }
+        if environment.stopped() {
+            self.common
+                .remark("stopped; the best so far is kept, --resume goes on with PPO");
+        }
         self.save(&score)?;
         let left = self
             .trainer
@@ -165,7 +185,7 @@ impl Training<'_> {
         bar.begin("training", left, "steps");
         while !self.trainer.done() && !environment.stopped() {
             let phase = self.trainer.phase(&environment)?;
-            score.judge(&self.trainer, Some(phase), self.started.elapsed())?;
+            score.judge(&self.trainer, Judged::Phase(phase), self.started.elapsed())?;
             bar.incumbent(&score.summary());
             self.save(&score)?;
         }
@@ -179,6 +199,16 @@ impl Training<'_> {
         );
         files::write_whole(&self.args.out, &bytes)?;
         files::write_whole(&self.beside("json"), json(&record)?.as_bytes())?;
+        // The command names the others.
+        let made = Provenance::new(
+            &self.session.command(),
+            &self.args.station[0],
+            &self.trainer.stations()[0],
+            "the built-in cases",
+            self.trainer.seed(),
+        );
+        let chart = curve_chart(&score.curve(), &made);
+        files::write_whole(&self.beside("svg"), chart.as_bytes())?;
         Ok(score.to_table())
     }
 

@@ -18,6 +18,8 @@ mod sweep;
 mod table;
 
 pub use bound::{BoundReport, CertifiedReport};
+#[cfg(feature = "onnx")]
+pub use charts::curve_chart;
 pub use charts::{COMPARISON_CHARTS, ChartKind, OPTIMUM_CHARTS, SWEEP_CHARTS};
 pub use comparison::ComparisonReport;
 pub use description::description_table;

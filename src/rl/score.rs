@@ -3,7 +3,7 @@
 use super::evaluation::Trial;
 use super::export::export;
 use super::plan::Plan;
-use super::trainer::{Phase, Trainer};
+use super::trainer::{Phase, Round, Trainer};
 use crate::error::Result;
 use crate::files::csv_text;
 use crate::policy::Metadata;
@@ -11,11 +11,22 @@ use crate::stats::mean;
 use serde::Serialize;
 use std::time::Duration;
 
+/// What the network was judged after.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Judged {
+    /// Nothing but what was there before this call.
+    Start,
+    /// A round of imitation.
+    Round(Round),
+    /// A phase of reinforcement learning.
+    Phase(Phase),
+}
+
 /// One line of the curve.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone)]
 struct Row {
     seconds: f64,
-    phase: Option<Phase>,
+    after: Judged,
     /// Mean picking rate on each trial [1/min].
     rates: Vec<f64>,
 }
@@ -28,6 +39,26 @@ struct Best {
     steps: u64,
     parameters: Vec<f32>,
     rates: Vec<f64>,
+}
+
+/// A learning curve.
+#[derive(Debug, Clone)]
+pub struct Curve {
+    /// The stations judged on, as they were written.
+    pub stations: Vec<String>,
+    /// [SPT; FIFO] on each as a share of greedy GT's picking rate.
+    pub robust: Vec<f64>,
+    /// In the order of learning.
+    pub points: Vec<CurvePoint>,
+}
+
+/// How good the network was at one time.
+#[derive(Debug, Clone)]
+pub struct CurvePoint {
+    /// Decisions learned from: answers of an expert, and steps of its own.
+    pub decisions: u64,
+    /// Mean picking rate on each station's cases as a share of greedy GT's.
+    pub shares: Vec<f64>,
 }
 
 /// See the module.
@@ -84,16 +115,11 @@ impl<'a> Score<'a> {
         }
     }
 
-    /// Judges the network as it is now, after `phase` if there was one.
+    /// Judges the network as it is now, at the time `elapsed`.
     ///
     /// # Errors
     /// As for [`Trial::rate`].
-    pub fn judge(
-        &mut self,
-        trainer: &Trainer,
-        phase: Option<Phase>,
-        after: Duration,
-    ) -> Result<()> {
+    pub fn judge(&mut self, trainer: &Trainer, after: Judged, elapsed: Duration) -> Result<()> {
         let rate =
             |trial: &Trial| trial.rate(trainer.network(), trainer.parameters(), trainer.layout());
         let rates: Vec<f64> = self.trials.iter().map(rate).collect::<Result<_>>()?;
@@ -109,11 +135,16 @@ impl<'a> Score<'a> {
             });
         }
         self.rows.push(Row {
-            seconds: after.as_secs_f64(),
-            phase,
+            seconds: elapsed.as_secs_f64(),
+            after,
             rates,
         });
         Ok(())
+    }
+
+    /// Whether nothing was judged yet.
+    pub fn is_empty(&self) -> bool {
+        self.rows.is_empty()
     }
 
     /// The best so far in a few words.
@@ -129,6 +160,8 @@ impl<'a> Score<'a> {
         let fixed = [
             "steps",
             "seconds",
+            "answers",
+            "agreement",
             "training_rate",
             "training_share",
             "entropy",
@@ -139,13 +172,19 @@ impl<'a> Score<'a> {
         let mut lines = vec![fixed.map(str::to_owned).to_vec()];
         lines[0].extend(self.trials.iter().map(|trial| trial.name.clone()));
         for row in &self.rows {
-            let phase = row.phase;
+            let (round, phase) = match row.after {
+                Judged::Start => (None, None),
+                Judged::Round(round) => (Some(round), None),
+                Judged::Phase(phase) => (None, Some(phase)),
+            };
             let cell = |of: fn(&Phase) -> f64| phase.as_ref().map(of).map(|v| format!("{v:.5}"));
             let mut line = vec![
                 phase.map_or(0, |phase| phase.steps).to_string(),
                 format!("{:.1}", row.seconds),
             ];
             let cells = [
+                round.map(|round| round.answers.to_string()),
+                round.map(|round| format!("{:.5}", round.agreement)),
                 cell(|p| p.rate),
                 cell(|p| p.picked_share),
                 cell(|p| p.entropy),
@@ -158,6 +197,44 @@ impl<'a> Score<'a> {
             lines.push(line);
         }
         csv_text(lines)
+    }
+
+    /// The learning curve as shares of greedy GT, station by station.
+    pub fn curve(&self) -> Curve {
+        // A trial's name is that of its station, a colon and that of its case.
+        let station = |trial: &Trial| {
+            let name = trial.name.rsplit_once(": ");
+            name.map_or("", |(station, _)| station).to_owned()
+        };
+        let mut stations: Vec<String> = self.trials.iter().map(station).collect();
+        stations.dedup();
+        let shares = |rates: &[f64]| -> Vec<f64> {
+            let mean_of = |name: &String| {
+                let trials = self.trials.iter().zip(rates);
+                let own = trials.filter(|(trial, _)| station(trial) == *name);
+                let shares = own.map(|(trial, rate)| rate / trial.greedy.max(f64::MIN_POSITIVE));
+                mean(&shares.collect::<Vec<_>>())
+            };
+            stations.iter().map(mean_of).collect()
+        };
+        let (mut answers, mut steps) = (0, 0);
+        let point = |row: &Row| {
+            match row.after {
+                Judged::Start => {}
+                Judged::Round(round) => answers = round.answers as u64,
+                Judged::Phase(phase) => steps = phase.steps,
+            }
+            CurvePoint {
+                decisions: answers + steps,
+                shares: shares(&row.rates),
+            }
+        };
+        let robust: Vec<f64> = self.trials.iter().map(|trial| trial.robust).collect();
+        Curve {
+            points: self.rows.iter().map(point).collect(),
+            robust: shares(&robust),
+            stations,
+        }
     }
 
     fn figures(&self) -> Vec<TrialRecord> {

@@ -57,6 +57,15 @@ pub struct Phase {
     pub clipped: f64,
 }
 
+/// What a round of imitation came to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Round {
+    /// Answers learned from so far.
+    pub answers: usize,
+    /// Share of them that the network gives as well.
+    pub agreement: f64,
+}
+
 /// What is needed to go on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -167,6 +176,11 @@ impl Trainer {
         self.seed
     }
 
+    /// The stations trained on, in turn.
+    pub fn stations(&self) -> &[Station] {
+        &self.stations
+    }
+
     /// Fingerprints of the stations, as in result files.
     pub fn station_hashes(&self) -> Vec<String> {
         let hash = |station: &Station| crate::files::fingerprint(&station::to_toml(station));
@@ -197,22 +211,20 @@ impl Trainer {
     }
 
     /// Learns from an expert as the plan says; `expert` gives it for a number of robots.
-    /// Tells `report` after every round how many answers there are and what share of them
-    /// the network gives as well.
+    /// Tells `report` after every round. When asked to stop it ends with the last whole
+    /// round.
     ///
     /// # Errors
-    /// Patterns that cannot be drawn, an expert that acts illegally,
-    /// [`Error::Interrupted`].
+    /// Patterns that cannot be drawn, an expert that acts illegally, what `report` says.
     pub fn imitate(
         &mut self,
         expert: &(dyn Fn(usize) -> Result<Blueprint> + Sync),
         environment: &Environment,
-        mut report: impl FnMut(usize, f64),
+        mut report: impl FnMut(&Self, Round) -> Result<()>,
     ) -> Result<()> {
         let Some(imitation) = self.plan.imitation.clone() else {
             return Ok(());
         };
-        let plan = &self.plan;
         let mut all = Answers::default();
         let total = imitation.rounds * imitation.courses;
         environment
@@ -224,6 +236,7 @@ impl Trainer {
                 .seed
                 .wrapping_mul(PHASE_STRIDE)
                 .wrapping_add(round as u64);
+            let plan = &self.plan;
             let courses = plan
                 .domain
                 .draw(&self.stations, imitation.courses, 1.0, seed)?;
@@ -242,13 +255,21 @@ impl Trainer {
                 environment.progress.advance(1);
                 answers
             };
-            let answers: Vec<Answers> = scenes.par_iter().map(ask).collect::<Result<_>>()?;
+            let answers: Result<Vec<Answers>> = scenes.par_iter().map(ask).collect();
+            let answers = match answers {
+                Err(Error::Interrupted) => break,
+                answers => answers?,
+            };
             answers.into_iter().for_each(|answers| all.append(answers));
             let mut rng = random_stream(seed, SHUFFLE);
             let ppo = &plan.ppo;
             let how = (&imitation, ppo.batch_size, ppo.vf_coef, ppo.max_grad_norm);
             let terms = all.teach(&mut self.learner, how, &mut rng);
-            report(all.len(), terms.clipped);
+            let round = Round {
+                answers: all.len(),
+                agreement: terms.clipped,
+            };
+            report(self, round)?;
         }
         environment.progress.end();
         // The moments of another loss would mislead the first updates.

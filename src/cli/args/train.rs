@@ -9,7 +9,7 @@ use std::path::PathBuf;
 /// Plays patterns drawn at random on the given stations and learns by masked PPO. Every
 /// so often the policy is judged on the built-in cases, under seeds kept apart, beside
 /// [SPT; FIFO] and greedy GT. The best so far is kept, on Ctrl-C too. Beside FILE.onnx
-/// stand FILE.json, the training record, FILE.csv, the learning curve, and
+/// stand FILE.json, the training record, FILE.csv and FILE.svg, the learning curve, and
 /// FILE.checkpoint.json to go on from with --resume.
 #[derive(Debug, Args)]
 #[command(after_long_help = train_help())]
@@ -30,6 +30,9 @@ pub struct TrainArgs {
     /// Learning rate [default: the preset's]
     #[arg(long, value_name = "X", allow_negative_numbers = true)]
     pub learning_rate: Option<f32>,
+    /// Weight of the entropy bonus [default: the preset's]
+    #[arg(long, value_name = "X", allow_negative_numbers = true)]
+    pub entropy: Option<f32>,
     /// First learn from this strategy's decisions, written as for simulate
     #[arg(long, value_name = "STRATEGY")]
     pub imitate: Option<String>,

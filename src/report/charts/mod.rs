@@ -4,13 +4,15 @@
 //! | file | what it is |
 //! |---|---|
 //! | `chart.rs` | a chart as data: axes, layers, marks, legend |
-//! | `comparison.rs`, `sweep.rs`, `optimum.rs` | the charts of each report |
+//! | `comparison.rs`, `sweep.rs`, `optimum.rs`, `curve.rs` | the charts of each report |
 //! | `draw.rs` | a chart as SVG |
 //! | `legend.rs`, `marks.rs` | what stands below and above a chart |
 //! | `look.rs` | colours and fonts, for a paper and for a page |
 
 mod chart;
 mod comparison;
+#[cfg(feature = "onnx")]
+mod curve;
 mod draw;
 mod legend;
 mod look;
@@ -20,6 +22,8 @@ mod sweep;
 
 pub use chart::ChartKind;
 pub use comparison::COMPARISON_CHARTS;
+#[cfg(feature = "onnx")]
+pub use curve::curve_chart;
 pub use optimum::OPTIMUM_CHARTS;
 pub use sweep::SWEEP_CHARTS;
 
