@@ -59,7 +59,7 @@ pub static STRATEGIES: &[StrategyKind] = &[
         },
     },
     StrategyKind {
-        name: "onnx",
+        name: POLICY,
         form: "onnx[:FILE]",
         summary: "a trained policy; without a file the one that ships with the program",
         options: &[],
@@ -68,11 +68,21 @@ pub static STRATEGIES: &[StrategyKind] = &[
     },
 ];
 
+/// How the policy that ships with the program is written.
+pub const POLICY: &str = "onnx";
+/// Whether the program was built with it.
+pub const HAS_POLICY: bool = cfg!(feature = "onnx");
+
+/// Whether `text` names a trained policy, whichever.
+pub fn is_policy(text: &str) -> bool {
+    text.split_once(':').map_or(text, |(name, _)| name) == POLICY
+}
+
 /// The policy in the file at `path`, or the shipped one.
 #[cfg(feature = "onnx")]
 fn read_policy(path: &str) -> Result<Blueprint> {
     let (policy, name) = match path {
-        "" => (Policy::shipped()?, "onnx".to_owned()),
+        "" => (Policy::shipped()?, POLICY.to_owned()),
         path => (Policy::load(path.as_ref())?, format!("onnx:{path}")),
     };
     let written = name.clone();

@@ -76,7 +76,16 @@ fn simulate_says_what_is_certified() {
 fn compare_holds_every_run_against_the_bound() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().to_str().unwrap();
-    let small = ["compare", "-q", "--robust", "SPT,FIFO", "--replicates", "2"];
+    // Two methods, whether the program has its policy or not.
+    let small = [
+        "compare",
+        "-q",
+        "--no-policy",
+        "--robust",
+        "SPT,FIFO",
+        "--replicates",
+        "2",
+    ];
     let run = |flags: &[&str]| text(&[&small[..], &["--out", out], flags].concat());
     let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
     let table = run(&[]);
@@ -84,8 +93,8 @@ fn compare_holds_every_run_against_the_bound() {
     assert_eq!(
         run(&["--strategy", "bound", "--threads", "1"]),
         table.replace(
-            "pickline compare --robust SPT,FIFO --replicates 2",
-            "pickline compare --robust SPT,FIFO --replicates 2 --strategy bound",
+            "pickline compare --no-policy --robust SPT,FIFO --replicates 2",
+            "pickline compare --no-policy --robust SPT,FIFO --replicates 2 --strategy bound",
         )
     );
     let bounds = |runs: &str| -> Vec<(usize, String)> {

@@ -109,6 +109,7 @@ fn files_and_formats_agree_and_do_not_depend_on_threads() {
             .args([
                 "compare",
                 "-q",
+                "--no-policy",
                 "--replicates",
                 "5",
                 "--strategy",
@@ -215,4 +216,41 @@ fn wrong_input_is_told() {
         assert!(!told.contains("panicked"), "{told}");
     }
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+/// The paper compares robust GT, greedy GT and its policy; so does the default.
+#[cfg(feature = "onnx")]
+#[test]
+fn the_policy_that_ships_is_the_third_column() {
+    let run = |flags: &[&str]| -> serde_json::Value {
+        let small = ["compare", "-q", "--robust", "SPT,FIFO", "--replicates", "3"];
+        let json = ["--paper", "--format", "json"];
+        let output = Command::new(env!("CARGO_BIN_EXE_pickline"))
+            .args([&small[..], &json, flags].concat())
+            .output()
+            .unwrap();
+        assert!(output.status.success());
+        serde_json::from_slice(&output.stdout).unwrap()
+    };
+    let ids = |report: &serde_json::Value| -> Vec<String> {
+        let methods = report["methods"].as_array().unwrap().iter();
+        methods
+            .map(|m| m["id"].as_str().unwrap().to_owned())
+            .collect()
+    };
+    let report = run(&[]);
+    assert_eq!(ids(&report), ["robust_gt", "greedy_gt", "onnx"]);
+    let policy = &report["cases"][0]["results"][2];
+    assert_eq!(policy["paper"]["picking_rate_per_min"], 31.1);
+    // More than the paper's margin of 11 %.
+    assert!(
+        policy["benefit_percent"].as_f64().unwrap() > 40.0,
+        "{policy}"
+    );
+    assert_eq!(ids(&run(&["--no-policy"])), ["robust_gt", "greedy_gt"]);
+    let other = ["--strategy", "onnx:policies/pickline.onnx"];
+    assert_eq!(
+        ids(&run(&other)),
+        ["robust_gt", "greedy_gt", "onnx:policies/pickline.onnx"]
+    );
 }

@@ -134,6 +134,7 @@ fn a_run_of_compare_is_that_of_simulate() {
         "compare",
         "-q",
         "--no-greedy",
+        "--no-policy",
         "--robust",
         "SPT,FIFO",
         "--replicates",

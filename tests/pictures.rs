@@ -259,7 +259,13 @@ fn slips_are_told_before_any_work() {
             "several patterns",
         ),
         (
-            &["compare", "--no-greedy", "--chart", "difference"],
+            &[
+                "compare",
+                "--no-greedy",
+                "--no-policy",
+                "--chart",
+                "difference",
+            ],
             "second method",
         ),
     ];

@@ -58,6 +58,11 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
             "give one of the two; without both the bound is computed",
         ));
     }
+    // The paper's third column, unless another policy takes its place.
+    let has_policy = texts.iter().any(|text| strategies::is_policy(text));
+    if strategies::HAS_POLICY && !args.no_policy && !has_policy {
+        texts.insert(0, strategies::POLICY.into());
+    }
     for text in &texts {
         strategies::read_alone(text, robots)?;
     }

@@ -4,7 +4,7 @@ use crate::decision::Figures;
 use crate::dispatch::{RULES, RuleAssignment};
 use crate::error::{Error, Result};
 use crate::sim::{AssignmentTree, Scene, simulate};
-use crate::strategies::Blueprint;
+use crate::strategies::{Blueprint, POLICY};
 
 /// One column of a comparison.
 #[derive(Debug, Clone)]
@@ -62,6 +62,9 @@ impl Method {
         match self {
             Self::Robust(rules) => format!("robust GT {rules}"),
             Self::Greedy(_) => "greedy GT".into(),
+            Self::Strategy(blueprint) if blueprint.name() == POLICY => {
+                format!("RL policy ({POLICY})")
+            }
             Self::Strategy(blueprint) => blueprint.name().to_owned(),
         }
     }

@@ -5,6 +5,7 @@ use super::provenance::Provenance;
 use super::table::{Table, fixed};
 use crate::experiment::paper::{self, Printed};
 use crate::experiment::{CaseResult, Comparison, Method};
+use crate::strategies::is_policy;
 use serde::Serialize;
 
 /// A comparison as it is printed and written; the JSON field names are the product's
@@ -329,7 +330,7 @@ fn case_report(
             Method::Robust(_) => printed?.robust,
             Method::Greedy(_) => printed?.greedy,
             // Whatever the policy, it stands beside the paper's.
-            Method::Strategy(other) if other.name().starts_with("onnx:") => printed?.rl,
+            Method::Strategy(other) if is_policy(other.name()) => printed?.rl,
             Method::Strategy(_) => return None,
         };
         Some(PrintedReport {

@@ -6,9 +6,10 @@ use clap::Args;
 /// Set strategies side by side on the paper's cases or your own
 ///
 /// Robust GT is the assignment that is best over a training set, greedy GT the best for
-/// every single pattern. Differences to robust GT are paired over patterns, with 95 %
-/// intervals. With --out DIR writes picked_time.csv, picking_rate.csv (the paper's Tables
-/// 2 and 3), runs.csv (every run) and compare.json.
+/// every single pattern; the third column is the trained policy that ships with the
+/// program. Differences to robust GT are paired over patterns, with 95 % intervals. With
+/// --out DIR writes picked_time.csv, picking_rate.csv (the paper's Tables 2 and 3),
+/// runs.csv (every run) and compare.json.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
 Examples:
@@ -44,6 +45,9 @@ pub struct CompareArgs {
     /// Leave greedy GT out
     #[arg(long)]
     pub no_greedy: bool,
+    /// Leave the trained policy out that ships with the program
+    #[arg(long)]
+    pub no_policy: bool,
     /// Leave the certified bound out: what no strategy can do better
     #[arg(long)]
     pub no_bound: bool,
