@@ -1,14 +1,16 @@
 //! What the learned strategy costs: `cargo bench --bench rl`. Decisions of the
 //! environment per second with random allowed actions, training steps per second at both
-//! presets, time of one decision by the shipped policy; on 1 and 2 threads.
+//! presets, time of one decision by the shipped policy; on 1 and 2 threads. And how many
+//! of the picks that the look-ahead makes have a slot, by the number of slots.
 
-use pickline::decision::observation::{Layout, View};
+use pickline::decision::observation::{Encoder, Layout, View};
 use pickline::decision::{Action, Snapshot, Strategy};
+use pickline::experiment::load_cases;
 use pickline::optimize::{Environment as Work, Silent};
 use pickline::pattern::{grid, random_stream};
 use pickline::rl::domain::{Course, scenes};
 use pickline::rl::{Batch, Plan, Reward, Step, Trainer};
-use pickline::sim::simulate;
+use pickline::sim::{Scene, simulate};
 use pickline::station::built_in;
 use pickline::strategies::read_alone;
 use rand::RngExt;
@@ -118,6 +120,77 @@ fn latency(rounds: usize) -> Option<[Duration; 2]> {
     Some([at(0.5), at(0.99)])
 }
 
+/// Asks a strategy and notes which of its picks have a slot in each layout.
+struct Covered {
+    inner: Box<dyn Strategy>,
+    encoders: Vec<Encoder>,
+    picks: usize,
+    seen: Vec<usize>,
+}
+
+impl Strategy for Covered {
+    fn decide(&mut self, snapshot: &Snapshot) -> Action {
+        let action = self.inner.decide(snapshot);
+        if matches!(action, Action::Pick(_)) {
+            self.picks += 1;
+            for (encoder, seen) in self.encoders.iter_mut().zip(&mut self.seen) {
+                let layout = encoder.layout();
+                let mut observation = vec![0.0; layout.observation()];
+                let mut mask = vec![false; layout.actions()];
+                encoder.encode(snapshot, &mut observation, &mut mask);
+                *seen += usize::from(encoder.index_of(action).is_some());
+            }
+        }
+        action
+    }
+
+    fn name(&self) -> String {
+        self.inner.name()
+    }
+}
+
+/// Shares of the look-ahead's picks that have one of 8, 10 and 16 slots, on every dense
+/// case of both stations.
+fn coverage(replicates: usize) {
+    const SLOTS: [usize; 3] = [8, 10, 16];
+    for name in ["paper", "paper-narrow"] {
+        let station = built_in(name).unwrap().station(Some(2)).unwrap();
+        for case in load_cases("dense").unwrap() {
+            let patterns = case.patterns(station.belt().width, replicates, 1).unwrap();
+            let mut covered = Covered {
+                inner: read_alone("lookahead", 2).unwrap().make(),
+                encoders: Vec::new(),
+                picks: 0,
+                seen: vec![0; SLOTS.len()],
+            };
+            covered.encoders.extend(SLOTS.map(|slots| {
+                Encoder::new(Layout {
+                    view: View::Full,
+                    slots,
+                    wait: false,
+                })
+            }));
+            for (_, pattern) in &patterns {
+                // A plan does not outlive its run.
+                covered.inner = read_alone("lookahead", 2).unwrap().make();
+                let scene = Scene::new(&station, pattern).unwrap();
+                simulate(&scene, &mut covered).unwrap();
+            }
+            let share = |seen: &usize| 100.0 * *seen as f64 / covered.picks as f64;
+            let shares: Vec<String> = covered
+                .seen
+                .iter()
+                .map(|s| format!("{:.1}", share(s)))
+                .collect();
+            println!(
+                "picks of the look-ahead in {SLOTS:?} slots, {name}, {}: {} %",
+                case.name,
+                shares.join(" / ")
+            );
+        }
+    }
+}
+
 fn main() {
     // `cargo test --benches` passes --test: everything runs once then, in little.
     let test = std::env::args().any(|argument| argument == "--test");
@@ -137,6 +210,7 @@ fn main() {
             }
         });
     }
+    coverage(scale.min(10));
     if let Some([median, late]) = latency(scale) {
         println!("decision of the shipped policy: median {median:?}, p99 {late:?}");
     }

@@ -6,7 +6,7 @@ use super::progress::Bar;
 use super::session::Session;
 use super::settings::{condition_notes, json};
 use super::training::{Line, full_name};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, known_names, shown};
 use crate::experiment::{Case, Draws, Method, add_bounds, compare, load_cases};
 use crate::optimize::Environment;
 use crate::planning::Allowance;
@@ -66,6 +66,7 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
     for text in &texts {
         strategies::read_alone(text, robots)?;
     }
+    let reference = reference(args, &texts)?;
     // Alone, the first method has nothing to differ from.
     if chart.name == "difference" && args.no_greedy && texts.is_empty() {
         return Err(chart.missing());
@@ -96,6 +97,8 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
             notes.extend(full_name(&blueprint));
             methods.push(Method::Strategy(blueprint));
         }
+        // The first method is what the others are measured against.
+        methods[..=reference].rotate_right(1);
         let mut comparison = compare(
             &station,
             methods,
@@ -150,4 +153,24 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
     args.pictures
         .write(chart, &report, &report.made, || comparison_page(&report))?;
     session.print(text.as_bytes())
+}
+
+/// The place of the method that the others are measured against.
+fn reference(args: &CompareArgs, texts: &[String]) -> Result<usize> {
+    let mut ids = vec!["robust_gt"];
+    if !args.no_greedy {
+        ids.push("greedy_gt");
+    }
+    ids.extend(texts.iter().map(String::as_str));
+    let place = ids.iter().position(|id| *id == args.reference);
+    place.ok_or_else(|| {
+        Error::input(
+            "--reference",
+            format!(
+                "`{}` is none of the methods compared",
+                shown(&args.reference)
+            ),
+            known_names(&args.reference, &ids),
+        )
+    })
 }

@@ -91,6 +91,15 @@ fn plan(args: &TrainArgs) -> Result<Plan> {
     }
     if let Some(strategy) = &args.imitate {
         let usual = Imitation::of(strategy);
+        for (flag, count) in [
+            ("--imitate-rounds", args.imitate_rounds),
+            ("--imitate-patterns", args.imitate_patterns),
+        ] {
+            if count == Some(0) {
+                let problem = "nothing is learned from 0 of them";
+                return Err(Error::input(flag, problem, "give 1 or more"));
+            }
+        }
         plan.imitation = Some(Imitation {
             rounds: args.imitate_rounds.unwrap_or(usual.rounds),
             courses: args.imitate_patterns.unwrap_or(usual.courses),

@@ -48,6 +48,9 @@ pub struct CompareArgs {
     /// Leave the trained policy out that ships with the program
     #[arg(long)]
     pub no_policy: bool,
+    /// Measure the others against this method, by its name in files, such as greedy_gt
+    #[arg(long, value_name = "METHOD", default_value = "robust_gt")]
+    pub reference: String,
     /// Leave the certified bound out: what no strategy can do better
     #[arg(long)]
     pub no_bound: bool,

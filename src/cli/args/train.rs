@@ -38,10 +38,20 @@ pub struct TrainArgs {
     pub imitate: Option<String>,
     /// Rounds of that: the strategy plays in the first, the network in the others
     /// [default: 10]
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "N",
+        requires = "imitate",
+        allow_negative_numbers = true
+    )]
     pub imitate_rounds: Option<usize>,
     /// Patterns of each round [default: 500]
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "N",
+        requires = "imitate",
+        allow_negative_numbers = true
+    )]
     pub imitate_patterns: Option<usize>,
     /// Go on from a checkpoint; its plan and seed count
     #[arg(long, value_name = "FILE")]
