@@ -67,6 +67,37 @@ fn write_by_rename(path: &Path, content: &[u8]) -> std::io::Result<()> {
     })
 }
 
+/// Removes what writers of `path` that were killed have left beside it. To be called where
+/// nobody else writes it.
+pub fn remove_leftovers(path: &Path) {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let entries = std::fs::read_dir(folder_of(path)).into_iter().flatten();
+    for entry in entries.flatten() {
+        let other = entry.file_name().to_string_lossy().into_owned();
+        let rest = other
+            .strip_prefix(&format!(".{name}."))
+            .and_then(|rest| rest.strip_suffix(".part"));
+        if rest.is_some_and(|pid| !pid.is_empty() && pid.bytes().all(|b| b.is_ascii_digit())) {
+            // Whatever cannot be removed only takes room.
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// Has the system put the names in the folder of `path` onto the disk, where it can.
+pub fn sync_folder(path: &Path) {
+    // Not every system can; the file itself has been synced.
+    let _ = std::fs::File::open(folder_of(path)).and_then(|folder| folder.sync_all());
+}
+
+/// The folder that `path` is in.
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    }
+}
+
 /// Checks that a file could be written to `path`, if there is one, without writing it:
 /// so that work is not done, nor another file written, for a slip in a path.
 ///
@@ -77,10 +108,7 @@ pub fn check_target(path: Option<&Path>) -> Result<()> {
     let Some(path) = path.filter(|path| *path != Path::new("-")) else {
         return Ok(());
     };
-    let folder = match path.parent() {
-        Some(folder) if folder != Path::new("") => folder,
-        _ => Path::new("."),
-    };
+    let folder = folder_of(path);
     let kind = std::fs::metadata(folder).map_err(|source| Error::write(path, source))?;
     if !kind.is_dir() {
         return Err(Error::write(path, ErrorKind::NotADirectory.into()));
@@ -166,11 +194,7 @@ fn resolved(file: &Path) -> PathBuf {
     let whole = |path: &Path| std::fs::canonicalize(path).ok();
     whole(file)
         .or_else(|| {
-            let folder = match file.parent() {
-                Some(folder) if folder != Path::new("") => folder,
-                _ => Path::new("."),
-            };
-            Some(whole(folder)?.join(file.file_name()?))
+            Some(whole(folder_of(file))?.join(file.file_name()?))
         })
         .unwrap_or_else(|| file.to_owned())
 }
@@ -240,5 +264,11 @@ mod tests {
         write_whole(&file, b"one").unwrap();
         write_whole(&file, b"two").unwrap();
         assert_eq!(std::fs::read(&file).unwrap(), b"two");
+        for name in [".fresh.123.part", ".fresh.x.part", ".other.123.part"] {
+            std::fs::write(folder.path().join(name), "x").unwrap();
+        }
+        remove_leftovers(&file);
+        assert!(!folder.path().join(".fresh.123.part").exists());
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 4);
     }
 }

@@ -5,6 +5,7 @@ mod bound;
 mod compare;
 mod emulate;
 mod game;
+mod kept;
 mod live;
 mod optimize;
 mod pattern;

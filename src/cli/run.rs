@@ -1,6 +1,7 @@
 //! `pickline run`.
 
 use super::args::{Common, Format, RunArgs, TransportArgs};
+use super::kept::Kept;
 use super::live::{GLANCE, PATIENCE, check_range, stop_flag, unix_now, until};
 use super::progress::Bar;
 use super::session::Session;
@@ -71,30 +72,35 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
         args.station.station
     ));
     let began = Instant::now();
-    let controller = Controller::new(station, made, config);
+    let (controller, kept) = args.kept.open(station, made, config, &args.transport)?;
     let stopwatch = Box::new(move || began.elapsed().as_secs_f64());
     let mut node = Node {
         controller: controller.with_stopwatch(stopwatch),
         hub: args.transport.open()?,
+        kept,
         transport: &args.transport,
         // Stdin and stdout are there from the start.
         talking: 0,
         status_every: args.status_every,
     };
     node.talking = node.hub.peers();
+    if node.talking > 0 {
+        // What a journal tells of may not have reached it.
+        node.controller.send_again();
+    }
     let stop = stop_flag();
     match config.clock {
-        ClockKind::System => node.go_by_the_clock(&stop),
-        ClockKind::Messages => node.go_by_the_messages(&stop),
+        ClockKind::System => node.go_by_the_clock(&stop)?,
+        ClockKind::Messages => node.go_by_the_messages(&stop)?,
     }
-    node.end(stop.load(Ordering::Relaxed));
-    Ok(())
+    node.end(stop.load(Ordering::Relaxed))
 }
 
 /// The controller with its peers.
 struct Node<'a> {
     controller: Controller,
     hub: Hub,
+    kept: Kept,
     transport: &'a TransportArgs,
     /// Peers that may still say something.
     talking: usize,
@@ -104,7 +110,7 @@ struct Node<'a> {
 impl Node<'_> {
     /// Takes messages as they come and does what is due when it is, until told to stop or
     /// stdin ends.
-    fn go_by_the_clock(&mut self, stop: &AtomicBool) {
+    fn go_by_the_clock(&mut self, stop: &AtomicBool) -> Result<()> {
         let mut next_status = unix_now() + self.status_every;
         while !stop.load(Ordering::Relaxed) {
             let now = unix_now();
@@ -114,7 +120,7 @@ impl Node<'_> {
                 next_status = now + self.status_every;
                 self.controller.report(false, self.hub.queued() as u64);
             }
-            self.speak();
+            self.speak()?;
             let due = self.controller.next_stamp();
             let due = due.map_or(next_status, |due| due.min(next_status));
             let mut patience = until(Some(due));
@@ -125,7 +131,7 @@ impl Node<'_> {
                 patience = Duration::ZERO;
                 if let Heard::Left(number) = heard {
                     if number == 0 {
-                        return;
+                        return Ok(());
                     }
                     self.hub.leave(number);
                 } else {
@@ -133,10 +139,11 @@ impl Node<'_> {
                 }
             }
         }
+        Ok(())
     }
 
     /// Takes messages until the peers have no more, or told to stop.
-    fn go_by_the_messages(&mut self, stop: &AtomicBool) {
+    fn go_by_the_messages(&mut self, stop: &AtomicBool) -> Result<()> {
         while !stop.load(Ordering::Relaxed) {
             match self.hub.hear(GLANCE) {
                 None => continue,
@@ -145,10 +152,11 @@ impl Node<'_> {
             }
             if self.talking == 0 {
                 self.controller.finish();
-                return;
+                break;
             }
-            self.speak();
+            self.speak()?;
         }
+        Ok(())
     }
 
     fn heed(&mut self, heard: Heard) {
@@ -183,9 +191,11 @@ impl Node<'_> {
         }
     }
 
-    /// Sends what the controller has to say.
-    fn speak(&mut self) {
-        for message in self.controller.take_output() {
+    /// Sends what the controller has to say, once the journal has what it follows from.
+    fn speak(&mut self) -> Result<()> {
+        let output = self.controller.take_output();
+        self.kept.keep(&mut self.controller, !output.is_empty())?;
+        for message in output {
             let line = encode(&message);
             if self.transport.clock() == ClockKind::Messages {
                 self.hub.send(&line);
@@ -198,10 +208,11 @@ impl Node<'_> {
                     .remark("a peer did not keep up and was disconnected");
             }
         }
+        Ok(())
     }
 
     /// Says where things stand and closes all.
-    fn end(mut self, stopped: bool) {
+    fn end(mut self, stopped: bool) -> Result<()> {
         self.controller.stop();
         // With message time the output depends on the messages only.
         let queued = match self.transport.clock() {
@@ -209,7 +220,7 @@ impl Node<'_> {
             ClockKind::Messages => 0,
         };
         self.controller.report(true, queued);
-        self.speak();
+        self.speak()?;
         let status = self.controller.status(true, 0);
         let latency = self.controller.latency();
         if stopped && !status.open_tasks.is_empty() {
@@ -231,5 +242,6 @@ impl Node<'_> {
             latency.max_ms,
         ));
         self.hub.close(PATIENCE);
+        Ok(())
     }
 }

@@ -4,9 +4,11 @@ use crate::decision::{Candidate, Moment};
 use crate::kinematics::{distance, meeting_range, travel_time};
 use crate::station::{Belt, Robot};
 use nalgebra::Point2;
+use serde::{Deserialize, Serialize};
 
 /// How far a task has come.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Stage {
     /// Sent, and perhaps not received.
     Sent,
@@ -18,7 +20,7 @@ pub enum Stage {
 }
 
 /// One task whose result is not known. Times are those of the controller [s].
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Claim {
     /// Number of the task.
     pub task: u64,
@@ -35,6 +37,7 @@ pub struct Claim {
     /// When it meets the item.
     pub meet_at: f64,
     /// Where [m].
+    #[serde(with = "point")]
     pub meet: Point2<f64>,
     /// When it is expected to be free again.
     pub free_at: f64,
@@ -133,5 +136,19 @@ impl Claim {
             self.revision += 1;
         }
         possible
+    }
+}
+
+/// A place as its two coordinates.
+mod point {
+    use nalgebra::Point2;
+    use serde::{Deserialize as _, Deserializer, Serialize as _, Serializer};
+
+    pub fn serialize<S: Serializer>(point: &Point2<f64>, to: S) -> Result<S::Ok, S::Error> {
+        [point.x, point.y].serialize(to)
+    }
+
+    pub fn deserialize<'a, D: Deserializer<'a>>(from: D) -> Result<Point2<f64>, D::Error> {
+        <[f64; 2]>::deserialize(from).map(Point2::from)
     }
 }

@@ -42,6 +42,16 @@ impl Clock {
         }
     }
 
+    /// A clock that goes on from `now` [s], with its time 0 at the stamp `origin`.
+    pub fn resume(kind: ClockKind, origin: Option<f64>, now: f64) -> Self {
+        Self { kind, origin, now }
+    }
+
+    /// Stamp of time 0 [s], once there is one.
+    pub fn origin(&self) -> Option<f64> {
+        self.origin
+    }
+
     /// The time [s] of a stamp.
     pub fn time(&mut self, stamp: f64) -> f64 {
         stamp - *self.origin.get_or_insert(stamp)

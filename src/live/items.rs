@@ -2,10 +2,12 @@
 
 use super::windows::Key;
 use crate::pattern::Item;
+use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// What has become of an item.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum State {
     /// Nobody is after it.
     Free,
@@ -20,7 +22,7 @@ pub enum State {
 }
 
 /// One item.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Tracked {
     /// Its name in messages.
     pub id: String,
@@ -52,11 +54,63 @@ pub struct Items {
     table: BTreeMap<u32, Tracked>,
     by_id: HashMap<String, u32>,
     by_place: BTreeSet<Key>,
-    next: u32,
+    numbers: Numbers,
+    /// Those that have changed since they were last asked for; none while nobody asks.
+    changed: Option<BTreeSet<u32>>,
+}
+
+/// Which names and numbers are used up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Numbers {
+    /// Number of the next item.
+    next_item: u32,
+    /// Items without a name so far.
     unnamed: u64,
 }
 
 impl Items {
+    /// The items of a table.
+    pub fn restore(table: BTreeMap<u32, Tracked>, numbers: Numbers) -> Self {
+        let entries = table.iter();
+        let by_id = entries.map(|(item, tracked)| (tracked.id.clone(), *item));
+        let places = table
+            .iter()
+            .map(|(item, tracked)| Key(tracked.place, *item));
+        Self {
+            by_id: by_id.collect(),
+            by_place: places.collect(),
+            table,
+            numbers,
+            changed: None,
+        }
+    }
+
+    /// Which names and numbers are used up.
+    pub fn numbers(&self) -> Numbers {
+        self.numbers
+    }
+
+    /// Takes note of changes from now on.
+    pub fn watch(&mut self) {
+        self.changed = Some(BTreeSet::new());
+    }
+
+    /// Those that have changed since the last call, with what they are now; nothing for
+    /// those that are forgotten.
+    pub fn take_changed(&mut self) -> Vec<(u32, Option<Tracked>)> {
+        let changed = self.changed.as_mut().map(std::mem::take);
+        let changed = changed.into_iter().flatten();
+        changed
+            .map(|item| (item, self.table.get(&item).cloned()))
+            .collect()
+    }
+
+    fn note_change(&mut self, item: u32) {
+        if let Some(changed) = &mut self.changed {
+            changed.insert(item);
+        }
+    }
+
     /// How many.
     pub fn len(&self) -> usize {
         self.table.len()
@@ -69,6 +123,7 @@ impl Items {
 
     /// The item of this number, to be changed; its place is changed by [`Items::place`].
     pub fn get_mut(&mut self, item: u32) -> Option<&mut Tracked> {
+        self.note_change(item);
         self.table.get_mut(&item)
     }
 
@@ -108,16 +163,17 @@ impl Items {
     pub fn add(&mut self, id: Option<String>, place: f64, time: f64, item: &Item) -> u32 {
         let id = id.unwrap_or_else(|| {
             loop {
-                self.unnamed += 1;
-                let id = format!("auto:{}", self.unnamed);
+                self.numbers.unnamed += 1;
+                let id = format!("auto:{}", self.numbers.unnamed);
                 if !self.by_id.contains_key(&id) {
                     break id;
                 }
             }
         });
-        let number = self.next;
+        let number = self.numbers.next_item;
         // Starts anew after 4 billion items, when those of old are long forgotten.
-        self.next = self.next.wrapping_add(1);
+        self.numbers.next_item = number.wrapping_add(1);
+        self.note_change(number);
         self.by_id.insert(id.clone(), number);
         self.by_place.insert(Key(place, number));
         let tracked = Tracked {
@@ -139,6 +195,7 @@ impl Items {
 
     /// Puts an item elsewhere.
     pub fn place(&mut self, item: u32, place: f64, y: f64) {
+        self.note_change(item);
         if let Some(tracked) = self.table.get_mut(&item) {
             self.by_place.remove(&Key(tracked.place, item));
             (tracked.place, tracked.y) = (place, y);
@@ -158,6 +215,7 @@ impl Items {
 
     /// Removes an item.
     pub fn forget(&mut self, item: u32) -> Option<Tracked> {
+        self.note_change(item);
         let tracked = self.table.remove(&item)?;
         self.by_id.remove(&tracked.id);
         self.by_place.remove(&Key(tracked.place, item));

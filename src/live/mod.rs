@@ -1,7 +1,8 @@
 //! Live control: the node between the camera and the robots.
 //!
 //! The core takes messages and the time and gives messages back; it has no clock, no
-//! thread and no socket of its own, so that every behaviour can be tested exactly.
+//! thread, no file and no socket of its own, so that every behaviour can be tested
+//! exactly. [`transport`] and [`journal`] do what it cannot.
 
 mod belt;
 mod claims;
@@ -9,11 +10,14 @@ mod clock;
 mod controller;
 pub mod emulator;
 mod items;
+pub mod journal;
 mod latency;
 pub mod protocol;
 mod robots;
+mod state;
 pub mod transport;
 mod windows;
 
 pub use clock::ClockKind;
 pub use controller::{Config, Controller, Stopwatch};
+pub use state::{Change, State};

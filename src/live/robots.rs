@@ -1,9 +1,11 @@
 //! What is known of each robot.
 
 use super::protocol::RobotReport;
+use serde::{Deserialize, Serialize};
 
 /// Whether a robot takes tasks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Service {
     /// Nothing was heard of it yet.
     Unknown,
@@ -18,7 +20,8 @@ pub enum Service {
 }
 
 /// Why a robot that could decide does not.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Wait {
     /// It does not wait.
     No,
@@ -29,11 +32,12 @@ pub enum Wait {
 }
 
 /// One robot.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RobotInfo {
     /// Whether it takes tasks.
     pub service: Service,
-    /// When it can set out next [s].
+    /// When it can set out next [s]; infinite where that is not known.
+    #[serde(with = "never")]
     pub free_at: f64,
     /// Why it does not decide before.
     pub wait: Wait,
@@ -89,5 +93,18 @@ impl RobotInfo {
             picked: self.picked,
             failed: self.failed,
         }
+    }
+}
+
+/// A time that may be infinite, which JSON has no number for.
+mod never {
+    use serde::{Deserialize as _, Deserializer, Serialize as _, Serializer};
+
+    pub fn serialize<S: Serializer>(time: &f64, to: S) -> Result<S::Ok, S::Error> {
+        time.is_finite().then_some(time).serialize(to)
+    }
+
+    pub fn deserialize<'a, D: Deserializer<'a>>(from: D) -> Result<f64, D::Error> {
+        Option::<f64>::deserialize(from).map(|time| time.unwrap_or(f64::INFINITY))
     }
 }

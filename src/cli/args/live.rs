@@ -42,6 +42,7 @@ pub struct TransportArgs {
 Examples:
   pickline run --clock messages < recorded.jsonl > tasks.jsonl
   pickline run --listen 127.0.0.1:7400 --strategy lookahead --budget-ms 20
+  pickline run --listen 127.0.0.1:7400 --journal line.journal
   pickline run --schema > protocol.schema.json")]
 pub struct RunArgs {
     #[command(flatten)]
@@ -99,6 +100,22 @@ pub struct RunArgs {
     /// Print the JSON Schema of the protocol and end
     #[arg(long)]
     pub schema: bool,
+    #[command(flatten)]
+    pub kept: KeptArgs,
+}
+
+/// What a run keeps.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Recording and recovery")]
+pub struct KeptArgs {
+    /// Keep items, claims and figures in this file: a run that is started again with it
+    /// after a crash goes on where the last one was
+    #[arg(long, value_name = "FILE")]
+    pub journal: Option<PathBuf>,
+    /// Have every record of the journal on the disk before a task leaves: it then outlives
+    /// the machine's power, not only the program
+    #[arg(long, requires = "journal")]
+    pub fsync: bool,
 }
 
 /// Play the station: a camera, a belt and robots that are not there

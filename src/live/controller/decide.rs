@@ -9,7 +9,7 @@ use crate::live::robots::{Service, Wait};
 impl Controller {
     /// The next decision: when [s], and whose; ties to the robot listed first.
     pub(super) fn next_decision(&mut self) -> Option<(f64, usize)> {
-        if self.held || self.stopping || self.planning.is_none() {
+        if self.held || self.stopping || self.awaits_belt || self.planning.is_none() {
             return None;
         }
         let now = self.clock.now;
@@ -32,7 +32,9 @@ impl Controller {
         let time = self.clock.now;
         self.windows[robot].candidates(time, &mut self.candidates);
         for candidate in &self.candidates {
-            if let Some(tracked) = self.items.get_mut(candidate.item) {
+            // Asked for to be changed it would count as changed.
+            let is_new = self.items.get(candidate.item).is_some_and(|t| !t.offered);
+            if is_new && let Some(tracked) = self.items.get_mut(candidate.item) {
                 tracked.offered = true;
             }
         }

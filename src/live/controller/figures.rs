@@ -4,6 +4,8 @@ use super::Controller;
 use super::items::Fate;
 use crate::live::clock::ClockKind;
 use crate::live::protocol::{Outgoing, Status};
+use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 impl Controller {
     /// The figures as they are now. `queued` is how many messages wait to be sent.
@@ -22,10 +24,10 @@ impl Controller {
                 }
             }
         }
-        let counts = |counts: &std::collections::BTreeMap<&str, u64>| {
+        let counts = |counts: &BTreeMap<Cow<'static, str>, u64>| {
             let counts = counts.iter();
             counts
-                .map(|(name, count)| ((*name).to_owned(), *count))
+                .map(|(name, count)| (name.to_string(), *count))
                 .collect()
         };
         let share = |part: f64, whole: f64| if whole > 0.0 { part / whole } else { 0.0 };

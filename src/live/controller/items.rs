@@ -144,10 +144,10 @@ impl Controller {
     /// Opens the windows of an item, if it is free, for every robot that may take it, and
     /// wakes those that wait for one.
     pub(super) fn open_windows(&mut self, item: u32) {
-        let (Some(station), Some(tracked)) = (&self.planning, self.items.get_mut(item)) else {
+        let (Some(station), Some(tracked)) = (&self.planning, self.items.get(item)) else {
             return;
         };
-        let now = self.clock.now;
+        let (now, mut windowed) = (self.clock.now, tracked.windowed);
         let x0 = tracked.place + self.motion.planned_offset();
         for (index, robot) in station.robots().iter().enumerate() {
             self.windows[index].remove(item);
@@ -158,7 +158,7 @@ impl Controller {
             let Some((open, close)) = window.filter(|(_, close)| *close >= now) else {
                 continue;
             };
-            tracked.windowed = true;
+            windowed = true;
             self.windows[index].add(Candidate {
                 item,
                 x0,
@@ -171,6 +171,11 @@ impl Controller {
             if info.service == Service::Ready && info.wait == Wait::Window {
                 info.free_at = info.free_at.min(open.max(now));
             }
+        }
+        if windowed != tracked.windowed
+            && let Some(tracked) = self.items.get_mut(item)
+        {
+            tracked.windowed = true;
         }
     }
 
@@ -200,6 +205,9 @@ impl Controller {
 
     /// Forgets what has left the belt, so that memory does not grow.
     pub(super) fn forget_gone(&mut self) {
+        if self.awaits_belt {
+            return;
+        }
         let travel = self.motion.travel(self.clock.now);
         let end = self.nominal.belt().length + PAST_THE_END - travel;
         let past = self.items.within(end.next_up(), f64::INFINITY);

@@ -7,6 +7,7 @@
 mod decide;
 mod figures;
 mod items;
+mod recovery;
 mod tasks;
 
 use super::belt::{Change, Motion};
@@ -19,6 +20,8 @@ use super::robots::{RobotInfo, Service, Wait};
 use super::windows::Windows;
 use crate::decision::{BeltItem, Candidate, Strategy};
 use crate::station::Station;
+use recovery::Told;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// How the controller behaves where the model is silent.
@@ -82,12 +85,17 @@ pub struct Controller {
     output: Vec<Outgoing>,
     held: bool,
     stopping: bool,
+    /// Whether the belt has to be heard before anything is done: it may have stopped
+    /// while nobody listened.
+    awaits_belt: bool,
+    /// What was last told of the state; none while nobody asks for its changes.
+    told: Option<Told>,
     seen: u64,
     /// Fates of items that are forgotten.
     picked: u64,
     missed: MissedCounts,
-    rejected: BTreeMap<&'static str, u64>,
-    noted: BTreeMap<&'static str, u64>,
+    rejected: BTreeMap<Cow<'static, str>, u64>,
+    noted: BTreeMap<Cow<'static, str>, u64>,
     /// What a decision is made on, kept to be filled again.
     candidates: Vec<Candidate>,
     view: Vec<BeltItem>,
@@ -118,6 +126,8 @@ impl Controller {
             output: Vec::new(),
             held: false,
             stopping: false,
+            awaits_belt: false,
+            told: None,
             seen: 0,
             picked: 0,
             missed: MissedCounts::default(),
@@ -151,22 +161,13 @@ impl Controller {
         self.stopping = true;
     }
 
-    /// Sends all tasks that are not acknowledged again: the peer is another one.
-    pub fn send_again(&mut self) {
-        for claim in self.claims.values_mut() {
-            if !claim.acknowledged {
-                claim.deadline = claim.deadline.min(self.clock.now);
-            }
-        }
-    }
-
     /// Counts a line that was refused before it became a message.
     pub fn count_rejected(&mut self, reason: Rejection) {
-        *self.rejected.entry(reason.name()).or_default() += 1;
+        *self.rejected.entry(reason.name().into()).or_default() += 1;
     }
 
     fn note(&mut self, what: &'static str) {
-        *self.noted.entry(what).or_default() += 1;
+        *self.noted.entry(what.into()).or_default() += 1;
     }
 
     /// Takes a message.
@@ -239,7 +240,7 @@ impl Controller {
     fn settle(&mut self, until: f64, included: bool) {
         let is_due = |time: f64| time < until || (included && time == until);
         loop {
-            if self.motion.is_off(self.clock.now) {
+            if !self.awaits_belt && self.motion.is_off(self.clock.now) {
                 self.plan_anew();
             }
             let deadline = self.next_deadline().filter(|(time, _)| is_due(*time));
@@ -261,13 +262,18 @@ impl Controller {
     }
 
     fn heed_belt(&mut self, time: f64, belt: &BeltState) {
-        let resets = self.motion.encoder_resets;
+        let resets = self.motion.encoder_resets();
         match self.motion.heed(time, belt) {
-            Change::None => {}
             Change::Late => self.note("late_belt"),
+            Change::None | Change::Plan if self.awaits_belt => {
+                self.awaits_belt = false;
+                self.be_patient();
+                self.plan_anew();
+            }
+            Change::None => {}
             Change::Plan => self.plan_anew(),
         }
-        if self.motion.encoder_resets > resets {
+        if self.motion.encoder_resets() > resets {
             self.note("encoder_reset");
         }
     }
@@ -275,14 +281,18 @@ impl Controller {
     /// The belt is not where plans put it: windows, tasks and waits are made anew.
     fn plan_anew(&mut self) {
         self.motion.plan_anew(self.clock.now);
-        let backwards = self.motion.speed() < 0.0;
-        let station = self.nominal.with_belt_speed(self.motion.planned_speed());
-        self.planning = station.ok().filter(|_| !backwards);
+        self.plan_station();
         let tasks: Vec<u64> = self.claims.keys().copied().collect();
         for task in tasks {
             self.follow(task);
         }
         self.rebuild_windows();
+    }
+
+    fn plan_station(&mut self) {
+        let backwards = self.motion.speed() < 0.0;
+        let station = self.nominal.with_belt_speed(self.motion.planned_speed());
+        self.planning = station.ok().filter(|_| !backwards);
     }
 
     /// Makes all windows anew and wakes whoever waits: the plans they waited by are void.

@@ -39,7 +39,7 @@ impl Controller {
         }));
     }
 
-    fn cancel(&mut self, task: u64, robot: usize, reason: &str) {
+    pub(super) fn cancel(&mut self, task: u64, robot: usize, reason: &str) {
         self.output.push(Outgoing::Cancel(Cancel {
             stamp: self.clock.stamp(self.clock.now),
             task,
@@ -50,7 +50,8 @@ impl Controller {
 
     /// The next time that something has to be done about a task [s], and which.
     pub(super) fn next_deadline(&self) -> Option<(f64, u64)> {
-        let open = self.claims.values();
+        // Where the items are is not known; see `Controller::restore`.
+        let open = self.claims.values().filter(|_| !self.awaits_belt);
         let due = open.filter(|c| !(self.held && c.stage == Stage::Sent));
         due.map(|claim| (claim.deadline, claim.task))
             .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
@@ -126,7 +127,10 @@ impl Controller {
     /// A task is over.
     fn close(&mut self, task: u64) -> Option<Claim> {
         let claim = self.claims.remove(&task)?;
-        self.closed.insert(task, claim.item);
+        // With its item the task is forgotten too.
+        if self.items.get(claim.item).is_some() {
+            self.closed.insert(task, claim.item);
+        }
         Some(claim)
     }
 

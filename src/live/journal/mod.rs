@@ -1,0 +1,205 @@
+//! The claims journal: what the node knew, in a file that outlives it.
+//!
+//! A text file of records, one a line, each with a checksum. The first names the station
+//! and the protocol, the second holds the whole state, every further one what has changed
+//! ([`Change`]) in one step. Changes rather than the messages that caused them: what was
+//! decided holds, and is not decided a second time by a strategy with another budget, on
+//! another machine or of another version. A step is in the journal before anything that
+//! it says leaves the process. Once the changes outweigh the state, the file is replaced
+//! by one that begins with the state as it is, so that its size is bounded.
+
+mod record;
+
+use super::protocol::VERSION;
+use super::state::{Change, State};
+use super::ClockKind;
+use crate::error::{Error, Result};
+use crate::files;
+use record::Header;
+pub use record::Reading;
+use std::fs::{File, TryLockError};
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+/// Changes may outweigh the state that they began with by this factor,
+const FACTOR: u64 = 3;
+/// and by this much [bytes], before the file is begun anew.
+const SLACK: u64 = 1 << 20;
+
+/// Whose journal it is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Owner {
+    /// Hash of the station.
+    pub station: String,
+    /// Where the time comes from.
+    pub clock: ClockKind,
+    /// The program and its version.
+    pub program: String,
+}
+
+impl Owner {
+    fn header(&self) -> Header {
+        Header {
+            journal: record::FORMAT,
+            protocol: VERSION,
+            station: self.station.clone(),
+            clock: match self.clock {
+                ClockKind::System => "system".to_owned(),
+                ClockKind::Messages => "messages".to_owned(),
+            },
+            program: self.program.clone(),
+        }
+    }
+}
+
+/// A journal that is read and locked, and not yet written to.
+#[derive(Debug)]
+pub struct Found {
+    path: PathBuf,
+    lock: File,
+    header: Header,
+    /// What it holds; none of a file that is new or empty.
+    pub reading: Option<Reading>,
+}
+
+/// A journal that is written to.
+#[derive(Debug)]
+pub struct Journal {
+    path: PathBuf,
+    /// Held while this lives; the system lets go of it with the process.
+    _lock: File,
+    header: Header,
+    file: File,
+    records: u64,
+    size: u64,
+    most: u64,
+    sync: bool,
+}
+
+impl Found {
+    /// Locks and reads the journal at `path`, which need not exist yet. Nothing of it is
+    /// changed.
+    ///
+    /// # Errors
+    /// A journal that another process uses, one of another station or protocol, one that
+    /// is damaged; a file that is none, or cannot be read or locked.
+    pub fn open(path: &Path, owner: &Owner) -> Result<Self> {
+        // Links are followed, so that the file that they name is the one replaced.
+        let path = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        files::check_target(Some(&path))?;
+        if path.exists() && !path.is_file() {
+            return Err(Error::input(
+                path.display().to_string(),
+                "is no regular file",
+                "give the journal a file of its own",
+            ));
+        }
+        let lock = lock(&path)?;
+        files::remove_leftovers(&path);
+        let header = owner.header();
+        let bytes = match std::fs::read(&path) {
+            Ok(bytes) => bytes,
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Vec::new(),
+            Err(error) => return Err(Error::read(&path, error)),
+        };
+        let reading = if bytes.is_empty() {
+            None
+        } else {
+            let name = path.display().to_string();
+            Some(record::read(&bytes, &header).map_err(|error| error.inside(&name))?)
+        };
+        Ok(Self {
+            path,
+            lock,
+            header,
+            reading,
+        })
+    }
+
+    /// Begins the journal with a whole state. With `sync` every record is on the disk, not
+    /// only with the system, before it counts as written.
+    ///
+    /// # Errors
+    /// A file that cannot be written; what it held before stays then.
+    pub fn begin(self, whole: &Change, sync: bool) -> Result<Journal> {
+        let (file, size) = write_anew(&self.path, &self.header, whole)?;
+        Ok(Journal {
+            path: self.path,
+            _lock: self.lock,
+            header: self.header,
+            file,
+            records: 1,
+            size,
+            most: SLACK + FACTOR * size,
+            sync,
+        })
+    }
+}
+
+impl Journal {
+    /// Adds what has changed; whether the journal is so long by now that it should be
+    /// begun anew.
+    ///
+    /// # Errors
+    /// A file that cannot be written. What the change has to say must not be said then.
+    pub fn append(&mut self, change: &Change) -> Result<bool> {
+        self.records += 1;
+        let line = record::line(&record::numbered(self.records, change));
+        let written = self.file.write_all(line.as_bytes());
+        let synced = written.and_then(|()| {
+            if self.sync {
+                self.file.sync_data()
+            } else {
+                Ok(())
+            }
+        });
+        synced.map_err(|error| Error::write(&self.path, error))?;
+        self.size += line.len() as u64;
+        Ok(self.size > self.most)
+    }
+
+    /// Replaces all records by the state as it is.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn compact(&mut self, whole: &Change) -> Result<()> {
+        let (file, size) = write_anew(&self.path, &self.header, whole)?;
+        (self.file, self.size, self.records) = (file, size, 1);
+        self.most = SLACK + FACTOR * size;
+        Ok(())
+    }
+}
+
+/// Locks a journal by a file beside it: the journal itself is replaced now and then, and a
+/// lock would stay with what it was.
+fn lock(path: &Path) -> Result<File> {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".lock");
+    let beside = PathBuf::from(name);
+    let mut options = File::options();
+    let options = options.write(true).create(true).truncate(false);
+    let file = options
+        .open(&beside)
+        .map_err(|error| Error::write(&beside, error))?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(TryLockError::WouldBlock) => Err(Error::input(
+            path.display().to_string(),
+            "another process is using this journal",
+            "end that process first; two must not command the same robots",
+        )),
+        Err(TryLockError::Error(error)) => Err(Error::write(&beside, error)),
+    }
+}
+
+/// Writes a journal of one state, whole or not at all; returns it open at its end, and its
+/// size [bytes].
+fn write_anew(path: &Path, header: &Header, whole: &Change) -> Result<(File, u64)> {
+    let text = record::line(header) + &record::line(&record::numbered(1, whole));
+    files::write_whole(path, text.as_bytes())?;
+    // The name too has to be on the disk before what follows counts.
+    files::sync_folder(path);
+    let file = File::options().append(true).open(path);
+    let file = file.map_err(|error| Error::write(path, error))?;
+    Ok((file, text.len() as u64))
+}

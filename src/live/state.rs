@@ -1,0 +1,121 @@
+//! The state of a live line as data: what a controller has to know to go on where another
+//! one was killed.
+//!
+//! Windows, plans and the thoughts of a strategy are not part of it: they follow from it,
+//! or are made anew.
+
+use super::belt::{Motion, MotionChange};
+use super::claims::Claim;
+use super::items::{Numbers, Tracked};
+use super::protocol::MissedCounts;
+use super::robots::RobotInfo;
+use crate::error::{Error, Result};
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+
+/// Counts by what was counted.
+pub(super) type Counts = BTreeMap<Cow<'static, str>, u64>;
+
+/// Numbers that only grow.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub(super) struct Counters {
+    pub next_task: u64,
+    pub numbers: Numbers,
+    /// Items seen so far.
+    pub seen: u64,
+    /// Fates of items that are forgotten.
+    pub picked: u64,
+    pub missed: MissedCounts,
+    pub rejected: Counts,
+    pub noted: Counts,
+}
+
+/// How a state differs from an earlier one: every part that is not what it was, as it is
+/// now. Applied in their order to `State::default()`, the changes give the state.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Change {
+    /// Stamp of time 0 [s].
+    pub(super) origin: Option<f64>,
+    /// Time [s].
+    pub(super) now: f64,
+    /// Items by number; nothing for those that are forgotten.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(super) items: Vec<(u32, Option<Tracked>)>,
+    /// Open tasks by number; nothing for those that are over.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(super) claims: Vec<(u64, Option<Claim>)>,
+    /// Robots by index.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(super) robots: Vec<(usize, RobotInfo)>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) counters: Option<Counters>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) motion: Option<MotionChange>,
+}
+
+impl Change {
+    /// Whether nothing but the time differs.
+    pub(super) fn is_empty(&self) -> bool {
+        self.items.is_empty()
+            && self.claims.is_empty()
+            && self.robots.is_empty()
+            && self.counters.is_none()
+            && self.motion.is_none()
+    }
+}
+
+/// The state of a live line.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct State {
+    pub(super) origin: Option<f64>,
+    pub(super) now: f64,
+    pub(super) items: BTreeMap<u32, Tracked>,
+    pub(super) claims: BTreeMap<u64, Claim>,
+    pub(super) robots: BTreeMap<usize, RobotInfo>,
+    pub(super) counters: Counters,
+    pub(super) motion: Option<Motion>,
+}
+
+impl State {
+    /// Changes as another state has.
+    pub fn apply(&mut self, change: Change) {
+        self.origin = change.origin;
+        self.now = change.now;
+        for (item, tracked) in change.items {
+            match tracked {
+                Some(tracked) => self.items.insert(item, tracked),
+                None => self.items.remove(&item),
+            };
+        }
+        for (task, claim) in change.claims {
+            match claim {
+                Some(claim) => self.claims.insert(task, claim),
+                None => self.claims.remove(&task),
+            };
+        }
+        self.robots.extend(change.robots);
+        if let Some(counters) = change.counters {
+            self.counters = counters;
+        }
+        if let Some(change) = change.motion {
+            let motion = self.motion.get_or_insert_with(|| Motion::new(0.0));
+            motion.apply(change);
+        }
+    }
+
+    /// Checks that this is the state of a line of so many robots.
+    pub(super) fn check(&self, robots: usize) -> Result<()> {
+        let strange = self.claims.values().map(|claim| claim.robot);
+        let strange = strange.chain(self.robots.keys().copied());
+        match strange.max().filter(|robot| *robot >= robots) {
+            None => Ok(()),
+            Some(robot) => Err(Error::input(
+                "its state",
+                format!("it tells of robot {}, of {robots}", robot + 1),
+                "use the journal of this station, or begin a new one",
+            )),
+        }
+    }
+}

@@ -1,0 +1,265 @@
+//! `pickline run --journal`, killed at random moments under load and started again.
+//!
+//! The test is the station: it carries out the tasks that it is given and keeps its own
+//! account of what it was told, to which the node is held.
+#![cfg(unix)]
+
+use pickline::live::emulator::{Emulator, Trouble};
+use pickline::live::protocol::{
+    BeltState, Incoming, Outgoing, Status, Task, Verdict, decode_outgoing, encode,
+};
+use pickline::pattern::{Pattern, poisson_disk, random_stream};
+use pickline::station::{Station, built_in};
+use rand::RngExt as _;
+use std::collections::{HashMap, HashSet};
+use std::io::{BufRead as _, BufReader, Read as _, Write as _};
+use std::net::{TcpListener, TcpStream};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// Nothing takes so long unless it is stuck.
+const STUCK: Duration = Duration::from_secs(120);
+
+/// A node that connects to the test.
+struct Node {
+    child: Child,
+    stream: TcpStream,
+    lines: Receiver<Outgoing>,
+}
+
+fn start(listener: &TcpListener, journal: &Path, arguments: &[&str]) -> Child {
+    let address = listener.local_addr().unwrap().to_string();
+    Command::new(env!("CARGO_BIN_EXE_pickline"))
+        .args(["run", "--connect", &address, "--journal"])
+        .arg(journal)
+        .args(arguments)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap()
+}
+
+/// Waits for a node to connect.
+fn accept(listener: &TcpListener, mut child: Child) -> Node {
+    listener.set_nonblocking(true).unwrap();
+    let began = Instant::now();
+    let stream = loop {
+        match listener.accept() {
+            Ok((stream, _)) => break stream,
+            Err(_) => assert!(began.elapsed() < STUCK),
+        }
+        if child.try_wait().unwrap().is_some() {
+            let mut errors = String::new();
+            let stderr = child.stderr.as_mut().unwrap();
+            stderr.read_to_string(&mut errors).unwrap();
+            panic!("{errors}");
+        }
+        thread::sleep(Duration::from_millis(1));
+    };
+    stream.set_nonblocking(false).unwrap();
+    stream.set_nodelay(true).unwrap();
+    // A pipe that nobody empties would stop the node.
+    let mut errors = child.stderr.take().unwrap();
+    thread::spawn(move || errors.read_to_end(&mut Vec::new()));
+    let (sender, lines) = channel();
+    let mut reads = BufReader::new(stream.try_clone().unwrap());
+    thread::spawn(move || {
+        let mut line = Vec::new();
+        // A line without an end was never said.
+        while reads.read_until(b'\n', &mut line).is_ok() && line.ends_with(b"\n") {
+            line.pop();
+            if sender.send(decode_outgoing(&line).unwrap()).is_err() {
+                return;
+            }
+            line.clear();
+        }
+    });
+    Node {
+        child,
+        stream,
+        lines,
+    }
+}
+
+impl Node {
+    /// A node that has been killed hears nothing; that is noticed by its silence.
+    fn say(&mut self, message: &Incoming) {
+        let _ = self.stream.write_all(encode(message).as_bytes());
+    }
+
+    fn kill(mut self) {
+        // What it has said before is heard.
+        self.child.kill().unwrap();
+        self.child.wait().unwrap();
+    }
+}
+
+/// What the station was told and what it has answered.
+#[derive(Default)]
+struct Account {
+    /// Item and robot of every task ever given.
+    tasks: HashMap<u64, (String, String)>,
+    /// The task that is after an item, as long as it has no result.
+    claims: HashMap<String, u64>,
+    /// Items that the node must know to be picked.
+    picked: HashSet<String>,
+    repeated: usize,
+}
+
+impl Account {
+    fn task(&mut self, task: &Task) {
+        let this = (task.item.clone(), task.robot.clone());
+        if let Some(known) = self.tasks.insert(task.id, this.clone()) {
+            assert_eq!(known, this, "task {} is another one now", task.id);
+            self.repeated += 1;
+            return;
+        }
+        assert!(!self.picked.contains(&task.item), "picked again: {task:?}");
+        let other = self.claims.insert(task.item.clone(), task.id);
+        assert!(other.is_none(), "{task:?} is given while {other:?} lives");
+    }
+
+    /// The station tells the node, which may not hear it.
+    fn tell(&mut self, message: &Incoming) {
+        if let Incoming::Result(report) = message
+            && let Some((item, _)) = self.tasks.get(&report.task)
+            && self.claims.get(item) == Some(&report.task)
+        {
+            self.claims.remove(item);
+        }
+    }
+
+    /// The node has heard it.
+    fn heard(&mut self, message: &Incoming) {
+        if let Incoming::Result(report) = message
+            && report.result == Verdict::Picked
+        {
+            self.picked.insert(self.tasks[&report.task].0.clone());
+        }
+    }
+}
+
+fn line(speed: f64, items: usize, seed: u64) -> (Station, Pattern) {
+    let station = built_in("paper").unwrap().station(Some(2)).unwrap();
+    let station = station.with_belt_speed(speed).unwrap();
+    let width = station.belt().width;
+    let pattern = poisson_disk(width, 0.12, items, &mut random_stream(seed, 0)).unwrap();
+    (station, pattern)
+}
+
+/// Everything is accounted for, and nothing was promised twice.
+fn check_end(emulator: &Emulator, status: &Status, items: usize) {
+    let broken = emulator.broken_promises();
+    assert!(broken.is_empty(), "{broken:?}");
+    assert_eq!(status.seen, items as u64, "{status:?}");
+    let sum = status.picked + status.missed.total();
+    assert_eq!((status.seen, status.open_tasks.len()), (sum, 0), "{status:?}");
+    let in_bins = emulator.picked().len() as u64;
+    let doubtful = status.missed.no_result;
+    let picked = status.picked..=status.picked + doubtful;
+    assert!(picked.contains(&in_bins), "{in_bins} {status:?}");
+}
+
+/// With message time the answer to a tick says that everything before it is known, so the
+/// station knows what it has to say again. Some kills come while the node is starting.
+#[test]
+fn killed_two_hundred_times_with_message_time() {
+    const KILLS: usize = 220;
+    let folder = tempfile::tempdir().unwrap();
+    let journal = folder.path().join("journal");
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let items = 1000;
+    let (station, pattern) = line(0.05, items, 1);
+    let trouble = Trouble {
+        grasp_failures: 0.1,
+        duplicates: 0.1,
+        out_of_order: 0.05,
+        jitter: 0.05,
+        ..Trouble::default()
+    };
+    let mut emulator = Emulator::new(station, pattern, trouble).unwrap();
+    let mut luck = random_stream(1, 1);
+    let clock = ["--clock", "messages"];
+    let mut node = accept(&listener, start(&listener, &journal, &clock));
+    let mut account = Account::default();
+    let (mut due, mut kills) = (None, 0);
+    loop {
+        let round = emulator.round(due);
+        if round.is_empty() {
+            break;
+        }
+        round.iter().for_each(|message| account.tell(message));
+        let mut killer = None;
+        if kills < KILLS && luck.random_range(0..12) == 0 {
+            // Before it has heard anything, in the midst of it, or when it has answered.
+            let wait = Duration::from_micros(luck.random_range(0..1500));
+            let id = node.child.id().to_string();
+            killer = Some(thread::spawn(move || {
+                thread::sleep(wait);
+                let killed = Command::new("kill").args(["-s", "KILL", &id]).status();
+                assert!(killed.unwrap().success());
+            }));
+        }
+        due = 'answered: loop {
+            for message in &round {
+                node.say(message);
+            }
+            let dead = loop {
+                match node.lines.recv_timeout(STUCK) {
+                    Ok(Outgoing::Due(answer)) => {
+                        if killer.is_none() {
+                            break 'answered answer.next;
+                        }
+                        // It dies after all; what follows is news for another one.
+                        killer.take().unwrap().join().unwrap();
+                        node.child.wait().unwrap();
+                        round.iter().for_each(|message| account.heard(message));
+                    }
+                    Ok(message) => {
+                        if let Outgoing::Task(task) = &message {
+                            account.task(task);
+                        }
+                        emulator.receive(message);
+                    }
+                    Err(RecvTimeoutError::Disconnected) => break true,
+                    Err(RecvTimeoutError::Timeout) => panic!("no answer"),
+                }
+            };
+            assert!(dead);
+            if let Some(killer) = killer.take() {
+                killer.join().unwrap();
+            }
+            kills += 1;
+            node.child.wait().unwrap();
+            let mut child = start(&listener, &journal, &clock);
+            while kills < KILLS && luck.random_range(0..4) == 0 {
+                thread::sleep(Duration::from_micros(luck.random_range(0..30_000)));
+                child.kill().unwrap();
+                child.wait().unwrap();
+                kills += 1;
+                child = start(&listener, &journal, &clock);
+                // It may have connected before it died.
+                listener.set_nonblocking(true).unwrap();
+                while listener.accept().is_ok() {}
+            }
+            node = accept(&listener, child);
+        };
+        round.iter().for_each(|message| account.heard(message));
+    }
+    node.stream.shutdown(std::net::Shutdown::Write).unwrap();
+    let last = node.lines.iter().last();
+    let Some(Outgoing::Status(status)) = last.filter(|_| node.child.wait().unwrap().success())
+    else {
+        panic!("no last status");
+    };
+    check_end(&emulator, &status, items);
+    assert!(kills >= KILLS && account.repeated > 20, "{kills} {}", account.repeated);
+    assert!(emulator.picked().len() > items / 4);
+    let mut names: Vec<_> = std::fs::read_dir(folder.path()).unwrap().collect();
+    names.retain(|entry| !entry.as_ref().unwrap().path().ends_with("journal"));
+    assert_eq!(names.len(), 1, "{names:?}");
+}
