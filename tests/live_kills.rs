@@ -14,7 +14,6 @@ use rand::RngExt as _;
 use std::collections::{HashMap, HashSet};
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::net::{TcpListener, TcpStream};
-use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread;
@@ -30,11 +29,10 @@ struct Node {
     lines: Receiver<Outgoing>,
 }
 
-fn start(listener: &TcpListener, journal: &Path, arguments: &[&str]) -> Child {
+fn start(listener: &TcpListener, arguments: &[&str]) -> Child {
     let address = listener.local_addr().unwrap().to_string();
     Command::new(env!("CARGO_BIN_EXE_pickline"))
-        .args(["run", "--connect", &address, "--journal"])
-        .arg(journal)
+        .args(["run", "--connect", &address])
         .args(arguments)
         .stdin(Stdio::null())
         .stdout(Stdio::null())
@@ -54,17 +52,19 @@ fn accept(listener: &TcpListener, mut child: Child) -> Node {
         }
         if child.try_wait().unwrap().is_some() {
             let mut errors = String::new();
-            let stderr = child.stderr.as_mut().unwrap();
-            stderr.read_to_string(&mut errors).unwrap();
-            panic!("{errors}");
+            if let Some(mut stderr) = child.stderr.take() {
+                stderr.read_to_string(&mut errors).unwrap();
+            }
+            panic!("it has ended: {errors}");
         }
         thread::sleep(Duration::from_millis(1));
     };
     stream.set_nonblocking(false).unwrap();
     stream.set_nodelay(true).unwrap();
     // A pipe that nobody empties would stop the node.
-    let mut errors = child.stderr.take().unwrap();
-    thread::spawn(move || errors.read_to_end(&mut Vec::new()));
+    if let Some(mut errors) = child.stderr.take() {
+        thread::spawn(move || errors.read_to_end(&mut Vec::new()));
+    }
     let (sender, lines) = channel();
     let mut reads = BufReader::new(stream.try_clone().unwrap());
     thread::spawn(move || {
@@ -86,16 +86,17 @@ fn accept(listener: &TcpListener, mut child: Child) -> Node {
 }
 
 impl Node {
+    /// A node without its stream, to which it connects again by itself.
+    fn hang_up(self) -> Child {
+        let _ = self.stream.shutdown(std::net::Shutdown::Both);
+        self.child
+    }
+
     /// A node that has been killed hears nothing; that is noticed by its silence.
     fn say(&mut self, message: &Incoming) {
         let _ = self.stream.write_all(encode(message).as_bytes());
     }
 
-    fn kill(mut self) {
-        // What it has said before is heard.
-        self.child.kill().unwrap();
-        self.child.wait().unwrap();
-    }
 }
 
 /// What the station was told and what it has answered.
@@ -183,8 +184,8 @@ fn killed_two_hundred_times_with_message_time() {
     };
     let mut emulator = Emulator::new(station, pattern, trouble).unwrap();
     let mut luck = random_stream(1, 1);
-    let clock = ["--clock", "messages"];
-    let mut node = accept(&listener, start(&listener, &journal, &clock));
+    let arguments = ["--clock", "messages", "--journal", journal.to_str().unwrap()];
+    let mut node = accept(&listener, start(&listener, &arguments));
     let mut account = Account::default();
     let (mut due, mut kills) = (None, 0);
     loop {
@@ -235,16 +236,16 @@ fn killed_two_hundred_times_with_message_time() {
             }
             kills += 1;
             node.child.wait().unwrap();
-            let mut child = start(&listener, &journal, &clock);
+            let mut child = start(&listener, &arguments);
             while kills < KILLS && luck.random_range(0..4) == 0 {
                 thread::sleep(Duration::from_micros(luck.random_range(0..30_000)));
                 child.kill().unwrap();
                 child.wait().unwrap();
                 kills += 1;
-                child = start(&listener, &journal, &clock);
                 // It may have connected before it died.
                 listener.set_nonblocking(true).unwrap();
                 while listener.accept().is_ok() {}
+                child = start(&listener, &arguments);
             }
             node = accept(&listener, child);
         };
@@ -262,4 +263,124 @@ fn killed_two_hundred_times_with_message_time() {
     let mut names: Vec<_> = std::fs::read_dir(folder.path()).unwrap().collect();
     names.retain(|entry| !entry.as_ref().unwrap().path().ends_with("journal"));
     assert_eq!(names.len(), 1, "{names:?}");
+}
+
+fn unix_now() -> f64 {
+    let now = std::time::SystemTime::now();
+    let since = now.duration_since(std::time::UNIX_EPOCH);
+    since.unwrap().as_secs_f64()
+}
+
+/// What happens to the node now and then.
+#[derive(Clone, Copy, PartialEq)]
+enum Mishap {
+    /// It is killed and started again, with its journal.
+    Killed,
+    /// Its peer goes away and comes back.
+    LeftAlone,
+}
+
+/// A station in real time. A status tells how many items are known: as they are seen one
+/// after another, those that were sent and are not known are the last ones, and are sent
+/// again.
+fn by_the_clock(mishap: Mishap, least: usize) {
+    let folder = tempfile::tempdir().unwrap();
+    let journal = folder.path().join("journal");
+    let journal = journal.to_str().unwrap();
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let (speed, items) = (0.4, 150);
+    let (station, pattern) = line(speed, items, 2);
+    let trouble = Trouble {
+        grasp_failures: 0.1,
+        ..Trouble::default()
+    };
+    let mut emulator = Emulator::new(station, pattern, trouble).unwrap();
+    let text = ["--belt-speed", "0.4", "--status-every", "0.05", "-q"];
+    let mut arguments = text.to_vec();
+    if mishap == Mishap::Killed {
+        arguments.extend(["--journal", journal]);
+    }
+    let mut luck = random_stream(2, 1);
+    let mut node = accept(&listener, start(&listener, &arguments));
+    let mut account = Account::default();
+    let origin = unix_now();
+    emulator.start_at(origin);
+    // All items that were seen, and how many of them the node has said it knows.
+    let (mut seen, mut known): (Vec<Incoming>, usize) = (Vec::new(), 0);
+    let (mut synced, mut mishaps) = (true, 0);
+    let mut next_mishap = origin + 1.0;
+    let status = loop {
+        for message in emulator.advance(unix_now()) {
+            account.tell(&message);
+            let is_item = matches!(message, Incoming::Detection(_));
+            if synced || !is_item {
+                node.say(&message);
+            }
+            if is_item {
+                seen.push(message);
+            }
+        }
+        let is_over = emulator.next_stamp().is_none();
+        match node.lines.recv_timeout(Duration::from_millis(2)) {
+            Ok(Outgoing::Status(status)) => {
+                let now_known = status.seen as usize;
+                assert!(now_known >= known, "{} items are forgotten", known - now_known);
+                known = now_known;
+                if !synced {
+                    seen[known..].iter().for_each(|message| node.say(message));
+                    synced = true;
+                }
+                if is_over && known == items && status.on_belt + status.claimed == 0 {
+                    break status;
+                }
+            }
+            Ok(message) => {
+                if let Outgoing::Task(task) = &message {
+                    account.task(task);
+                }
+                emulator.receive(message);
+            }
+            Err(_) => {}
+        }
+        if is_over {
+            assert!(unix_now() < origin + STUCK.as_secs_f64(), "{known} items are known");
+        } else if unix_now() > next_mishap {
+            next_mishap = unix_now() + luck.random_range(0.05..0.5);
+            mishaps += 1;
+            let child = match mishap {
+                Mishap::Killed => {
+                    node.child.kill().unwrap();
+                    node.child.wait().unwrap();
+                    start(&listener, &arguments)
+                }
+                Mishap::LeftAlone => node.hang_up(),
+            };
+            node = accept(&listener, child);
+            synced = false;
+            // Whoever connects says how the belt is.
+            let stamp = unix_now();
+            let position = Some(speed * (stamp - origin));
+            node.say(&Incoming::Belt(BeltState {
+                stamp,
+                speed,
+                position,
+            }));
+        }
+    };
+    check_end(&emulator, &status, items);
+    assert!(mishaps >= least, "{mishaps}");
+    assert!(account.repeated >= least / 10, "{}", account.repeated);
+    assert!(emulator.picked().len() > 5, "{status:?}");
+    node.child.kill().unwrap();
+    node.child.wait().unwrap();
+}
+
+#[test]
+fn killed_again_and_again_by_the_clock() {
+    by_the_clock(Mishap::Killed, 20);
+}
+
+#[test]
+fn a_peer_that_goes_away_and_comes_back_finds_all_as_it_was() {
+    by_the_clock(Mishap::LeftAlone, 20);
 }
