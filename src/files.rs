@@ -193,9 +193,7 @@ pub fn check_apart(named: &[(&str, Option<&Path>)]) -> Result<()> {
 fn resolved(file: &Path) -> PathBuf {
     let whole = |path: &Path| std::fs::canonicalize(path).ok();
     whole(file)
-        .or_else(|| {
-            Some(whole(folder_of(file))?.join(file.file_name()?))
-        })
+        .or_else(|| Some(whole(folder_of(file))?.join(file.file_name()?)))
         .unwrap_or_else(|| file.to_owned())
 }
 

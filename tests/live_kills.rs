@@ -96,7 +96,13 @@ impl Node {
     fn say(&mut self, message: &Incoming) {
         let _ = self.stream.write_all(encode(message).as_bytes());
     }
+}
 
+/// When the node is killed.
+#[derive(Clone, Copy, PartialEq)]
+enum Kill {
+    At(Instant),
+    FirstAnswer,
 }
 
 /// What the station was told and what it has answered.
@@ -158,7 +164,11 @@ fn check_end(emulator: &Emulator, status: &Status, items: usize) {
     assert!(broken.is_empty(), "{broken:?}");
     assert_eq!(status.seen, items as u64, "{status:?}");
     let sum = status.picked + status.missed.total();
-    assert_eq!((status.seen, status.open_tasks.len()), (sum, 0), "{status:?}");
+    assert_eq!(
+        (status.seen, status.open_tasks.len()),
+        (sum, 0),
+        "{status:?}"
+    );
     let in_bins = emulator.picked().len() as u64;
     let doubtful = status.missed.no_result;
     let picked = status.picked..=status.picked + doubtful;
@@ -184,7 +194,12 @@ fn killed_two_hundred_times_with_message_time() {
     };
     let mut emulator = Emulator::new(station, pattern, trouble).unwrap();
     let mut luck = random_stream(1, 1);
-    let arguments = ["--clock", "messages", "--journal", journal.to_str().unwrap()];
+    let arguments = [
+        "--clock",
+        "messages",
+        "--journal",
+        journal.to_str().unwrap(),
+    ];
     let mut node = accept(&listener, start(&listener, &arguments));
     let mut account = Account::default();
     let (mut due, mut kills) = (None, 0);
@@ -194,30 +209,41 @@ fn killed_two_hundred_times_with_message_time() {
             break;
         }
         round.iter().for_each(|message| account.tell(message));
-        let mut killer = None;
+        let mut kill = None;
         if kills < KILLS && luck.random_range(0..12) == 0 {
-            // Before it has heard anything, in the midst of it, or when it has answered.
-            let wait = Duration::from_micros(luck.random_range(0..1500));
-            let id = node.child.id().to_string();
-            killer = Some(thread::spawn(move || {
-                thread::sleep(wait);
-                let killed = Command::new("kill").args(["-s", "KILL", &id]).status();
-                assert!(killed.unwrap().success());
-            }));
+            // With its first answer: a task is on the wire, and little else has happened
+            // since. Or whenever it is: unheard, in the midst of it, or all answered.
+            kill = Some(match luck.random_range(0..2) {
+                0 => Kill::FirstAnswer,
+                _ => Kill::At(Instant::now() + Duration::from_micros(luck.random_range(0..500))),
+            });
         }
         due = 'answered: loop {
             for message in &round {
                 node.say(message);
             }
-            let dead = loop {
-                match node.lines.recv_timeout(STUCK) {
+            let mut alive = true;
+            loop {
+                let patience = match kill {
+                    Some(Kill::At(time)) => time.saturating_duration_since(Instant::now()),
+                    _ => STUCK,
+                };
+                let heard = node.lines.recv_timeout(patience);
+                let is_time = match heard {
+                    Err(RecvTimeoutError::Timeout) => true,
+                    _ => kill == Some(Kill::FirstAnswer),
+                };
+                if is_time {
+                    assert!(kill.take().is_some(), "no answer");
+                    node.child.kill().unwrap();
+                    alive = false;
+                }
+                match heard {
                     Ok(Outgoing::Due(answer)) => {
-                        if killer.is_none() {
+                        if alive && kill.is_none() {
                             break 'answered answer.next;
                         }
-                        // It dies after all; what follows is news for another one.
-                        killer.take().unwrap().join().unwrap();
-                        node.child.wait().unwrap();
+                        // It dies after all; what follows is no news for another one.
                         round.iter().for_each(|message| account.heard(message));
                     }
                     Ok(message) => {
@@ -226,14 +252,11 @@ fn killed_two_hundred_times_with_message_time() {
                         }
                         emulator.receive(message);
                     }
-                    Err(RecvTimeoutError::Disconnected) => break true,
-                    Err(RecvTimeoutError::Timeout) => panic!("no answer"),
+                    Err(RecvTimeoutError::Timeout) => {}
+                    Err(RecvTimeoutError::Disconnected) => break,
                 }
-            };
-            assert!(dead);
-            if let Some(killer) = killer.take() {
-                killer.join().unwrap();
             }
+            assert!(!alive, "it has ended by itself");
             kills += 1;
             node.child.wait().unwrap();
             let mut child = start(&listener, &arguments);
@@ -258,7 +281,11 @@ fn killed_two_hundred_times_with_message_time() {
         panic!("no last status");
     };
     check_end(&emulator, &status, items);
-    assert!(kills >= KILLS && account.repeated > 20, "{kills} {}", account.repeated);
+    assert!(
+        kills >= KILLS && account.repeated > 20,
+        "{kills} {}",
+        account.repeated
+    );
     assert!(emulator.picked().len() > items / 4);
     let mut names: Vec<_> = std::fs::read_dir(folder.path()).unwrap().collect();
     names.retain(|entry| !entry.as_ref().unwrap().path().ends_with("journal"));
@@ -324,7 +351,11 @@ fn by_the_clock(mishap: Mishap, least: usize) {
         match node.lines.recv_timeout(Duration::from_millis(2)) {
             Ok(Outgoing::Status(status)) => {
                 let now_known = status.seen as usize;
-                assert!(now_known >= known, "{} items are forgotten", known - now_known);
+                assert!(
+                    now_known >= known,
+                    "{} items are forgotten",
+                    known - now_known
+                );
                 known = now_known;
                 if !synced {
                     seen[known..].iter().for_each(|message| node.say(message));
@@ -337,13 +368,19 @@ fn by_the_clock(mishap: Mishap, least: usize) {
             Ok(message) => {
                 if let Outgoing::Task(task) = &message {
                     account.task(task);
+                    if luck.random_range(0..4) == 0 {
+                        next_mishap = 0.0;
+                    }
                 }
                 emulator.receive(message);
             }
             Err(_) => {}
         }
         if is_over {
-            assert!(unix_now() < origin + STUCK.as_secs_f64(), "{known} items are known");
+            assert!(
+                unix_now() < origin + STUCK.as_secs_f64(),
+                "{known} items are known"
+            );
         } else if unix_now() > next_mishap {
             next_mishap = unix_now() + luck.random_range(0.05..0.5);
             mishaps += 1;

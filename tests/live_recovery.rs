@@ -151,10 +151,22 @@ fn tasks(said: Vec<Outgoing>) -> Vec<Task> {
 fn a_belt_that_stopped_meanwhile_is_noticed() {
     let station = station();
     let mut line = new(&station);
-    say(&mut line, r#""kind":"belt","stamp":0,"speed":0.05,"position":7"#);
-    say(&mut line, r#""kind":"robot","stamp":0,"name":"r1","state":"idle""#);
-    say(&mut line, r#""kind":"detection","stamp":0,"id":"a","x":1,"y":-0.2"#);
-    say(&mut line, r#""kind":"detection","stamp":0,"id":"b","x":0.9,"y":-0.2"#);
+    say(
+        &mut line,
+        r#""kind":"belt","stamp":0,"speed":0.05,"position":7"#,
+    );
+    say(
+        &mut line,
+        r#""kind":"robot","stamp":0,"name":"r1","state":"idle""#,
+    );
+    say(
+        &mut line,
+        r#""kind":"detection","stamp":0,"id":"a","x":1,"y":-0.2"#,
+    );
+    say(
+        &mut line,
+        r#""kind":"detection","stamp":0,"id":"b","x":0.9,"y":-0.2"#,
+    );
     let given = tasks(say(&mut line, r#""kind":"tick","stamp":0"#));
     assert_eq!(given.len(), 1);
     let mut line = restore(&station, state_of(&mut line));
@@ -175,16 +187,25 @@ fn a_belt_that_stopped_meanwhile_is_noticed() {
 fn open_tasks_are_told_of_again() {
     let station = station();
     let mut line = new(&station);
-    say(&mut line, r#""kind":"robot","stamp":0,"name":"r1","state":"idle""#);
-    say(&mut line, r#""kind":"detection","stamp":0,"id":"a","x":1,"y":-0.2"#);
+    say(
+        &mut line,
+        r#""kind":"robot","stamp":0,"name":"r1","state":"idle""#,
+    );
+    say(
+        &mut line,
+        r#""kind":"detection","stamp":0,"id":"a","x":1,"y":-0.2"#,
+    );
     let task = tasks(say(&mut line, r#""kind":"tick","stamp":0"#)).remove(0);
     let unheard = state_of(&mut line);
-    say(&mut line, &format!(r#""kind":"ack","stamp":0.1,"task":{}"#, task.id));
+    say(
+        &mut line,
+        &format!(r#""kind":"ack","stamp":0.1,"task":{}"#, task.id),
+    );
     let heard = state_of(&mut line);
     // Acknowledged it stands as it was; unheard, as things are now.
     let mut line = restore(&station, heard);
     line.send_again();
-    assert_eq!(tasks(line.take_output()), [task.clone()]);
+    assert_eq!(tasks(line.take_output()), std::slice::from_ref(&task));
     let mut line = restore(&station, unheard.clone());
     line.send_again();
     assert!(line.take_output().is_empty());
@@ -300,7 +321,10 @@ fn a_journal_stays_small_and_what_is_damaged_is_named() {
     damaged(&|b| b.truncate(first + 50), "line 2: is damaged");
     damaged(&|b| *b = b"[belt]\nspeed = 1\n".to_vec(), "line 1");
     for (other, word) in [
-        (owner("b", ClockKind::Messages), "of station a, this run of b"),
+        (
+            owner("b", ClockKind::Messages),
+            "of station a, this run of b",
+        ),
         (owner("a", ClockKind::System), "of clock messages"),
     ] {
         let error = open(&bytes, &other).unwrap_err().to_string();

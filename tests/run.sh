@@ -10,3 +10,5 @@ cargo test --locked --bench engines --bench lookahead --bench bound --bench rl
 bash tests/browser/run.sh
 # Equilibria against an independent solver, which it installs under target/.
 bash tests/gambit/run.sh
+# Recordings of live runs, read by the mcap package of Python.
+bash tests/mcap/run.sh

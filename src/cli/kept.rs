@@ -1,77 +1,106 @@
-//! What a run of the live node keeps on disk: its journal.
+//! What a run of the live node keeps on disk: its journal and its recording.
 
-use super::args::{KeptArgs, TransportArgs};
+use super::args::RunArgs;
+use super::live::unix_now;
+use super::session::Session;
 use crate::decision::Strategy;
 use crate::error::Result;
 use crate::live::journal::{Found, Journal, Owner};
+use crate::live::protocol::{Incoming, Outgoing};
+use crate::live::recording::Event;
+#[cfg(feature = "mcap")]
+use crate::live::recording::{Heading, Recorder};
 use crate::live::{ClockKind, Config, Controller};
 use crate::report::station_hash;
 use crate::station::Station;
 use std::path::Path;
 
+/// The program and its version.
+const PROGRAM: &str = concat!("pickline ", env!("CARGO_PKG_VERSION"));
+
 /// What a run keeps.
-#[derive(Debug, Default)]
+#[derive(Default)]
 pub struct Kept {
     journal: Option<Journal>,
+    #[cfg(feature = "mcap")]
+    recording: Recording,
 }
 
-impl KeptArgs {
-    /// The controller of a run, going on where its journal ends if it has one.
-    ///
-    /// # Errors
-    /// As for [`Found::open`] and [`Controller::restore`].
-    pub fn open(
-        &self,
-        station: Station,
-        strategy: Box<dyn Strategy>,
-        config: Config,
-        transport: &TransportArgs,
-    ) -> Result<(Controller, Kept)> {
-        let Some(path) = &self.journal else {
-            return Ok((Controller::new(station, strategy, config), Kept::default()));
-        };
-        let owner = Owner {
-            station: station_hash(&station),
-            clock: config.clock,
-            program: format!("pickline {}", env!("CARGO_PKG_VERSION")),
-        };
-        let mut found = Found::open(path, &owner)?;
-        let mut controller = match found.reading.take() {
-            None => Controller::new(station, strategy, config),
-            Some(reading) => {
-                let stamp = (config.clock == ClockKind::System).then(super::live::unix_now);
-                let restored =
-                    Controller::restore(station, strategy, config, reading.state, stamp);
-                let controller =
-                    restored.map_err(|error| error.inside(&path.display().to_string()))?;
-                transport.remark(&resuming(path, reading.torn, &controller));
-                controller
-            }
-        };
-        let journal = found.begin(&controller.whole(), self.fsync)?;
-        let kept = Kept {
-            journal: Some(journal),
-        };
-        Ok((controller, kept))
-    }
-}
-
-fn resuming(path: &Path, torn: usize, controller: &Controller) -> String {
-    let (items, tasks) = controller.load();
-    let name = path.display();
-    let mut text = format!("going on from {name}: {items} items, {tasks} open tasks");
-    if torn > 0 {
-        text += &format!(
-            "; its last record, {torn} bytes, was never written to its end and is left out"
-        );
-    }
-    if controller.awaits_belt() {
-        text += "; no task is given until the belt has been heard";
-    }
-    text
+/// A recording that must not stop the line: when it cannot go on it ends, which is told
+/// then and again at the end.
+#[cfg(feature = "mcap")]
+#[derive(Default)]
+struct Recording {
+    recorder: Option<Recorder>,
+    failure: Option<crate::error::Error>,
 }
 
 impl Kept {
+    /// Opens what a run keeps, and makes its controller: one that goes on where the journal
+    /// ends, if there is one. `strategy` is as it is written and as it is.
+    ///
+    /// # Errors
+    /// As for [`Found::open`], [`Controller::restore`] and [`Recorder::create`].
+    pub fn open(
+        args: &RunArgs,
+        session: &Session,
+        station: Station,
+        strategy: (&str, Box<dyn Strategy>),
+        config: Config,
+    ) -> Result<(Controller, Self)> {
+        #[cfg(feature = "mcap")]
+        let mut heading = Heading {
+            program: PROGRAM.into(),
+            command: session.command(),
+            station: crate::station::to_toml(&station),
+            station_hash: station_hash(&station),
+            strategy: strategy.0.to_owned(),
+            budget_ms: args.budget_ms,
+            seed: args.seed,
+            ..Heading::of(&config)
+        };
+        #[cfg(not(feature = "mcap"))]
+        let _ = session;
+        #[cfg(feature = "mcap")]
+        crate::files::check_apart(&[
+            ("--journal", args.kept.journal.as_deref()),
+            ("--record", args.kept.record.as_deref()),
+        ])?;
+        let owner = Owner {
+            station: station_hash(&station),
+            clock: config.clock,
+            program: PROGRAM.into(),
+        };
+        let path = args.kept.journal.as_deref();
+        let mut found = path.map(|path| Found::open(path, &owner)).transpose()?;
+        let reading = found.as_mut().and_then(|found| found.reading.take());
+        let is_restored = reading.is_some();
+        let stamp = (is_restored && config.clock == ClockKind::System).then(unix_now);
+        let mut controller = match (reading, path) {
+            (Some(reading), Some(path)) => {
+                let name = path.display().to_string();
+                let made = Controller::restore(station, strategy.1, config, reading.state, stamp);
+                let controller = made.map_err(|error| error.inside(&name))?;
+                args.transport
+                    .remark(&resuming(path, reading.torn, &controller));
+                controller
+            }
+            _ => Controller::new(station, strategy.1, config),
+        };
+        let mut kept = Self::default();
+        #[cfg(feature = "mcap")]
+        if let Some(path) = &args.kept.record {
+            heading.restored_at = stamp;
+            let state = is_restored.then(|| controller.whole());
+            let recorder = Recorder::create(path, &heading, state.as_ref())?;
+            kept.recording.recorder = Some(recorder);
+        }
+        if let Some(found) = found {
+            kept.journal = Some(found.begin(&controller.whole(), args.kept.fsync)?);
+        }
+        Ok((controller, kept))
+    }
+
     /// Keeps what has changed. To be called before anything that the controller has `said`
     /// leaves.
     ///
@@ -89,4 +118,85 @@ impl Kept {
         }
         Ok(())
     }
+}
+
+#[cfg(feature = "mcap")]
+impl Kept {
+    /// Records a message that has come.
+    pub fn heard(&mut self, message: &Incoming) {
+        self.recording
+            .go_on(|recorder| recorder.heard(message, unix_now()));
+    }
+
+    /// Records a message that leaves.
+    pub fn said(&mut self, message: &Outgoing) {
+        self.recording
+            .go_on(|recorder| recorder.said(message, unix_now()));
+    }
+
+    /// Records what else has happened.
+    pub fn happened(&mut self, event: &Event) {
+        self.recording
+            .go_on(|recorder| recorder.happened(event, unix_now()));
+    }
+
+    /// Has the recording reach its file while nothing happens.
+    pub fn rest(&mut self) {
+        self.recording.go_on(|recorder| recorder.flush(unix_now()));
+    }
+
+    /// Ends the recording.
+    ///
+    /// # Errors
+    /// A recording that could not be written to its end.
+    pub fn finish(mut self) -> Result<()> {
+        if let Some(recorder) = self.recording.recorder.take() {
+            recorder.finish()?;
+        }
+        self.recording.failure.map_or(Ok(()), Err)
+    }
+}
+
+#[cfg(feature = "mcap")]
+impl Recording {
+    fn go_on(&mut self, write: impl FnOnce(&mut Recorder) -> Result<()>) {
+        if let Some(recorder) = &mut self.recorder
+            && let Err(error) = write(recorder)
+        {
+            super::session::tell(&format!("the recording ends here: {error}"));
+            self.failure = Some(error);
+            self.recorder = None;
+        }
+    }
+}
+
+/// Without recordings.
+#[cfg(not(feature = "mcap"))]
+impl Kept {
+    pub fn heard(&mut self, _: &Incoming) {}
+
+    pub fn said(&mut self, _: &Outgoing) {}
+
+    pub fn happened(&mut self, _: &Event) {}
+
+    pub fn rest(&mut self) {}
+
+    pub fn finish(self) -> Result<()> {
+        Ok(())
+    }
+}
+
+fn resuming(path: &Path, torn: usize, controller: &Controller) -> String {
+    let (items, tasks) = controller.load();
+    let name = path.display();
+    let mut text = format!("going on from {name}: {items} items, {tasks} open tasks");
+    if torn > 0 {
+        text += &format!(
+            "; its last record, {torn} bytes, was never written to its end and is left out"
+        );
+    }
+    if controller.awaits_belt() {
+        text += "; no task is given until the belt has been heard";
+    }
+    text
 }

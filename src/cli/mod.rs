@@ -12,6 +12,8 @@ mod pattern;
 mod pattern_set;
 mod pictures;
 mod progress;
+#[cfg(feature = "mcap")]
+mod replay;
 mod run;
 mod session;
 mod settings;

@@ -8,12 +8,14 @@ use super::session::Session;
 use super::settings::json;
 use super::training::{Line, budget};
 use crate::error::Result;
-use crate::live::protocol::{Outgoing, Rejected, Rejection, decode, encode, schema};
+use crate::live::protocol::{Outgoing, Rejected, decode, encode, schema};
+use crate::live::recording::Event;
 use crate::live::transport::{Heard, Hub};
 use crate::live::{ClockKind, Config, Controller};
 use crate::optimize::Environment;
 use crate::planning::{Allowance, Budget};
-use crate::strategies;
+use crate::station::Station;
+use crate::strategies::{self, Blueprint};
 use std::cell::OnceCell;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -25,39 +27,22 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
     if args.schema {
         return session.print(json(&schema())?.as_bytes());
     }
+    #[cfg(feature = "mcap")]
+    if let Some(file) = &args.kept.replay {
+        return super::replay::replay(args, file, session);
+    }
     check_range("--tolerance", args.tolerance, 0.0, 1.0, "m")?;
     check_range("--ack-timeout", args.ack_timeout, 1e-3, 1e3, "s")?;
     check_range("--result-timeout", args.result_timeout, 1e-3, 1e4, "s")?;
     check_range("--status-every", args.status_every, 0.0, 1e6, "s")?;
-    let allowance = Allowance {
-        asked: budget(args.budget_ms)?,
-        otherwise: match args.transport.clock() {
-            // The belt does not wait.
-            ClockKind::System => Budget::LIVE,
-            // So that a stream gives the same output on every machine.
-            ClockKind::Messages => Budget::EXPERIMENT,
-        },
-    };
+    let allowance = allowance(args.budget_ms, args.transport.clock())?;
     let station = args.station.load()?;
     let text = match &args.strategy {
         Some(text) => text.clone(),
         None => strategies::default_strategy(station.robots().len()),
     };
-    let common = Common {
-        seed: args.seed,
-        update_hz: 0.0,
-        threads: None,
-        format: Format::Table,
-        out: None,
-        quiet: args.transport.quiet,
-    };
-    let bar = Bar::new(common.quiet);
-    let environment = Environment {
-        stop: session.stop(),
-        progress: &bar,
-    };
-    let line = Line::new(&common, &station, &environment);
-    let strategy = common.on_threads(|| line.read(&text, &OnceCell::new(), allowance))?;
+    let quiet = args.transport.quiet;
+    let strategy = blueprint(&text, args.seed, quiet, &station, session, allowance)?;
     let config = Config {
         clock: args.transport.clock(),
         tolerance: args.tolerance,
@@ -72,7 +57,7 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
         args.station.station
     ));
     let began = Instant::now();
-    let (controller, kept) = args.kept.open(station, made, config, &args.transport)?;
+    let (controller, kept) = Kept::open(args, session, station, (&text, made), config)?;
     let stopwatch = Box::new(move || began.elapsed().as_secs_f64());
     let mut node = Node {
         controller: controller.with_stopwatch(stopwatch),
@@ -87,6 +72,7 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
     if node.talking > 0 {
         // What a journal tells of may not have reached it.
         node.controller.send_again();
+        node.kept.happened(&Event::Joined {});
     }
     let stop = stop_flag();
     match config.clock {
@@ -94,6 +80,51 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
         ClockKind::Messages => node.go_by_the_messages(&stop)?,
     }
     node.end(stop.load(Ordering::Relaxed))
+}
+
+/// What a decision of a live line may cost.
+///
+/// # Errors
+/// A time that is none.
+pub fn allowance(ms: Option<f64>, clock: ClockKind) -> Result<Allowance> {
+    Ok(Allowance {
+        asked: budget(ms)?,
+        otherwise: match clock {
+            // The belt does not wait.
+            ClockKind::System => Budget::LIVE,
+            // So that a stream gives the same output on every machine.
+            ClockKind::Messages => Budget::EXPERIMENT,
+        },
+    })
+}
+
+/// The strategy of a live line, as it is written in `text`.
+///
+/// # Errors
+/// A text that is none.
+pub fn blueprint(
+    text: &str,
+    seed: u64,
+    quiet: bool,
+    station: &Station,
+    session: &Session,
+    allowance: Allowance,
+) -> Result<Blueprint> {
+    let common = Common {
+        seed,
+        update_hz: 0.0,
+        threads: None,
+        format: Format::Table,
+        out: None,
+        quiet,
+    };
+    let bar = Bar::new(common.quiet);
+    let environment = Environment {
+        stop: session.stop(),
+        progress: &bar,
+    };
+    let line = Line::new(&common, station, &environment);
+    common.on_threads(|| line.read(text, &OnceCell::new(), allowance))
 }
 
 /// The controller with its peers.
@@ -114,11 +145,13 @@ impl Node<'_> {
         let mut next_status = unix_now() + self.status_every;
         while !stop.load(Ordering::Relaxed) {
             let now = unix_now();
-            self.controller.hold(self.hub.is_stalled());
+            let held = self.hub.is_stalled();
+            self.controller.hold(held);
             self.controller.advance(now);
+            self.kept.happened(&Event::Step { stamp: now, held });
             if self.status_every > 0.0 && now >= next_status {
                 next_status = now + self.status_every;
-                self.controller.report(false, self.hub.queued() as u64);
+                self.report(false, self.hub.queued() as u64);
             }
             self.speak()?;
             let due = self.controller.next_stamp();
@@ -146,12 +179,16 @@ impl Node<'_> {
     fn go_by_the_messages(&mut self, stop: &AtomicBool) -> Result<()> {
         while !stop.load(Ordering::Relaxed) {
             match self.hub.hear(GLANCE) {
-                None => continue,
+                None => {
+                    self.kept.rest();
+                    continue;
+                }
                 Some(Heard::Left(_)) => self.talking = self.talking.saturating_sub(1),
                 Some(heard) => self.heed(heard),
             }
             if self.talking == 0 {
                 self.controller.finish();
+                self.kept.happened(&Event::Finished {});
                 break;
             }
             self.speak()?;
@@ -162,21 +199,19 @@ impl Node<'_> {
     fn heed(&mut self, heard: Heard) {
         let result = match heard {
             Heard::Line(_, line) => match decode(&line) {
-                Ok(message) => self.controller.handle(message),
-                Err(rejected) => {
-                    self.controller.count_rejected(rejected.reason);
-                    Err(rejected)
+                Ok(message) => {
+                    self.kept.heard(&message);
+                    self.controller.handle(message)
                 }
+                Err(rejected) => Err(self.refuse(rejected)),
             },
-            Heard::TooLong(_) => {
-                self.controller.count_rejected(Rejection::TooLong);
-                Err(Rejected::too_long())
-            }
+            Heard::TooLong(_) => Err(self.refuse(Rejected::too_long())),
             Heard::Joined(stream) => {
                 match self.hub.join(stream) {
                     Ok(()) => {
                         self.talking += 1;
                         self.controller.send_again();
+                        self.kept.happened(&Event::Joined {});
                     }
                     Err(error) => self.transport.remark(&format!("a peer is gone: {error}")),
                 }
@@ -191,11 +226,25 @@ impl Node<'_> {
         }
     }
 
+    /// A line that is no message is counted.
+    fn refuse(&mut self, rejected: Rejected) -> Rejected {
+        self.controller.count_rejected(rejected.reason);
+        let reason = rejected.reason.name().to_owned();
+        self.kept.happened(&Event::Refused { reason });
+        rejected
+    }
+
+    fn report(&mut self, last: bool, queued: u64) {
+        self.controller.report(last, queued);
+        self.kept.happened(&Event::Report { last, queued });
+    }
+
     /// Sends what the controller has to say, once the journal has what it follows from.
     fn speak(&mut self) -> Result<()> {
         let output = self.controller.take_output();
         self.kept.keep(&mut self.controller, !output.is_empty())?;
         for message in output {
+            self.kept.said(&message);
             let line = encode(&message);
             if self.transport.clock() == ClockKind::Messages {
                 self.hub.send(&line);
@@ -214,12 +263,13 @@ impl Node<'_> {
     /// Says where things stand and closes all.
     fn end(mut self, stopped: bool) -> Result<()> {
         self.controller.stop();
+        self.kept.happened(&Event::Stopped {});
         // With message time the output depends on the messages only.
         let queued = match self.transport.clock() {
             ClockKind::System => self.hub.queued() as u64,
             ClockKind::Messages => 0,
         };
-        self.controller.report(true, queued);
+        self.report(true, queued);
         self.speak()?;
         let status = self.controller.status(true, 0);
         let latency = self.controller.latency();
@@ -242,6 +292,6 @@ impl Node<'_> {
             latency.max_ms,
         ));
         self.hub.close(PATIENCE);
-        Ok(())
+        self.kept.finish()
     }
 }

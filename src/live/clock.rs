@@ -21,6 +21,22 @@ pub enum ClockKind {
     Messages,
 }
 
+impl ClockKind {
+    /// Its name, as it is written after `--clock`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::System => "system",
+            Self::Messages => "messages",
+        }
+    }
+
+    /// The kind of this name.
+    pub fn named(name: &str) -> Option<Self> {
+        let kinds = [Self::System, Self::Messages];
+        kinds.into_iter().find(|kind| kind.name() == name)
+    }
+}
+
 /// The controller's time: 0 at its beginning, so that it keeps its digits.
 #[derive(Debug, Clone)]
 pub struct Clock {

@@ -2,7 +2,7 @@
 //!
 //! The core takes messages and the time and gives messages back; it has no clock, no
 //! thread, no file and no socket of its own, so that every behaviour can be tested
-//! exactly. [`transport`] and [`journal`] do what it cannot.
+//! exactly. [`transport`], [`journal`] and [`recording`] do what it cannot.
 
 mod belt;
 mod claims;
@@ -13,6 +13,7 @@ mod items;
 pub mod journal;
 mod latency;
 pub mod protocol;
+pub mod recording;
 mod robots;
 mod state;
 pub mod transport;

@@ -42,7 +42,8 @@ pub struct TransportArgs {
 Examples:
   pickline run --clock messages < recorded.jsonl > tasks.jsonl
   pickline run --listen 127.0.0.1:7400 --strategy lookahead --budget-ms 20
-  pickline run --listen 127.0.0.1:7400 --journal line.journal
+  pickline run --listen 127.0.0.1:7400 --journal line.journal --record monday.mcap
+  pickline run --replay monday.mcap --strategy lookahead > other-tasks.jsonl
   pickline run --schema > protocol.schema.json")]
 pub struct RunArgs {
     #[command(flatten)]
@@ -116,6 +117,18 @@ pub struct KeptArgs {
     /// the machine's power, not only the program
     #[arg(long, requires = "journal")]
     pub fsync: bool,
+    /// Record every message in and out into this new MCAP file, which Foxglove opens
+    #[cfg(feature = "mcap")]
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
+    /// Run a recording again, as it was or with another --strategy, and tell what differs;
+    /// --clock messages goes by its stamps where the system clock ruled
+    #[cfg(feature = "mcap")]
+    #[arg(long, value_name = "FILE", conflicts_with_all = [
+        "listen", "connect", "station", "robots", "belt_speed", "seed", "tolerance",
+        "ack_timeout", "result_timeout", "status_every", "journal", "record",
+    ])]
+    pub replay: Option<PathBuf>,
 }
 
 /// Play the station: a camera, a belt and robots that are not there

@@ -16,7 +16,7 @@ pub use bound::{BoundArgs, ObjectiveArg};
 pub use conditions::ConditionArgs;
 pub use experiment::{CompareArgs, SweepArgs, TrainingArgs};
 pub use game::{GameArgs, PayoffArg};
-pub use live::{ClockArg, EmulateArgs, KeptArgs, RunArgs, TransportArgs, TroubleArgs};
+pub use live::{ClockArg, EmulateArgs, RunArgs, TransportArgs, TroubleArgs};
 pub use optimize::{OptimizeArgs, SearchArg};
 pub use pattern::{
     AxisArg, DescribeArgs, GenerateArgs, ImportCommand, MotArgs, PatternArgs, PatternCommand,

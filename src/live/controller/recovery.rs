@@ -199,5 +199,4 @@ impl Controller {
             claim.deadline = claim.deadline.max(until);
         }
     }
-
 }

@@ -10,9 +10,9 @@
 
 mod record;
 
+use super::ClockKind;
 use super::protocol::VERSION;
 use super::state::{Change, State};
-use super::ClockKind;
 use crate::error::{Error, Result};
 use crate::files;
 use record::Header;
@@ -43,10 +43,7 @@ impl Owner {
             journal: record::FORMAT,
             protocol: VERSION,
             station: self.station.clone(),
-            clock: match self.clock {
-                ClockKind::System => "system".to_owned(),
-                ClockKind::Messages => "messages".to_owned(),
-            },
+            clock: self.clock.name().to_owned(),
             program: self.program.clone(),
         }
     }

@@ -39,6 +39,25 @@ pub enum Rejection {
 }
 
 impl Rejection {
+    const ALL: [Self; 11] = [
+        Self::TooLong,
+        Self::Syntax,
+        Self::Version,
+        Self::Kind,
+        Self::Field,
+        Self::Value,
+        Self::Stamp,
+        Self::UnknownRobot,
+        Self::UnknownTask,
+        Self::OffBelt,
+        Self::TooManyItems,
+    ];
+
+    /// The reason of this name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|reason| reason.name() == name)
+    }
+
     /// The name in a status.
     pub fn name(self) -> &'static str {
         match self {

@@ -144,6 +144,18 @@ impl Incoming {
     /// All kinds, as they are written.
     pub const KINDS: [&str; 6] = ["detection", "belt", "robot", "ack", "result", "tick"];
 
+    /// Its kind, as it is written.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Detection(_) => "detection",
+            Self::Belt(_) => "belt",
+            Self::Robot(_) => "robot",
+            Self::Ack(_) => "ack",
+            Self::Result(_) => "result",
+            Self::Tick { .. } => "tick",
+        }
+    }
+
     /// When it happened [s].
     pub fn stamp(&self) -> f64 {
         match self {

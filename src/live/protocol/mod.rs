@@ -15,7 +15,7 @@ pub use incoming::{Ack, BeltState, Detection, Incoming, Report, RobotState, Robo
 pub use outgoing::{
     Cancel, Due, Latency, MissedCounts, Outgoing, Point, RobotReport, Status, Task, encode,
 };
-pub use schema::schema;
+pub use schema::{schema, schemas_of};
 
 /// Version of the protocol, `v` of every message. It grows when a message changes so that
 /// an old reader would misread it; fields may be added without.

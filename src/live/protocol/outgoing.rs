@@ -19,6 +19,28 @@ pub enum Outgoing {
     Due(Due),
 }
 
+impl Outgoing {
+    /// Its kind, as it is written.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Task(_) => "task",
+            Self::Cancel(_) => "cancel",
+            Self::Status(_) => "status",
+            Self::Due(_) => "due",
+        }
+    }
+
+    /// When it was decided, or is true [s].
+    pub fn stamp(&self) -> f64 {
+        match self {
+            Self::Task(message) => message.decided_at,
+            Self::Cancel(message) => message.stamp,
+            Self::Status(message) => message.stamp,
+            Self::Due(message) => message.stamp,
+        }
+    }
+}
+
 /// A place in the belt frame.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Point {

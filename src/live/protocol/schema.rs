@@ -4,32 +4,17 @@ use super::VERSION;
 use super::incoming::Incoming;
 use super::outgoing::Outgoing;
 use schemars::{JsonSchema, SchemaGenerator};
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 /// JSON Schema (draft 2020-12) of every message: `$defs/Incoming` and `$defs/Outgoing`.
 /// Ranges of values are in `docs/protocol.md`.
 pub fn schema() -> Value {
     let mut generator = SchemaGenerator::default();
-    let mut both = Vec::new();
-    for mut schema in [
-        Incoming::json_schema(&mut generator).to_value(),
-        Outgoing::json_schema(&mut generator).to_value(),
-    ] {
-        // `v` stands outside the types: it says how to read them.
-        let kinds = schema.get_mut("oneOf").and_then(Value::as_array_mut);
-        for kind in kinds.into_iter().flatten() {
-            if let Some(properties) = kind.get_mut("properties").and_then(Value::as_object_mut) {
-                let about = "Version of the protocol.";
-                properties.insert("v".into(), json!({"const": VERSION, "description": about}));
-            }
-        }
-        both.push(schema);
-    }
+    let incoming = kinds::<Incoming>(&mut generator);
+    let outgoing = kinds::<Outgoing>(&mut generator);
     let mut defs = generator.take_definitions(true);
-    let outgoing = both.pop();
-    let incoming = both.pop();
-    defs.insert("Incoming".into(), incoming.unwrap_or_default());
-    defs.insert("Outgoing".into(), outgoing.unwrap_or_default());
+    defs.insert("Incoming".into(), incoming);
+    defs.insert("Outgoing".into(), outgoing);
     json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "pickline live protocol",
@@ -37,6 +22,90 @@ pub fn schema() -> Value {
         "anyOf": [{"$ref": "#/$defs/Incoming"}, {"$ref": "#/$defs/Outgoing"}],
         "$defs": defs,
     })
+}
+
+/// The schema of messages that are told apart by `kind`, with `v`.
+fn kinds<M: JsonSchema>(generator: &mut SchemaGenerator) -> Value {
+    let mut schema = M::json_schema(generator).to_value();
+    // `v` stands outside the types: it says how to read them.
+    for kind in schema
+        .get_mut("oneOf")
+        .and_then(Value::as_array_mut)
+        .into_iter()
+        .flatten()
+    {
+        if let Some(properties) = kind.get_mut("properties").and_then(Value::as_object_mut) {
+            let about = "Version of the protocol.";
+            properties.insert("v".into(), json!({"const": VERSION, "description": about}));
+        }
+    }
+    schema
+}
+
+/// The schema of each kind of message by itself, as an object of plain fields: the tools
+/// that read recordings follow no references and know no alternatives.
+pub fn schemas_of<M: JsonSchema>() -> Vec<(String, Value)> {
+    let mut generator = SchemaGenerator::default();
+    let all = kinds::<M>(&mut generator);
+    let defs = generator.take_definitions(true);
+    let each = all.get("oneOf").and_then(Value::as_array);
+    let each = each.into_iter().flatten().map(|kind| plain(kind, &defs));
+    each.filter_map(|schema| {
+        let kind = schema.pointer("/properties/kind/const")?.as_str()?;
+        Some((kind.to_owned(), schema))
+    })
+    .collect()
+}
+
+/// `schema` with its references followed and, of alternatives to nothing, the something: a
+/// field without a value is left out, never null.
+fn plain(schema: &Value, defs: &Map<String, Value>) -> Value {
+    let mut fields = match schema {
+        Value::Object(fields) => fields.clone(),
+        Value::Array(values) => return values.iter().map(|value| plain(value, defs)).collect(),
+        other => return other.clone(),
+    };
+    let target = fields.remove("$ref");
+    let target = target.as_ref().and_then(Value::as_str);
+    let target = target.and_then(|name| defs.get(name.strip_prefix("#/$defs/")?));
+    let some = fields.remove("anyOf").and_then(|either| {
+        let either = either.as_array().cloned().unwrap_or_default();
+        either.into_iter().find(|one| one["type"] != "null")
+    });
+    for other in target.into_iter().chain(&some) {
+        merge(&mut fields, plain(other, defs));
+    }
+    if let Some(Value::Array(types)) = fields.get("type") {
+        let some = types.iter().find(|one| **one != "null").cloned();
+        fields.insert("type".into(), some.unwrap_or_default());
+    }
+    if let Some(Value::Array(names)) = fields.remove("oneOf") {
+        // Names, each with what it means.
+        let names: Vec<Value> = names.iter().map(|one| one["const"].clone()).collect();
+        fields.insert("type".into(), "string".into());
+        fields.insert("enum".into(), names.into());
+    }
+    // `kind` and `v` are not among the fields of the type.
+    fields.remove("additionalProperties");
+    let fields = fields.iter();
+    fields
+        .map(|(name, value)| (name.clone(), plain(value, defs)))
+        .collect()
+}
+
+/// Adds what `other` says; where both speak of the same, fields and lists are joined.
+fn merge(fields: &mut Map<String, Value>, other: Value) {
+    let Value::Object(other) = other else { return };
+    for (name, value) in other {
+        match (fields.get_mut(&name), value) {
+            (Some(Value::Object(ours)), Value::Object(theirs)) => ours.extend(theirs),
+            (Some(Value::Array(ours)), Value::Array(theirs)) => ours.extend(theirs),
+            (Some(_), _) => {}
+            (None, value) => {
+                fields.insert(name, value);
+            }
+        }
+    }
 }
 
 #[cfg(test)]
@@ -61,5 +130,38 @@ mod tests {
         ] {
             assert!(text.contains(word), "{word}");
         }
+    }
+
+    #[test]
+    fn each_kind_by_itself_is_an_object_of_plain_fields() {
+        let incoming = schemas_of::<Incoming>();
+        let kinds: Vec<&str> = incoming.iter().map(|(kind, _)| kind.as_str()).collect();
+        assert_eq!(kinds, Incoming::KINDS);
+        let outgoing = schemas_of::<Outgoing>();
+        assert_eq!(outgoing.len(), 4);
+        for (kind, schema) in incoming.iter().chain(&outgoing) {
+            assert_eq!(schema["type"], "object", "{kind}");
+            let text = schema.to_string();
+            for word in ["$ref", "anyOf", "oneOf", "\"null\""] {
+                assert!(!text.contains(word), "{kind} has {word}: {text}");
+            }
+        }
+        let find = |kind: &str, path: &str| {
+            let all = incoming.iter().chain(&outgoing);
+            let schema = all.clone().find(|(name, _)| name == kind).unwrap();
+            schema.1.pointer(path).cloned().unwrap_or_default()
+        };
+        assert_eq!(find("detection", "/properties/id/type"), "string");
+        assert_eq!(find("detection", "/properties/v/const"), VERSION);
+        assert_eq!(find("task", "/properties/meet/properties/x/type"), "number");
+        assert_eq!(find("result", "/properties/result/enum/1"), "GRASP_FAIL");
+        assert_eq!(find("robot", "/properties/state/enum/0"), "idle");
+        assert_eq!(
+            find("status", "/properties/latency/properties/p99_ms/type"),
+            "number"
+        );
+        let required = find("task", "/required");
+        let required = required.as_array().unwrap();
+        assert!(required.contains(&json!("kind")) && required.contains(&json!("latest_start")));
     }
 }

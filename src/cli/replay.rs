@@ -1,0 +1,203 @@
+//! `pickline run --replay`: a recorded run again.
+
+use super::args::RunArgs;
+use super::run::{allowance, blueprint};
+use super::session::Session;
+use crate::error::{Error, Result, shown};
+use crate::live::protocol::{Outgoing, Rejection, decode_outgoing, encode};
+use crate::live::recording::{Ending, Entry, Event, Reader};
+use crate::live::{ClockKind, Config, Controller};
+use crate::station::{Overrides, parse};
+use std::collections::VecDeque;
+use std::path::Path;
+
+/// What is printed at once [bytes].
+const BLOCK: usize = 1 << 16;
+
+/// Runs the recording in `file` again, with its own settings unless others are given, and
+/// tells how far the output is the recorded one.
+pub fn replay(args: &RunArgs, file: &Path, session: &Session) -> Result<()> {
+    let mut reader = Reader::open(file)?;
+    let name = file.display().to_string();
+    let heading = reader.heading.clone();
+    let none = Overrides {
+        robots: None,
+        belt_speed: None,
+    };
+    let station = parse(&heading.station, "its station", none).map_err(|e| e.inside(&name))?;
+    let config = heading.config().ok_or_else(|| {
+        let problem = format!("its clock is `{}`", shown(&heading.clock));
+        Error::input(
+            &name,
+            problem,
+            "give a file that `pickline run --record` wrote",
+        )
+    })?;
+    let by_stamps = args.transport.clock() == ClockKind::Messages;
+    let clock = if by_stamps {
+        ClockKind::Messages
+    } else {
+        config.clock
+    };
+    let text = args.strategy.as_ref().unwrap_or(&heading.strategy);
+    let recorded = args.strategy.is_none().then_some(heading.budget_ms);
+    let allowance = allowance(args.budget_ms.or(recorded.flatten()), clock)?;
+    let quiet = args.transport.quiet;
+    let strategy = blueprint(text, heading.seed, quiet, &station, session, allowance)?.make();
+    args.transport.remark(&format!(
+        "replaying {name}, which {} made by: {}",
+        heading.program, heading.command
+    ));
+    let config = Config { clock, ..config };
+    let controller = match reader.state.take() {
+        None => Controller::new(station, strategy, config),
+        Some(state) => {
+            let stamp = heading.restored_at;
+            let made = Controller::restore(station, strategy, config, state, stamp);
+            made.map_err(|error| error.inside(&name))?
+        }
+    };
+    let mut replay = Replay {
+        controller,
+        clock,
+        recorded: VecDeque::new(),
+        said: VecDeque::new(),
+        same: 0,
+        difference: None,
+        output: String::new(),
+    };
+    while let Some(entry) = reader.next_entry()? {
+        replay.take(entry);
+        replay.print(session, BLOCK)?;
+    }
+    if clock != reader.heading.config().map_or(clock, |config| config.clock) {
+        replay.controller.finish();
+        replay.collect();
+    }
+    replay.print(session, 0)?;
+    let ending = reader.ending();
+    args.transport.remark(&replay.verdict(ending));
+    Ok(())
+}
+
+struct Replay {
+    controller: Controller,
+    clock: ClockKind,
+    /// Lines that are still to be compared.
+    recorded: VecDeque<String>,
+    said: VecDeque<String>,
+    /// Lines that are the same, from the first on.
+    same: u64,
+    /// The first two lines that are not.
+    difference: Option<(String, String)>,
+    /// What is still to be printed.
+    output: String,
+}
+
+impl Replay {
+    fn take(&mut self, entry: Entry) {
+        match entry {
+            Entry::In(message) => {
+                // What was refused is refused again, and counted.
+                let _ = self.controller.handle(message);
+            }
+            Entry::Out(line) => {
+                if self.difference.is_none() {
+                    self.recorded.push_back(line);
+                }
+            }
+            Entry::Event(event) => self.happen(&event),
+        }
+        self.collect();
+    }
+
+    fn happen(&mut self, event: &Event) {
+        match event {
+            Event::Step { stamp, held } => {
+                if self.clock == ClockKind::System {
+                    self.controller.hold(*held);
+                    self.controller.advance(*stamp);
+                }
+            }
+            Event::Joined {} => self.controller.send_again(),
+            Event::Refused { reason } => {
+                if let Some(reason) = Rejection::named(reason) {
+                    self.controller.count_rejected(reason);
+                }
+            }
+            Event::Report { last, queued } => self.controller.report(*last, *queued),
+            Event::Finished {} => self.controller.finish(),
+            Event::Stopped {} => self.controller.stop(),
+        }
+    }
+
+    /// Takes what the controller says, and compares it with what was recorded.
+    fn collect(&mut self) {
+        for message in self.controller.take_output() {
+            let line = encode(&message);
+            if self.difference.is_none() {
+                self.said.push_back(line.trim_end().to_owned());
+            }
+            self.output += &line;
+        }
+        while self.difference.is_none()
+            && let (Some(said), Some(recorded)) = (self.said.front(), self.recorded.front())
+        {
+            if said == recorded || is_same_status(said, recorded) {
+                self.same += 1;
+                self.said.pop_front();
+                self.recorded.pop_front();
+            } else {
+                self.difference = Some((recorded.clone(), said.clone()));
+            }
+        }
+    }
+
+    fn print(&mut self, session: &Session, most: usize) -> Result<()> {
+        if self.output.len() > most {
+            session.print(self.output.as_bytes())?;
+            self.output.clear();
+        }
+        Ok(())
+    }
+
+    fn verdict(&self, ending: Ending) -> String {
+        let same = self.same;
+        let mut text = match (&self.difference, self.recorded.front()) {
+            (Some((recorded, said)), _) => format!(
+                "{same} messages are as recorded, then they differ\n  recorded: {recorded}\n  \
+                 now:      {said}"
+            ),
+            (None, Some(recorded)) => format!(
+                "{same} messages are as recorded, then the recording has more\n  \
+                 recorded: {recorded}"
+            ),
+            // A recording that was cut off lacks the last answers.
+            (None, None) if !self.said.is_empty() && ending == Ending::Whole => {
+                let more = &self.said[0];
+                format!("{same} messages are as recorded, then there are more\n  now:      {more}")
+            }
+            (None, None) => format!("all {same} messages are as recorded"),
+        };
+        text += match ending {
+            Ending::Whole => "",
+            Ending::Open => "; the recording was not finished, and goes no further",
+            Ending::Torn => {
+                "; the recording stops in the midst of a record, and is replayed up to there"
+            }
+        };
+        text
+    }
+}
+
+/// Whether two statuses differ in how long decisions took alone, which is never the same.
+fn is_same_status(one: &str, other: &str) -> bool {
+    let status = |line: &str| match decode_outgoing(line.as_bytes()) {
+        Ok(Outgoing::Status(mut status)) => {
+            status.latency = None;
+            Some(status)
+        }
+        _ => None,
+    };
+    status(one).is_some_and(|one| Some(one) == status(other))
+}

@@ -1,0 +1,125 @@
+//! What a recording holds besides messages.
+
+use crate::live::protocol::VERSION;
+use crate::live::{ClockKind, Config};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What happens to the controller besides messages; in their order the two decide what it
+/// says.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Event {
+    /// With the system clock: the time was read, and what was due was done.
+    Step {
+        /// The time [s since 1970].
+        stamp: f64,
+        /// Whether tasks had to wait, for nobody was there or kept up.
+        held: bool,
+    },
+    /// A peer has come; open tasks were told of again.
+    Joined {},
+    /// A line was refused before it became a message.
+    Refused {
+        /// Why, as a status counts it.
+        reason: String,
+    },
+    /// A status was asked for.
+    Report {
+        /// Whether it was the last.
+        last: bool,
+        /// Messages that waited to be sent.
+        queued: u64,
+    },
+    /// With message time: no further message came.
+    Finished {},
+    /// From here on no task was given.
+    Stopped {},
+}
+
+impl Event {
+    /// All kinds, as they are written.
+    pub const KINDS: [&str; 6] = ["step", "joined", "refused", "report", "finished", "stopped"];
+
+    /// Its kind, as it is written.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Step { .. } => "step",
+            Self::Joined {} => "joined",
+            Self::Refused { .. } => "refused",
+            Self::Report { .. } => "report",
+            Self::Finished {} => "finished",
+            Self::Stopped {} => "stopped",
+        }
+    }
+}
+
+/// What was run: the first metadata of a recording, and all that it takes to run it again.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Heading {
+    /// Version of the recording's own topics and fields.
+    pub recording: u64,
+    /// Version of the protocol.
+    pub protocol: u64,
+    /// The program and its version.
+    pub program: String,
+    /// The command line.
+    pub command: String,
+    /// The station as TOML.
+    pub station: String,
+    /// Hash of the station.
+    pub station_hash: String,
+    /// The strategy as it is written after `--strategy`.
+    pub strategy: String,
+    /// Time for each decision of a strategy that looks ahead [ms], if it was limited.
+    pub budget_ms: Option<f64>,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// `system` or `messages`.
+    pub clock: String,
+    /// As [`Config::tolerance`] [m].
+    pub tolerance: f64,
+    /// As [`Config::ack_timeout`] [s].
+    pub ack_timeout: f64,
+    /// As [`Config::result_timeout`] [s].
+    pub result_timeout: f64,
+    /// When a state was taken up that a journal held [s since 1970]; with message time, or
+    /// without a journal, none.
+    pub restored_at: Option<f64>,
+}
+
+impl Heading {
+    /// Version of what this module writes.
+    pub const RECORDING: u64 = 1;
+
+    /// The settings of a run.
+    pub fn of(config: &Config) -> Self {
+        Self {
+            recording: Self::RECORDING,
+            protocol: VERSION,
+            program: String::new(),
+            command: String::new(),
+            station: String::new(),
+            station_hash: String::new(),
+            strategy: String::new(),
+            budget_ms: None,
+            seed: 0,
+            clock: config.clock.name().to_owned(),
+            tolerance: config.tolerance,
+            ack_timeout: config.ack_timeout,
+            result_timeout: config.result_timeout,
+            restored_at: None,
+        }
+    }
+
+    /// The configuration of the run; none where its clock is unknown.
+    pub fn config(&self) -> Option<Config> {
+        Some(Config {
+            clock: ClockKind::named(&self.clock)?,
+            tolerance: self.tolerance,
+            ack_timeout: self.ack_timeout,
+            result_timeout: self.result_timeout,
+            ..Config::default()
+        })
+    }
+}

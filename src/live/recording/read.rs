@@ -1,0 +1,246 @@
+//! Reading a recording, as far as it goes.
+
+use super::{Event, Heading};
+use crate::error::{Error, Result, shown};
+use crate::live::protocol::{Incoming, VERSION, decode};
+use crate::live::state::{Change, State};
+use mcap::McapError;
+use mcap::records::Record;
+use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use serde_json::{Map, Value};
+use std::collections::{BTreeMap, HashMap};
+use std::fs::File;
+use std::io::{BufReader, Read as _};
+use std::path::Path;
+
+/// Records are at most this long [bytes]; the state of a full belt is the longest.
+const LONGEST: usize = 1 << 28;
+
+/// What happened next.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Entry {
+    /// A message came.
+    In(Incoming),
+    /// A message left: its line, without the line end.
+    Out(String),
+    /// Something else happened.
+    Event(Event),
+}
+
+/// How a recording ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ending {
+    /// As it should.
+    Whole,
+    /// The run was killed, or runs still: it stops after some message.
+    Open,
+    /// It stops in the midst of a record.
+    Torn,
+}
+
+/// A recording that is being read.
+pub struct Reader {
+    name: String,
+    file: BufReader<File>,
+    reader: LinearReader,
+    topics: HashMap<u16, String>,
+    ending: Ending,
+    entries: u64,
+    /// What was run.
+    pub heading: Heading,
+    /// The state that it began with, if that was not the first.
+    pub state: Option<State>,
+    first: Option<Entry>,
+}
+
+impl Reader {
+    /// Opens a recording.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is no MCAP file, or no recording of this version.
+    pub fn open(path: &Path) -> Result<Self> {
+        let file = File::open(path).map_err(|error| Error::read(path, error))?;
+        let options = LinearReaderOptions::default()
+            .with_skip_end_magic(true)
+            .with_prevalidate_chunk_crcs(true)
+            .with_record_length_limit(LONGEST);
+        let mut reader = Self {
+            name: path.display().to_string(),
+            file: BufReader::new(file),
+            reader: LinearReader::new_with_options(options),
+            topics: HashMap::new(),
+            ending: Ending::Open,
+            entries: 0,
+            heading: Heading::of(&crate::live::Config::default()),
+            state: None,
+            first: None,
+        };
+        let strange = "give a file that `pickline run --record` wrote";
+        let place = reader.name.clone();
+        let wrong = |problem: String| Error::input(place.clone(), problem, strange);
+        let Some(Part::Metadata(name, fields)) = reader.part()? else {
+            return Err(wrong("is no recording of pickline".into()));
+        };
+        let heading = (name == "pickline").then(|| heading(&fields)).flatten();
+        let heading = heading.ok_or_else(|| wrong("is no recording of pickline".into()))?;
+        let versions = (heading.recording, heading.protocol);
+        if versions != (Heading::RECORDING, VERSION) {
+            return Err(wrong(format!(
+                "is a recording of version {} of protocol {}; this program reads version {} of {VERSION}",
+                versions.0,
+                versions.1,
+                Heading::RECORDING,
+            )));
+        }
+        reader.heading = heading;
+        reader.first = match reader.part()? {
+            Some(Part::Metadata(name, fields)) if name == "state" => {
+                let text = fields.get("state").map_or("", String::as_str);
+                let change: Change = serde_json::from_str(text)
+                    .map_err(|error| wrong(format!("its state is none: {error}")))?;
+                let mut state = State::default();
+                state.apply(change);
+                reader.state = Some(state);
+                None
+            }
+            Some(Part::Entry(entry)) => Some(entry),
+            _ => None,
+        };
+        Ok(reader)
+    }
+
+    /// How it ends; known once there is no further entry.
+    pub fn ending(&self) -> Ending {
+        self.ending
+    }
+
+    /// What happened next; none at the end.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is damaged, a message that is none.
+    pub fn next_entry(&mut self) -> Result<Option<Entry>> {
+        if let Some(entry) = self.first.take() {
+            return Ok(Some(entry));
+        }
+        loop {
+            match self.part()? {
+                None => return Ok(None),
+                Some(Part::Entry(entry)) => return Ok(Some(entry)),
+                Some(Part::Metadata(..)) => {}
+            }
+        }
+    }
+
+    /// The next message or metadata.
+    fn part(&mut self) -> Result<Option<Part>> {
+        let at = |entries: u64, name: &str| format!("{name}, after message {entries}");
+        loop {
+            let event = match self.reader.next_event() {
+                None => return Ok(None),
+                Some(Err(McapError::UnexpectedEof)) if self.entries > 0 => {
+                    self.ending = Ending::Torn;
+                    return Ok(None);
+                }
+                Some(Err(error)) => {
+                    let is_none = matches!(error, McapError::BadMagic) || self.entries == 0;
+                    let problem = if is_none {
+                        format!("is no MCAP file: {error}")
+                    } else {
+                        format!("is damaged: {error}")
+                    };
+                    let cure = if is_none {
+                        "give a file that `pickline run --record` wrote"
+                    } else {
+                        "bring back a copy of the file"
+                    };
+                    return Err(Error::input(at(self.entries, &self.name), problem, cure));
+                }
+                Some(Ok(event)) => event,
+            };
+            let record = match event {
+                LinearReadEvent::ReadRequest(need) => {
+                    let read = self.file.read(self.reader.insert(need));
+                    let read = read.map_err(|error| Error::read(Path::new(&self.name), error))?;
+                    self.reader.notify_read(read);
+                    continue;
+                }
+                LinearReadEvent::Record { opcode, data } => mcap::parse_record(opcode, data),
+            };
+            let record = record.map_err(|error| {
+                let cure = "bring back a copy of the file";
+                Error::input(at(self.entries, &self.name), error.to_string(), cure)
+            })?;
+            match record {
+                Record::Channel(channel) => {
+                    self.topics.insert(channel.id, channel.topic);
+                }
+                Record::Metadata(metadata) => {
+                    return Ok(Some(Part::Metadata(metadata.name, metadata.metadata)));
+                }
+                Record::Message { header, data } => {
+                    self.entries += 1;
+                    let topic = self.topics.get(&header.channel_id);
+                    if let Some(entry) =
+                        entry(topic.map_or("", String::as_str), &data).map_err(|error| {
+                            error.inside(&format!("{}, message {}", self.name, self.entries))
+                        })?
+                    {
+                        return Ok(Some(Part::Entry(entry)));
+                    }
+                }
+                Record::Footer(_) => self.ending = Ending::Whole,
+                _ => {}
+            }
+        }
+    }
+}
+
+enum Part {
+    Metadata(String, BTreeMap<String, String>),
+    Entry(Entry),
+}
+
+/// A message as an entry; none on a topic that somebody else has added.
+fn entry(topic: &str, data: &[u8]) -> Result<Option<Entry>> {
+    let wrong = |problem: String| {
+        let cure = "bring back the file as `pickline run --record` wrote it";
+        Error::input(topic, problem, cure)
+    };
+    if topic.starts_with("/in/") {
+        let message = decode(data).map_err(|rejected| wrong(rejected.message))?;
+        return Ok(Some(Entry::In(message)));
+    }
+    if topic.starts_with("/out/") {
+        let line = String::from_utf8(data.to_vec());
+        let line = line.map_err(|_| wrong("is no text".into()))?;
+        return Ok(Some(Entry::Out(line)));
+    }
+    if topic.starts_with("/node/") {
+        let event = serde_json::from_slice(data);
+        let event = event.map_err(|error| wrong(shown(&error.to_string())))?;
+        return Ok(Some(Entry::Event(event)));
+    }
+    Ok(None)
+}
+
+/// The heading that metadata make.
+fn heading(fields: &BTreeMap<String, String>) -> Option<Heading> {
+    const TEXTS: [&str; 6] = [
+        "program",
+        "command",
+        "station",
+        "station_hash",
+        "strategy",
+        "clock",
+    ];
+    let mut object = Map::new();
+    for (name, text) in fields {
+        let value = if TEXTS.contains(&name.as_str()) {
+            Value::String(text.clone())
+        } else {
+            serde_json::from_str(text).ok()?
+        };
+        object.insert(name.clone(), value);
+    }
+    serde_json::from_value(Value::Object(object)).ok()
+}
