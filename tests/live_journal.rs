@@ -114,7 +114,7 @@ fn a_full_disk_ends_the_run() {
     let folder = tempfile::tempdir().unwrap();
     let journal = folder.path().join("j");
     // Blocks of 512 bytes that the shell allows a file to have.
-    let script = "ulimit -f 4; trap '' XFSZ; exec \"$0\" run --clock messages --journal \"$1\"";
+    let script = "ulimit -f 8; trap '' XFSZ; exec \"$0\" run --clock messages --journal \"$1\"";
     let mut node = Command::new("sh")
         .args(["-c", script, env!("CARGO_BIN_EXE_pickline")])
         .arg(&journal)

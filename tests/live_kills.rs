@@ -1,4 +1,5 @@
-//! `pickline run --journal`, killed at random moments under load and started again.
+//! `pickline run --journal`, killed at random moments under load and started again; and
+//! what happens to a run whose peer goes away and comes back.
 //!
 //! The test is the station: it carries out the tasks that it is given and keeps its own
 //! account of what it was told, to which the node is held.
@@ -420,4 +421,47 @@ fn killed_again_and_again_by_the_clock() {
 #[test]
 fn a_peer_that_goes_away_and_comes_back_finds_all_as_it_was() {
     by_the_clock(Mishap::LeftAlone, 20);
+}
+
+/// Message by message: a task that nobody has acknowledged, one that somebody has.
+#[test]
+fn open_tasks_come_again_when_the_peer_is_back() {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let mut node = accept(
+        &listener,
+        start(&listener, &["-q", "--ack-timeout", "1000"]),
+    );
+    let say = |node: &mut Node, fields: &str| {
+        let line = format!("{{\"stamp\":{},{fields}}}\n", unix_now());
+        node.stream.write_all(line.as_bytes()).unwrap();
+    };
+    let task = |node: &Node| loop {
+        match node.lines.recv_timeout(STUCK).unwrap() {
+            Outgoing::Task(task) => break task,
+            Outgoing::Status(_) => {}
+            other => panic!("{other:?}"),
+        }
+    };
+    say(&mut node, r#""kind":"robot","name":"r1","state":"idle""#);
+    say(&mut node, r#""kind":"detection","id":"a","x":0.9,"y":-0.2"#);
+    say(&mut node, r#""kind":"detection","id":"b","x":0.8,"y":-0.2"#);
+    let first = task(&node);
+    let mut node = accept(&listener, node.hang_up());
+    let again = task(&node);
+    assert_eq!((again.id, again.revision), (first.id, 1));
+    assert!(again.item == first.item && again.start > first.start);
+    say(&mut node, &format!(r#""kind":"ack","task":{}"#, first.id));
+    // A status after the one that was under way has heard of the acknowledgement.
+    for _ in 0..2 {
+        let status = node.lines.recv_timeout(STUCK).unwrap();
+        assert!(matches!(status, Outgoing::Status(_)), "{status:?}");
+    }
+    let mut node = accept(&listener, node.hang_up());
+    assert_eq!(task(&node), again);
+    let done = format!(r#""kind":"result","task":{},"result":"PICKED""#, first.id);
+    say(&mut node, &done);
+    let second = task(&node);
+    assert!(second.id != first.id && second.item != first.item);
+    node.child.kill().unwrap();
+    node.child.wait().unwrap();
 }

@@ -75,11 +75,16 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
         node.kept.happened(&Event::Joined {});
     }
     let stop = stop_flag();
-    match config.clock {
-        ClockKind::System => node.go_by_the_clock(&stop)?,
-        ClockKind::Messages => node.go_by_the_messages(&stop)?,
+    let mut gone = match config.clock {
+        ClockKind::System => node.go_by_the_clock(&stop),
+        ClockKind::Messages => node.go_by_the_messages(&stop),
+    };
+    if gone.is_ok() {
+        gone = node.end(stop.load(Ordering::Relaxed));
     }
-    node.end(stop.load(Ordering::Relaxed))
+    // What was said so far is in the journal and leaves, whatever went wrong since.
+    node.hub.close(PATIENCE);
+    gone.and(node.kept.finish())
 }
 
 /// What a decision of a live line may cost.
@@ -260,8 +265,8 @@ impl Node<'_> {
         Ok(())
     }
 
-    /// Says where things stand and closes all.
-    fn end(mut self, stopped: bool) -> Result<()> {
+    /// Says where things stand.
+    fn end(&mut self, stopped: bool) -> Result<()> {
         self.controller.stop();
         self.kept.happened(&Event::Stopped {});
         // With message time the output depends on the messages only.
@@ -291,7 +296,6 @@ impl Node<'_> {
             latency.p99_ms,
             latency.max_ms,
         ));
-        self.hub.close(PATIENCE);
-        self.kept.finish()
+        Ok(())
     }
 }

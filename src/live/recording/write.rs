@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 
 /// What was recorded is in the file after at most this time [s]: that much is lost when the
 /// process is killed.
-const FLUSH: f64 = 0.5;
+const FLUSH: f64 = 1.0;
 
 /// A recording that is being written.
 pub struct Recorder {
