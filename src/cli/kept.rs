@@ -18,10 +18,15 @@ use std::path::Path;
 /// The program and its version.
 const PROGRAM: &str = concat!("pickline ", env!("CARGO_PKG_VERSION"));
 
+/// Steps of which nothing is said that make one record together.
+const TOGETHER: u32 = 64;
+
 /// What a run keeps.
 #[derive(Default)]
 pub struct Kept {
     journal: Option<Journal>,
+    /// Steps since the last record, of which nothing was said.
+    unsaid: u32,
     #[cfg(feature = "mcap")]
     recording: Recording,
 }
@@ -101,12 +106,30 @@ impl Kept {
         Ok((controller, kept))
     }
 
-    /// Keeps what has changed. To be called before anything that the controller has `said`
-    /// leaves.
+    /// Keeps what has changed. To be called after every step, before anything that the
+    /// controller has `said` leaves; what it did in silence may wait for a few steps.
     ///
     /// # Errors
     /// A journal that cannot be written.
     pub fn keep(&mut self, controller: &mut Controller, said: bool) -> Result<()> {
+        self.unsaid += 1;
+        if !said && self.unsaid < TOGETHER {
+            return Ok(());
+        }
+        self.write(controller, said)
+    }
+
+    /// Keeps all that has changed while nothing happens.
+    ///
+    /// # Errors
+    /// A journal that cannot be written.
+    pub fn rest(&mut self, controller: &mut Controller) -> Result<()> {
+        self.flush();
+        self.write(controller, false)
+    }
+
+    fn write(&mut self, controller: &mut Controller, said: bool) -> Result<()> {
+        self.unsaid = 0;
         let Some(journal) = &mut self.journal else {
             return Ok(());
         };
@@ -140,8 +163,8 @@ impl Kept {
             .go_on(|recorder| recorder.happened(event, unix_now()));
     }
 
-    /// Has the recording reach its file while nothing happens.
-    pub fn rest(&mut self) {
+    /// Has the recording reach its file.
+    fn flush(&mut self) {
         self.recording.go_on(|recorder| recorder.flush(unix_now()));
     }
 
@@ -179,7 +202,7 @@ impl Kept {
 
     pub fn happened(&mut self, _: &Event) {}
 
-    pub fn rest(&mut self) {}
+    fn flush(&mut self) {}
 
     pub fn finish(self) -> Result<()> {
         Ok(())

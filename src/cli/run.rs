@@ -162,6 +162,8 @@ impl Node<'_> {
             let due = self.controller.next_stamp();
             let due = due.map_or(next_status, |due| due.min(next_status));
             let mut patience = until(Some(due));
+            // Whatever was heard is in the journal before the next wait.
+            self.kept.rest(&mut self.controller)?;
             for _ in 0..AT_ONCE {
                 let Some(heard) = self.hub.hear(patience) else {
                     break;
@@ -185,7 +187,7 @@ impl Node<'_> {
         while !stop.load(Ordering::Relaxed) {
             match self.hub.hear(GLANCE) {
                 None => {
-                    self.kept.rest();
+                    self.kept.rest(&mut self.controller)?;
                     continue;
                 }
                 Some(Heard::Left(_)) => self.talking = self.talking.saturating_sub(1),
