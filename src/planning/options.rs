@@ -85,8 +85,10 @@ impl Options {
     /// An unknown key, with the nearest known one; a value that is none, naming the key
     /// and what it takes.
     pub fn parse(text: &str, robots: usize, allowance: Allowance) -> Result<Self> {
-        let mut options = Self::default();
-        options.budget = allowance.asked.unwrap_or(allowance.otherwise);
+        let mut options = Self {
+            budget: allowance.asked.unwrap_or(allowance.otherwise),
+            ..Self::default()
+        };
         let mut given: Vec<&str> = Vec::new();
         for part in text.split(',').filter(|part| !part.trim().is_empty()) {
             let (key, value) = part.split_once('=').unwrap_or((part, ""));
