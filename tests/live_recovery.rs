@@ -245,7 +245,7 @@ fn owner(station: &str, clock: ClockKind) -> Owner {
 }
 
 /// A journal of some hundred records, begun anew on the way if it was asked to be.
-fn write_journal(path: &Path) -> State {
+fn write_journal(path: &Path, items: u32) -> State {
     let station = station();
     let mut line = new(&station);
     let found = Found::open(path, &owner("a", ClockKind::Messages)).unwrap();
@@ -253,7 +253,7 @@ fn write_journal(path: &Path) -> State {
     let mut journal = found.begin(&line.whole(), false).unwrap();
     let mut state = state_of(&mut line);
     say(&mut line, r#""kind":"belt","stamp":0,"speed":0.4"#);
-    for i in 0..30_000 {
+    for i in 0..items {
         let stamp = 0.02 * f64::from(i);
         say(
             &mut line,
@@ -273,7 +273,7 @@ fn write_journal(path: &Path) -> State {
 fn a_journal_stays_small_and_what_is_damaged_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("j");
-    let state = write_journal(&path);
+    let state = write_journal(&path, 30_000);
     let mine = owner("a", ClockKind::Messages);
     let open = |bytes: &[u8], owner: &Owner| {
         let copy = folder.path().join("copy");
@@ -329,5 +329,29 @@ fn a_journal_stays_small_and_what_is_damaged_is_named() {
     ] {
         let error = open(&bytes, &other).unwrap_err().to_string();
         assert!(error.contains(word) && error.contains("cure: "), "{error}");
+    }
+}
+
+#[test]
+fn any_byte_that_changed_is_noticed() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("j");
+    let state = write_journal(&path, 100);
+    let bytes = std::fs::read(&path).unwrap();
+    let mine = owner("a", ClockKind::Messages);
+    let mut luck = random_stream(7, 7);
+    for _ in 0..1000 {
+        let at = luck.random_range(0..bytes.len());
+        let mut changed = bytes.clone();
+        changed[at] ^= 1 << luck.random_range(0..8);
+        std::fs::write(&path, &changed).unwrap();
+        match Found::open(&path, &mine) {
+            Err(error) => assert!(error.to_string().contains("line "), "{error}"),
+            // The end of the last line, or a 0 in it: as if it had never been written.
+            Ok(found) => {
+                let reading = found.reading.unwrap();
+                assert!(reading.torn > 0 && reading.state != state, "byte {at}");
+            }
+        }
     }
 }
