@@ -117,7 +117,7 @@ pub struct KeptArgs {
     /// the machine's power, not only the program
     #[arg(long, requires = "journal")]
     pub fsync: bool,
-    /// Record every message in and out into this new MCAP file, which Foxglove opens
+    /// Record every message in and out into this new MCAP file, as Foxglove reads them
     #[cfg(feature = "mcap")]
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
