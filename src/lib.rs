@@ -63,4 +63,6 @@ pub mod optimize;
 pub mod rl;
 pub mod experiment;
 pub mod report;
+#[cfg(feature = "dashboard")]
+pub mod dashboard;
 pub mod cli;

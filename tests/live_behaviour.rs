@@ -296,3 +296,37 @@ fn memory_is_flat_over_many_items() {
     let status = line.status();
     assert_eq!((status.seen, status.on_belt), (100_000, 0));
 }
+
+#[test]
+fn with_message_time_statuses_come_by_the_stamps() {
+    let statuses = |ticks: &[f64]| {
+        let station = built_in("paper").unwrap().station(Some(2)).unwrap();
+        let strategy = read_alone("SPT,FIFO", 2).unwrap().make();
+        let config = Config {
+            clock: ClockKind::Messages,
+            status_every: 1.5,
+            ..Config::default()
+        };
+        let mut line = Line(Controller::new(station, strategy, config));
+        line.say(r#""kind":"robot","stamp":100,"name":"r1","state":"idle""#);
+        line.see(100.0, "a", 1.0, -0.2);
+        for tick in ticks {
+            line.say(&format!(r#""kind":"tick","stamp":{tick}"#));
+        }
+        let output = line.0.take_output().into_iter();
+        let statuses = output.filter_map(|message| match message {
+            Outgoing::Status(status) => Some(*status),
+            _ => None,
+        });
+        statuses.collect::<Vec<Status>>()
+    };
+    let told = statuses(&[101.0, 101.5, 107.0]);
+    let stamps: Vec<f64> = told.iter().map(|status| status.stamp).collect();
+    assert_eq!(stamps, [101.5, 103.0, 104.5, 106.0]);
+    assert!(
+        told.iter()
+            .all(|status| !status.last && status.claimed == 1)
+    );
+    // However time comes there.
+    assert_eq!(statuses(&[107.0]), told);
+}

@@ -250,6 +250,8 @@ fn wrong_usage_is_refused() {
     for (arguments, word) in [
         (&["run", "--listen", "nowhere"][..], "--listen"),
         (&["run", "--connect", "nowhere"], "--connect"),
+        (&["run", "--dashboard", "nowhere"], "--dashboard"),
+        (&["run", "--status-every", "1e-9"], "--status-every"),
         (&["run", "--tolerance", "nan"], "--tolerance"),
         (&["run", "--ack-timeout", "0"], "--ack-timeout"),
         (&["run", "--strategy", "SPT"], "strategy"),

@@ -3,6 +3,7 @@
 mod args;
 mod bound;
 mod compare;
+mod dashboard;
 mod emulate;
 mod game;
 mod kept;

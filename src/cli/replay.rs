@@ -48,7 +48,17 @@ pub fn replay(args: &RunArgs, file: &Path, session: &Session) -> Result<()> {
         "replaying {name}, which {} made by: {}",
         heading.program, heading.command
     ));
-    let config = Config { clock, ..config };
+    // Where the system clock ruled, statuses were asked for, and are again.
+    let status_every = if clock == config.clock {
+        config.status_every
+    } else {
+        0.0
+    };
+    let config = Config {
+        clock,
+        status_every,
+        ..config
+    };
     let controller = match reader.state.take() {
         None => Controller::new(station, strategy, config),
         Some(state) => {

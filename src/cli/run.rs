@@ -1,6 +1,7 @@
 //! `pickline run`.
 
 use super::args::{Common, Format, RunArgs, TransportArgs};
+use super::dashboard::Screen;
 use super::kept::Kept;
 use super::live::{GLANCE, PATIENCE, check_range, stop_flag, unix_now, until};
 use super::progress::Bar;
@@ -20,6 +21,8 @@ use std::cell::OnceCell;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+/// Time between two statuses at least [s]: with message time an hour may pass at once.
+const SHORTEST_STATUS: f64 = 0.1;
 /// Messages heeded before what is due is looked at again.
 const AT_ONCE: usize = 64;
 
@@ -34,7 +37,16 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
     check_range("--tolerance", args.tolerance, 0.0, 1.0, "m")?;
     check_range("--ack-timeout", args.ack_timeout, 1e-3, 1e3, "s")?;
     check_range("--result-timeout", args.result_timeout, 1e-3, 1e4, "s")?;
-    check_range("--status-every", args.status_every, 0.0, 1e6, "s")?;
+    if args.status_every != 0.0 {
+        let end = "s, or 0 for the last one only";
+        check_range(
+            "--status-every",
+            args.status_every,
+            SHORTEST_STATUS,
+            1e6,
+            end,
+        )?;
+    }
     let allowance = allowance(args.budget_ms, args.transport.clock())?;
     let station = args.station.load()?;
     let text = match &args.strategy {
@@ -48,6 +60,7 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
         tolerance: args.tolerance,
         ack_timeout: args.ack_timeout,
         result_timeout: args.result_timeout,
+        status_every: args.status_every,
         ..Config::default()
     };
     let made = strategy.make();
@@ -56,6 +69,7 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
         made.name(),
         args.station.station
     ));
+    let screen = Screen::open(args, &station, &made.name())?;
     let began = Instant::now();
     let (controller, kept) = Kept::open(args, session, station, (&text, made), config)?;
     let stopwatch = Box::new(move || began.elapsed().as_secs_f64());
@@ -63,6 +77,7 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
         controller: controller.with_stopwatch(stopwatch),
         hub: args.transport.open()?,
         kept,
+        screen,
         transport: &args.transport,
         // Stdin and stdout are there from the start.
         talking: 0,
@@ -84,6 +99,7 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
     }
     // What was said so far is in the journal and leaves, whatever went wrong since.
     node.hub.close(PATIENCE);
+    node.screen.close(&node.controller);
     gone.and(node.kept.finish())
 }
 
@@ -137,6 +153,7 @@ struct Node<'a> {
     controller: Controller,
     hub: Hub,
     kept: Kept,
+    screen: Screen,
     transport: &'a TransportArgs,
     /// Peers that may still say something.
     talking: usize,
@@ -159,6 +176,7 @@ impl Node<'_> {
                 self.report(false, self.hub.queued() as u64);
             }
             self.speak()?;
+            self.screen.show(&self.controller, &self.hub);
             let due = self.controller.next_stamp();
             let due = due.map_or(next_status, |due| due.min(next_status));
             let mut patience = until(Some(due));
@@ -185,6 +203,7 @@ impl Node<'_> {
     /// Takes messages until the peers have no more, or told to stop.
     fn go_by_the_messages(&mut self, stop: &AtomicBool) -> Result<()> {
         while !stop.load(Ordering::Relaxed) {
+            self.screen.show(&self.controller, &self.hub);
             match self.hub.hear(GLANCE) {
                 None => {
                     self.kept.rest(&mut self.controller)?;

@@ -19,6 +19,17 @@ pub enum Stage {
     Cancelling,
 }
 
+impl Stage {
+    /// As it is shown.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Sent => "sent",
+            Self::Acknowledged => "acknowledged",
+            Self::Cancelling => "cancelling",
+        }
+    }
+}
+
 /// One task whose result is not known. Times are those of the controller [s].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Claim {

@@ -32,6 +32,8 @@ pub struct Tracked {
     pub y: f64,
     /// Object-specific reward.
     pub weight: f64,
+    /// What it is, if the camera has said so.
+    pub class: Option<String>,
     /// When it was measured last [s].
     pub measured: f64,
     /// What has become of it.
@@ -46,6 +48,16 @@ pub struct Tracked {
     pub refused: u128,
     /// Tasks that were about it.
     pub tasks: Vec<u64>,
+}
+
+impl Tracked {
+    /// The task that is about it now.
+    pub fn claimed_by(&self) -> Option<u64> {
+        match self.state {
+            State::Claimed(task) => Some(task),
+            _ => None,
+        }
+    }
 }
 
 /// All items that are known.
@@ -181,6 +193,7 @@ impl Items {
             place,
             y: item.y,
             weight: item.reward(),
+            class: item.class.clone(),
             measured: time,
             state: State::Free,
             windowed: false,

@@ -17,8 +17,10 @@ pub mod recording;
 mod robots;
 mod state;
 pub mod transport;
+mod view;
 mod windows;
 
 pub use clock::ClockKind;
 pub use controller::{Config, Controller, Stopwatch};
 pub use state::{Change, State};
+pub use view::{ClaimView, ItemView, View};

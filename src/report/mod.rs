@@ -3,7 +3,9 @@
 mod bound;
 mod charts;
 mod comparison;
+mod dashboard;
 mod description;
+mod drawing;
 mod game;
 mod game_table;
 mod nfg;
@@ -22,6 +24,7 @@ pub use bound::{BoundReport, CertifiedReport};
 pub use charts::curve_chart;
 pub use charts::{COMPARISON_CHARTS, ChartKind, OPTIMUM_CHARTS, SWEEP_CHARTS};
 pub use comparison::ComparisonReport;
+pub use dashboard::{DASHBOARD_PAGE, dashboard_line, dashboard_script, dashboard_style};
 pub use description::description_table;
 pub use game::GameReport;
 pub use nfg::nfg_text;

@@ -1,17 +1,17 @@
 //! A run as a page that replays it: one HTML file without a network or a build step.
-//! The page's sources lie in `replay/`; its scripts share one scope, in this order:
+//! The page's sources lie in `replay/`; its scripts share one scope with those of
+//! `drawing/`, which come first, in this order:
 //!
 //! | file | what it is |
 //! |---|---|
 //! | `timeline.js` | the run as a function of time: data in, state out |
-//! | `scene.js` | draws a state of the station; knows nothing of runs or controls |
 //! | `strips.js` | draws the robots' strips and the running picking rate |
 //! | `story.js` | what is told of an item |
 //! | `figures.js` | the figures, the tables and the legend around them |
 //! | `replay.js` | time, controls, pointer and keyboard |
 
+use super::drawing::{self, RobotData, robots_data};
 use super::page::{BASE_STYLE, fill, inert};
-use super::palette::ROBOT_COLOURS;
 use super::run::RunReport;
 use crate::error::{Error, Result};
 use crate::pattern::Pattern;
@@ -23,9 +23,8 @@ const MOST_ITEMS: usize = 100_000;
 
 const PAGE: &str = include_str!("replay/page.html");
 const STYLE: &str = include_str!("replay/style.css");
-const SCRIPTS: [&str; 6] = [
+const SCRIPTS: [&str; 5] = [
     include_str!("replay/timeline.js"),
-    include_str!("replay/scene.js"),
     include_str!("replay/strips.js"),
     include_str!("replay/story.js"),
     include_str!("replay/figures.js"),
@@ -46,17 +45,6 @@ struct BeltData {
     speed: f64,
     length: f64,
     width: f64,
-}
-
-#[derive(Serialize)]
-struct RobotData<'a> {
-    name: &'a str,
-    base: [f64; 2],
-    bin: [f64; 2],
-    reach: f64,
-    grasp_time: f64,
-    release_time: f64,
-    colour: &'static str,
 }
 
 #[derive(Serialize)]
@@ -100,9 +88,12 @@ pub fn replay_page(scene: &Scene, report: &RunReport) -> String {
     fill(
         PAGE,
         &[
-            ("/*style*/", &[BASE_STYLE, STYLE].concat()),
+            ("/*style*/", &[BASE_STYLE, drawing::STYLE, STYLE].concat()),
             ("/*data*/", &inert(&data)),
-            ("/*scripts*/", &SCRIPTS.concat()),
+            (
+                "/*scripts*/",
+                &[drawing::SCRIPTS.concat(), SCRIPTS.concat()].concat(),
+            ),
         ],
     )
 }
@@ -121,7 +112,6 @@ fn data<'a>(scene: &Scene<'a>, report: &'a RunReport) -> Data<'a> {
             });
         }
     }
-    let robots = station.robots().iter();
     let items = scene.pattern().items().iter();
     Data {
         report,
@@ -130,18 +120,7 @@ fn data<'a>(scene: &Scene<'a>, report: &'a RunReport) -> Data<'a> {
             length: belt.length,
             width: belt.width,
         },
-        robots: robots
-            .zip(ROBOT_COLOURS.iter().cycle())
-            .map(|(robot, colour)| RobotData {
-                name: &robot.name,
-                base: [robot.base.x, robot.base.y],
-                bin: [robot.bin.x, robot.bin.y],
-                reach: robot.reach,
-                grasp_time: robot.grasp_time,
-                release_time: robot.release_time,
-                colour,
-            })
-            .collect(),
+        robots: robots_data(station),
         items: items
             .zip(windows)
             .map(|(item, windows)| ItemData {
@@ -170,8 +149,9 @@ mod tests {
             last = place;
         }
         // Nothing that would end the element that a source is put into.
-        assert!(!STYLE.contains("</"));
-        assert!(SCRIPTS.iter().all(|script| !script.contains("</")));
+        assert!(!STYLE.contains("</") && !drawing::STYLE.contains("</"));
+        let mut scripts = drawing::SCRIPTS.iter().chain(&SCRIPTS);
+        assert!(scripts.all(|script| !script.contains("</")));
     }
 
     #[test]

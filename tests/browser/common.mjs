@@ -2,7 +2,7 @@
 // errors and for requests to anywhere.
 
 import assert from "node:assert/strict";
-import { execFileSync } from "node:child_process";
+import { execFileSync, spawn } from "node:child_process";
 import { mkdtempSync, rmSync } from "node:fs";
 import { createRequire } from "node:module";
 import { tmpdir } from "node:os";
@@ -42,19 +42,49 @@ export async function withBrowser(test) {
   }
 }
 
-/** Opens `file`; `check` asserts that nothing went wrong and nothing else was asked for. */
-export async function open(browser, file, options = {}) {
+/** Starts the program; what it says on stdout as messages, on stderr as text, and its exit
+ * code when it has ended. It does not outlive the test. */
+export function start(...args) {
+  const child = spawn(PICKLINE, args);
+  process.once("exit", () => child.kill("SIGKILL"));
+  const said = { out: "", err: "" };
+  child.stdout.on("data", (part) => (said.out += part));
+  child.stderr.on("data", (part) => (said.err += part));
+  // One that has ended hears no more.
+  child.stdin.on("error", () => {});
+  const whole = () => said.out.slice(0, said.out.lastIndexOf("\n") + 1);
+  const lines = () =>
+    whole()
+      .split("\n")
+      .filter(Boolean)
+      .map((line) => JSON.parse(line));
+  const ended = new Promise((tell) => child.on("close", tell));
+  return { child, lines, errors: () => said.err, ended };
+}
+
+/** Opens `address`; `check` asserts that nothing went wrong, save what was allowed, and
+ * that nothing was asked for anywhere else. */
+export async function watched(browser, address, options = {}) {
   const page = await browser.newPage({ viewport: { width: 1280, height: 900 }, ...options });
-  const address = pathToFileURL(file).href;
   const troubles = [];
+  let allowed = null;
+  const trouble = (text) => {
+    if (!allowed?.test(text)) troubles.push(text);
+  };
   page.on("console", (message) => {
-    if (["error", "warning"].includes(message.type())) troubles.push(message.text());
+    if (["error", "warning"].includes(message.type())) trouble(message.text());
   });
-  page.on("pageerror", (error) => troubles.push(String(error)));
+  page.on("pageerror", (error) => trouble(String(error)));
   page.on("request", (request) => {
-    if (request.url() !== address) troubles.push(`requests ${request.url()}`);
+    if (!request.url().startsWith(address)) trouble(`requests ${request.url()}`);
   });
   await page.goto(address);
   const check = () => assert.deepEqual(troubles, []);
-  return { page, check };
+  const allow = (pattern) => (allowed = pattern);
+  return { page, check, allow };
+}
+
+/** Opens `file`, which must ask for nothing else. */
+export function open(browser, file, options = {}) {
+  return watched(browser, pathToFileURL(file).href, options);
 }

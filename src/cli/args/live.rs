@@ -44,6 +44,7 @@ Examples:
   pickline run --listen 127.0.0.1:7400 --strategy lookahead --budget-ms 20
   pickline run --listen 127.0.0.1:7400 --journal line.journal --record monday.mcap
   pickline run --replay monday.mcap --strategy lookahead > other-tasks.jsonl
+  pickline run --listen 127.0.0.1:7400 --dashboard 127.0.0.1:8090
   pickline run --schema > protocol.schema.json")]
 pub struct RunArgs {
     #[command(flatten)]
@@ -98,6 +99,10 @@ pub struct RunArgs {
         allow_negative_numbers = true
     )]
     pub status_every: f64,
+    /// Show the line on a web page at this address; it only looks on. Port 0 takes a free
+    /// one and says which
+    #[arg(long, value_name = "HOST:PORT")]
+    pub dashboard: Option<String>,
     /// Print the JSON Schema of the protocol and end
     #[arg(long)]
     pub schema: bool,
@@ -126,7 +131,7 @@ pub struct KeptArgs {
     #[cfg(feature = "mcap")]
     #[arg(long, value_name = "FILE", conflicts_with_all = [
         "listen", "connect", "station", "robots", "belt_speed", "seed", "tolerance",
-        "ack_timeout", "result_timeout", "status_every", "journal", "record",
+        "ack_timeout", "result_timeout", "status_every", "dashboard", "journal", "record",
     ])]
     pub replay: Option<PathBuf>,
 }

@@ -34,6 +34,18 @@ pub(super) enum Fate {
 }
 
 impl Fate {
+    /// Why the item was missed, as the figures name it; none when it was not.
+    pub fn reason(&self) -> Option<&'static str> {
+        match self {
+            Self::Unreachable => Some("unreachable"),
+            Self::GraspFailed => Some("grasp_failed"),
+            Self::NoResult => Some("no_result"),
+            Self::PassedOver => Some("passed_over"),
+            Self::Busy => Some("busy"),
+            Self::Picked | Self::Claimed | Self::OnBelt => None,
+        }
+    }
+
     /// Adds it to the counts; false when it is none of theirs.
     pub fn count(&self, missed: &mut MissedCounts) -> bool {
         let count = match self {
@@ -241,6 +253,7 @@ fn described(detection: &Detection) -> Item {
         p_detection: detection.p_detection,
         p_grasp: detection.p_grasp,
         weight: detection.weight,
+        class: detection.class.clone(),
         ..Item::default()
     }
 }

@@ -9,6 +9,7 @@ mod figures;
 mod items;
 mod recovery;
 mod tasks;
+mod watch;
 
 use super::belt::{Change, Motion};
 use super::claims::Claim;
@@ -39,6 +40,9 @@ pub struct Config {
     pub most_attempts: u32,
     /// Items on the belt that are kept; more are refused.
     pub most_items: usize,
+    /// With message time, a status every so many seconds [s]; 0 is never. With the system
+    /// clock whoever drives the controller asks for them.
+    pub status_every: f64,
     /// From this x on the strategy sees items [m]; a robot may leave for one before.
     pub view_from: f64,
 }
@@ -52,6 +56,7 @@ impl Default for Config {
             result_timeout: 5.0,
             most_attempts: 3,
             most_items: 100_000,
+            status_every: 0.0,
             view_from: 0.0,
         }
     }
@@ -82,6 +87,8 @@ pub struct Controller {
     /// Tasks that are over, with their item, until that is forgotten.
     closed: BTreeMap<u64, u32>,
     next_task: u64,
+    /// When the next status is due [s]; never without message time.
+    next_status: f64,
     output: Vec<Outgoing>,
     held: bool,
     stopping: bool,
@@ -107,7 +114,13 @@ impl Controller {
     pub fn new(station: Station, strategy: Box<dyn Strategy>, config: Config) -> Self {
         let robots = station.robots().len();
         let speed = station.belt().speed;
+        let tells = config.clock == ClockKind::Messages && config.status_every > 0.0;
         Self {
+            next_status: if tells {
+                config.status_every
+            } else {
+                f64::INFINITY
+            },
             config,
             planning: Some(station.clone()),
             nominal: station,
@@ -245,6 +258,19 @@ impl Controller {
             }
             let deadline = self.next_deadline().filter(|(time, _)| is_due(*time));
             let decision = self.next_decision().filter(|(time, _)| is_due(*time));
+            let first = [
+                deadline.map(|(time, _)| time),
+                decision.map(|(time, _)| time),
+            ];
+            let first = first.into_iter().flatten().fold(f64::INFINITY, f64::min);
+            if is_due(self.next_status) && self.next_status < first {
+                // As things are then: what is due at the same time is done before.
+                self.clock.now = self.clock.now.max(self.next_status);
+                self.next_status += self.config.status_every;
+                self.forget_gone();
+                self.report(false, 0);
+                continue;
+            }
             match (deadline, decision) {
                 (Some((at, task)), decision) if decision.is_none_or(|(time, _)| at <= time) => {
                     self.clock.now = self.clock.now.max(at);

@@ -54,6 +54,14 @@ impl Controller {
             }
             clock.now = clock.now.max(time);
         }
+        if controller.next_status.is_finite() {
+            // The first of the times that statuses have which is not past.
+            let every = config.status_every;
+            controller.next_status = (clock.now / every).floor() * every;
+            while controller.next_status <= clock.now {
+                controller.next_status += every;
+            }
+        }
         controller.clock = clock;
         controller.motion = state.motion.unwrap_or(controller.motion);
         for (robot, info) in state.robots {

@@ -83,6 +83,9 @@ pub struct Heading {
     pub ack_timeout: f64,
     /// As [`Config::result_timeout`] [s].
     pub result_timeout: f64,
+    /// As [`Config::status_every`] [s].
+    #[serde(default)]
+    pub status_every: f64,
     /// When a state was taken up that a journal held [s since 1970]; with message time, or
     /// without a journal, none.
     pub restored_at: Option<f64>,
@@ -108,6 +111,7 @@ impl Heading {
             tolerance: config.tolerance,
             ack_timeout: config.ack_timeout,
             result_timeout: config.result_timeout,
+            status_every: config.status_every,
             restored_at: None,
         }
     }
@@ -119,6 +123,7 @@ impl Heading {
             tolerance: self.tolerance,
             ack_timeout: self.ack_timeout,
             result_timeout: self.result_timeout,
+            status_every: self.status_every,
             ..Config::default()
         })
     }

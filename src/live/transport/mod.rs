@@ -9,7 +9,7 @@
 mod lines;
 mod peer;
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, shown};
 use peer::{Peer, QUEUE};
 use std::collections::BTreeMap;
 use std::io::BufWriter;
@@ -45,6 +45,17 @@ pub enum Place {
     Listen(String),
     /// The one that listens at this address.
     Connect(String),
+}
+
+/// Listens at `address`, which was given by `flag`.
+///
+/// # Errors
+/// An address that is none, is not of this machine or is taken.
+pub fn listen_at(flag: &str, address: &str) -> Result<TcpListener> {
+    TcpListener::bind(address).map_err(|error| {
+        let cure = "give HOST:PORT of this machine with a free port, or port 0 for any";
+        Error::input(flag, format!("{}: {error}", shown(address)), cure)
+    })
 }
 
 /// All peers.
@@ -83,11 +94,7 @@ impl Hub {
                 hub.peers.insert(0, peer);
             }
             Place::Listen(address) => {
-                let wrong = |error: std::io::Error| {
-                    let cure = "give HOST:PORT of this machine with a free port, or port 0 for any";
-                    Error::input("--listen", format!("{address}: {error}"), cure)
-                };
-                let listener = TcpListener::bind(address).map_err(wrong)?;
+                let listener = listen_at("--listen", address)?;
                 hub.address = listener.local_addr().ok();
                 let sender = hub.sender.clone();
                 thread::spawn(move || {
@@ -100,7 +107,7 @@ impl Hub {
             }
             Place::Connect(address) => {
                 if std::net::ToSocketAddrs::to_socket_addrs(address.as_str()).is_err() {
-                    let problem = format!("`{}` is no address", crate::error::shown(address));
+                    let problem = format!("`{}` is no address", shown(address));
                     let cure = "give HOST:PORT, for example 127.0.0.1:7400";
                     return Err(Error::input("--connect", problem, cure));
                 }

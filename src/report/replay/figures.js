@@ -1,22 +1,4 @@
-// The page around the drawings: figures, tables, legend, provenance. Every figure is a
-// <data> element: rounded for people, its exact value in the attribute.
-
-const byName = (id) => document.getElementById(id);
-
-function element(name, content, className) {
-  const made = document.createElement(name);
-  made.append(...(Array.isArray(content) ? content : [content]));
-  if (className) made.className = className;
-  return made;
-}
-
-/** `value` x `factor`, shown with `digits` behind the point, exact as the data's value. */
-function figure(name, value, digits, factor = 1) {
-  const data = element("data", (factor * value).toFixed(digits));
-  data.value = String(value);
-  data.dataset.name = name;
-  return data;
-}
+// The page around the drawings: figures, tables, legend, provenance.
 
 function fillFigures(run) {
   const { report } = run;
@@ -51,19 +33,7 @@ function fillFigures(run) {
       rows.push(["no strategy is faster than", [shown, unit("/min")]]);
     }
   }
-  byName("figures").replaceChildren(
-    ...rows.map(([name, value]) => element("div", [element("dt", name), element("dd", value)])),
-  );
-}
-
-function fillTable(table, header, rows) {
-  const head = header.map((name) => {
-    const cell = element("th", name);
-    cell.scope = "col";
-    return cell;
-  });
-  const body = rows.map((cells) => element("tr", cells.map((cell) => element("td", cell))));
-  table.replaceChildren(element("thead", element("tr", head)), element("tbody", body));
+  fillList(byName("figures"), rows);
 }
 
 function fillTables(run) {
@@ -106,72 +76,12 @@ function fillTables(run) {
   );
 }
 
-/** A legend's entry: a small drawing and words. */
-function entry(words, draw) {
-  const canvas = document.createElement("canvas");
-  canvas.setAttribute("aria-hidden", "true");
-  draw(sized(canvas, 22, 18));
-  return element("li", [canvas, words]);
-}
-
 /** The legends, drawn by what draws the scene. */
 function fillLegends(run, theme) {
   const colour = run.robots[0].colour;
-  const item = (words, fate, reason) =>
-    entry(words, (ctx) =>
-      drawItem(ctx, 11, 9, 4, { fate, reason }, fate === "claimed" ? colour : null, theme),
-    );
-  const carried = entry("carried by it", (ctx) => {
-    ctx.strokeStyle = colour;
-    ctx.fillStyle = colour;
-    ctx.lineWidth = 3;
-    line(ctx, 1, 17, 11, 8);
-    circle(ctx, 11, 8, 5.5);
-    ctx.fill();
-  });
-  const bin = entry("bin, resting position", (ctx) => {
-    ctx.strokeStyle = colour;
-    ctx.lineWidth = 2;
-    ctx.strokeRect(3, 4, 16, 10);
-  });
-  const base = entry("base of a robot", (ctx) => {
-    circle(ctx, 11, 9, 7);
-    ctx.fillStyle = colour;
-    ctx.fill();
-  });
-  const meet = entry("meeting point", (ctx) => {
-    ctx.strokeStyle = colour;
-    ctx.lineWidth = 1.5;
-    line(ctx, 7, 9, 15, 9);
-    line(ctx, 11, 5, 11, 13);
-  });
-  const workspace = entry("workspace", (ctx) => {
-    ctx.globalAlpha = 0.13;
-    ctx.fillStyle = colour;
-    ctx.fillRect(1, 2, 20, 14);
-    ctx.globalAlpha = 0.8;
-    ctx.strokeStyle = colour;
-    ctx.setLineDash([5, 4]);
-    ctx.strokeRect(1.5, 2.5, 19, 13);
-  });
-  byName("legend").replaceChildren(
-    item("waiting", "waiting"),
-    item("claimed, in the robot's colour", "claimed"),
-    carried,
-    item("missed: passed over", "missed", "passed_over"),
-    item("missed: robots busy", "missed", "busy"),
-    ...(run.report.made.conditions
-      ? [
-          item("missed: grasp failed", "missed", "grasp_failed"),
-          item("missed: unseen", "missed", "unseen"),
-        ]
-      : []),
-    item("missed: unreachable", "missed", "unreachable"),
-    base,
-    bin,
-    meet,
-    workspace,
-  );
+  const sometimes = run.report.made.conditions ? ["grasp_failed", "unseen"] : [];
+  const reasons = ["passed_over", "busy", ...sometimes, "unreachable"];
+  byName("legend").replaceChildren(...sceneLegend(colour, theme, reasons, false));
   const block = (words, alpha) =>
     entry(words, (ctx) => {
       ctx.globalAlpha = alpha;

@@ -13,34 +13,10 @@ let theme = {};
 let sceneFrame = null;
 let stripFrame = null;
 
-/** Makes `canvas` that large [px] at the screen's resolution. */
-function sized(canvas, width, height) {
-  const ratio = window.devicePixelRatio || 1;
-  canvas.width = Math.round(width * ratio);
-  canvas.height = Math.round(height * ratio);
-  canvas.style.height = `${height}px`;
-  const ctx = canvas.getContext("2d");
-  ctx.scale(ratio, ratio);
-  return ctx;
-}
-
-function readTheme() {
-  const style = getComputedStyle(document.documentElement);
-  const colour = (name) => style.getPropertyValue(`--${name}`).trim();
-  theme = {
-    ink: colour("ink"),
-    faint: colour("faint"),
-    paper: colour("paper"),
-    belt: colour("belt"),
-    edge: colour("belt-edge"),
-    item: colour("item"),
-  };
-  fillLegends(run, theme);
-}
-
 /** Fits the drawings to the page, the colours to its scheme. */
 function layOut() {
-  readTheme();
+  theme = pageTheme();
+  fillLegends(run, theme);
   kept.key = "";
   const width = canvases.scene.clientWidth;
   const view = sceneView(run, width, Math.max(300, 0.62 * window.innerHeight));
@@ -114,12 +90,7 @@ function showStory(state, marked) {
   box.hidden = !item;
   if (!item) return;
   tell(box, storyOf(run, item, state.items[marked]));
-  // Beside the pointer, and inside the window.
-  const { x, y } = replay.pointer;
-  const left = x + 16 + box.offsetWidth > window.innerWidth ? x - 16 - box.offsetWidth : x + 16;
-  const top = Math.min(y + 12, window.innerHeight - box.offsetHeight - 8);
-  box.style.left = `${Math.max(8, left)}px`;
-  box.style.top = `${Math.max(8, top)}px`;
+  placeBeside(box, replay.pointer);
 }
 
 function seek(time) {

@@ -76,15 +76,3 @@ function windowLine(run, window, until) {
   const took = others.length ? `took ${names}${more} then` : "took nothing else then";
   return `${robot.name} could leave for it from ${seconds(window.open)} to ${seconds(last)}, ${took}`;
 }
-
-/** Puts `lines` into `element`. */
-function tell(element, lines) {
-  element.replaceChildren(
-    ...lines.map((words, i) => {
-      const line = document.createElement("p");
-      line.textContent = words;
-      if (i === 0) line.className = "head";
-      return line;
-    }),
-  );
-}

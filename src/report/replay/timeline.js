@@ -1,13 +1,5 @@
-// The run as a function of time. Nothing here draws or knows of the page.
-//
-// A state is what scene.js draws, and all that it needs:
-//   { time, items: [{ id, x, y, fate, robot, reason }], arms: [{ phase, x, y, meet, item,
-//     dwell, picked }] }
-// with one item and one arm in the order of the pattern and of the station. Fates:
-//   coming   not on the belt yet            waiting  on it, claimed by nobody
-//   claimed  a robot is on its way, or     carried  in the robot's gripper
-//            fails to grasp it
-//   picked   in its bin                     missed   no robot can leave for it any more
+// The run as a function of time: states as scene.js draws them, and `time` [s] besides, with
+// one item in the order of the pattern. Nothing here draws or knows of the page.
 
 const FATES = ["coming", "waiting", "claimed", "carried", "picked", "missed"];
 
@@ -66,42 +58,10 @@ function countUpTo(values, limit, value = (v) => v) {
   return low;
 }
 
-/** Out along a straight line, grasp, back along the same line, release. */
 function armAt(robot, time) {
   const trip = robot.trips[countUpTo(robot.trips, time, (t) => t.decide_s) - 1];
   const picked = countUpTo(robot.picks, time, (pick) => pick.release_s);
-  const [binX, binY] = robot.bin;
-  if (!trip || time >= trip.release_s) {
-    return { phase: "idle", x: binX, y: binY, meet: null, item: null, dwell: 0, picked };
-  }
-  const travel = trip.grasp_s - trip.decide_s;
-  const back = trip.grasp_s + robot.grasp_time;
-  let phase = "out";
-  let way = 0; // share of the way from the bin to the meeting point
-  let dwell = 0; // share of the dwell that is over
-  if (time < trip.grasp_s) {
-    way = (time - trip.decide_s) / travel;
-  } else if (time < back) {
-    phase = "grasp";
-    way = 1;
-    dwell = (time - trip.grasp_s) / robot.grasp_time;
-  } else if (time < back + travel) {
-    phase = "back";
-    way = 1 - (time - back) / travel;
-  } else {
-    phase = "release";
-    dwell = Math.min(1, (time - back - travel) / (robot.release_time || 1));
-  }
-  const [meetX, meetY] = trip.meet;
-  return {
-    phase,
-    x: binX + way * (meetX - binX),
-    y: binY + way * (meetY - binY),
-    meet: trip.meet,
-    item: trip.item,
-    dwell,
-    picked,
-  };
+  return { ...armOnTrip(robot, trip, time), picked };
 }
 
 function itemAt(run, item, arms, time) {
@@ -145,7 +105,8 @@ function itemAt(run, item, arms, time) {
 function stateAt(run, time) {
   const arms = run.robots.map((robot) => armAt(robot, time));
   const items = run.items.map((item) => itemAt(run, item, arms, time));
-  return { time, items, arms };
+  const { speed } = run.belt;
+  return { time, travel: speed * time, speed, items, arms };
 }
 
 /** How many items of `state` have which fate. */

@@ -1,11 +1,21 @@
-// Draws the station in one state (see timeline.js for what a state is). Pure: all it
-// knows it is given, so a live dashboard can draw its own states with it.
+// Draws the station in one state. Pure: all it knows it is given, so the replay and the
+// dashboard draw with it alike.
 //
-// `station` is { belt: { speed, length, width }, robots: [{ name, base, bin, reach,
-// colour }] }, in m; `theme` the colours { ink, faint, paper, belt, edge, item }.
+// A state, and all that it needs:
+//   { travel, speed, items: [{ x, y, fate, robot, reason }], arms: [{ phase, x, y, meet,
+//     dwell, picked, down }] }
+// with one arm in the order of the station; travel [m] and speed [m/s] are the belt's.
+// Fates:
+//   coming   not on the belt yet            waiting  on it, claimed by nobody
+//   claimed  a robot is on its way, or      carried  in the robot's gripper
+//            fails to grasp it
+//   picked   in its bin                     missed   no robot can leave for it any more
+// Phases: idle, out, grasp, back, release; what is `down` does not work.
+//
+// `station` is { belt: { length, width }, robots: [{ name, base, bin, reach,
+// colour }] }, in m;
+// `theme` the colours { ink, faint, paper, belt, edge, item }.
 
-const SCENE_FONT = "13px system-ui, sans-serif";
-const SMALL_FONT = "11px system-ui, sans-serif";
 // Kept free before and after the belt, where items come and go [m].
 const ROOM = 0.22;
 // For names above and below, and the axis [px].
@@ -41,7 +51,7 @@ function sceneView(station, width, mostHeight) {
 /** Draws `state`; the item with index `marked` gets a ring. */
 function drawScene(ctx, view, station, state, theme, marked) {
   ctx.clearRect(0, 0, view.width, view.height);
-  drawBelt(ctx, view, station, state.time, theme);
+  drawBelt(ctx, view, station, state, theme);
   station.robots.forEach((robot) => drawWorkspace(ctx, view, station.belt, robot));
   drawAxis(ctx, view, theme);
   drawItems(ctx, view, station, state.items, theme);
@@ -56,25 +66,13 @@ function drawScene(ctx, view, station, state, theme, marked) {
   }
 }
 
-function circle(ctx, x, y, radius) {
-  ctx.beginPath();
-  ctx.arc(x, y, radius, 0, 2 * Math.PI);
-}
-
-function line(ctx, x1, y1, x2, y2) {
-  ctx.beginPath();
-  ctx.moveTo(x1, y1);
-  ctx.lineTo(x2, y2);
-  ctx.stroke();
-}
-
 function beltPath(ctx, view, belt) {
   const y = view.y(belt.width / 2);
   ctx.beginPath();
   ctx.rect(view.x(0), y, belt.length * view.scale, belt.width * view.scale);
 }
 
-function drawBelt(ctx, view, station, time, theme) {
+function drawBelt(ctx, view, station, state, theme) {
   const { belt } = station;
   ctx.save();
   beltPath(ctx, view, belt);
@@ -83,7 +81,8 @@ function drawBelt(ctx, view, station, time, theme) {
   ctx.clip();
   // Seams that travel with the belt, so that it is seen to move.
   const step = belt.length / Math.min(60, Math.max(2, Math.round(belt.length / 0.5)));
-  const shift = (belt.speed * time) % step;
+  // Also where the belt has run backwards.
+  const shift = ((state.travel % step) + step) % step;
   ctx.strokeStyle = theme.edge;
   ctx.globalAlpha = 0.3;
   ctx.lineWidth = 1;
@@ -107,15 +106,7 @@ function drawBelt(ctx, view, station, time, theme) {
   ctx.lineTo(x + 36, y);
   ctx.lineTo(x + 28, y + 5);
   ctx.stroke();
-  text(ctx, `${belt.speed} m/s`, x + 44, y, theme.faint, SMALL_FONT, "left");
-}
-
-function text(ctx, string, x, y, colour, font, align) {
-  ctx.font = font;
-  ctx.fillStyle = colour;
-  ctx.textAlign = align;
-  ctx.textBaseline = "middle";
-  ctx.fillText(string, x, y);
+  text(ctx, `${Number(state.speed.toPrecision(4))} m/s`, x + 44, y, theme.faint, SMALL_FONT, "left");
 }
 
 function drawWorkspace(ctx, view, belt, robot) {
@@ -186,6 +177,11 @@ function drawMissed(ctx, x, y, radius, reason, theme) {
     ctx.lineTo(x, y + 1.3 * r);
     ctx.lineTo(x - 1.3 * r, y);
     ctx.closePath();
+  } else if (reason === "no_result") {
+    ctx.moveTo(x, y + r);
+    ctx.lineTo(x + r, y - r);
+    ctx.lineTo(x - r, y - r);
+    ctx.closePath();
   } else if (reason === "unseen") {
     ctx.arc(x, y, r, 0, 2 * Math.PI);
   } else {
@@ -216,10 +212,9 @@ function drawArm(ctx, view, robot, arm, theme) {
   ctx.stroke();
   ctx.lineWidth = 3;
   line(ctx, baseX, baseY, x, y);
-  circle(ctx, baseX, baseY, 7);
-  ctx.fillStyle = robot.colour;
-  ctx.fill();
+  drawBase(ctx, baseX, baseY, robot.colour, arm.down, theme);
   // The gripper; full when it carries, with a clock round it while it dwells.
+  ctx.strokeStyle = robot.colour;
   circle(ctx, x, y, view.radius + 1.5);
   ctx.fillStyle = arm.phase === "back" || arm.phase === "grasp" ? robot.colour : theme.paper;
   ctx.fill();
@@ -231,6 +226,19 @@ function drawArm(ctx, view, robot, arm, theme) {
     ctx.arc(x, y, view.radius + 5, -Math.PI / 2, (2 * arm.dwell - 0.5) * Math.PI);
     ctx.stroke();
   }
+}
+
+/** The base of a robot; hollow and crossed out while it is out of service. */
+function drawBase(ctx, x, y, colour, down, theme) {
+  circle(ctx, x, y, 7);
+  ctx.fillStyle = down ? theme.paper : colour;
+  ctx.fill();
+  if (!down) return;
+  ctx.strokeStyle = colour;
+  ctx.lineWidth = 2;
+  ctx.stroke();
+  line(ctx, x - 4, y - 4, x + 4, y + 4);
+  line(ctx, x - 4, y + 4, x + 4, y - 4);
 }
 
 /** Names and picks so far, left out where there is no room for them. */
@@ -252,28 +260,6 @@ function drawNames(ctx, view, station, arms, theme) {
     if (clash) return;
     taken.push({ x, y, half });
     text(ctx, label, x, y, theme.ink, SCENE_FONT, "center");
-  });
-}
-
-/** `string`, cut where it is wider than `most` [px] in the context's font. */
-function shortened(ctx, string, most) {
-  if (ctx.measureText(string).width <= most) return string;
-  const letters = [...string];
-  while (letters.length && ctx.measureText(`${letters.join("")}…`).width > most) letters.pop();
-  return `${letters.join("")}…`;
-}
-
-/** Round values over [low, high], about `count` of them. */
-function ticks(low, high, count) {
-  const rough = (high - low) / count;
-  const power = 10 ** Math.floor(Math.log10(rough));
-  const step = power * ([1, 2, 5].find((factor) => factor * power >= rough) ?? 10);
-  const first = Math.ceil(low / step - 1e-9);
-  const last = Math.floor(high / step + 1e-9);
-  const places = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
-  return Array.from({ length: last - first + 1 }, (_, i) => {
-    const value = (first + i) * step;
-    return { value, label: value.toFixed(places) };
   });
 }
 

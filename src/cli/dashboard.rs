@@ -1,0 +1,111 @@
+//! The dashboard of `pickline run`.
+
+use super::args::RunArgs;
+use crate::error::Result;
+use crate::live::Controller;
+use crate::live::transport::Hub;
+use crate::station::Station;
+
+#[cfg(feature = "dashboard")]
+pub use served::Screen;
+#[cfg(not(feature = "dashboard"))]
+pub use unserved::Screen;
+
+#[cfg(feature = "dashboard")]
+mod served {
+    use super::*;
+    use crate::dashboard::Dashboard;
+    use std::time::{Duration, Instant};
+
+    /// Time between two views at least.
+    const PERIOD: Duration = Duration::from_millis(100);
+    /// Views take at most one part in so many of the line's time.
+    const SHARE: u32 = 20;
+    /// How long the end waits for browsers that do not take the last view.
+    const PATIENCE: Duration = Duration::from_secs(1);
+
+    /// Where the line is shown, if anywhere.
+    pub struct Screen {
+        dashboard: Option<Dashboard>,
+        next: Instant,
+    }
+
+    impl Screen {
+        /// Opens the dashboard, if there is to be one, and says where it is.
+        ///
+        /// # Errors
+        /// As for [`Dashboard::open`].
+        pub fn open(args: &RunArgs, station: &Station, strategy: &str) -> Result<Self> {
+            let open = |address: &String| -> Result<Dashboard> {
+                let named = &args.station.station;
+                let dashboard = Dashboard::open(address, station, named, strategy)?;
+                let at = dashboard.address();
+                args.transport.remark(&format!("dashboard at http://{at}/"));
+                if !at.ip().is_loopback() {
+                    let remark = "anybody who reaches this address can watch the line";
+                    args.transport.remark(remark);
+                }
+                Ok(dashboard)
+            };
+            Ok(Self {
+                dashboard: args.dashboard.as_ref().map(open).transpose()?,
+                next: Instant::now(),
+            })
+        }
+
+        /// Shows the line as it is now, if somebody watches and has not just seen it.
+        pub fn show(&mut self, controller: &Controller, hub: &Hub) {
+            let Some(dashboard) = &self.dashboard else {
+                return;
+            };
+            let began = Instant::now();
+            if began >= self.next && dashboard.is_watched() {
+                dashboard.show(controller.view(hub.queued() as u64));
+                self.next = began + PERIOD.max(SHARE * began.elapsed());
+            }
+        }
+
+        /// Shows the line as it was at the end, and closes.
+        pub fn close(self, controller: &Controller) {
+            let Some(dashboard) = self.dashboard else {
+                return;
+            };
+            let mut view = controller.view(0);
+            view.status.last = true;
+            dashboard.show(view);
+            dashboard.close(PATIENCE);
+        }
+    }
+}
+
+#[cfg(not(feature = "dashboard"))]
+mod unserved {
+    use super::*;
+    use crate::error::Error;
+
+    /// Stands in for the dashboard where the program was built without.
+    pub struct Screen;
+
+    impl Screen {
+        /// Refuses to open one.
+        ///
+        /// # Errors
+        /// Whenever a dashboard is asked for.
+        pub fn open(args: &RunArgs, _: &Station, _: &str) -> Result<Self> {
+            match &args.dashboard {
+                None => Ok(Self),
+                Some(_) => Err(Error::input(
+                    "--dashboard",
+                    "this program was built without it",
+                    "build it with `--features dashboard`",
+                )),
+            }
+        }
+
+        /// Shows nothing.
+        pub fn show(&mut self, _: &Controller, _: &Hub) {}
+
+        /// Closes nothing.
+        pub fn close(self, _: &Controller) {}
+    }
+}

@@ -1,0 +1,144 @@
+// The stream of views, drawing, and the pointer.
+
+// When the stream has ended it is asked for again after so long [ms].
+const AGAIN = 1000;
+// Without news for so long [s] the page says so.
+const SILENCE = 3;
+
+const canvas = byName("scene");
+const dark = window.matchMedia("(prefers-color-scheme: dark)");
+// What is known: the line, the newest view, and when that came [ms].
+const seen = { line: null, view: null, came: 0, connected: false };
+let theme = {};
+let frame = null;
+let pointer = null;
+
+function fillLine() {
+  const { line } = seen;
+  byName("title").textContent = line.strategy;
+  const robots = line.robots.length;
+  byName("subtitle").textContent =
+    `station ${line.station}, ${robots} robot${robots === 1 ? "" : "s"}; ${line.program}`;
+  document.title = `${line.strategy} - pickline`;
+}
+
+/** Fits the drawing to the page, the colours to its scheme. */
+function layOut() {
+  if (!seen.line) return;
+  theme = pageTheme();
+  const height = Math.max(300, 0.62 * window.innerHeight);
+  const view = sceneView(seen.line, canvas.clientWidth, height);
+  frame = { view, ctx: sized(canvas, view.width, view.height) };
+  const reasons = ["passed_over", "busy", "grasp_failed", "no_result", "unreachable"];
+  byName("legend").replaceChildren(...sceneLegend(seen.line.robots[0].colour, theme, reasons, true));
+  draw();
+}
+
+const passed = () => (performance.now() - seen.came) / 1000;
+const stateShown = () => stateNow(seen.line, seen.view, passed());
+
+function draw() {
+  if (!frame || !seen.view) return;
+  const state = stateShown();
+  const marked = pointer ? itemNear(frame.view, state, ...pointed()) : -1;
+  drawScene(frame.ctx, frame.view, seen.line, state, theme, marked);
+  showStory(state.items[marked]);
+  return state;
+}
+
+/** Draws on as long as time goes on by itself. */
+function drawOn() {
+  if (seen.view?.steady && passed() <= CARRIED_ON) draw();
+  requestAnimationFrame(drawOn);
+}
+
+function pointed() {
+  const box = canvas.getBoundingClientRect();
+  return [pointer.x - box.left, pointer.y - box.top];
+}
+
+function showStory(item) {
+  const box = byName("story");
+  box.hidden = !item;
+  if (!item) return;
+  tell(box, storyNow(seen.line, item));
+  placeBeside(box, pointer);
+}
+
+function showLink() {
+  const { view, connected } = seen;
+  const link = byName("link");
+  const silence = view ? passed() : 0;
+  let state = "live";
+  let words = "live";
+  if (view?.status.last) {
+    [state, words] = ["lost", "the run has ended; waiting for the next"];
+  } else if (!connected) {
+    const at = view ? `; what is shown is ${silence.toFixed(0)} s old` : "";
+    [state, words] = ["lost", `no connection to the line${at}`];
+  } else if (!view) {
+    [state, words] = ["waiting", "connected, waiting for news"];
+  } else if (silence > SILENCE) {
+    [state, words] = ["silent", `no news for ${silence.toFixed(0)} s`];
+  }
+  link.dataset.link = state;
+  if (link.textContent !== words) link.textContent = words;
+}
+
+function showTime(view) {
+  const { stamp } = view.status;
+  const time = view.steady ? new Date(1000 * stamp).toLocaleTimeString() : `${stamp.toFixed(1)} s`;
+  const rest = view.left_out > 0 ? `; ${view.left_out} more items are not drawn` : "";
+  byName("status").textContent = `time ${time}${rest}`;
+}
+
+function heedLine(event) {
+  const line = JSON.parse(event.data);
+  // Another program has another page.
+  if (seen.line && seen.line.program !== line.program) {
+    window.location.reload();
+    return;
+  }
+  Object.assign(seen, { line, view: null, connected: true });
+  fillLine();
+  layOut();
+  showLink();
+}
+
+function heedView(event) {
+  Object.assign(seen, { view: JSON.parse(event.data), came: performance.now() });
+  showTime(seen.view);
+  showPanels(seen.line, seen.view, draw());
+  showLink();
+}
+
+function connect() {
+  const stream = new EventSource("events");
+  stream.addEventListener("line", heedLine);
+  stream.addEventListener("view", heedView);
+  stream.addEventListener("error", () => {
+    // Browsers ask again by themselves after some ends and not after others.
+    stream.close();
+    seen.connected = false;
+    showLink();
+    setTimeout(connect, AGAIN);
+  });
+}
+
+for (const kind of ["pointermove", "pointerdown"]) {
+  canvas.addEventListener(kind, (event) => {
+    pointer = { x: event.clientX, y: event.clientY };
+    draw();
+  });
+}
+canvas.addEventListener("pointerleave", () => {
+  pointer = null;
+  draw();
+});
+window.addEventListener("resize", layOut);
+dark.addEventListener("change", layOut);
+setInterval(showLink, 1000);
+connect();
+drawOn();
+// For tests and for whoever wants to look closer.
+window.pickline = { view: () => seen.view, state: () => seen.view && stateShown() };

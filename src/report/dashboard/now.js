@@ -1,0 +1,88 @@
+// The line now. A view is what the node sends (src/live/view.rs); out of it comes a state
+// as scene.js draws it, at the moment that is shown.
+
+// With a clock that goes on by itself, how far a view is carried on at most [s]: what has
+// not been heard for longer is not made up.
+const CARRIED_ON = 1;
+
+/** The stamp [s] that is shown `passed` seconds after `view` came. */
+function stampNow(view, passed) {
+  return view.status.stamp + (view.steady ? Math.min(Math.max(passed, 0), CARRIED_ON) : 0);
+}
+
+/** What each robot is after: its newest task that it was not told to drop. */
+function newestClaims(line, view) {
+  const newest = line.robots.map(() => null);
+  for (const claim of view.claims) {
+    if (claim.stage !== "cancelling" && claim.robot < newest.length) newest[claim.robot] = claim;
+  }
+  return newest;
+}
+
+function armNow(robot, claim, report, now) {
+  const down = report.state === "fault";
+  const picked = report.picked;
+  const trip = claim && {
+    decide_s: claim.start,
+    grasp_s: claim.meet_at,
+    release_s: claim.free_at,
+    meet: claim.meet,
+    item: claim.item,
+  };
+  const resting = armOnTrip(robot, null, now);
+  if (!trip || down) return { ...resting, picked, down };
+  // It has not said that it sets out; where it is to go is known.
+  if (claim.stage === "sent") return { ...resting, meet: trip.meet, picked, down };
+  return { ...armOnTrip(robot, trip, now), picked, down };
+}
+
+/** The state `passed` seconds after `view` came. */
+function stateNow(line, view, passed) {
+  const now = stampNow(view, passed);
+  const moved = view.belt_speed * (now - view.status.stamp);
+  const claims = newestClaims(line, view);
+  const arms = line.robots.map((robot, i) =>
+    armNow(robot, claims[i], view.status.robots[i], now),
+  );
+  const items = view.items.map((item) => {
+    const state = { ...item, x: item.x + moved, robot: item.robot ?? null };
+    const arm = arms[state.robot];
+    if (item.fate === "waiting" && state.x < 0) state.fate = "coming";
+    if (item.fate === "claimed" && arm && arm.item === item.id && arm.phase !== "out") {
+      Object.assign(state, { fate: "carried", x: arm.x, y: arm.y });
+    }
+    return state;
+  });
+  return { travel: view.belt_travel + moved, speed: view.belt_speed, items, arms };
+}
+
+/** What a robot does, in words. */
+function doing(report, claim, arm) {
+  const item = claim ? `item ${claim.item}` : "";
+  if (report.state === "fault") return "is out of service";
+  if (report.state === "unknown") return "was not heard of yet";
+  if (report.state === "silent") return "owes a result";
+  if (!claim) return report.state === "busy" ? "is at work" : "waits";
+  if (claim.stage === "sent") return `is told to take ${item}`;
+  const words = {
+    out: "is on its way to",
+    grasp: "grasps",
+    back: "brings",
+    release: "puts down",
+    idle: "is to report on",
+  };
+  return `${words[arm.phase]} ${item}`;
+}
+
+/** The lines on an item; the first is its name. */
+function storyNow(line, item) {
+  const kind = item.class === undefined ? "" : `, ${item.class}`;
+  const lines = [
+    `item ${item.id}`,
+    `weight ${Number(item.weight.toPrecision(4))}${kind}`,
+    `at (${item.x.toFixed(3)}, ${item.y.toFixed(3)}) m`,
+  ];
+  if (item.fate === "missed") lines.push(MISSED_WORDS[item.reason] ?? `missed: ${item.reason}`);
+  else lines.push(item.robot === null ? item.fate : `${item.fate} by ${line.robots[item.robot].name}`);
+  return lines;
+}

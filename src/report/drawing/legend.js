@@ -1,0 +1,69 @@
+// The legend of the scene, drawn by what draws the scene.
+
+/** A legend's entry: a small drawing and words. */
+function entry(words, draw) {
+  const canvas = document.createElement("canvas");
+  canvas.setAttribute("aria-hidden", "true");
+  draw(sized(canvas, 22, 18));
+  return element("li", [canvas, words]);
+}
+
+// What missed items are called, in the order of a report's reasons.
+const MISSED_WORDS = {
+  passed_over: "missed: passed over",
+  busy: "missed: robots busy",
+  grasp_failed: "missed: grasp failed",
+  no_result: "missed: no result",
+  unseen: "missed: unseen",
+  unreachable: "missed: unreachable",
+};
+
+/** The entries for a station whose first robot has this colour: with these reasons, and
+ * with robots that may be out of service. */
+function sceneLegend(colour, theme, reasons, faults) {
+  const item = (words, fate, reason) =>
+    entry(words, (ctx) =>
+      drawItem(ctx, 11, 9, 4, { fate, reason }, fate === "claimed" ? colour : null, theme),
+    );
+  const carried = entry("carried by it", (ctx) => {
+    ctx.strokeStyle = colour;
+    ctx.fillStyle = colour;
+    ctx.lineWidth = 3;
+    line(ctx, 1, 17, 11, 8);
+    circle(ctx, 11, 8, 5.5);
+    ctx.fill();
+  });
+  const bin = entry("bin, resting position", (ctx) => {
+    ctx.strokeStyle = colour;
+    ctx.lineWidth = 2;
+    ctx.strokeRect(3, 4, 16, 10);
+  });
+  const base = (words, down) =>
+    entry(words, (ctx) => drawBase(ctx, 11, 9, colour, down, theme));
+  const meet = entry("meeting point", (ctx) => {
+    ctx.strokeStyle = colour;
+    ctx.lineWidth = 1.5;
+    line(ctx, 7, 9, 15, 9);
+    line(ctx, 11, 5, 11, 13);
+  });
+  const workspace = entry("workspace", (ctx) => {
+    ctx.globalAlpha = 0.13;
+    ctx.fillStyle = colour;
+    ctx.fillRect(1, 2, 20, 14);
+    ctx.globalAlpha = 0.8;
+    ctx.strokeStyle = colour;
+    ctx.setLineDash([5, 4]);
+    ctx.strokeRect(1.5, 2.5, 19, 13);
+  });
+  return [
+    item("waiting", "waiting"),
+    item("claimed, in the robot's colour", "claimed"),
+    carried,
+    ...reasons.map((reason) => item(MISSED_WORDS[reason], "missed", reason)),
+    base("base of a robot", false),
+    ...(faults ? [base("robot out of service", true)] : []),
+    bin,
+    meet,
+    workspace,
+  ];
+}
