@@ -43,6 +43,10 @@ async function checkFigures(page, report) {
   for (const [name, count] of Object.entries(report.missed_by_reason)) {
     expected[`missed.${name}`] = count;
   }
+  for (const name of ["certified_percent", "picks_upper_bound", "picking_rate_upper_bound_per_min"]) {
+    const value = report.bound?.[name] ?? null;
+    if (value !== null) expected[`bound.${name}`] = value;
+  }
   assert.deepEqual(Object.fromEntries(shown.map((s) => [s.name, s.value])), expected);
   for (const { name, value, text } of shown) {
     const percent = /share|utilisation/.test(name) ? 100 : 1;
