@@ -169,6 +169,17 @@ fn looking_ahead_picks_what_the_simulator_picks() {
     }
 }
 
+#[cfg(feature = "onnx")]
+#[test]
+fn the_trained_policy_picks_what_the_simulator_picks() {
+    for (name, robots, items) in [("paper", 2, 200), ("paper-narrow", 2, 60), ("paper", 6, 60)] {
+        let station = station(name, robots);
+        for pattern in patterns(&station, items) {
+            equals_simulation(&station, &pattern, "onnx");
+        }
+    }
+}
+
 fn all_troubles(seed: u64) -> Trouble {
     Trouble {
         grasp_failures: 0.1,

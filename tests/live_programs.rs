@@ -3,6 +3,8 @@
 
 use pickline::live::protocol::{Outgoing, Status, decode_outgoing};
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
+use std::net::{Shutdown, TcpStream};
+use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Output, Stdio};
 use std::thread::{self, JoinHandle};
 
@@ -71,81 +73,193 @@ fn run_on(arguments: &[&str], input: &[u8]) -> Output {
     output
 }
 
-#[test]
-fn through_pipes_the_picks_are_those_of_the_simulator() {
-    let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("p.csv");
-    let file = file.to_str().unwrap();
-    for robots in ["2", "6"] {
-        let made = [
-            "pattern", "generate", "poisson", "--radius", "0.12", "--count", "1000",
-        ];
-        let made = start(&[&made[..], &["--robots", robots, "--output", file]].concat());
-        assert_eq!(finish(made).0, Some(0));
-        let line = ["--clock", "messages", "--robots", robots];
-        let mut node = start(&[&["run"], &line[..]].concat());
-        let mut station = start(&[&["emulate", "--pattern", file], &line[..]].concat());
-        let down = connect(station.stdout.take().unwrap(), node.stdin.take().unwrap());
-        let up = connect(node.stdout.take().unwrap(), station.stdin.take().unwrap());
-        let stream = down.join().unwrap();
-        let said = up.join().unwrap();
-        let (code, errors) = finish(station);
-        assert_eq!(code, Some(0), "{errors}");
-        let (code, errors) = finish(node);
-        assert_eq!(code, Some(0), "{errors}");
-        let simulate = ["simulate", "-q", "--format", "json", "--pattern", file];
-        let simulated = start(&[&simulate[..], &["--robots", robots]].concat());
-        let simulated = simulated.wait_with_output().unwrap().stdout;
-        let simulated: serde_json::Value = serde_json::from_slice(&simulated).unwrap();
-        let said = messages(&said);
-        let tasks = said.iter().filter_map(|message| match message {
-            Outgoing::Task(task) => Some(task),
-            _ => None,
-        });
-        let tasks: Vec<_> = tasks.collect();
-        let picks = simulated["picks"].as_array().unwrap();
-        assert_eq!(tasks.len(), picks.len());
-        for (task, pick) in tasks.iter().zip(picks) {
-            assert_eq!(pick["item"], task.item);
-            assert_eq!(pick["decide_s"], task.decided_at);
-            assert_eq!(pick["release_s"], task.free_at);
-        }
-        let status = last_status(&said);
-        assert_eq!((status.seen, status.picked), (1000, picks.len() as u64));
-        assert_eq!(status.seen, status.picked + status.missed.total());
-        // The stream alone gives the same again, to the bit.
-        let again = run_on(&line, &stream);
-        assert!(messages(&again.stdout) == said);
+/// Everything that can go wrong, and does.
+const TROUBLE: &str = "--failing-grasps 0.1 --lost-acks 0.02 --duplicates 0.1 --out-of-order 0.05 \
+    --jitter-ms 50 --robot-down 1,20,30 --belt-stop 60,20";
+
+/// What came of a node and an emulated station that talked to each other.
+struct Played {
+    /// What the station said, where that was heard.
+    stream: Vec<u8>,
+    /// What the node said.
+    said: Vec<Outgoing>,
+    /// Exit code and remarks of the station.
+    station: (Option<i32>, String),
+}
+
+fn by_pipes(line: &[&str], pattern: &str, trouble: &[&str]) -> Played {
+    let mut node = start(&[&["run"], line].concat());
+    let mut station = start(&[&["emulate", "--pattern", pattern], line, trouble].concat());
+    let down = connect(station.stdout.take().unwrap(), node.stdin.take().unwrap());
+    let up = connect(node.stdout.take().unwrap(), station.stdin.take().unwrap());
+    let stream = down.join().unwrap();
+    let said = up.join().unwrap();
+    let (code, errors) = finish(node);
+    assert_eq!(code, Some(0), "{errors}");
+    Played {
+        stream,
+        said: messages(&said),
+        station: finish(station),
     }
 }
 
-#[test]
-fn over_tcp_with_everything_going_wrong() {
-    let mut node = start(&["run", "--clock", "messages", "--listen", "127.0.0.1:0"]);
+/// The node listens; besides the station somebody is there who only hears what is said.
+fn by_tcp(line: &[&str], pattern: &str, trouble: &[&str]) -> Played {
+    let mut node = start(&[&["run", "--listen", "127.0.0.1:0"], line].concat());
     let mut remarks = BufReader::new(node.stderr.take().unwrap());
-    let mut line = String::new();
-    while !line.contains("listening at ") {
-        line.clear();
-        assert!(remarks.read_line(&mut line).unwrap() > 0);
+    let mut remark = String::new();
+    while !remark.contains("listening at ") {
+        remark.clear();
+        assert!(remarks.read_line(&mut remark).unwrap() > 0);
     }
-    let address = line.trim().rsplit(' ').next().unwrap();
-    let trouble = "--failing-grasps 0.1 --lost-acks 0.02 --duplicates 0.1 --out-of-order 0.05 \
-        --jitter-ms 50 --robot-down 1,20,30 --belt-stop 60,20";
-    let place = ["emulate", "--clock", "messages", "--connect", address];
-    let arguments: Vec<&str> = place
-        .into_iter()
-        .chain(trouble.split_whitespace())
-        .collect();
-    let (code, errors) = finish(start(&arguments));
-    assert_eq!(code, Some(0), "{errors}");
-    assert!(errors.contains("of 50 picked"), "{errors}");
-    assert_eq!(node.wait().unwrap().code(), Some(0));
+    let address = remark.trim().rsplit(' ').next().unwrap();
+    let hears = TcpStream::connect(address).unwrap();
+    let in_turns = line.contains(&"messages");
+    let listener = thread::spawn(move || {
+        let mut heard = BufReader::new(&hears);
+        let mut said = Vec::new();
+        heard.read_until(b'\n', &mut said).unwrap();
+        if in_turns {
+            // The station is there, and the node ends when it has gone.
+            hears.shutdown(Shutdown::Write).unwrap();
+        }
+        heard.read_to_end(&mut said).unwrap();
+        said
+    });
+    let emulate = ["emulate", "--pattern", pattern, "--connect", address];
+    let station = finish(start(&[&emulate[..], line, trouble].concat()));
+    if !in_turns {
+        let id = node.id().to_string();
+        let told = Command::new("kill").args(["-s", "TERM", &id]).status();
+        assert!(told.unwrap().success());
+    }
+    let said = listener.join().unwrap();
     let mut rest = String::new();
     remarks.read_to_string(&mut rest).unwrap();
-    assert!(
-        rest.contains("of 50 items picked") && rest.contains("0 on the belt, 0 claimed"),
-        "{rest}"
+    assert_eq!(node.wait().unwrap().code(), Some(0), "{rest}");
+    Played {
+        stream: Vec::new(),
+        said: messages(&said),
+        station,
+    }
+}
+
+type Transport = fn(&[&str], &str, &[&str]) -> Played;
+const TRANSPORTS: [Transport; 2] = [by_pipes, by_tcp];
+
+/// A pattern on a line of so many robots.
+fn pattern(folder: &Path, robots: &str, items: &str) -> String {
+    let file = folder.join(format!("{robots}.csv"));
+    let file = file.to_str().unwrap().to_owned();
+    let made = ["pattern", "generate", "poisson", "--radius", "0.12"];
+    let more = ["--count", items, "--robots", robots, "--output", &file];
+    assert_eq!(finish(start(&[&made[..], &more].concat())).0, Some(0));
+    file
+}
+
+/// What `simulate` picks.
+fn simulated(line: &[&str], pattern: &str) -> Vec<serde_json::Value> {
+    let simulate = ["simulate", "-q", "--format", "json", "--pattern", pattern];
+    let child = start(&[&simulate[..], line].concat());
+    let output = child.wait_with_output().unwrap().stdout;
+    let report: serde_json::Value = serde_json::from_slice(&output).unwrap();
+    report["picks"].as_array().unwrap().clone()
+}
+
+#[test]
+fn the_picks_are_those_of_the_simulator() {
+    let folder = tempfile::tempdir().unwrap();
+    for robots in ["2", "6"] {
+        let file = pattern(folder.path(), robots, "1000");
+        let picks = simulated(&["--robots", robots], &file);
+        let line = ["--clock", "messages", "--robots", robots];
+        for play in TRANSPORTS {
+            let played = play(&line, &file, &[]);
+            let (code, errors) = &played.station;
+            assert_eq!(*code, Some(0), "{errors}");
+            let tasks = played.said.iter().filter_map(|message| match message {
+                Outgoing::Task(task) => Some(task),
+                _ => None,
+            });
+            let tasks: Vec<_> = tasks.collect();
+            assert_eq!(tasks.len(), picks.len());
+            for (task, pick) in tasks.iter().zip(&picks) {
+                assert_eq!(pick["item"], task.item);
+                assert_eq!(pick["decide_s"], task.decided_at);
+                assert_eq!(pick["release_s"], task.free_at);
+            }
+            let status = last_status(&played.said);
+            assert_eq!((status.seen, status.picked), (1000, picks.len() as u64));
+            assert_eq!(status.seen, status.picked + status.missed.total());
+            if !played.stream.is_empty() {
+                // The stream alone gives the same again, to the bit.
+                let again = run_on(&line, &played.stream);
+                assert!(messages(&again.stdout) == played.said);
+            }
+        }
+    }
+}
+
+/// No promise was broken, and every one of `items` is accounted for; returns the picks.
+fn accounts(played: &Played, items: u64) -> u64 {
+    let (code, errors) = &played.station;
+    // It ends with another code where two robots were after one item.
+    assert_eq!(*code, Some(0), "{errors}");
+    let status = last_status(&played.said);
+    assert_eq!(status.seen, items, "{status:?}");
+    assert_eq!(
+        status.seen,
+        status.picked + status.missed.total(),
+        "{status:?}"
     );
+    assert!(
+        status.rejected.is_empty() && status.open_tasks.is_empty(),
+        "{status:?}"
+    );
+    status.picked
+}
+
+#[test]
+fn with_everything_going_wrong_every_item_is_accounted_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let trouble: Vec<&str> = TROUBLE.split_whitespace().collect();
+    for robots in ["2", "6"] {
+        let file = pattern(folder.path(), robots, "1000");
+        let most = simulated(&["--robots", robots], &file).len() as u64;
+        for play in TRANSPORTS {
+            let line = ["--clock", "messages", "--robots", robots];
+            let picked = accounts(&play(&line, &file, &trouble), 1000);
+            assert!(picked > most / 2 && picked < most, "{picked} of {most}");
+        }
+    }
+}
+
+/// In real time, which takes as long as the belt does.
+#[test]
+fn by_the_clock_every_item_is_accounted_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let trouble = "--failing-grasps 0.1 --lost-acks 0.02 --duplicates 0.1 --out-of-order 0.05 \
+        --jitter-ms 50 --robot-down 1,8,3 --belt-stop 12,2";
+    thread::scope(|scope| {
+        for (play, robots, trouble) in [
+            (by_pipes as Transport, "2", ""),
+            (by_tcp, "2", trouble),
+            (by_pipes, "6", trouble),
+            (by_tcp, "6", ""),
+        ] {
+            let folder = folder.path().join(format!("{robots}{}", trouble.len()));
+            scope.spawn(move || {
+                std::fs::create_dir(&folder).unwrap();
+                let file = pattern(&folder, robots, "100");
+                let line = ["--robots", robots, "--belt-speed", "0.4"];
+                let most = simulated(&line, &file).len() as u64;
+                let trouble: Vec<&str> = trouble.split_whitespace().collect();
+                let picked = accounts(&play(&line, &file, &trouble), 100);
+                let least = if trouble.is_empty() { most / 2 } else { 1 };
+                assert!(picked >= least, "{picked}, simulated {most}");
+            });
+        }
+    });
 }
 
 #[test]

@@ -97,7 +97,7 @@ mod unserved {
                 Some(_) => Err(Error::input(
                     "--dashboard",
                     "this program was built without it",
-                    "build it with `--features dashboard`",
+                    "build it with the feature `dashboard`, which is one of the default features",
                 )),
             }
         }
