@@ -3,6 +3,7 @@
 
     cargo build --release
     python3 tests/load/load.py                           # 1,000 detections/s for 60 s
+    python3 tests/load/load.py --watchers 8              # with so many at the dashboard
     python3 tests/load/load.py --clock messages --items 1000000
 
 Prints what the node says at its end and how its memory went. Ends with 1 where anything
@@ -12,11 +13,13 @@ that grew by more than a tenth after two fifths of the time, when the belt is lo
 
 import argparse
 import json
+import socket
 import subprocess
 import sys
 import tempfile
 import threading
 import time
+import urllib.request
 from pathlib import Path
 
 # Just slower than the arms of 0.5 m/s.
@@ -34,7 +37,26 @@ def parse_arguments():
     parser.add_argument("--rate", type=float, default=1000, help="detections a second")
     parser.add_argument("--items", type=int, default=60_000)
     parser.add_argument("--clock", default="system", help="with `messages`, as fast as it goes")
+    parser.add_argument("--watchers", type=int, default=0, help="who watch the dashboard")
     return parser.parse_args()
+
+
+def free_port():
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        return listener.getsockname()[1]
+
+
+def watch(port, taken):
+    """Reads the dashboard's events as they come, until they end."""
+    while True:
+        try:
+            with urllib.request.urlopen(f"http://127.0.0.1:{port}/events") as events:
+                while part := events.read1(1 << 16):
+                    taken.append(len(part))
+                return
+        except ConnectionRefusedError:
+            time.sleep(0.1)  # Not there yet.
 
 
 def memory(process):
@@ -47,6 +69,15 @@ def memory(process):
     if "VmRSS" not in kilobytes:
         return None
     return int(kilobytes["VmRSS"]) / 1024, int(kilobytes["VmHWM"]) / 1024
+
+
+def cores(process):
+    """Time [s] that the node's deciding thread has had a core, and waited for one."""
+    try:
+        spent = Path(f"/proc/{process.pid}/schedstat").read_text().split()
+    except OSError:
+        return None
+    return int(spent[0]) / 1e9, int(spent[1]) / 1e9
 
 
 def start(program, stdin, arguments):
@@ -84,6 +115,9 @@ def main():
     node_line = [*line, "--strategy", options.strategy]
     if options.budget_ms:
         node_line += ["--budget-ms", options.budget_ms]
+    if options.watchers:
+        port = free_port()
+        node_line += ["--dashboard", f"127.0.0.1:{port}"]
     with tempfile.TemporaryDirectory() as folder:
         pattern = f"{folder}/pattern.csv"
         grid = ["pattern", "generate", "grid", "--spacing", str(step), "--count"]
@@ -100,23 +134,29 @@ def main():
             bufsize=0,
         )
         node.stdin.close()
-        statuses, remarks, station_remarks = [], [], []
+        statuses, remarks, station_remarks, taken = [], [], [], []
         threads = [
             threading.Thread(target=hand_on, args=(node.stdout, station.stdin, statuses)),
             threading.Thread(target=collect, args=(node.stderr, remarks)),
             threading.Thread(target=collect, args=(station.stderr, station_remarks)),
         ]
+        for _ in range(options.watchers):
+            threads.append(threading.Thread(target=watch, args=(port, taken)))
         for thread in threads:
             thread.start()
-        sizes = []
+        sizes, spent = [], (0, 0)
         while node.poll() is None:
             if now := memory(node):
                 sizes.append((time.monotonic() - began, *now))
+            spent = cores(node) or spent
             time.sleep(0.25)
         for thread in threads:
             thread.join()
         station.wait()
         seconds = time.monotonic() - began
+    print(f"its decisions had a core for {spent[0]:.1f} s and waited {spent[1]:.1f} s for one")
+    if options.watchers:
+        print(f"{options.watchers} watchers were sent {sum(taken) / 1e6:.0f} MB")
     return report(options, seconds, json.loads(statuses[-1]), sizes, remarks[0] + station_remarks[0])
 
 
