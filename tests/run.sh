@@ -10,7 +10,7 @@ cargo test --locked --bench engines --bench lookahead --bench bound --bench rl
 bash tests/browser/run.sh
 # A live line under load, as fast as it goes: nothing lost, memory flat (docs/live.md).
 python3 tests/load/load.py --pickline "${CARGO_TARGET_DIR:-target}/debug/pickline" \
-    --clock messages --items 100000
+    --clock messages --items 300000
 # Equilibria against an independent solver, which it installs under target/.
 bash tests/gambit/run.sh
 # Recordings of live runs, read by the mcap package of Python.
