@@ -1,13 +1,13 @@
 //! `pickline emulate`.
 
-use super::args::{EmulateArgs, TroubleArgs};
-use super::live::{GLANCE, PATIENCE, stop_flag, unix_now, until};
+use super::args::{EmulateArgs, TransportArgs, TroubleArgs};
+use super::live::{BREATH, GLANCE, PATIENCE, stop_flag, unix_now, until};
 use super::session::Session;
 use super::settings::load_pattern;
 use crate::error::{Error, Result, shown};
 use crate::live::ClockKind;
 use crate::live::emulator::{Emulator, Trouble};
-use crate::live::protocol::{Outgoing, Status, decode_outgoing, encode};
+use crate::live::protocol::{Incoming, Outgoing, Status, decode_outgoing};
 use crate::live::transport::{Heard, Hub};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -31,17 +31,18 @@ pub fn run(args: &EmulateArgs, _session: &Session) -> Result<()> {
     let mut play = Play {
         emulator,
         hub: args.transport.open()?,
+        transport: &args.transport,
         answers: true,
         status: None,
         unread: 0,
     };
     let stop = stop_flag();
-    play.wait_for_a_peer(&stop);
+    play.wait_for_a_peer(&stop)?;
     match args.transport.clock() {
-        ClockKind::System => play.go_by_the_clock(&stop),
-        ClockKind::Messages => play.go_in_turns(&stop),
+        ClockKind::System => play.go_by_the_clock(&stop)?,
+        ClockKind::Messages => play.go_in_turns(&stop)?,
     }
-    play.listen_to_the_end(&stop);
+    play.listen_to_the_end(&stop)?;
     args.transport.remark(&play.summary(items));
     let broken = play.emulator.broken_promises().first().cloned();
     play.hub.close(PATIENCE);
@@ -98,9 +99,10 @@ impl TroubleArgs {
 }
 
 /// The emulated station with whoever controls it.
-struct Play {
+struct Play<'a> {
     emulator: Emulator,
     hub: Hub,
+    transport: &'a TransportArgs,
     /// Whether anybody may still answer.
     answers: bool,
     status: Option<Status>,
@@ -108,104 +110,129 @@ struct Play {
     unread: u64,
 }
 
-impl Play {
-    fn wait_for_a_peer(&mut self, stop: &AtomicBool) {
+impl Play<'_> {
+    fn wait_for_a_peer(&mut self, stop: &AtomicBool) -> Result<()> {
         while self.hub.peers() == 0 && !stop.load(Ordering::Relaxed) {
-            if let Some(Heard::Joined(stream)) = self.hub.hear(GLANCE) {
-                // One that has gone already is noticed when it is read.
-                let _ = self.hub.join(stream);
+            if let Some(heard) = self.hub.hear(GLANCE) {
+                self.heed(heard)?;
             }
         }
+        Ok(())
     }
 
     /// Takes turns with the node, as fast as both can.
-    fn go_in_turns(&mut self, stop: &AtomicBool) {
+    fn go_in_turns(&mut self, stop: &AtomicBool) -> Result<()> {
         let mut due = None;
         while !stop.load(Ordering::Relaxed) {
             let messages = self.emulator.round(due);
             if messages.is_empty() {
-                return;
+                break;
             }
-            for message in &messages {
-                self.hub.send(&encode(message));
-            }
+            self.say(messages, stop)?;
             due = None;
             while self.answers && !stop.load(Ordering::Relaxed) {
                 let Some(heard) = self.hub.hear(GLANCE) else {
                     continue;
                 };
-                if let Some(Outgoing::Due(answer)) = self.heed(heard) {
+                if let Some(Outgoing::Due(answer)) = self.heed(heard)? {
                     due = answer.next;
                     break;
                 }
             }
         }
+        Ok(())
     }
 
     /// Lets things happen when they are due.
-    fn go_by_the_clock(&mut self, stop: &AtomicBool) {
+    fn go_by_the_clock(&mut self, stop: &AtomicBool) -> Result<()> {
         self.emulator.start_at(unix_now());
         while !stop.load(Ordering::Relaxed) {
-            for message in self.emulator.advance(unix_now()) {
-                self.hub.send(&encode(&message));
-            }
+            let messages = self.emulator.advance(unix_now());
+            self.say(messages, stop)?;
             let Some(next) = self.emulator.next_stamp() else {
-                return;
+                break;
             };
             let mut patience = until(Some(next));
             while let Some(heard) = self.hub.hear(patience) {
                 patience = Duration::ZERO;
-                for message in self.emulator.advance(unix_now()) {
-                    self.hub.send(&encode(&message));
-                }
-                self.heed(heard);
+                let messages = self.emulator.advance(unix_now());
+                self.say(messages, stop)?;
+                self.heed(heard)?;
             }
         }
+        Ok(())
+    }
+
+    /// Sends messages. Where too many wait already the station stands still until there is
+    /// room: nothing is left out.
+    fn say(&mut self, messages: Vec<Incoming>, stop: &AtomicBool) -> Result<()> {
+        for message in messages {
+            while self.hub.is_full() && !stop.load(Ordering::Relaxed) {
+                if let Some(heard) = self.hub.hear(BREATH) {
+                    self.heed(heard)?;
+                }
+            }
+            self.hub.try_send(message, true);
+        }
+        Ok(())
     }
 
     /// Takes in what is heard; returns the message, if it is one.
-    fn heed(&mut self, heard: Heard) -> Option<Outgoing> {
+    fn heed(&mut self, heard: Heard) -> Result<Option<Outgoing>> {
         match heard {
             Heard::Line(_, line) => {
                 let Ok(message) = decode_outgoing(&line) else {
                     self.unread += 1;
-                    return None;
+                    return Ok(None);
                 };
                 if let Outgoing::Status(status) = &message {
                     self.status = Some((**status).clone());
                 }
                 self.emulator.receive(message.clone());
-                return Some(message);
+                return Ok(Some(message));
             }
-            Heard::TooLong(_) => self.unread += 1,
+            Heard::Refused(..) => self.unread += 1,
             Heard::Joined(stream) => {
+                // One that has gone already is noticed when it is read.
                 let _ = self.hub.join(stream);
                 self.answers = true;
             }
-            Heard::Left(0) => self.answers = false,
-            Heard::Left(number) => {
+            Heard::Up(_) => self.answers = true,
+            // By the clock the station goes on, and tells when somebody is there again.
+            Heard::Down(_) if self.transport.clock() == ClockKind::System => {}
+            Heard::Left(0) | Heard::Ended(_) => self.answers = false,
+            Heard::Left(number) | Heard::Down(number) => {
                 self.hub.leave(number);
                 self.answers = self.hub.peers() > 0;
             }
+            Heard::Remark(text) => self.transport.remark(&text),
+            Heard::Failed(error) => return Err(error),
         }
-        None
+        Ok(None)
     }
 
-    /// The node's last status comes after the stream to it has ended. Stdout ends with the
-    /// program only, so through pipes it goes unheard.
-    fn listen_to_the_end(&mut self, stop: &AtomicBool) {
+    /// The node's last status comes after the stream to it has ended, or where the node
+    /// goes on, one that knows of the end. Stdout ends with the program only, so through
+    /// pipes it goes unheard.
+    fn listen_to_the_end(&mut self, stop: &AtomicBool) -> Result<()> {
         if self.hub.is_stdio() {
-            return;
+            return Ok(());
         }
+        let end = match self.transport.clock() {
+            ClockKind::System => unix_now(),
+            ClockKind::Messages => f64::INFINITY,
+        };
         self.hub.finish_writing();
         while self.answers && !stop.load(Ordering::Relaxed) {
             if let Some(heard) = self.hub.hear(GLANCE) {
-                self.heed(heard);
+                self.heed(heard)?;
             }
-            if self.status.as_ref().is_some_and(|status| status.last) {
-                return;
+            let status = self.status.as_ref();
+            if status.is_some_and(|status| status.last || status.stamp >= end) {
+                break;
             }
         }
+        Ok(())
     }
 
     fn summary(&self, items: usize) -> String {

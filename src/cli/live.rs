@@ -14,6 +14,9 @@ pub const PATIENCE: Duration = Duration::from_secs(2);
 /// How often signals are looked for.
 pub const GLANCE: Duration = Duration::from_millis(50);
 
+/// How long one waits for room where too much waits to be sent.
+pub const BREATH: Duration = Duration::from_millis(1);
+
 impl TransportArgs {
     /// The clock.
     pub fn clock(&self) -> ClockKind {

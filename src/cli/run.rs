@@ -9,7 +9,7 @@ use super::session::Session;
 use super::settings::json;
 use super::training::{Line, budget};
 use crate::error::Result;
-use crate::live::protocol::{Outgoing, Rejected, decode, encode, schema};
+use crate::live::protocol::{Outgoing, Rejected, decode, schema};
 use crate::live::recording::Event;
 use crate::live::transport::{Heard, Hub};
 use crate::live::{ClockKind, Config, Controller};
@@ -80,7 +80,7 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
         talking: 0,
         status_every: args.status_every,
     };
-    node.talking = node.hub.peers();
+    node.talking = usize::from(node.hub.is_stdio());
     if node.talking > 0 {
         // What a journal tells of may not have reached it.
         node.controller.send_again();
@@ -184,13 +184,14 @@ impl Node<'_> {
                     break;
                 };
                 patience = Duration::ZERO;
-                if let Heard::Left(number) = heard {
-                    if number == 0 {
-                        return Ok(());
-                    }
-                    self.hub.leave(number);
-                } else {
-                    self.heed(heard);
+                match heard {
+                    Heard::Left(0) => return Ok(()),
+                    Heard::Left(number) => self.hub.leave(number),
+                    // What is to be said waits until somebody is there again.
+                    Heard::Down(_) => {}
+                    // Whoever has ended waits for a last word.
+                    Heard::Ended(_) => self.report(false, self.hub.queued() as u64),
+                    heard => self.heed(heard)?,
                 }
             }
         }
@@ -206,20 +207,22 @@ impl Node<'_> {
                     self.kept.rest(&mut self.controller)?;
                     continue;
                 }
-                Some(Heard::Left(_)) => self.talking = self.talking.saturating_sub(1),
-                Some(heard) => self.heed(heard),
-            }
-            if self.talking == 0 {
-                self.controller.finish();
-                self.kept.happened(&Event::Finished {});
-                break;
+                Some(Heard::Left(_) | Heard::Down(_) | Heard::Ended(_)) => {
+                    self.talking = self.talking.saturating_sub(1);
+                    if self.talking == 0 {
+                        self.controller.finish();
+                        self.kept.happened(&Event::Finished {});
+                        break;
+                    }
+                }
+                Some(heard) => self.heed(heard)?,
             }
             self.speak()?;
         }
         Ok(())
     }
 
-    fn heed(&mut self, heard: Heard) {
+    fn heed(&mut self, heard: Heard) -> Result<()> {
         let result = match heard {
             Heard::Line(_, line) => match decode(&line) {
                 Ok(message) => {
@@ -228,25 +231,38 @@ impl Node<'_> {
                 }
                 Err(rejected) => Err(self.refuse(rejected)),
             },
-            Heard::TooLong(_) => Err(self.refuse(Rejected::too_long())),
+            Heard::Refused(_, rejected) => Err(self.refuse(rejected)),
             Heard::Joined(stream) => {
                 match self.hub.join(stream) {
-                    Ok(()) => {
-                        self.talking += 1;
-                        self.controller.send_again();
-                        self.kept.happened(&Event::Joined {});
-                    }
+                    Ok(()) => self.welcome(),
                     Err(error) => self.transport.remark(&format!("a peer is gone: {error}")),
                 }
                 Ok(())
             }
-            Heard::Left(_) => Ok(()),
+            Heard::Up(_) => {
+                self.welcome();
+                Ok(())
+            }
+            Heard::Remark(text) => {
+                self.transport.remark(&text);
+                Ok(())
+            }
+            Heard::Failed(error) => return Err(error),
+            Heard::Left(_) | Heard::Down(_) | Heard::Ended(_) => Ok(()),
         };
         if let Err(rejected) = result {
             let (reason, message) = (rejected.reason.name(), rejected.message);
             self.transport
                 .remark(&format!("refused ({reason}): {message}"));
         }
+        Ok(())
+    }
+
+    /// Somebody is there who may not have heard what was said.
+    fn welcome(&mut self) {
+        self.talking += 1;
+        self.controller.send_again();
+        self.kept.happened(&Event::Joined {});
     }
 
     /// A line that is no message is counted.
@@ -268,13 +284,12 @@ impl Node<'_> {
         self.kept.keep(&mut self.controller, !output.is_empty())?;
         for message in output {
             self.kept.said(&message);
-            let line = encode(&message);
             if self.transport.clock() == ClockKind::Messages {
-                self.hub.send(&line);
+                self.hub.send(message);
                 continue;
             }
             let matters = !matches!(message, Outgoing::Status(_));
-            for number in self.hub.try_send(&line, matters) {
+            for number in self.hub.try_send(message, matters) {
                 self.hub.leave(number);
                 self.transport
                     .remark("a peer did not keep up and was disconnected");

@@ -120,7 +120,7 @@ pub fn decode(line: &[u8]) -> Result<Incoming, Rejected> {
 /// # Errors
 /// Anything that is not a message of this version.
 pub fn decode_outgoing(line: &[u8]) -> Result<Outgoing, Rejected> {
-    read(line, &["task", "cancel", "status", "due"])
+    read(line, &Outgoing::KINDS)
 }
 
 fn read<M: DeserializeOwned>(line: &[u8], kinds: &[&str]) -> Result<M, Rejected> {

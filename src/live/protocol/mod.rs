@@ -6,12 +6,14 @@
 mod check;
 mod decode;
 mod incoming;
+mod message;
 mod outgoing;
 mod schema;
 
 pub use check::{LARGEST_STAMP, LONGEST_TEXT};
 pub use decode::{LONGEST_LINE, Rejected, Rejection, decode, decode_outgoing};
 pub use incoming::{Ack, BeltState, Detection, Incoming, Report, RobotState, RobotStatus, Verdict};
+pub use message::Message;
 pub use outgoing::{
     Cancel, Due, Latency, MissedCounts, Outgoing, Point, RobotReport, Status, Task, encode,
 };

@@ -20,6 +20,18 @@ pub enum Outgoing {
 }
 
 impl Outgoing {
+    /// All kinds, as they are written.
+    pub const KINDS: [&str; 4] = ["task", "cancel", "status", "due"];
+
+    /// The robot that it is for; none when it is for everybody.
+    pub fn robot(&self) -> Option<&str> {
+        match self {
+            Self::Task(task) => Some(&task.robot),
+            Self::Cancel(cancel) => Some(&cancel.robot),
+            Self::Status(_) | Self::Due(_) => None,
+        }
+    }
+
     /// Its kind, as it is written.
     pub fn kind(&self) -> &'static str {
         match self {

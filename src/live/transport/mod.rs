@@ -1,18 +1,19 @@
 //! JSON Lines over stdin and stdout, and over TCP.
 //!
-//! What all peers say comes in one after another; what is said goes to all of them. Every
-//! queue is bounded. A TCP peer whose queue is full is disconnected: the tasks that it has
-//! not acknowledged are sent again to whoever connects. Stdout cannot be disconnected:
-//! while its queue is more than half full no task is given, and what must not be lost is
-//! kept.
+//! What all peers say comes in one after another, as lines of the protocol, so that one
+//! decoder judges them all; what is said goes to all of them. Every queue is bounded. A
+//! TCP peer whose queue is full is disconnected: the tasks that it has not acknowledged
+//! are sent again to whoever connects. Others cannot be disconnected: while a queue is
+//! more than half full no task is given, and what must not be lost is kept.
 
 mod lines;
 mod peer;
+mod stream;
 
 use crate::error::{Error, Result, shown};
+use crate::live::protocol::{Message, Rejected};
 use peer::{Peer, QUEUE};
 use std::collections::BTreeMap;
-use std::io::BufWriter;
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread;
@@ -28,16 +29,26 @@ const RETRY: Duration = Duration::from_millis(200);
 pub enum Heard {
     /// A line, from the peer of this number.
     Line(u64, Vec<u8>),
-    /// A line that was too long to be read.
-    TooLong(u64),
+    /// Something that was refused before it became a line.
+    Refused(u64, Rejected),
     /// A peer has connected.
     Joined(TcpStream),
     /// A peer says no more.
     Left(u64),
+    /// A peer that is kept is there, perhaps again, and has perhaps not heard what was said.
+    Up(u64),
+    /// A peer that is kept is not there for the moment.
+    Down(u64),
+    /// Who was at a peer that is kept says no more; others may come.
+    Ended(u64),
+    /// Something that the user should know.
+    Remark(String),
+    /// It cannot go on.
+    Failed(Error),
 }
 
 /// Where the peers are.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone)]
 pub enum Place {
     /// One peer, on stdin and stdout.
     Stdio,
@@ -84,13 +95,12 @@ impl Hub {
             next: 1,
             address: None,
             connects_to: None,
-            stdio: *place == Place::Stdio,
+            stdio: matches!(place, Place::Stdio),
         };
         match place {
             Place::Stdio => {
-                let stdout = BufWriter::new(std::io::stdout());
                 let sender = hub.sender.clone();
-                let peer = Peer::start(0, std::io::stdin(), stdout, None, sender);
+                let peer = stream::start(0, std::io::stdin(), std::io::stdout(), None, sender);
                 hub.peers.insert(0, peer);
             }
             Place::Listen(address) => {
@@ -144,9 +154,9 @@ impl Hub {
         self.stdio
     }
 
-    /// How many peers there are.
+    /// How many peers there are now.
     pub fn peers(&self) -> usize {
-        self.peers.len()
+        self.peers.values().filter(|peer| peer.is_up()).count()
     }
 
     /// The next thing heard within `patience`.
@@ -168,8 +178,8 @@ impl Hub {
         let (reads, socket) = (stream.try_clone()?, stream.try_clone()?);
         let number = self.next;
         self.next += 1;
-        let writes = BufWriter::new(stream);
-        let peer = Peer::start(number, reads, writes, Some(socket), self.sender.clone());
+        let sender = self.sender.clone();
+        let peer = stream::start(number, reads, stream, Some(socket), sender);
         self.peers.insert(number, peer);
         Ok(())
     }
@@ -181,31 +191,38 @@ impl Hub {
         }
     }
 
-    /// Sends a line to all, waiting for room.
-    pub fn send(&mut self, line: &str) {
+    /// Sends a message to all, waiting for room.
+    pub fn send(&mut self, message: impl Into<Message>) {
+        let message = message.into();
         for peer in self.peers.values_mut() {
-            peer.send(line.to_owned());
+            peer.send(message.clone());
         }
     }
 
-    /// Sends a line to all without waiting; returns those that did not keep up and were
+    /// Sends a message to all without waiting; returns those that did not keep up and were
     /// disconnected. What does not `matter` is left out where there is no room.
-    pub fn try_send(&mut self, line: &str, matters: bool) -> Vec<u64> {
+    pub fn try_send(&mut self, message: impl Into<Message>, matters: bool) -> Vec<u64> {
+        let message = message.into();
         let peers = self.peers.iter_mut();
         let slow = peers.filter_map(|(number, peer)| {
-            (!peer.try_send(line.to_owned(), matters)).then_some(*number)
+            (!peer.try_send(message.clone(), matters)).then_some(*number)
         });
         slow.collect()
     }
 
-    /// How many lines wait, at the peer where most do.
+    /// How many messages wait, at the peer where most do.
     pub fn queued(&self) -> usize {
         self.peers.values().map(Peer::queued).max().unwrap_or(0)
     }
 
+    /// Whether there is no room for one more message somewhere.
+    pub fn is_full(&self) -> bool {
+        self.queued() >= QUEUE
+    }
+
     /// Whether tasks should wait: there is nobody, or somebody does not keep up.
     pub fn is_stalled(&self) -> bool {
-        self.peers.is_empty() || self.queued() > QUEUE / 2
+        self.peers() == 0 || self.queued() > QUEUE / 2
     }
 
     /// Ends all streams to the peers after what is still to be written; they may go on

@@ -1,0 +1,152 @@
+//! JSON Lines over a pair of byte streams: stdin and stdout, or the two ways of a socket.
+
+use super::Heard;
+use super::lines::{Line, next_line};
+use super::peer::{Peer, Waiting};
+use crate::live::protocol::{Rejected, encode};
+use std::io::{BufReader, BufWriter, Read, Write};
+use std::net::{Shutdown, TcpStream};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::sync::mpsc::SyncSender;
+use std::thread;
+
+/// Starts the threads of a peer on two streams. What it says goes to `inbox`, under its
+/// number; with a `socket` it is disconnected when it does not keep up.
+pub fn start(
+    number: u64,
+    reads: impl Read + Send + 'static,
+    writes: impl Write + Send + 'static,
+    socket: Option<TcpStream>,
+    inbox: SyncSender<Heard>,
+) -> Peer {
+    thread::spawn(move || read_all(number, reads, &inbox));
+    let closing = socket.as_ref().and_then(|socket| socket.try_clone().ok());
+    Peer::start(socket, Arc::new(AtomicBool::new(true)), move |waiting| {
+        // A peer that has gone is noticed by its reader.
+        let _ = write_all(BufWriter::new(writes), waiting);
+        if let Some(socket) = closing {
+            let _ = socket.shutdown(Shutdown::Write);
+        }
+    })
+}
+
+fn read_all(number: u64, reads: impl Read, inbox: &SyncSender<Heard>) {
+    let mut stream = BufReader::new(reads);
+    while let Ok(Some(line)) = next_line(&mut stream) {
+        let heard = match line {
+            Line::Whole(line) => Heard::Line(number, line),
+            Line::TooLong => Heard::Refused(number, Rejected::too_long()),
+        };
+        if inbox.send(heard).is_err() {
+            return;
+        }
+    }
+    let _ = inbox.send(Heard::Left(number));
+}
+
+/// Writes messages as they come, and flushes when there is none for the moment.
+fn write_all(mut stream: impl Write, waiting: &Waiting) -> std::io::Result<()> {
+    while let Some(first) = waiting.next() {
+        let mut next = Some(first);
+        while let Some(message) = next {
+            stream.write_all(encode(&message).as_bytes())?;
+            next = waiting.try_next().ok();
+        }
+        stream.flush()?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::peer::QUEUE;
+    use super::*;
+    use crate::live::protocol::{Ack, Incoming};
+    use std::sync::mpsc::sync_channel;
+    use std::sync::{Condvar, Mutex};
+
+    /// A stream that takes nothing until it is opened.
+    #[derive(Clone, Default)]
+    struct Gate(Arc<(Mutex<Taken>, Condvar)>);
+
+    #[derive(Default)]
+    struct Taken {
+        open: bool,
+        bytes: Vec<u8>,
+    }
+
+    impl Gate {
+        fn open(&self) {
+            self.0.0.lock().unwrap().open = true;
+            self.0.1.notify_all();
+        }
+    }
+
+    impl Write for Gate {
+        fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+            let state = self.0.0.lock().unwrap();
+            let mut state = self.0.1.wait_while(state, |state| !state.open).unwrap();
+            state.bytes.extend_from_slice(bytes);
+            Ok(bytes.len())
+        }
+
+        fn flush(&mut self) -> std::io::Result<()> {
+            Ok(())
+        }
+    }
+
+    fn message(task: u64) -> Incoming {
+        Incoming::Ack(Ack { stamp: 0.0, task })
+    }
+
+    #[test]
+    fn a_stalled_stream_loses_nothing_that_matters() {
+        let gate = Gate::default();
+        let (inbox, _heard) = sync_channel(1);
+        let mut peer = start(0, std::io::empty(), gate.clone(), None, inbox);
+        let mut all = Vec::new();
+        for i in 0..3 * QUEUE as u64 {
+            let matters = i % 3 == 0;
+            // Until the queue is full everything has room.
+            assert!(peer.try_send(message(i).into(), matters));
+            if matters {
+                all.push(i);
+            }
+        }
+        assert!(peer.queued() >= QUEUE);
+        gate.open();
+        while peer.queued() > 0 {
+            peer.flush();
+            thread::yield_now();
+        }
+        peer.close(std::time::Duration::from_secs(60));
+        let written = gate.0.0.lock().unwrap().bytes.clone();
+        let numbers = written
+            .split(|byte| *byte == b'\n')
+            .filter(|l| !l.is_empty());
+        let numbers = numbers.map(|line| match crate::live::protocol::decode(line) {
+            Ok(Incoming::Ack(ack)) => ack.task,
+            other => panic!("{other:?}"),
+        });
+        let numbers: Vec<u64> = numbers.collect();
+        assert!(numbers.is_sorted());
+        let mattering = numbers.iter().copied().filter(|i| i % 3 == 0);
+        assert_eq!(mattering.collect::<Vec<u64>>(), all);
+        assert!(numbers.len() < 3 * QUEUE);
+    }
+
+    #[test]
+    fn a_socket_that_stalls_is_disconnected() {
+        let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+        let ours = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
+        let theirs = listener.accept().unwrap().0;
+        let (inbox, heard) = sync_channel(1);
+        let (reads, writes) = (ours.try_clone().unwrap(), ours.try_clone().unwrap());
+        let mut peer = start(7, reads, writes, Some(ours), inbox);
+        // The system's buffers and the queue are full at some time.
+        while peer.try_send(message(1).into(), true) {}
+        assert!(matches!(heard.recv().unwrap(), Heard::Left(7)));
+        drop(theirs);
+    }
+}
