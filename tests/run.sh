@@ -15,3 +15,5 @@ python3 tests/load/load.py --pickline "${CARGO_TARGET_DIR:-target}/debug/picklin
 bash tests/gambit/run.sh
 # Recordings of live runs, read by the mcap package of Python.
 bash tests/mcap/run.sh
+# The live protocol over a real MQTT broker, which it installs.
+bash tests/mqtt/run.sh

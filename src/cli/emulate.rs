@@ -8,7 +8,7 @@ use crate::error::{Error, Result, shown};
 use crate::live::ClockKind;
 use crate::live::emulator::{Emulator, Trouble};
 use crate::live::protocol::{Incoming, Outgoing, Status, decode_outgoing};
-use crate::live::transport::{Heard, Hub};
+use crate::live::transport::{Heard, Hub, Side};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
@@ -30,7 +30,7 @@ pub fn run(args: &EmulateArgs, _session: &Session) -> Result<()> {
     ));
     let mut play = Play {
         emulator,
-        hub: args.transport.open()?,
+        hub: args.transport.open(Side::Station)?,
         transport: &args.transport,
         answers: true,
         status: None,

@@ -4,7 +4,7 @@ use super::args::{ClockArg, TransportArgs};
 use super::session::tell;
 use crate::error::{Error, Result, shown_number};
 use crate::live::ClockKind;
-use crate::live::transport::{Hub, Place};
+use crate::live::transport::{Hub, Place, Side};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
@@ -26,17 +26,12 @@ impl TransportArgs {
         }
     }
 
-    /// Opens the place to talk at, and says where it is.
+    /// Opens the place where `side` talks, and says where it is.
     ///
     /// # Errors
     /// As for [`Hub::open`].
-    pub fn open(&self) -> Result<Hub> {
-        let place = match (&self.listen, &self.connect) {
-            (Some(address), _) => Place::Listen(address.clone()),
-            (None, Some(address)) => Place::Connect(address.clone()),
-            (None, None) => Place::Stdio,
-        };
-        let hub = Hub::open(&place)?;
+    pub fn open(&self, side: Side) -> Result<Hub> {
+        let hub = Hub::open(&self.place(side)?)?;
         if let Some(address) = hub.address() {
             self.remark(&format!("listening at {address}"));
             if !address.ip().is_loopback() {
@@ -44,6 +39,23 @@ impl TransportArgs {
             }
         }
         Ok(hub)
+    }
+
+    #[cfg_attr(
+        not(feature = "mqtt"),
+        allow(unused_variables, clippy::unnecessary_wraps)
+    )]
+    fn place(&self, side: Side) -> Result<Place> {
+        #[cfg(feature = "mqtt")]
+        if let Some(settings) = self.mqtt.resolve(side, self.clock())? {
+            self.remark(&format!("talking over {}", settings.broker));
+            return Ok(Place::Mqtt(Box::new(settings)));
+        }
+        Ok(match (&self.listen, &self.connect) {
+            (Some(address), _) => Place::Listen(address.clone()),
+            (None, Some(address)) => Place::Connect(address.clone()),
+            (None, None) => Place::Stdio,
+        })
     }
 
     /// A remark for the user, unless quiet.

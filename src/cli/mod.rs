@@ -8,6 +8,8 @@ mod emulate;
 mod game;
 mod kept;
 mod live;
+#[cfg(feature = "mqtt")]
+mod mqtt;
 mod optimize;
 mod pattern;
 mod pattern_set;

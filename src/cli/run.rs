@@ -11,7 +11,7 @@ use super::training::{Line, budget};
 use crate::error::Result;
 use crate::live::protocol::{Outgoing, Rejected, decode, schema};
 use crate::live::recording::Event;
-use crate::live::transport::{Heard, Hub};
+use crate::live::transport::{Heard, Hub, Side};
 use crate::live::{ClockKind, Config, Controller};
 use crate::optimize::Environment;
 use crate::planning::{Allowance, Budget};
@@ -72,7 +72,7 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
     let stopwatch = Box::new(move || began.elapsed().as_secs_f64());
     let mut node = Node {
         controller: controller.with_stopwatch(stopwatch),
-        hub: args.transport.open()?,
+        hub: args.transport.open(Side::Node)?,
         kept,
         screen,
         transport: &args.transport,

@@ -27,6 +27,9 @@ pub struct TransportArgs {
     /// Talk to the program that listens at this address instead of stdin and stdout
     #[arg(long, value_name = "HOST:PORT")]
     pub connect: Option<String>,
+    #[cfg(feature = "mqtt")]
+    #[command(flatten)]
+    pub mqtt: super::MqttArgs,
     /// No remarks on stderr; refused messages are only counted
     #[arg(short, long)]
     pub quiet: bool,

@@ -5,6 +5,8 @@ mod conditions;
 mod experiment;
 mod game;
 mod live;
+#[cfg(feature = "mqtt")]
+mod mqtt;
 mod optimize;
 mod pattern;
 mod simulate;
@@ -17,6 +19,8 @@ pub use conditions::ConditionArgs;
 pub use experiment::{CompareArgs, SweepArgs, TrainingArgs};
 pub use game::{GameArgs, PayoffArg};
 pub use live::{ClockArg, EmulateArgs, RunArgs, TransportArgs, TroubleArgs};
+#[cfg(feature = "mqtt")]
+pub use mqtt::MqttArgs;
 pub use optimize::{OptimizeArgs, SearchArg};
 pub use pattern::{
     AxisArg, DescribeArgs, GenerateArgs, ImportCommand, MotArgs, PatternArgs, PatternCommand,

@@ -7,6 +7,8 @@
 //! more than half full no task is given, and what must not be lost is kept.
 
 mod lines;
+#[cfg(feature = "mqtt")]
+pub mod mqtt;
 mod peer;
 mod stream;
 
@@ -47,6 +49,15 @@ pub enum Heard {
     Failed(Error),
 }
 
+/// Which of the two programs this is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// The node: it hears the station and sends tasks.
+    Node,
+    /// A station: the other way round.
+    Station,
+}
+
 /// Where the peers are.
 #[derive(Debug, Clone)]
 pub enum Place {
@@ -56,6 +67,9 @@ pub enum Place {
     Listen(String),
     /// The one that listens at this address.
     Connect(String),
+    /// Whoever talks to this broker.
+    #[cfg(feature = "mqtt")]
+    Mqtt(Box<mqtt::Settings>),
 }
 
 /// Listens at `address`, which was given by `flag`.
@@ -123,6 +137,12 @@ impl Hub {
                 }
                 hub.connects_to = Some(address.clone());
                 hub.connect();
+            }
+            #[cfg(feature = "mqtt")]
+            Place::Mqtt(settings) => {
+                let peer = mqtt::start(hub.next, settings, hub.sender.clone())?;
+                hub.peers.insert(hub.next, peer);
+                hub.next += 1;
             }
         }
         Ok(hub)
