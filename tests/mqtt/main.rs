@@ -260,7 +260,10 @@ fn the_last_will_tells_that_the_node_has_died() {
         .said
         .wait_for("1 pickline/node {\"state\":\"offline\"");
     // What comes while it is away waits for it under its id.
-    let now = std::time::SystemTime::UNIX_EPOCH.elapsed().unwrap().as_secs_f64();
+    let now = std::time::SystemTime::UNIX_EPOCH
+        .elapsed()
+        .unwrap()
+        .as_secs_f64();
     let item = format!(r#"{{"kind":"detection","stamp":{now},"id":"a","x":0,"y":0}}"#);
     broker.publish("pickline/detection", &item, "1");
     let mut node = Program::pickline(&arguments, &[]);

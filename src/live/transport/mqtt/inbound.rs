@@ -77,7 +77,10 @@ impl Inbound {
             let (heard, order) = match news {
                 News::Message(connection, publish) => {
                     let heard = self.read(connection, &publish);
-                    (heard, Some(Order::Acknowledge(connection, Box::new(publish))))
+                    (
+                        heard,
+                        Some(Order::Acknowledge(connection, Box::new(publish))),
+                    )
                 }
                 News::Greeted(connection) if self.side == Side::Node => {
                     (self.rise(connection), None)
