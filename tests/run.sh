@@ -17,3 +17,5 @@ bash tests/gambit/run.sh
 bash tests/mcap/run.sh
 # The live protocol over a real MQTT broker, which it installs.
 bash tests/mqtt/run.sh
+# The same over ROS 2, also with another DDS implementation, which it installs.
+bash tests/ros2/run.sh

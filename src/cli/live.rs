@@ -5,6 +5,8 @@ use super::session::tell;
 use crate::error::{Error, Result, shown_number};
 use crate::live::ClockKind;
 use crate::live::transport::{Hub, Place, Side};
+#[cfg(feature = "ros2")]
+use std::net::IpAddr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
@@ -42,7 +44,7 @@ impl TransportArgs {
     }
 
     #[cfg_attr(
-        not(feature = "mqtt"),
+        not(any(feature = "mqtt", feature = "ros2")),
         allow(unused_variables, clippy::unnecessary_wraps)
     )]
     fn place(&self, side: Side) -> Result<Place> {
@@ -50,6 +52,15 @@ impl TransportArgs {
         if let Some(settings) = self.mqtt.resolve(side, self.clock())? {
             self.remark(&format!("talking over {}", settings.broker));
             return Ok(Place::Mqtt(Box::new(settings)));
+        }
+        #[cfg(feature = "ros2")]
+        if let Some(settings) = self.ros2.resolve(side, self.clock())? {
+            let (domain, namespace) = (settings.domain, &settings.namespace);
+            self.remark(&format!("talking in ROS domain {domain} under {namespace}"));
+            if !settings.networks.iter().all(IpAddr::is_loopback) {
+                self.remark("anybody in these networks can command the line");
+            }
+            return Ok(Place::Ros2(Box::new(settings)));
         }
         Ok(match (&self.listen, &self.connect) {
             (Some(address), _) => Place::Listen(address.clone()),

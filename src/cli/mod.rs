@@ -17,6 +17,8 @@ mod pictures;
 mod progress;
 #[cfg(feature = "mcap")]
 mod replay;
+#[cfg(feature = "ros2")]
+mod ros2;
 mod run;
 mod session;
 mod settings;

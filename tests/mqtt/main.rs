@@ -2,6 +2,7 @@
 #![cfg(all(unix, feature = "mqtt"))]
 
 mod broker;
+#[path = "../common/programs.rs"]
 mod programs;
 
 use broker::{Broker, authority};

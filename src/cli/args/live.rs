@@ -30,6 +30,9 @@ pub struct TransportArgs {
     #[cfg(feature = "mqtt")]
     #[command(flatten)]
     pub mqtt: super::MqttArgs,
+    #[cfg(feature = "ros2")]
+    #[command(flatten)]
+    pub ros2: super::Ros2Args,
     /// No remarks on stderr; refused messages are only counted
     #[arg(short, long)]
     pub quiet: bool,
@@ -136,6 +139,8 @@ pub struct KeptArgs {
         "listen", "connect", "station", "robots", "belt_speed", "seed", "tolerance",
         "ack_timeout", "result_timeout", "status_every", "dashboard", "journal", "record",
     ])]
+    #[cfg_attr(feature = "mqtt", arg(conflicts_with = "mqtt"))]
+    #[cfg_attr(feature = "ros2", arg(conflicts_with = "ros2"))]
     pub replay: Option<PathBuf>,
 }
 

@@ -9,6 +9,8 @@ mod live;
 mod mqtt;
 mod optimize;
 mod pattern;
+#[cfg(feature = "ros2")]
+mod ros2;
 mod simulate;
 mod station;
 #[cfg(feature = "onnx")]
@@ -26,6 +28,8 @@ pub use pattern::{
     AxisArg, DescribeArgs, GenerateArgs, ImportCommand, MotArgs, PatternArgs, PatternCommand,
     PatternKind,
 };
+#[cfg(feature = "ros2")]
+pub use ros2::Ros2Args;
 pub use simulate::SimulateArgs;
 pub use station::{StationArgs, StationCommand};
 #[cfg(feature = "onnx")]

@@ -10,6 +10,8 @@ mod lines;
 #[cfg(feature = "mqtt")]
 pub mod mqtt;
 mod peer;
+#[cfg(feature = "ros2")]
+pub mod ros2;
 mod stream;
 
 use crate::error::{Error, Result, shown};
@@ -70,6 +72,9 @@ pub enum Place {
     /// Whoever talks to this broker.
     #[cfg(feature = "mqtt")]
     Mqtt(Box<mqtt::Settings>),
+    /// Whoever is in this ROS 2 graph.
+    #[cfg(feature = "ros2")]
+    Ros2(Box<ros2::Settings>),
 }
 
 /// Listens at `address`, which was given by `flag`.
@@ -141,11 +146,21 @@ impl Hub {
             #[cfg(feature = "mqtt")]
             Place::Mqtt(settings) => {
                 let peer = mqtt::start(hub.next, settings, hub.sender.clone())?;
-                hub.peers.insert(hub.next, peer);
-                hub.next += 1;
+                hub.keep(peer);
+            }
+            #[cfg(feature = "ros2")]
+            Place::Ros2(settings) => {
+                let peer = ros2::start(hub.next, settings, hub.sender.clone())?;
+                hub.keep(peer);
             }
         }
         Ok(hub)
+    }
+
+    #[cfg(any(feature = "mqtt", feature = "ros2"))]
+    fn keep(&mut self, peer: Peer) {
+        self.peers.insert(self.next, peer);
+        self.next += 1;
     }
 
     /// Connects in the background, until it works.

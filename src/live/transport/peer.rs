@@ -53,6 +53,17 @@ pub struct Peer {
     up: Arc<AtomicBool>,
     /// Hears when the writer has written all, and ended.
     written: Receiver<()>,
+    /// What is left to do at the end.
+    ending: Option<Ending>,
+}
+
+/// Something to be done at the end.
+struct Ending(Box<dyn FnOnce() + Send>);
+
+impl std::fmt::Debug for Ending {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Ending")
+    }
 }
 
 impl Peer {
@@ -83,7 +94,14 @@ impl Peer {
             socket,
             up,
             written,
+            ending: None,
         }
+    }
+
+    /// The same peer, which does this at its end.
+    pub fn ending(self, end: impl FnOnce() + Send + 'static) -> Self {
+        let ending = Some(Ending(Box::new(end)));
+        Self { ending, ..self }
     }
 
     /// Whether anybody is at the other end now.
@@ -156,6 +174,9 @@ impl Peer {
         self.flush();
         self.outbox = None;
         let _ = self.written.recv_timeout(patience);
+        if let Some(Ending(end)) = self.ending.take() {
+            end();
+        }
     }
 
     /// Ends the stream after what is still to be written; the peer may go on talking.

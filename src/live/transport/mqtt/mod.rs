@@ -23,6 +23,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::SyncSender;
 use std::thread;
+use std::time::Duration;
 use topics::Topics;
 
 pub use url::Broker;
@@ -34,6 +35,8 @@ const UNHEEDED: u16 = 512;
 /// Packets larger than this [bytes] are not even delivered; payloads that are too long for
 /// a line but shorter are refused and counted.
 const LARGEST_PACKET: u32 = 1 << 20;
+/// How long the broker is given to take leave.
+const FAREWELL: Duration = Duration::from_secs(1);
 /// How long the broker keeps what is meant for a client that is away [s]: the node takes
 /// nothing that is older.
 const KEPT: u32 = crate::live::clock::OLDEST as u32;
@@ -86,8 +89,13 @@ pub(super) fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) 
         .map_err(|error| {
             Error::input("--mqtt", format!("no network: {error}"), "free some memory")
         })?;
-    thread::spawn(move || runtime.block_on(session.run(messages, done)));
-    Ok(Peer::start(None, up, move |waiting| {
+    let (end, to_end) = tokio::sync::oneshot::channel();
+    let (going, gone) = std::sync::mpsc::channel::<()>();
+    thread::spawn(move || {
+        runtime.block_on(session.run(messages, done, to_end));
+        drop(going);
+    });
+    let peer = Peer::start(None, up, move |waiting| {
         while let Some(message) = waiting.next() {
             if outbox.blocking_send(message).is_err() {
                 return;
@@ -96,6 +104,10 @@ pub(super) fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) 
         drop(outbox);
         // Until the broker has it all.
         let _ = ended.recv();
+    });
+    Ok(peer.ending(move || {
+        let _ = end.send(());
+        let _ = gone.recv_timeout(FAREWELL);
     }))
 }
 

@@ -21,7 +21,7 @@ use std::sync::mpsc::SyncSender;
 use std::thread;
 use std::time::Duration;
 use tokio::sync::mpsc::{Receiver, Sender, UnboundedReceiver, channel, unbounded_channel};
-use tokio::sync::watch;
+use tokio::sync::{oneshot, watch};
 
 /// Requests that the connection has not taken yet; few, as what waits is counted elsewhere.
 const REQUESTS: usize = 16;
@@ -56,8 +56,13 @@ pub struct Session {
 
 impl Session {
     /// Talks until all of `outbox` is sent and, for a node, the broker told that it goes.
-    /// `done` hears when all is sent.
-    pub async fn run(mut self, outbox: Receiver<Message>, done: SyncSender<()>) {
+    /// `done` hears when all is sent; a station then goes with `end`.
+    pub async fn run(
+        mut self,
+        outbox: Receiver<Message>,
+        done: SyncSender<()>,
+        end: oneshot::Receiver<()>,
+    ) {
         let will = LastWill::new(
             self.topics.presence(self.side),
             self.presence("offline"),
@@ -97,12 +102,12 @@ impl Session {
             outbound.run(outbox).await;
             // Whoever waits for this side need not wait any more.
             self.present(&client, "offline").await;
-            if self.side == Side::Node {
-                let _ = client.disconnect().await;
-            } else {
-                // A station still listens to the node's last words.
+            if self.side == Side::Station {
+                // It still listens to the node's last words.
                 let _ = done.send(());
+                let _ = end.await;
             }
+            let _ = client.disconnect().await;
             std::future::pending::<()>().await;
         };
         tokio::select! {
@@ -233,7 +238,7 @@ impl Session {
                     "{} refuses the subscriptions: {:?}",
                     self.broker, reasons[0]
                 ),
-                "let this user subscribe to the topics in docs/protocol.md, or give another prefix",
+                "let this user subscribe to the topics in docs/mqtt.md, or give another prefix",
             )),
             // With a lost connection comes another one.
             _ => Ok(()),

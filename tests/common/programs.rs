@@ -1,4 +1,5 @@
 //! Programs that are started, watched and ended.
+#![allow(dead_code)]
 
 use std::io::{BufRead as _, BufReader, Read};
 use std::process::{Child, Command, Stdio};
@@ -79,6 +80,10 @@ impl Program {
         command.args(arguments.split_whitespace());
         command.env_remove("PICKLINE_MQTT_PASSWORD");
         Self::start(command.envs(environment.iter().copied()))
+    }
+
+    pub fn is_running(&mut self) -> bool {
+        matches!(self.child.try_wait(), Ok(None))
     }
 
     pub fn signal(&self, signal: &str) {

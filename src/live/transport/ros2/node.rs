@@ -1,0 +1,214 @@
+//! The node in the ROS graph: made, spun, and listened to.
+
+use super::messages::RosMessage;
+use super::wires::{Mouth, NodeEars, StationEars, Wires};
+use super::{Settings, incoming, outgoing};
+use crate::error::{Error, Result, shown};
+use crate::live::protocol::{Rejected, Rejection, encode};
+use crate::live::transport::peer::{Peer, Waiting};
+use crate::live::transport::{Heard, Side};
+use ros2_client::{Context, Node, NodeName, NodeOptions, Subscription};
+use rustdds::DomainParticipantBuilder;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::SyncSender;
+use std::thread;
+use std::time::Duration;
+use tokio::sync::oneshot;
+
+/// How often one looks who is there.
+const GLANCE: Duration = Duration::from_millis(50);
+/// So many times in a row somebody has to be there: both ends must have found each other.
+const STEADY: u32 = 10;
+/// How long the last messages are given to be delivered; nobody tells when they are.
+const LINGER: Duration = Duration::from_millis(500);
+/// Time until a reader that has failed is tried again.
+const BREATH: Duration = Duration::from_millis(10);
+
+/// Starts the node's threads.
+pub fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) -> Result<Peer> {
+    let networks = settings.networks.clone();
+    let participant = DomainParticipantBuilder::new(settings.domain)
+        .with_only_networks(networks)
+        .build()
+        .map_err(|error| {
+            let problem = format!("no DDS in domain {}: {error}", settings.domain);
+            let cure = "check the addresses and that the ports of the domain are free";
+            Error::input("--ros2", problem, cure)
+        })?;
+    let name = match settings.side {
+        Side::Node => "pickline",
+        Side::Station => "pickline_station",
+    };
+    let failed = |error: String| {
+        let problem = format!("{}/{name} is no node: {error}", shown(&settings.namespace));
+        let cure = "give a namespace of letters, digits and underscores, for example /line1";
+        Error::input("--ros2-namespace", problem, cure)
+    };
+    let name = NodeName::new(&settings.namespace, name);
+    let name = name.map_err(|error| failed(format!("{error:?}")))?;
+    let options = NodeOptions::new()
+        .enable_rosout(false)
+        .start_parameter_services(false);
+    let context = Context::from_domain_participant(participant);
+    let context = context.map_err(|error| failed(error.to_string()))?;
+    let node = context.new_node(name, options);
+    let mut node = node.map_err(|error| failed(format!("{error:?}")))?;
+    let mut wires = Wires {
+        node: &mut node,
+        settings,
+    };
+    let failed = |error: ros2_client::error::CreateError| failed(error.to_string());
+    let mouth = Arc::new(wires.mouth().map_err(failed)?);
+    let ears = match settings.side {
+        Side::Node => Ears::Node(Box::new(wires.node_ears().map_err(failed)?)),
+        Side::Station => Ears::Station(Box::new(wires.station_ears().map_err(failed)?)),
+    };
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_time()
+        .build()
+        .map_err(|error| Error::input("--ros2", error.to_string(), "free some memory"))?;
+    let up = Arc::new(AtomicBool::new(false));
+    let listener = Listener {
+        number,
+        side: settings.side,
+        frame: settings.frame.clone(),
+        inbox,
+    };
+    let (end, ended) = oneshot::channel();
+    let (mouth_too, up_too) = (Arc::clone(&mouth), Arc::clone(&up));
+    let listening = thread::spawn(move || {
+        runtime.block_on(async {
+            let Ok(spinner) = node.spinner() else {
+                return;
+            };
+            tokio::select! {
+                _ = spinner.spin() => {}
+                () = listener.listen(&ears) => {}
+                () = listener.look_around(&node, &mouth_too, &ears, &up_too) => {}
+                _ = ended => {}
+            }
+        });
+    });
+    let (side, frame, there) = (settings.side, settings.frame.clone(), Arc::clone(&up));
+    let peer = Peer::start(None, up, move |waiting| {
+        speak(waiting, &mouth, side, &frame, &there);
+    });
+    // The others are told that this node goes, and need not find out.
+    Ok(peer.ending(move || {
+        let _ = end.send(());
+        let _ = listening.join();
+    }))
+}
+
+/// Publishes what waits.
+fn speak(waiting: &Waiting, mouth: &Mouth, side: Side, frame: &str, there: &AtomicBool) {
+    while let Some(message) = waiting.next() {
+        // What a station says before the node is there would be lost.
+        while side == Side::Station && !there.load(Ordering::Relaxed) {
+            thread::sleep(GLANCE);
+        }
+        // Only a message that cannot be written fails, and ours can.
+        let _ = mouth.say(&message, frame);
+    }
+    thread::sleep(LINGER);
+}
+
+/// What one side hears.
+enum Ears {
+    Node(Box<NodeEars>),
+    Station(Box<StationEars>),
+}
+
+/// Hands on what is heard.
+struct Listener {
+    number: u64,
+    side: Side,
+    frame: String,
+    inbox: SyncSender<Heard>,
+}
+
+impl Listener {
+    /// Listens for ever.
+    async fn listen(&self, ears: &Ears) {
+        let frame = self.frame.as_str();
+        match ears {
+            Ears::Node(ears) => {
+                tokio::join!(
+                    self.follow(&ears.detections, |m| incoming::read_detections(&m, frame)),
+                    self.follow(&ears.belt, |m| vec![incoming::read_belt(&m, frame)]),
+                    self.follow(&ears.robots, |m| vec![incoming::read_robot(&m)]),
+                    self.follow(&ears.acks, |m| vec![incoming::read_ack(&m)]),
+                    self.follow(&ears.results, |m| vec![incoming::read_result(&m)]),
+                );
+            }
+            Ears::Station(ears) => {
+                tokio::join!(
+                    self.follow(&ears.tasks, |m| vec![Ok(outgoing::read_task(&m))]),
+                    self.follow(&ears.cancels, |m| vec![Ok(outgoing::read_cancel(&m))]),
+                    self.follow(&ears.status, |m| vec![Ok(outgoing::read_status(&m))]),
+                );
+            }
+        }
+    }
+
+    async fn follow<R, M>(
+        &self,
+        subscription: &Subscription<R>,
+        read: impl Fn(R) -> Vec<std::result::Result<M, Rejected>>,
+    ) where
+        R: RosMessage + DeserializeOwned + 'static,
+        M: Serialize,
+    {
+        loop {
+            let messages = match subscription.async_take().await {
+                Ok((message, _)) => read(message),
+                Err(error) => {
+                    tokio::time::sleep(BREATH).await;
+                    let problem = format!("no {}/{}: {error}", R::PACKAGE, R::TYPE);
+                    vec![Err(Rejected::new(Rejection::Syntax, problem))]
+                }
+            };
+            for message in messages {
+                let heard = match message {
+                    Ok(message) => {
+                        let mut line = encode(&message).into_bytes();
+                        line.truncate(line.trim_ascii_end().len());
+                        Heard::Line(self.number, line)
+                    }
+                    Err(rejected) => Heard::Refused(self.number, rejected),
+                };
+                // Waiting here holds this node only: DDS has threads of its own.
+                if self.inbox.send(heard).is_err() {
+                    return;
+                }
+            }
+        }
+    }
+
+    /// Tells when somebody comes or goes.
+    async fn look_around(&self, node: &Node, mouth: &Mouth, ears: &Ears, up: &AtomicBool) {
+        let mut steady = 0;
+        loop {
+            tokio::time::sleep(GLANCE).await;
+            let hears = match ears {
+                Ears::Node(_) => true,
+                Ears::Station(ears) => ears.tasks.get_publisher_count(node) > 0,
+            };
+            let there = hears && mouth.is_heard(node);
+            steady = if there { steady + 1 } else { 0 };
+            let heard = match (up.load(Ordering::Relaxed), there) {
+                (false, true) if steady >= STEADY => Heard::Up(self.number),
+                (true, false) if self.side == Side::Node => Heard::Down(self.number),
+                (true, false) => Heard::Ended(self.number),
+                _ => continue,
+            };
+            up.store(there, Ordering::Relaxed);
+            if self.inbox.send(heard).is_err() {
+                return;
+            }
+        }
+    }
+}

@@ -1,0 +1,221 @@
+//! The topics: their names, their quality of service, and what goes over them.
+
+use super::messages::{
+    BeltState, Detection3DArray, LineStatus, RobotState, RosMessage, Task, TaskAck, TaskCancel,
+    TaskResult,
+};
+use super::{Settings, incoming, outgoing};
+use crate::live::protocol::{Incoming, Message, Outgoing};
+use crate::live::transport::Side;
+use ros2_client::error::{CreateError, WriteError};
+use ros2_client::qos::{Durability, History, WhenFull};
+use ros2_client::{MessageTypeName, Name, Node, Publisher, QosProfile, Subscription};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use std::time::Duration;
+
+/// Messages that one reader has not acknowledged, at most.
+const DEPTH: usize = 256;
+/// Messages heard and not yet taken in, of each topic at most; beyond, the oldest are lost.
+const HEARD: usize = 4096;
+/// How long one waits for room before looking whether it is still worth it.
+const ROOM: Duration = Duration::from_millis(100);
+
+/// Nothing gets lost on the way, and nothing that was before matters.
+fn reliable(depth: usize) -> QosProfile {
+    QosProfile::publisher_default()
+        .reliability_reliable(WhenFull::Wait(ROOM))
+        .durability(Durability::Volatile)
+        .history(History::KeepLast { depth })
+}
+
+/// The topics of one line.
+pub struct Wires<'a> {
+    /// The node in the graph.
+    pub node: &'a mut Node,
+    /// The settings.
+    pub settings: &'a Settings,
+}
+
+impl Wires<'_> {
+    fn topic<M: RosMessage>(
+        &self,
+        name: &str,
+        quality: &QosProfile,
+    ) -> Result<rustdds::Topic, CreateError> {
+        let name = Name::new(&self.settings.namespace, name).map_err(|error| {
+            CreateError::BadParameter {
+                reason: error.to_string(),
+            }
+        })?;
+        let kind = MessageTypeName::new(M::PACKAGE, M::TYPE);
+        self.node.create_topic(&name, kind, quality)
+    }
+
+    fn out<M: RosMessage + Serialize>(&mut self, name: &str) -> Result<Publisher<M>, CreateError> {
+        let topic = self.topic::<M>(name, &reliable(DEPTH))?;
+        self.node.create_publisher(&topic, None)
+    }
+
+    fn heard<M: RosMessage + DeserializeOwned + 'static>(
+        &mut self,
+        name: &str,
+    ) -> Result<Subscription<M>, CreateError> {
+        let topic = self.topic::<M>(name, &reliable(HEARD))?;
+        self.node.create_subscription(&topic, None)
+    }
+
+    /// What this side says.
+    pub fn mouth(&mut self) -> Result<Mouth, CreateError> {
+        Ok(match self.settings.side {
+            Side::Node => Mouth::Node(Box::new(NodeMouth {
+                tasks: self.out("tasks")?,
+                cancels: self.out("cancels")?,
+                status: self.out("status")?,
+            })),
+            Side::Station => Mouth::Station(Box::new(StationMouth {
+                detections: self.out("detections")?,
+                belt: self.out("belt_state")?,
+                robots: self.out("robot_states")?,
+                acks: self.out("acks")?,
+                results: self.out("results")?,
+            })),
+        })
+    }
+
+    /// What the node hears.
+    pub fn node_ears(&mut self) -> Result<NodeEars, CreateError> {
+        let mut quality = reliable(HEARD);
+        if self.settings.best_effort {
+            quality = quality.reliability_best_effort();
+        }
+        let topic = self.topic::<Detection3DArray>("detections", &quality)?;
+        Ok(NodeEars {
+            detections: self.node.create_subscription(&topic, None)?,
+            belt: self.heard("belt_state")?,
+            robots: self.heard("robot_states")?,
+            acks: self.heard("acks")?,
+            results: self.heard("results")?,
+        })
+    }
+
+    /// What a station hears.
+    pub fn station_ears(&mut self) -> Result<StationEars, CreateError> {
+        Ok(StationEars {
+            tasks: self.heard("tasks")?,
+            cancels: self.heard("cancels")?,
+            status: self.heard("status")?,
+        })
+    }
+}
+
+/// What the node hears.
+pub struct NodeEars {
+    /// Items seen.
+    pub detections: Subscription<Detection3DArray>,
+    /// How the belt moves.
+    pub belt: Subscription<BeltState>,
+    /// What the robots are doing.
+    pub robots: Subscription<RobotState>,
+    /// Tasks understood.
+    pub acks: Subscription<TaskAck>,
+    /// What came of tasks.
+    pub results: Subscription<TaskResult>,
+}
+
+/// What a station hears.
+pub struct StationEars {
+    /// Tasks.
+    pub tasks: Subscription<Task>,
+    /// Tasks to be dropped.
+    pub cancels: Subscription<TaskCancel>,
+    /// Where things stand.
+    pub status: Subscription<LineStatus>,
+}
+
+/// What the node says.
+pub struct NodeMouth {
+    tasks: Publisher<Task>,
+    cancels: Publisher<TaskCancel>,
+    status: Publisher<LineStatus>,
+}
+
+/// What a station says.
+pub struct StationMouth {
+    detections: Publisher<Detection3DArray>,
+    belt: Publisher<BeltState>,
+    robots: Publisher<RobotState>,
+    acks: Publisher<TaskAck>,
+    results: Publisher<TaskResult>,
+}
+
+/// What one side says.
+pub enum Mouth {
+    /// The node.
+    Node(Box<NodeMouth>),
+    /// A station.
+    Station(Box<StationMouth>),
+}
+
+impl Mouth {
+    /// Publishes a message; whether that is done. Where readers have not acknowledged what
+    /// was before, there is no room.
+    pub fn say(&self, message: &Message, frame: &str) -> Result<(), String> {
+        match (self, message) {
+            (Self::Node(mouth), Message::FromNode(message)) => match message {
+                Outgoing::Task(task) => publish(&mouth.tasks, outgoing::task(task, frame)),
+                Outgoing::Cancel(cancel) => {
+                    publish(&mouth.cancels, outgoing::cancel(cancel, frame))
+                }
+                Outgoing::Status(status) => publish(&mouth.status, outgoing::status(status, frame)),
+                Outgoing::Due(_) => Ok(()),
+            },
+            (Self::Station(mouth), Message::ToNode(message)) => match message {
+                Incoming::Detection(seen) => {
+                    publish(&mouth.detections, incoming::detections(seen, frame))
+                }
+                Incoming::Belt(belt) => publish(&mouth.belt, incoming::belt(belt, frame)),
+                Incoming::Robot(robot) => publish(&mouth.robots, incoming::robot(robot, frame)),
+                Incoming::Ack(ack) => publish(&mouth.acks, incoming::ack(ack, frame)),
+                Incoming::Result(report) => {
+                    publish(&mouth.results, incoming::result(report, frame))
+                }
+                Incoming::Tick { .. } => Ok(()),
+            },
+            // A side has only messages of its own to say.
+            _ => Ok(()),
+        }
+    }
+
+    /// Whether there are readers for what must not be lost.
+    pub fn is_heard(&self, node: &Node) -> bool {
+        match self {
+            Self::Node(mouth) => mouth.tasks.get_subscription_count(node) > 0,
+            Self::Station(mouth) => {
+                let counts = [
+                    mouth.detections.get_subscription_count(node),
+                    mouth.belt.get_subscription_count(node),
+                    mouth.robots.get_subscription_count(node),
+                    mouth.acks.get_subscription_count(node),
+                    mouth.results.get_subscription_count(node),
+                ];
+                counts.iter().all(|count| *count > 0)
+            }
+        }
+    }
+}
+
+/// Publishes, waiting for room as long as that takes.
+fn publish<M: Serialize + std::fmt::Debug>(
+    publisher: &Publisher<M>,
+    message: M,
+) -> Result<(), String> {
+    let mut message = message;
+    loop {
+        match publisher.publish(message) {
+            Ok(()) => return Ok(()),
+            Err(WriteError::WouldBlock { data }) => message = data,
+            Err(error) => return Err(error.to_string()),
+        }
+    }
+}
