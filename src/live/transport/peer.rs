@@ -99,6 +99,7 @@ impl Peer {
     }
 
     /// The same peer, which does this at its end.
+    #[cfg(any(feature = "mqtt", feature = "ros2"))]
     pub fn ending(self, end: impl FnOnce() + Send + 'static) -> Self {
         let ending = Some(Ending(Box::new(end)));
         Self { ending, ..self }
