@@ -68,8 +68,27 @@ fn a_training_leaves_its_policy_its_record_and_its_curve() {
     let checkpoint = folder.path().join("p.checkpoint.json");
     let checkpoint = checkpoint.to_str().unwrap();
     let further = folder.path().join("q.onnx");
-    text(&refs(&train(&further, &["--resume", checkpoint])));
-    assert!(further.is_file());
+    let resumed = |flags: &[&str]| {
+        let out = further.to_str().unwrap();
+        text(
+            &[
+                &["train", "-q", "--resume", checkpoint, "--out", out],
+                flags,
+            ]
+            .concat(),
+        )
+    };
+    // Nothing was left to do: the same policy and the same curve.
+    resumed(&[]);
+    let again: serde_json::Value = serde_json::from_str(&read("q.json")).unwrap();
+    for part in ["trials", "best_steps", "steps", "stations", "wall_time_s"] {
+        assert_eq!(again[part], record[part], "{part}");
+    }
+    assert_eq!(curve, read("q.csv"));
+    // Another phase, behind what was there.
+    resumed(&["--steps", "16384"]);
+    assert!(read("q.csv").starts_with(&curve));
+    assert_eq!(read("q.csv").lines().count(), curve.lines().count() + 1);
 }
 
 #[test]
@@ -93,7 +112,10 @@ fn slips_are_told() {
             &["--station", "paper:99999999999999999999"],
             &["99999999999999999999"],
         ),
-        (&["--imitate", "lookahed"], &["did you mean `lookahead`"]),
+        (
+            &["--imitate", "lookahed"],
+            &["--imitate", "did you mean `lookahead`"],
+        ),
         (
             &["--imitate", "SPT,SPT", "--imitate-rounds", "0"],
             &["--imitate-rounds"],
@@ -103,8 +125,8 @@ fn slips_are_told() {
             &["--imitate-patterns"],
         ),
         (&["--imitate-rounds", "3"], &["--imitate"]),
-        (&["--resume", broken], &["broken.json"]),
-        (&["--resume", "nothing-here.json"], &["nothing-here.json"]),
+        (&["--resume", broken], &["--resume", "--station"]),
+        (&["--station", "paper:7"], &["7 robots", "at most 6"]),
         (&["--out", "no-such-folder/p.onnx"], &["no-such-folder"]),
         (&["--threads", "0"], &["--threads"]),
         (&["--steps", "-1"], &["--steps"]),
@@ -122,6 +144,22 @@ fn slips_are_told() {
             assert!(stderr.contains(word), "{flags:?}: {word} not in {stderr}");
         }
         assert!(!stderr.contains("panicked"), "{stderr}");
+    }
+    for (resumed, words) in [
+        (broken, "broken.json"),
+        ("nothing-here.json", "nothing-here.json"),
+    ] {
+        let output = pickline(&[
+            "train",
+            "-q",
+            "--resume",
+            resumed,
+            "--out",
+            out.to_str().unwrap(),
+        ]);
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{stderr}");
+        assert!(stderr.contains(words), "{stderr}");
     }
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 }

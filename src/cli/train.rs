@@ -4,20 +4,24 @@ use super::args::{Common, Format, TrainArgs};
 use super::progress::Bar;
 use super::session::Session;
 use super::settings::json;
+use crate::dispatch::RULES;
 use crate::error::{Error, Result};
 use crate::experiment::load_cases;
 use crate::files;
 use crate::optimize::{Environment, Progress as _};
 use crate::report::{Provenance, curve_chart};
 use crate::rl::domain::{Course, scenes};
-use crate::rl::{Checkpoint, Imitation, Judged, Plan, Round, Score, Trainer, Trial};
+use crate::rl::{Checkpoint, Imitation, Judged, Kept, Plan, Round, Score, Trainer, Trial};
 use crate::station::{self, Overrides, Station};
 use crate::strategies::{default_strategy, read_alone};
+use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::time::Instant;
 
 /// Patterns of each random case that the policy is judged on while it is trained.
 const TRIALS: usize = 10;
+/// Robots up to which greedy GT is found in seconds.
+const MOST_ROBOTS: usize = 6;
 /// Their first seed, far from those of tables, which count from 1.
 const TRIAL_SEED: u64 = 990_000;
 
@@ -33,24 +37,33 @@ pub fn run(args: &TrainArgs, session: &Session) -> Result<()> {
     };
     common.check()?;
     files::check_target(Some(&args.out))?;
-    let stations = stations(&args.station)?;
     let plan = plan(args)?;
     let resumed = args.resume.as_deref().map(|path| {
         let text = files::read_text(path)?;
-        serde_json::from_str::<Checkpoint>(&text).map_err(|error| {
+        serde_json::from_str::<Saved>(&text).map_err(|error| {
             let cure = "give a checkpoint as `pickline train` writes it";
             Error::input(path.display().to_string(), error.to_string(), cure)
         })
     });
     let resumed = resumed.transpose()?;
+    let names = resumed
+        .as_ref()
+        .map_or(&args.station, |saved| &saved.stations);
+    let stations = stations(names)?;
     let lines: Vec<Station> = stations
         .iter()
         .map(|(_, station)| station.clone())
         .collect();
     let text = common.on_threads(|| {
-        let trainer = match resumed {
-            Some(checkpoint) => Trainer::resume(checkpoint, lines)?,
-            None => Trainer::new(plan, lines, args.seed)?,
+        let (trainer, kept) = match resumed {
+            Some(saved) => {
+                let mut trainer = Trainer::resume(saved.trainer, lines)?;
+                if let Some(steps) = args.steps {
+                    trainer.up_to(steps);
+                }
+                (trainer, saved.score)
+            }
+            None => (Trainer::new(plan, lines, args.seed)?, Kept::default()),
         };
         let courses = trials(&stations)?;
         Training {
@@ -59,8 +72,9 @@ pub fn run(args: &TrainArgs, session: &Session) -> Result<()> {
             common: &common,
             started: Instant::now(),
             trainer,
+            stations: stations.iter().map(|(name, _)| name.clone()).collect(),
         }
-        .run(&courses)
+        .run(&courses, kept)
     })?;
     session.print(text.as_bytes())
 }
@@ -122,7 +136,21 @@ fn stations(names: &[String]) -> Result<Vec<(String, Station)>> {
             robots,
             belt_speed: None,
         };
-        Ok((text.clone(), station::load(name, overrides)?))
+        let station = station::load(name, overrides)?;
+        let count = station.robots().len();
+        if count > MOST_ROBOTS {
+            return Err(Error::input(
+                format!("--station {text}"),
+                format!(
+                    "{count} robots: greedy GT, which the policy is judged beside, tries {}^{count} assignments on every pattern",
+                    RULES.len()
+                ),
+                format!(
+                    "train on lines of at most {MOST_ROBOTS} robots; the policy runs on longer ones as well"
+                ),
+            ));
+        }
+        Ok((text.clone(), station))
     };
     names.iter().map(load).collect()
 }
@@ -153,16 +181,27 @@ struct Training<'a> {
     common: &'a Common,
     started: Instant,
     trainer: Trainer,
+    /// The stations as they are written.
+    stations: Vec<String>,
+}
+
+/// What a checkpoint holds.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Saved {
+    stations: Vec<String>,
+    trainer: Checkpoint,
+    score: Kept,
 }
 
 impl Training<'_> {
-    fn run(mut self, courses: &[(String, Vec<Course>)]) -> Result<String> {
+    fn run(mut self, courses: &[(String, Vec<Course>)], kept: Kept) -> Result<String> {
         let bar = Bar::new(self.args.quiet);
         let environment = Environment {
             stop: self.session.stop(),
             progress: &bar,
         };
-        let mut score = Score::new(judges(courses)?);
+        let mut score = Score::new(judges(courses)?, kept, &self.trainer)?;
         if self.args.resume.is_none() {
             let (common, started) = (self.common, self.started);
             let judge = |trainer: &Trainer, round: Round| {
@@ -175,15 +214,31 @@ impl Training<'_> {
                 ));
                 Ok(())
             };
-            let expert = |robots| read_alone(self.args.imitate.as_deref().unwrap_or(""), robots);
+            let expert = |robots| {
+                let text = self.args.imitate.as_deref().unwrap_or_default();
+                read_alone(text, robots).map_err(|error| error.inside("--imitate"))
+            };
             self.trainer.imitate(&expert, &environment, judge)?;
+            let planned = self
+                .trainer
+                .plan()
+                .imitation
+                .as_ref()
+                .map_or(0, |i| i.rounds);
+            let done = self.trainer.rounds();
+            if done < planned {
+                if done == 0 {
+                    // Nothing was learned.
+                    return Err(Error::Interrupted);
+                }
+                common.remark(&format!(
+                    "stopped after {done} of {planned} rounds; the best so far is kept, but an \
+                     imitation cannot be gone on with"
+                ));
+            }
         }
         if score.is_empty() {
             score.judge(&self.trainer, Judged::Start, self.started.elapsed())?;
-        }
-        if environment.stopped() {
-            self.common
-                .remark("stopped; the best so far is kept, --resume goes on with PPO");
         }
         self.save(&score)?;
         let left = self
@@ -199,8 +254,8 @@ impl Training<'_> {
             self.save(&score)?;
         }
         bar.end();
-        let record = score.record(&self.trainer, &self.session.command(), &self.args.station);
-        let stations = self.args.station.join(", ");
+        let record = score.record(&self.trainer, &self.session.command(), &self.stations);
+        let stations = self.stations.join(", ");
         let bytes = score.export(
             &self.trainer,
             &stations,
@@ -211,7 +266,7 @@ impl Training<'_> {
         // The command names the others.
         let made = Provenance::new(
             &self.session.command(),
-            &self.args.station[0],
+            &self.stations[0],
             &self.trainer.stations()[0],
             "the built-in cases",
             self.trainer.seed(),
@@ -223,7 +278,11 @@ impl Training<'_> {
 
     /// Writes what a training can be taken up from, and the curve so far.
     fn save(&self, score: &Score) -> Result<()> {
-        let checkpoint = json(&self.trainer.checkpoint())?;
+        let checkpoint = json(&Saved {
+            stations: self.stations.clone(),
+            trainer: self.trainer.checkpoint(),
+            score: score.kept().clone(),
+        })?;
         files::write_whole(&self.beside("checkpoint.json"), checkpoint.as_bytes())?;
         files::write_whole(&self.beside("csv"), score.to_csv().as_bytes())
     }

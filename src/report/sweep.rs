@@ -115,7 +115,8 @@ impl BoundsReport {
             self.impossible.first()
         };
         let Some(nearest) = nearest else {
-            return "that some strategy picks everything is open at every value".into();
+            return "that some strategy picks everything is refuted at no value of this sweep"
+                .into();
         };
         let (side, beyond) = match helps {
             true => (
@@ -373,11 +374,16 @@ impl SweepReport {
             .benefit_percent
             .map(|percent| format!(" ({} % against the first)", fixed(percent, 1)))
             .unwrap_or_default();
-        let mut text = format!(
-            "limit     {}: everything picked up to {}{benefit}; {miss}\n",
-            limit.method,
-            shown(limit.highest)
-        );
+        let mut text = match limit.highest {
+            Some(highest) => format!(
+                "limit     {}: everything picked up to {highest} {unit}{benefit}; {miss}\n",
+                limit.method
+            ),
+            None => format!(
+                "limit     {}: misses items from the first value on{again}\n",
+                limit.method
+            ),
+        };
         if many {
             let [least, median, greatest] = limit.of_patterns;
             text += &format!(

@@ -27,5 +27,5 @@ pub use plan::{PRESETS, Plan, shape};
 pub use player::Player;
 pub use reward::Reward;
 #[cfg(feature = "onnx")]
-pub use score::{Curve, CurvePoint, Judged, Record, Score, TrialRecord};
+pub use score::{Curve, CurvePoint, Judged, Kept, Record, Score, TrialRecord};
 pub use trainer::{Checkpoint, Phase, Round, Trainer};

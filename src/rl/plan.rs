@@ -43,7 +43,7 @@ pub struct Plan {
 pub const PRESETS: [(&str, &str); 2] = [
     (
         "default",
-        "the best found: permutation-equivariant scorer, full observation",
+        "the best found for PPO: permutation-equivariant scorer, full observation",
     ),
     (
         "paper",

@@ -4,15 +4,15 @@ use super::evaluation::Trial;
 use super::export::export;
 use super::plan::Plan;
 use super::trainer::{Phase, Round, Trainer};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::files::csv_text;
 use crate::policy::Metadata;
 use crate::stats::mean;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
 /// What the network was judged after.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Judged {
     /// Nothing but what was there before this call.
     Start,
@@ -23,7 +23,7 @@ pub enum Judged {
 }
 
 /// One line of the curve.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Row {
     seconds: f64,
     after: Judged,
@@ -32,7 +32,7 @@ struct Row {
 }
 
 /// The best so far.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Best {
     /// Mean over trials of the rate as a multiple of greedy GT's.
     score: f64,
@@ -61,12 +61,20 @@ pub struct CurvePoint {
     pub shares: Vec<f64>,
 }
 
+/// What is to be kept of a score between two calls.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Kept {
+    rows: Vec<Row>,
+    best: Option<Best>,
+}
+
 /// See the module.
 #[derive(Debug)]
 pub struct Score<'a> {
     trials: Vec<Trial<'a>>,
-    rows: Vec<Row>,
-    best: Option<Best>,
+    kept: Kept,
+    /// Seconds spent in earlier calls.
+    before: f64,
 }
 
 /// What is kept of a training, so that anyone can do it again.
@@ -106,13 +114,33 @@ pub struct TrialRecord {
 }
 
 impl<'a> Score<'a> {
-    /// Nothing judged yet.
-    pub fn new(trials: Vec<Trial<'a>>) -> Self {
-        Self {
-            trials,
-            rows: Vec::new(),
-            best: None,
+    /// Goes on from what was `kept`, nothing at the start, of the training of `trainer`.
+    ///
+    /// # Errors
+    /// What belongs to another training.
+    pub fn new(trials: Vec<Trial<'a>>, kept: Kept, trainer: &Trainer) -> Result<Self> {
+        let rates = kept.rows.iter().map(|row| &row.rates);
+        let mut rates = rates.chain(kept.best.iter().map(|best| &best.rates));
+        let parameters = kept.best.as_ref().map(|best| best.parameters.len());
+        if rates.any(|rates| rates.len() != trials.len())
+            || parameters.is_some_and(|count| count != trainer.parameters().len())
+        {
+            return Err(Error::input(
+                "the checkpoint",
+                "its learning curve belongs to another training",
+                "use a checkpoint as it was written",
+            ));
         }
+        Ok(Self {
+            before: kept.rows.last().map_or(0.0, |row| row.seconds),
+            trials,
+            kept,
+        })
+    }
+
+    /// What is to be kept.
+    pub fn kept(&self) -> &Kept {
+        &self.kept
     }
 
     /// Judges the network as it is now, at the time `elapsed`.
@@ -126,16 +154,21 @@ impl<'a> Score<'a> {
         let share = |(rate, trial): (&f64, &Trial)| rate / trial.greedy.max(f64::MIN_POSITIVE);
         let shares: Vec<f64> = rates.iter().zip(&self.trials).map(share).collect();
         let score = mean(&shares);
-        if self.best.as_ref().is_none_or(|best| score > best.score) {
-            self.best = Some(Best {
+        if self
+            .kept
+            .best
+            .as_ref()
+            .is_none_or(|best| score > best.score)
+        {
+            self.kept.best = Some(Best {
                 score,
                 steps: trainer.steps(),
                 parameters: trainer.parameters().to_vec(),
                 rates: rates.clone(),
             });
         }
-        self.rows.push(Row {
-            seconds: elapsed.as_secs_f64(),
+        self.kept.rows.push(Row {
+            seconds: self.before + elapsed.as_secs_f64(),
             after,
             rates,
         });
@@ -144,12 +177,12 @@ impl<'a> Score<'a> {
 
     /// Whether nothing was judged yet.
     pub fn is_empty(&self) -> bool {
-        self.rows.is_empty()
+        self.kept.rows.is_empty()
     }
 
     /// The best so far in a few words.
     pub fn summary(&self) -> String {
-        match &self.best {
+        match &self.kept.best {
             Some(best) => format!("{:.1} % of greedy GT", 100.0 * best.score),
             None => "none".into(),
         }
@@ -171,7 +204,7 @@ impl<'a> Score<'a> {
         ];
         let mut lines = vec![fixed.map(str::to_owned).to_vec()];
         lines[0].extend(self.trials.iter().map(|trial| trial.name.clone()));
-        for row in &self.rows {
+        for row in &self.kept.rows {
             let (round, phase) = match row.after {
                 Judged::Start => (None, None),
                 Judged::Round(round) => (Some(round), None),
@@ -231,14 +264,14 @@ impl<'a> Score<'a> {
         };
         let robust: Vec<f64> = self.trials.iter().map(|trial| trial.robust).collect();
         Curve {
-            points: self.rows.iter().map(point).collect(),
+            points: self.kept.rows.iter().map(point).collect(),
             robust: shares(&robust),
             stations,
         }
     }
 
     fn figures(&self) -> Vec<TrialRecord> {
-        let rates = self.best.iter().flat_map(|best| &best.rates);
+        let rates = self.kept.best.iter().flat_map(|best| &best.rates);
         let figures = self.trials.iter().zip(rates);
         let record = |(trial, policy): (&Trial, &f64)| TrialRecord {
             name: trial.name.clone(),
@@ -257,8 +290,8 @@ impl<'a> Score<'a> {
             stations: stations.to_vec(),
             seed: trainer.seed(),
             steps: trainer.steps(),
-            best_steps: self.best.as_ref().map_or(0, |best| best.steps),
-            wall_time_s: self.rows.last().map_or(0.0, |row| row.seconds),
+            best_steps: self.kept.best.as_ref().map_or(0, |best| best.steps),
+            wall_time_s: self.kept.rows.last().map_or(0.0, |row| row.seconds),
             plan: trainer.plan().clone(),
             trials: self.figures(),
         }
@@ -272,7 +305,7 @@ impl<'a> Score<'a> {
         metadata.set("station_hashes", trainer.station_hashes().join(", "));
         metadata.set("robots", trainer.robots());
         metadata.set("training", record);
-        let best = self.best.as_ref();
+        let best = self.kept.best.as_ref();
         let parameters = best.map_or(trainer.parameters(), |best| &best.parameters);
         export(trainer.network(), parameters, &layout, &metadata)
     }

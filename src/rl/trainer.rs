@@ -34,6 +34,8 @@ pub struct Trainer {
     stations: Vec<Station>,
     seed: u64,
     learner: Learner,
+    /// Rounds of imitation done.
+    rounds: usize,
     phase: u64,
     steps: u64,
 }
@@ -58,7 +60,7 @@ pub struct Phase {
 }
 
 /// What a round of imitation came to.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Round {
     /// Answers learned from so far.
     pub answers: usize,
@@ -74,6 +76,10 @@ pub struct Checkpoint {
     pub plan: Plan,
     /// Master seed.
     pub seed: u64,
+    /// Fingerprints of the stations.
+    pub stations: Vec<String>,
+    /// Rounds of imitation done.
+    pub rounds: usize,
     /// Phases done.
     pub phase: u64,
     /// Decisions done.
@@ -91,7 +97,12 @@ impl Trainer {
     /// A plan that does not fit together, no station.
     pub fn new(plan: Plan, stations: Vec<Station>, seed: u64) -> Result<Self> {
         let layout = plan.layout()?;
+        plan.architecture.check()?;
         let ppo = &plan.ppo;
+        if ppo.batch_size == 0 {
+            let problem = "minibatches of 0 samples";
+            return Err(Error::input("the training plan", problem, "give 1 or more"));
+        }
         if stations.is_empty() || ppo.samples() == 0 || !ppo.n_envs.is_multiple_of(GROUP) {
             return Err(Error::input(
                 "the training plan",
@@ -112,6 +123,7 @@ impl Trainer {
             layout,
             stations,
             seed,
+            rounds: 0,
             phase: 0,
             steps: 0,
         })
@@ -122,18 +134,40 @@ impl Trainer {
     /// # Errors
     /// As for [`Trainer::new`], or a checkpoint whose parts do not fit together.
     pub fn resume(checkpoint: Checkpoint, stations: Vec<Station>) -> Result<Self> {
+        let planned = checkpoint.plan.imitation.as_ref().map_or(0, |i| i.rounds);
+        if checkpoint.rounds < planned {
+            return Err(Error::input(
+                "the checkpoint",
+                format!(
+                    "its imitation was stopped after {} of {planned} rounds, and the answers are not kept",
+                    checkpoint.rounds
+                ),
+                "begin again with --imitate; what was best so far stands in the policy",
+            ));
+        }
         let mut trainer = Self::new(checkpoint.plan, stations, checkpoint.seed)?;
+        if trainer.station_hashes() != checkpoint.stations {
+            return Err(Error::input(
+                "the checkpoint",
+                "its training was on other stations",
+                "give the station files as they were then",
+            ));
+        }
         let expected = trainer.learner.parameters.len();
         let found = [checkpoint.parameters.len(), checkpoint.adam.parameters()];
         if found != [expected; 2] {
             return Err(Error::input(
                 "the checkpoint",
-                format!("{found:?} parameters where its plan has {expected}"),
+                format!(
+                    "it has {} parameters and moments of {}, where its plan has {expected}",
+                    found[0], found[1]
+                ),
                 "use a checkpoint as it was written",
             ));
         }
         trainer.learner.parameters = checkpoint.parameters;
         trainer.learner.adam = checkpoint.adam;
+        trainer.rounds = checkpoint.rounds;
         trainer.phase = checkpoint.phase;
         trainer.steps = checkpoint.steps;
         Ok(trainer)
@@ -144,6 +178,8 @@ impl Trainer {
         Checkpoint {
             plan: self.plan.clone(),
             seed: self.seed,
+            stations: self.station_hashes(),
+            rounds: self.rounds,
             phase: self.phase,
             steps: self.steps,
             parameters: self.learner.parameters.clone(),
@@ -193,6 +229,16 @@ impl Trainer {
         let counts: BTreeSet<usize> = counts.collect();
         let counts: Vec<String> = counts.iter().map(usize::to_string).collect();
         counts.join(", ")
+    }
+
+    /// Rounds of imitation done.
+    pub fn rounds(&self) -> usize {
+        self.rounds
+    }
+
+    /// Trains up to so many decisions, whatever was planned.
+    pub fn up_to(&mut self, steps: u64) {
+        self.plan.steps = steps;
     }
 
     /// Decisions learned from.
@@ -269,6 +315,7 @@ impl Trainer {
                 answers: all.len(),
                 agreement: terms.clipped,
             };
+            self.rounds += 1;
             report(self, round)?;
         }
         environment.progress.end();

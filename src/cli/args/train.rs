@@ -18,23 +18,43 @@ pub struct TrainArgs {
     #[arg(long, value_name = "FILE", default_value = "policy.onnx")]
     pub out: PathBuf,
     /// Where to begin: default, paper
-    #[arg(long, value_name = "NAME", default_value = "default")]
+    #[arg(
+        long,
+        value_name = "NAME",
+        default_value = "default",
+        conflicts_with = "resume"
+    )]
     pub preset: String,
     /// Station file (TOML) or built-in; with a number of robots as NAME:N. May be given
     /// several times, and one several times to be trained on more often
-    #[arg(long, value_name = "FILE|NAME[:N]", default_value = "paper")]
+    #[arg(
+        long,
+        value_name = "FILE|NAME[:N]",
+        default_value = "paper",
+        conflicts_with = "resume"
+    )]
     pub station: Vec<String>,
     /// Decisions to learn from [default: the preset's]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub steps: Option<u64>,
     /// Learning rate [default: the preset's]
-    #[arg(long, value_name = "X", allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "X",
+        allow_negative_numbers = true,
+        conflicts_with = "resume"
+    )]
     pub learning_rate: Option<f32>,
     /// Weight of the entropy bonus [default: the preset's]
-    #[arg(long, value_name = "X", allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "X",
+        allow_negative_numbers = true,
+        conflicts_with = "resume"
+    )]
     pub entropy: Option<f32>,
     /// First learn from this strategy's decisions, written as for simulate
-    #[arg(long, value_name = "STRATEGY")]
+    #[arg(long, value_name = "STRATEGY", conflicts_with = "resume")]
     pub imitate: Option<String>,
     /// Rounds of that: the strategy plays in the first, the network in the others
     /// [default: 10]
@@ -53,7 +73,8 @@ pub struct TrainArgs {
         allow_negative_numbers = true
     )]
     pub imitate_patterns: Option<usize>,
-    /// Go on from a checkpoint; its plan and seed count
+    /// Go on from a checkpoint, on its stations and with its plan and seed; with --steps to
+    /// another end
     #[arg(long, value_name = "FILE")]
     pub resume: Option<PathBuf>,
     /// Master seed of everything random
@@ -61,6 +82,7 @@ pub struct TrainArgs {
         long,
         value_name = "S",
         default_value_t = 1,
+        conflicts_with = "resume",
         allow_negative_numbers = true
     )]
     pub seed: u64,

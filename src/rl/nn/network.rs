@@ -4,6 +4,7 @@ use super::activation::Activation;
 use super::adam::Adam;
 use super::mlp::{self, Mlp};
 use super::scorer::{self, Scorer};
+use crate::error::{Error, Result};
 use rand::Rng;
 use serde::{Deserialize, Serialize};
 
@@ -52,6 +53,27 @@ pub enum Architecture {
         /// Between the layers.
         activation: Activation,
     },
+}
+
+impl Architecture {
+    /// Checks that it is one.
+    ///
+    /// # Errors
+    /// Layers without width, or so wide or many that they do not fit into memory.
+    pub fn check(&self) -> Result<()> {
+        let (widths, most) = match self {
+            Self::Mlp { hidden, .. } => (hidden.as_slice(), 16),
+            Self::Scorer { width, .. } => (std::slice::from_ref(width), 1),
+        };
+        if widths.len() <= most && widths.iter().all(|width| (1..=4096).contains(width)) {
+            return Ok(());
+        }
+        Err(Error::input(
+            "the network",
+            format!("layers of {widths:?}"),
+            format!("give at most {most} layers of 1 to 4096"),
+        ))
+    }
 }
 
 /// A batch of observations.
