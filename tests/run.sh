@@ -19,3 +19,5 @@ bash tests/mcap/run.sh
 bash tests/mqtt/run.sh
 # The same over ROS 2, also with another DDS implementation, which it installs.
 bash tests/ros2/run.sh
+# Exported policies, by the checker of the package onnx.
+bash tests/onnx/run.sh
