@@ -288,7 +288,10 @@ impl Node<'_> {
                 self.hub.send(message);
                 continue;
             }
-            let matters = !matches!(message, Outgoing::Status(_));
+            let matters = match &message {
+                Outgoing::Status(status) => status.last,
+                _ => true,
+            };
             for number in self.hub.try_send(message, matters) {
                 self.hub.leave(number);
                 self.transport

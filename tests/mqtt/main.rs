@@ -189,16 +189,22 @@ fn a_broker_that_stalls_holds_the_line_and_loses_nothing() {
     let broker = Broker::open();
     let line = quick_line(&broker, 30);
     let watcher = broker.watch();
-    // So many figures fill the queue while nobody takes them.
-    let mut node = Program::pickline(&format!("run --status-every 0.001 {line}"), &[]);
+    // Figures wait while nobody takes them.
+    let mut node = Program::pickline(
+        &format!("run --status-every 0.1 --result-timeout 60 {line}"),
+        &[],
+    );
     let emulate = format!(
         "emulate --pattern {} {line}",
         broker.path("pattern.csv").display()
     );
     let mut station = Program::pickline(&emulate, &[]);
-    programs::wait_for("tasks", || tasks(&watcher.said.all()).len() >= 3);
+    programs::wait_for("tasks", || {
+        assert!(node.is_running(), "{:?}", node.remarks.all());
+        tasks(&watcher.said.all()).len() >= 3
+    });
     broker.signal("STOP");
-    std::thread::sleep(std::time::Duration::from_secs(4));
+    std::thread::sleep(std::time::Duration::from_secs(6));
     broker.signal("CONT");
     let (code, remarks) = station.finish();
     assert_eq!(code, Some(0), "{remarks}");
@@ -217,17 +223,18 @@ fn a_broker_that_stalls_holds_the_line_and_loses_nothing() {
     watcher.said.wait_for("\"last\":true");
     let lines = watcher.said.all();
     let status = last_status(&lines);
-    assert_eq!(
-        (status.seen, status.claimed, status.picked),
-        (30, 0, bins),
-        "{status:?}"
-    );
+    // What came too late for the belt has come all the same.
+    let late = status.rejected.get("off_belt").unwrap_or(&0);
+    assert_eq!(status.seen + late, 30, "{status:?}");
+    assert_eq!((status.claimed, status.picked), (0, bins), "{status:?}");
     assert_eq!(status.missed.no_result, 0, "{status:?}");
     let most = seen(&lines, "pickline/status").map(|line| {
         let status: serde_json::Value = serde_json::from_str(line).unwrap();
         status["queued"].as_u64().unwrap()
     });
-    assert!((512..=2048).contains(&most.max().unwrap()));
+    // They pile up, to half of the room at most: the rest is for tasks.
+    let most = most.max().unwrap();
+    assert!(most < 512, "{most}");
 }
 
 #[test]

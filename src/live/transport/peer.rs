@@ -127,6 +127,12 @@ impl Peer {
     /// the peer keeps up: a socket that does not is shut down.
     pub fn try_send(&mut self, message: Message, matters: bool) -> bool {
         self.flush();
+        // What does not matter must not take the room that tasks need.
+        let room = self.socket.is_some() || self.queued() < QUEUE / 2;
+        let left_out = !room || !self.is_up();
+        if left_out && !matters {
+            return true;
+        }
         let refused = if self.overflow.is_empty() {
             self.pass(message)
         } else {

@@ -133,7 +133,8 @@ mod tests {
         assert!(numbers.is_sorted());
         let mattering = numbers.iter().copied().filter(|i| i % 3 == 0);
         assert_eq!(mattering.collect::<Vec<u64>>(), all);
-        assert!(numbers.len() < 3 * QUEUE);
+        // Half of the room is for what matters.
+        assert!(numbers.len() - all.len() <= QUEUE / 2);
     }
 
     #[test]
