@@ -277,6 +277,33 @@ fn robots_free_sooner_or_later_than_expected() {
     assert_eq!(line.status().picked, 2);
 }
 
+/// A robot at fault gets no task because word of its better days came late, and one back at
+/// work is not stopped by word of an old fault.
+#[test]
+fn old_news_of_a_robot_do_not_count() {
+    let mut line = Line::new();
+    line.say(r#""kind":"robot","stamp":10,"name":"r1","state":"fault""#);
+    line.see(10.0, "a", 1.0, -0.2);
+    line.say(r#""kind":"robot","stamp":9.9,"name":"r1","state":"idle""#);
+    line.idle(10.5);
+    assert_eq!(line.status().noted["late_robot"], 1);
+    line.say(r#""kind":"robot","stamp":11,"name":"r1","state":"idle""#);
+    line.say(r#""kind":"robot","stamp":10.8,"name":"r1","state":"fault""#);
+    assert_eq!(line.task(11.0).item, "a");
+}
+
+/// A robot that is free sooner than it had said still has the items whose windows would have
+/// closed by then.
+#[test]
+fn a_robot_that_is_free_early_has_lost_no_item() {
+    let mut line = Line::new();
+    line.say(r#""kind":"robot","stamp":0,"name":"r1","state":"busy","available_at":30"#);
+    line.see(0.0, "a", 0.7, -0.2);
+    line.idle(4.0);
+    line.say(r#""kind":"robot","stamp":5,"name":"r1","state":"idle","available_at":5"#);
+    assert_eq!(line.task(5.0).item, "a");
+}
+
 #[test]
 fn memory_is_flat_over_many_items() {
     let mut line = Line::new();

@@ -47,6 +47,8 @@ pub struct RobotInfo {
     pub picked: u64,
     /// Its attempts that failed.
     pub failed: u64,
+    /// The newest time of which it has said how it is [s].
+    pub said_at: Option<f64>,
 }
 
 impl Default for RobotInfo {
@@ -58,6 +60,7 @@ impl Default for RobotInfo {
             task: None,
             picked: 0,
             failed: 0,
+            said_at: None,
         }
     }
 }

@@ -65,25 +65,23 @@ impl Windows {
         }
     }
 
-    /// When a robot that is free from `from` [s] on decides; none when there is nothing
-    /// for it.
-    pub fn next_decision(&mut self, from: f64) -> Option<f64> {
+    /// When a robot that is free from `from` [s] on decides, at the time `now` [s]; none when
+    /// there is nothing for it.
+    pub fn next_decision(&mut self, now: f64, from: f64) -> Option<f64> {
         self.open_until(from);
         let opens = &mut self.opens;
+        // Only what is over: the robot may be free sooner than it is thought to be.
         self.open.retain(|c| {
-            let stays = c.close >= from;
+            let stays = c.close >= now;
             if !stays {
                 opens.remove(&c.item);
             }
             stays
         });
-        if !self.open.is_empty() {
-            // All of them opened by `from`, or by an earlier call that looked further.
-            let opened = self
-                .open
-                .iter()
-                .map(|c| c.open)
-                .fold(f64::INFINITY, f64::min);
+        let usable = self.open.iter().filter(|c| c.close >= from);
+        // All of them opened by `from`, or by an earlier call that looked further.
+        let opened = usable.map(|c| c.open).fold(f64::INFINITY, f64::min);
+        if opened < f64::INFINITY {
             let next = self.later.keys().next().map_or(f64::INFINITY, |key| key.0);
             return Some(from.max(opened.min(next)));
         }
@@ -112,12 +110,7 @@ impl Windows {
         while let Some(first) = self.later.first_entry()
             && first.key().0 <= time
         {
-            let candidate = first.remove();
-            if candidate.close >= time {
-                self.open.push(candidate);
-            } else {
-                self.opens.remove(&candidate.item);
-            }
+            self.open.push(first.remove());
         }
     }
 }
@@ -140,19 +133,19 @@ mod tests {
     #[test]
     fn decisions_fall_when_something_is_open() {
         let mut windows = Windows::default();
-        assert_eq!(windows.next_decision(0.0), None);
+        assert_eq!(windows.next_decision(0.0, 0.0), None);
         windows.add(candidate(2, 3.0, 5.0));
         windows.add(candidate(1, 2.0, 4.0));
-        assert_eq!(windows.next_decision(0.0), Some(2.0));
-        assert_eq!(windows.next_decision(2.5), Some(2.5));
+        assert_eq!(windows.next_decision(0.0, 0.0), Some(2.0));
+        assert_eq!(windows.next_decision(2.5, 2.5), Some(2.5));
         let mut seen = Vec::new();
         windows.candidates(3.0, &mut seen);
         assert_eq!(seen.iter().map(|c| c.item).collect::<Vec<_>>(), [1, 2]);
         assert_eq!(windows.next_opening_after(2.5), Some(3.0));
         windows.remove(1);
-        assert_eq!(windows.next_decision(2.5), Some(3.0));
-        assert_eq!(windows.next_decision(5.1), None);
+        assert_eq!(windows.next_decision(2.5, 2.5), Some(3.0));
+        assert_eq!(windows.next_decision(5.1, 5.1), None);
         windows.add(candidate(1, 2.0, 4.0));
-        assert_eq!(windows.next_decision(3.5), Some(3.5));
+        assert_eq!(windows.next_decision(3.5, 3.5), Some(3.5));
     }
 }

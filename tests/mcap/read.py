@@ -66,7 +66,7 @@ seen = counts.copy()
 check(counts["/in/detection"] >= 50, f"detections: {counts}")
 check(counts["/in/tick"] == counts["/out/due"] > 0, f"ticks: {counts}")
 check(counts["/in/result"] > 20 < counts["/out/task"], f"results: {counts}")
-check(counts["/node/refused"] == counts["/out/status"] == 1, f"status: {counts}")
+check(counts["/node/refused"] == 1 <= counts["/out/status"], f"status: {counts}")
 counts, metadata = whole("system.mcap")
 seen += counts
 check(counts["/node/step"] > 0 < counts["/out/status"], f"steps: {counts}")

@@ -10,6 +10,7 @@ pub struct Ros2Args {
     /// Talk in a ROS 2 graph (Jazzy, any DDS) instead of over stdin and stdout. Needs
     /// --clock system: ROS topics have no common order
     #[arg(long, conflicts_with_all = ["listen", "connect"])]
+    #[cfg_attr(feature = "mqtt", arg(conflicts_with = "mqtt"))]
     pub ros2: bool,
     /// What all topics begin with
     #[arg(

@@ -18,7 +18,7 @@ impl Controller {
         for (index, (robot, windows)) in robots {
             if robot.is_ready()
                 && robot.free_at.is_finite()
-                && let Some(time) = windows.next_decision(robot.free_at.max(now))
+                && let Some(time) = windows.next_decision(now, robot.free_at.max(now))
                 && first.is_none_or(|(earliest, _)| time < earliest)
             {
                 first = Some((time, index));

@@ -243,6 +243,13 @@ impl Controller {
                 ),
             ));
         };
+        // What it said before it said something newer is over: a robot at fault must not be
+        // given a task because word of its better days came late.
+        if self.robots[index].said_at.is_some_and(|said| time < said) {
+            self.note("late_robot");
+            return Ok(());
+        }
+        self.robots[index].said_at = Some(time);
         let free = status.available_at.map(|stamp| self.clock.time(stamp));
         let current = self.robots[index].task;
         let claim = current.and_then(|task| self.claims.get(&task));
