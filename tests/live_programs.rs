@@ -390,3 +390,31 @@ fn wrong_usage_is_refused() {
     let schema: serde_json::Value = serde_json::from_slice(&schema).unwrap();
     assert!(schema["$defs"]["Incoming"]["oneOf"].is_array());
 }
+
+/// A stdout that takes nothing must not go unnoticed: no robot would hear of its tasks.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_stdout_that_cannot_be_written_ends_it() {
+    use std::io::Write as _;
+    use std::process::{Command, Stdio};
+    let full = std::fs::File::options()
+        .write(true)
+        .open("/dev/full")
+        .unwrap();
+    let mut node = Command::new(env!("CARGO_BIN_EXE_pickline"))
+        .args(["run", "-q", "--status-every", "0.05"])
+        .stdin(Stdio::piped())
+        .stdout(full)
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // It says a status by and by, though it hears nothing; stdin stays open.
+    let mut stdin = node.stdin.take().unwrap();
+    let _ = stdin.flush();
+    let status = node.wait().unwrap();
+    let mut told = String::new();
+    std::io::Read::read_to_string(&mut node.stderr.take().unwrap(), &mut told).unwrap();
+    assert_eq!(status.code(), Some(2), "{told}");
+    assert!(told.contains("stdout") && told.contains("cure"), "{told}");
+    drop(stdin);
+}

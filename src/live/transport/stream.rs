@@ -3,6 +3,7 @@
 use super::Heard;
 use super::lines::{Line, next_line};
 use super::peer::{Peer, Waiting};
+use crate::error::Error;
 use crate::live::protocol::{Rejected, encode};
 use std::io::{BufReader, BufWriter, Read, Write};
 use std::net::{Shutdown, TcpStream};
@@ -20,15 +21,36 @@ pub fn start(
     socket: Option<TcpStream>,
     inbox: SyncSender<Heard>,
 ) -> Peer {
+    let told = inbox.clone();
     thread::spawn(move || read_all(number, reads, &inbox));
     let closing = socket.as_ref().and_then(|socket| socket.try_clone().ok());
     Peer::start(socket, Arc::new(AtomicBool::new(true)), move |waiting| {
-        // A peer that has gone is noticed by its reader.
-        let _ = write_all(BufWriter::new(writes), waiting);
-        if let Some(socket) = closing {
-            let _ = socket.shutdown(Shutdown::Write);
+        let written = write_all(BufWriter::new(writes), waiting);
+        match (written, closing) {
+            // A peer that has gone is noticed by its reader.
+            (_, Some(socket)) => {
+                let _ = socket.shutdown(Shutdown::Write);
+            }
+            // Stdout has no reader of ours. Told from aside: the inbox may be full while
+            // whoever empties it waits for this thread to take what is left.
+            (Err(error), None) => {
+                thread::spawn(move || told.send(unwritten(number, &error)));
+            }
+            (Ok(()), None) => {}
         }
     })
+}
+
+/// What a stdout is that takes nothing more: gone, where its reader has closed it.
+fn unwritten(number: u64, error: &std::io::Error) -> Heard {
+    match error.kind() {
+        std::io::ErrorKind::BrokenPipe => Heard::Left(number),
+        _ => Heard::Failed(Error::input(
+            "stdout",
+            error.to_string(),
+            "send it to where it can be written",
+        )),
+    }
 }
 
 fn read_all(number: u64, reads: impl Read, inbox: &SyncSender<Heard>) {
