@@ -91,6 +91,40 @@ fn a_training_leaves_its_policy_its_record_and_its_curve() {
     assert_eq!(read("q.csv").lines().count(), curve.lines().count() + 1);
 }
 
+/// What is learned from is the plan's, whatever the preset says, and the record repeats it.
+#[test]
+fn a_plan_changes_the_preset_and_a_record_is_a_plan() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let plan = r#"{"wait": true, "reward": {"pick": 2, "rate": 0.25}, "steps": 4096,
+        "imitation": {"strategy": "SPT,SPT", "rounds": 1, "courses": 4}}"#;
+    std::fs::write(path("plan.json"), plan).unwrap();
+    let train = |plan: &str, out: &str| {
+        let (plan, out) = (path(plan), path(out));
+        text(&["train", "-q", "--plan", &plan, "--out", &out])
+    };
+    let printed = train("plan.json", "a.onnx");
+    let read = |name: &str| std::fs::read(path(name)).unwrap();
+    let record: serde_json::Value = serde_json::from_slice(&read("a.json")).unwrap();
+    let made = &record["plan"];
+    assert_eq!(made["wait"], true);
+    assert_eq!(
+        made["reward"],
+        serde_json::json!({"pick": 2.0, "rate": 0.25})
+    );
+    assert_eq!(made["slots"], 16);
+    assert_eq!(made["imitation"]["strategy"], "SPT,SPT");
+    assert_eq!(String::from_utf8(read("a.csv")).unwrap().lines().count(), 3);
+    // The record of a training makes it again.
+    assert_eq!(train("a.json", "b.onnx"), printed);
+    let rates = |name: &str| {
+        let text = String::from_utf8(read(name)).unwrap();
+        let rows = text.lines().map(|line| line.split(',').skip(2).collect());
+        rows.collect::<Vec<Vec<&str>>>().concat().join(",")
+    };
+    assert_eq!(rates("a.csv"), rates("b.csv"));
+}
+
 #[test]
 fn slips_are_told() {
     let folder = tempfile::tempdir().unwrap();
@@ -98,7 +132,16 @@ fn slips_are_told() {
     let broken = folder.path().join("broken.json");
     std::fs::write(&broken, "{\"plan\": 3}").unwrap();
     let broken = broken.to_str().unwrap();
+    let unknown = folder.path().join("unknown.json");
+    std::fs::write(&unknown, r#"{"ppo": {"gama": 1}}"#).unwrap();
+    let unknown = unknown.to_str().unwrap();
     for (flags, words) in [
+        (
+            &["--plan", unknown][..],
+            &["unknown.json", "ppo.gama", "did you mean `gamma`"][..],
+        ),
+        (&["--plan", "nowhere.json"], &["nowhere.json"]),
+        (&["--plan", unknown, "--resume", broken], &["--resume"]),
         (
             &["--preset", "papr"][..],
             &["papr", "did you mean `paper`"][..],
@@ -161,5 +204,6 @@ fn slips_are_told() {
         assert_eq!(output.status.code(), Some(2), "{stderr}");
         assert!(stderr.contains(words), "{stderr}");
     }
-    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    // The two files that were given, and nothing half made.
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
 }

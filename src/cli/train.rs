@@ -81,7 +81,13 @@ pub fn run(args: &TrainArgs, session: &Session) -> Result<()> {
 
 /// The plan that the arguments ask for.
 fn plan(args: &TrainArgs) -> Result<Plan> {
-    let mut plan = Plan::preset(&args.preset)?;
+    let mut plan = match &args.plan {
+        Some(path) => {
+            let text = files::read_text(path)?;
+            Plan::from_file(&text, &args.preset, &path.display().to_string())?
+        }
+        None => Plan::preset(&args.preset)?,
+    };
     if let Some(steps) = args.steps {
         plan.steps = steps;
     }
@@ -214,8 +220,9 @@ impl Training<'_> {
                 ));
                 Ok(())
             };
+            let imitation = self.trainer.plan().imitation.clone();
             let expert = |robots| {
-                let text = self.args.imitate.as_deref().unwrap_or_default();
+                let text = imitation.as_ref().map_or("", |i| i.strategy.as_str());
                 read_alone(text, robots).map_err(|error| error.inside("--imitate"))
             };
             self.trainer.imitate(&expert, &environment, judge)?;

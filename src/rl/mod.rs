@@ -9,6 +9,7 @@ mod export;
 mod imitation;
 pub mod nn;
 mod plan;
+mod plan_file;
 mod player;
 pub mod ppo;
 mod reward;

@@ -1,13 +1,18 @@
 //! Everything that a training is made from, and the presets.
 
-use super::domain::Domain;
+use super::domain::{Domain, Range};
 use super::imitation::Imitation;
 use super::nn::{Activation, Architecture, Shape};
-use super::ppo::Settings;
+use super::ppo::{GROUP, Settings};
 use super::reward::Reward;
 use crate::decision::observation::{Layout, View};
 use crate::error::{Error, Result, known_names, shown};
 use serde::{Deserialize, Serialize};
+
+/// Most samples of an update, some gigabytes of memory.
+const MOST_SAMPLES: usize = 10_000_000;
+/// A cure.
+const ABOVE: &str = "give a number above 0";
 
 /// A training, but for its seed and the stations.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -111,6 +116,98 @@ impl Plan {
                 format!("unknown preset `{}`", shown(name)),
                 known_names(name, &names),
             )),
+        }
+    }
+
+    /// Checks that a training can be made from it.
+    ///
+    /// # Errors
+    /// Names the key whose value makes none.
+    pub fn check(&self) -> Result<()> {
+        self.layout()?;
+        self.architecture.check()?;
+        let (ppo, domain) = (&self.ppo, &self.domain);
+        let samples = ppo.n_envs.saturating_mul(ppo.n_steps);
+        let ordered = |(low, high): Range| low > 0.0 && low <= high && high.is_finite();
+        let (least, most) = domain.items;
+        let share = |x: f64| (0.0..=1.0).contains(&x);
+        let unit = |x: f32| (0.0..=1.0).contains(&x);
+        let positive = |x: f32| x > 0.0 && x.is_finite();
+        let weight = |x: f32| x >= 0.0 && x.is_finite();
+        let count = |n: usize| (1..=1_000_000).contains(&n);
+        let passes = |n: usize| (1..=1_000).contains(&n);
+        let mut checks = vec![
+            (
+                "ppo.n_envs and ppo.n_steps",
+                (1..=MOST_SAMPLES).contains(&samples) && ppo.n_envs.is_multiple_of(GROUP),
+                "give environments in multiples of 8, and at most 10 million samples an update",
+            ),
+            ("ppo.batch_size", ppo.batch_size > 0, "give 1 or more"),
+            ("ppo.n_epochs", passes(ppo.n_epochs), "give 1 to 1000"),
+            ("ppo.gamma", unit(ppo.gamma), "give 0 to 1"),
+            ("ppo.gae_lambda", unit(ppo.gae_lambda), "give 0 to 1"),
+            ("ppo.clip_range", positive(ppo.clip_range), ABOVE),
+            ("ppo.ent_coef", weight(ppo.ent_coef), "give 0 or more"),
+            ("ppo.vf_coef", weight(ppo.vf_coef), "give 0 or more"),
+            ("ppo.max_grad_norm", positive(ppo.max_grad_norm), ABOVE),
+            ("ppo.learning_rate", positive(ppo.learning_rate), ABOVE),
+            ("ppo.target_kl", ppo.target_kl.is_none_or(positive), ABOVE),
+            ("reward.pick", self.reward.pick.is_finite(), "give a number"),
+            ("reward.rate", self.reward.rate.is_finite(), "give a number"),
+            (
+                "domain.spacing",
+                ordered(domain.spacing),
+                "give two numbers [m] above 0, the lower first",
+            ),
+            (
+                "domain.speed",
+                ordered(domain.speed),
+                "give two factors above 0, the lower first",
+            ),
+            (
+                "domain.items",
+                1 <= least && least <= most && most <= 100_000,
+                "give two counts from 1 to 100,000, the lower first",
+            ),
+            ("domain.grids", share(domain.grids), "give 0 to 1"),
+            ("domain.curriculum", share(domain.curriculum), "give 0 to 1"),
+            ("courses", count(self.courses), "give 1 to 1,000,000"),
+            ("updates", count(self.updates), "give 1 to 1,000,000"),
+        ];
+        if let Some(imitation) = &self.imitation {
+            checks.extend([
+                (
+                    "imitation.rounds",
+                    passes(imitation.rounds),
+                    "give 1 to 1000",
+                ),
+                (
+                    "imitation.courses",
+                    count(imitation.courses),
+                    "give 1 to 1,000,000",
+                ),
+                (
+                    "imitation.epochs",
+                    passes(imitation.epochs),
+                    "give 1 to 1000",
+                ),
+                (
+                    "imitation.learning_rate",
+                    positive(imitation.learning_rate),
+                    ABOVE,
+                ),
+            ]);
+        }
+        match checks.into_iter().find(|(_, fits, _)| !fits) {
+            None => Ok(()),
+            Some((key, _, cure)) => {
+                let problem = "this makes no training";
+                Err(Error::input(
+                    format!("the training plan: {key}"),
+                    problem,
+                    cure,
+                ))
+            }
         }
     }
 

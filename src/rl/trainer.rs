@@ -97,23 +97,10 @@ impl Trainer {
     /// A plan that does not fit together, no station.
     pub fn new(plan: Plan, stations: Vec<Station>, seed: u64) -> Result<Self> {
         let layout = plan.layout()?;
-        plan.architecture.check()?;
-        let ppo = &plan.ppo;
-        if ppo.batch_size == 0 {
-            let problem = "minibatches of 0 samples";
-            return Err(Error::input("the training plan", problem, "give 1 or more"));
-        }
-        if stations.is_empty() || ppo.samples() == 0 || !ppo.n_envs.is_multiple_of(GROUP) {
-            return Err(Error::input(
-                "the training plan",
-                format!(
-                    "{} stations, {} environments of {} steps",
-                    stations.len(),
-                    ppo.n_envs,
-                    ppo.n_steps
-                ),
-                format!("give a station, and environments in multiples of {GROUP}"),
-            ));
+        plan.check()?;
+        if stations.is_empty() {
+            let problem = "no station to train on";
+            return Err(Error::input("the training", problem, "give one or more"));
         }
         let network = Network::new(&plan.architecture, shape(&layout));
         let parameters = network.initial(&mut random_stream(seed, SHUFFLE));

@@ -25,6 +25,10 @@ pub struct TrainArgs {
         conflicts_with = "resume"
     )]
     pub preset: String,
+    /// What is to differ from the preset, as JSON with the keys of `plan` in a training
+    /// record, such as {"wait": true, "reward": {"pick": 1}}; a record is taken as well
+    #[arg(long, value_name = "FILE", conflicts_with = "resume")]
+    pub plan: Option<PathBuf>,
     /// Station file (TOML) or built-in; with a number of robots as NAME:N. May be given
     /// several times, and one several times to be trained on more often
     #[arg(

@@ -193,7 +193,7 @@ pub struct RobotReport {
     pub failed: u64,
 }
 
-/// How long decisions took [ms]. Quantiles are read off a histogram of 10 % wide classes.
+/// How long decisions took [ms]. Quantiles are read off a histogram of 1 % wide classes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Latency {
     /// Decisions taken.

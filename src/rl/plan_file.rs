@@ -1,0 +1,171 @@
+//! Plans as files: what is to differ from a preset, as JSON.
+//!
+//! A file has the keys of [`Plan`], as they stand under `plan` in a training record; what
+//! it leaves out is the preset's. A whole training record is taken as well.
+
+use super::imitation::Imitation;
+use super::plan::Plan;
+use crate::error::{Error, Result, known_names, shown};
+use serde_json::Value;
+
+impl Plan {
+    /// The plan that the file's `text` asks for, beginning from the preset that it names,
+    /// or else from `preset`. `place` names the file in errors.
+    ///
+    /// # Errors
+    /// No JSON object, unknown keys, values of another type, an unknown preset, or a plan
+    /// that does not fit together.
+    pub fn from_file(text: &str, preset: &str, place: &str) -> Result<Self> {
+        let file: Value = serde_json::from_str(text).map_err(|error| {
+            let cure = "give a JSON object with keys of a plan, or a training record";
+            Error::input(place, error.to_string(), cure)
+        })?;
+        let asked = match file.get("plan") {
+            Some(plan) => plan,
+            None => &file,
+        };
+        let preset = match asked.get("preset") {
+            Some(Value::String(name)) => name,
+            _ => preset,
+        };
+        let plan = Self::preset(preset).map_err(|error| error.inside(place))?;
+        let mut value = serde_json::to_value(plan).unwrap_or_default();
+        if asked
+            .get("imitation")
+            .is_some_and(|imitation| !imitation.is_null())
+        {
+            value["imitation"] =
+                serde_json::to_value(Imitation::of("lookahead")).unwrap_or_default();
+        }
+        merge(&mut value, asked, "", place)?;
+        let plan: Self = serde_json::from_value(value).map_err(|error| {
+            let cure = "give every key as it stands in a training record";
+            Error::input(place, error.to_string(), cure)
+        })?;
+        plan.check().map_err(|error| error.inside(place))?;
+        Ok(plan)
+    }
+}
+
+/// Writes what is `asked` for over `value`, key by key. `path` is where both stand in the
+/// plan.
+fn merge(value: &mut Value, asked: &Value, path: &str, place: &str) -> Result<()> {
+    let wrong = |problem: String, cure: String| Err(Error::input(place, problem, cure));
+    match (&mut *value, asked) {
+        // Another kind of network has other keys.
+        (Value::Object(old), Value::Object(new))
+            if new.contains_key("kind") && new.get("kind") != old.get("kind") =>
+        {
+            *value = asked.clone();
+            Ok(())
+        }
+        (Value::Object(old), Value::Object(new)) => {
+            for (key, part) in new {
+                let names: Vec<&str> = old.keys().map(String::as_str).collect();
+                if !old.contains_key(key) {
+                    let problem = format!("unknown key `{path}{}`", shown(key));
+                    return wrong(problem, known_names(key, &names));
+                }
+                merge(&mut old[key], part, &format!("{path}{key}."), place)?;
+            }
+            Ok(())
+        }
+        (old, new) if fits(old, new) => {
+            *value = new.clone();
+            Ok(())
+        }
+        (old, new) => wrong(
+            format!(
+                "`{}` is {}",
+                path.trim_end_matches('.'),
+                shown(&new.to_string())
+            ),
+            format!("give it like {old}"),
+        ),
+    }
+}
+
+/// Whether `new` is of the type of `old`.
+fn fits(old: &Value, new: &Value) -> bool {
+    match (old, new) {
+        // Left out in every preset.
+        (Value::Null, Value::Number(_) | Value::Null) => true,
+        (Value::Object(_), Value::Null) => true,
+        (Value::Number(old), Value::Number(new)) => !old.is_u64() || new.is_u64(),
+        (Value::Array(old), Value::Array(new)) => {
+            let like = old.first().unwrap_or(&Value::Null);
+            new.iter().all(|part| fits(like, part))
+        }
+        _ => std::mem::discriminant(old) == std::mem::discriminant(new),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<Plan> {
+        Plan::from_file(text, "default", "plan.json")
+    }
+
+    #[test]
+    fn a_file_changes_what_it_names_and_nothing_else() {
+        let plan = read(
+            r#"{"wait": true, "reward": {"pick": 1}, "ppo": {"target_kl": 0.02},
+                "architecture": {"kind": "mlp", "hidden": [8], "activation": "tanh"}}"#,
+        )
+        .unwrap();
+        let mut expected = Plan::preset("default").unwrap();
+        expected.wait = true;
+        expected.reward.pick = 1.0;
+        expected.ppo.target_kl = Some(0.02);
+        expected.architecture = Plan::preset("paper").unwrap().architecture;
+        match &mut expected.architecture {
+            crate::rl::nn::Architecture::Mlp { hidden, .. } => *hidden = vec![8],
+            other => panic!("{other:?}"),
+        }
+        assert_eq!(plan, expected);
+        let plan = read(r#"{"preset": "paper", "imitation": {"rounds": 3}}"#).unwrap();
+        assert_eq!((plan.view.as_str(), plan.slots), ("paper", 10));
+        assert_eq!(plan.imitation.unwrap().rounds, 3);
+    }
+
+    #[test]
+    fn every_plan_is_read_as_it_is_written_also_within_a_record() {
+        for (name, _) in crate::rl::PRESETS {
+            let mut plan = Plan::preset(name).unwrap();
+            plan.imitation = Some(Imitation::of("FIFO"));
+            plan.ppo.target_kl = Some(0.5);
+            let text = serde_json::to_string(&plan).unwrap();
+            assert_eq!(read(&text).unwrap(), plan);
+            let record = format!(r#"{{"seed": 1, "plan": {text}}}"#);
+            assert_eq!(read(&record).unwrap(), plan);
+        }
+    }
+
+    #[test]
+    fn slips_name_the_key() {
+        for (text, word) in [
+            ("[]", "give it like"),
+            ("{", "plan.json"),
+            (r#"{"wiat": true}"#, "did you mean `wait`"),
+            (r#"{"ppo": {"gama": 1}}"#, "ppo.gama"),
+            (r#"{"ppo": {"gamma": "1"}}"#, "`ppo.gamma` is"),
+            (r#"{"ppo": {"n_envs": 1.5}}"#, "`ppo.n_envs` is 1.5"),
+            (r#"{"ppo": {"n_envs": 1000000000000000000}}"#, "samples"),
+            (r#"{"ppo": {"gamma": 1.5}}"#, "ppo.gamma"),
+            (r#"{"domain": {"spacing": [0.1]}}"#, "plan.json"),
+            (r#"{"domain": {"spacing": [0.4, 0.1]}}"#, "domain.spacing"),
+            (r#"{"domain": {"items": [0, 5]}}"#, "domain.items"),
+            (r#"{"preset": "papr"}"#, "did you mean `paper`"),
+            (r#"{"view": "ful"}"#, "ful"),
+            (r#"{"slots": 0}"#, "slots"),
+            (r#"{"architecture": {"width": 0}}"#, "1 to 4096"),
+            (r#"{"architecture": {"kind": "mpl"}}"#, "plan.json"),
+            (r#"{"imitation": {"epochs": 0}}"#, "imitation.epochs"),
+        ] {
+            let error = read(text).unwrap_err().to_string();
+            assert!(error.contains(word), "{text}: {error}");
+        }
+    }
+}
