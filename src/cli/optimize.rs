@@ -9,11 +9,14 @@ use super::settings::json;
 use crate::error::Result;
 use crate::optimize::{
     Environment, Evaluator, Grasp, Objective, Optimum, Risk, Search, SearchKind, SpeedScan,
-    StopReason, chosen_flow, optimize, validate,
+    StopReason, chosen_flow, optimize, rivals, validate,
 };
 use crate::pattern::{PatternSet, PatternSource, Recipe};
-use crate::report::{OPTIMUM_CHARTS, OptimumReport, Provenance, ValidationReport, optimum_page};
+use crate::report::{
+    OPTIMUM_CHARTS, OptimumReport, Provenance, RivalsReport, ValidationReport, optimum_page,
+};
 use crate::station::Station;
+use crate::strategies::{Blueprint, read_alone};
 
 pub fn run(args: &OptimizeArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
@@ -30,6 +33,10 @@ pub fn run(args: &OptimizeArgs, session: &Session) -> Result<()> {
         .on_threads(|| job.report(session, &environment))?;
     args.common.write_out("optimize.json", &json(&report)?)?;
     args.common.write_out("ranking.csv", &report.to_csv())?;
+    if let Some(beside) = &report.beside {
+        let text = beside.to_csv(&report.made.one_line());
+        args.common.write_out("strategies.csv", &text)?;
+    }
     let top = args.top;
     args.pictures
         .write(chart, &report, &report.made, || optimum_page(&report, top))?;
@@ -47,6 +54,7 @@ struct Job<'a> {
     recipe: Recipe,
     objective: Objective,
     search: Search,
+    strategies: Vec<Blueprint>,
 }
 
 impl<'a> Job<'a> {
@@ -57,6 +65,8 @@ impl<'a> Job<'a> {
         let recipe = pattern_set::recipe(items, &args.set.attributes, seed, &source, &station)?;
         source.check_fresh(&recipe, args.validate)?;
         let scan = SpeedScan::new(args.speed_step, &station)?;
+        let robots = station.robots().len();
+        let strategies = args.strategy.iter().map(|text| read_alone(text, robots));
         let grasp = Grasp {
             starts: args.starts,
             alpha: args.alpha,
@@ -75,6 +85,7 @@ impl<'a> Job<'a> {
                 risk: args.risk.parse::<Risk>()?,
                 scan,
             },
+            strategies: strategies.collect::<Result<_>>()?,
             args,
             station,
             source,
@@ -100,12 +111,17 @@ impl<'a> Job<'a> {
             args.common.update_hz,
         )?;
         let optimum = optimize(&evaluator, &self.search, environment)?;
-        let validation = self.validation(&optimum, environment)?;
+        let fresh = self.fresh(environment)?;
+        let validation = match &fresh {
+            Some(fresh) => self.validation(fresh, &optimum, environment)?,
+            None => None,
+        };
+        let beside = self.beside(fresh.as_ref().unwrap_or(&set), &optimum, environment)?;
         let mut notes = self.notes(&set, &evaluator, &optimum);
         if environment.stopped() {
             notes.push(
                 "interrupted: what is missing above (patterns, tie-breaking by max speed, \
-                 validation) was not done; run again for a result to rely on"
+                 validation, other strategies) was not done; run again for a result to rely on"
                     .to_owned(),
             );
         } else if validation.is_none() && args.validate > 0 {
@@ -130,6 +146,7 @@ impl<'a> Job<'a> {
             notes,
             made,
         );
+        report.beside = beside;
         if environment.stopped() {
             // Also where the search was over and only the rest was cut short.
             report.stop_reason = StopReason::Interrupted.name();
@@ -137,12 +154,8 @@ impl<'a> Job<'a> {
         Ok(report)
     }
 
-    /// The winner on fresh patterns, drawn under the next seed.
-    fn validation(
-        &self,
-        optimum: &Optimum,
-        environment: &Environment,
-    ) -> Result<Option<ValidationReport>> {
+    /// Patterns that had no part in the search, drawn under the next seed.
+    fn fresh(&self, environment: &Environment) -> Result<Option<PatternSet>> {
         let count = self.args.validate;
         if count == 0 || environment.stopped() {
             return Ok(None);
@@ -151,9 +164,16 @@ impl<'a> Job<'a> {
             seed: self.recipe.seed.wrapping_add(1),
             ..self.recipe
         };
-        let Some(fresh) = self.source.draw_fresh(&recipe, count)? else {
-            return Ok(None);
-        };
+        self.source.draw_fresh(&recipe, count)
+    }
+
+    /// The winner on `fresh` patterns.
+    fn validation(
+        &self,
+        fresh: &PatternSet,
+        optimum: &Optimum,
+        environment: &Environment,
+    ) -> Result<Option<ValidationReport>> {
         let hz = self.args.common.update_hz;
         let evaluator = Evaluator::new(&self.station, &fresh.patterns, self.objective, hz)?;
         let best = optimum.ranking.best();
@@ -168,6 +188,28 @@ impl<'a> Job<'a> {
             environment,
         )?;
         Ok(validation.map(|v| ValidationReport::new(&v, &fresh.description)))
+    }
+
+    /// The strategies asked for, beside the winner on `set`.
+    fn beside(
+        &self,
+        set: &PatternSet,
+        optimum: &Optimum,
+        environment: &Environment,
+    ) -> Result<Option<RivalsReport>> {
+        if self.strategies.is_empty() || environment.stopped() {
+            return Ok(None);
+        }
+        let hz = self.args.common.update_hz;
+        let evaluator = Evaluator::new(&self.station, &set.patterns, self.objective, hz)?;
+        let best = &optimum.ranking.best().assignment;
+        let risk = self.search.risk;
+        let rivals = rivals(&evaluator, best, &self.strategies, risk, environment)?;
+        Ok(rivals.map(|rivals| {
+            let names = self.strategies.iter().map(Blueprint::name);
+            let count = set.patterns.len();
+            RivalsReport::new(&rivals, &best.names(), names, &set.description, count)
+        }))
     }
 
     fn notes(&self, set: &PatternSet, evaluator: &Evaluator, optimum: &Optimum) -> Vec<String> {

@@ -3,10 +3,12 @@
 use super::environment::Environment;
 use super::objective::{Objective, Risk};
 use crate::dispatch::RuleAssignment;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::pattern::{Pattern, random_stream};
-use crate::sim::{AssignmentTree, Scene};
+use crate::sim::{AssignmentTree, Scene, simulate};
 use crate::station::Station;
+use crate::stats;
+use crate::strategies::Blueprint;
 use rand::seq::SliceRandom;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -160,6 +162,40 @@ impl<'a> Evaluator<'a> {
             scores,
             patterns,
         })
+    }
+
+    /// Scores a strategy of any kind on the same patterns, telling the environment's
+    /// progress of each. None when stopped.
+    ///
+    /// # Errors
+    /// A strategy that acts illegally.
+    pub fn score(&self, strategy: &Blueprint, environment: &Environment) -> Result<Option<Score>> {
+        let on_pattern = |scene: &Scene| {
+            let run = |scene: &Scene| {
+                if environment.stopped() {
+                    return Err(Error::Interrupted);
+                }
+                Ok(simulate(scene, strategy.make().as_mut())?.figures)
+            };
+            let figures = run(scene)?;
+            let value = match self.objective {
+                Objective::MaxSpeed(scan) => {
+                    scan.limit(self.station, scene.pattern(), self.update_hz, run)?
+                }
+                objective => objective.of_run(&figures).unwrap_or_default(),
+            };
+            environment.progress.advance(1);
+            Ok((value, figures.picked_share()))
+        };
+        let runs = self.scenes.par_iter().map(on_pattern);
+        let (values, shares): (Vec<f64>, Vec<f64>) = match runs.collect::<Result<Vec<_>>>() {
+            Err(Error::Interrupted) => return Ok(None),
+            runs => runs?.into_iter().unzip(),
+        };
+        Ok(Some(Score {
+            values,
+            picked_share: stats::mean(&shares),
+        }))
     }
 
     /// Objective and picked share of every assignment on one pattern; none when stopped.

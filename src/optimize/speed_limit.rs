@@ -4,6 +4,7 @@
 //! pick everything at a higher one. So the limit is found by scanning upwards, every
 //! step verified, and bisection is not used.
 
+use crate::decision::Figures;
 use crate::dispatch::RuleAssignment;
 use crate::error::{Error, Result, shown_number};
 use crate::pattern::Pattern;
@@ -99,6 +100,32 @@ impl SpeedScan {
         }
         Ok((limits, runs))
     }
+
+    /// The same of whatever `run` makes of a scene.
+    ///
+    /// # Errors
+    /// As for [`SpeedScan::limits`], and what `run` says.
+    pub fn limit(
+        &self,
+        station: &Station,
+        pattern: &Pattern,
+        update_hz: f64,
+        run: impl Fn(&Scene) -> Result<Figures>,
+    ) -> Result<f64> {
+        let mut limit = 0.0;
+        for speed in (1..).map(|k| self.speed(k)) {
+            if !station.outruns(speed) {
+                break;
+            }
+            let station = station.with_belt_speed(speed)?;
+            let scene = Scene::new(&station, pattern)?.with_update_hz(update_hz)?;
+            if !run(&scene)?.complete() {
+                break;
+            }
+            limit = speed;
+        }
+        Ok(limit)
+    }
 }
 
 #[cfg(test)]
@@ -142,6 +169,9 @@ mod tests {
                 plain = speed;
             }
             assert_eq!(limit, plain, "{assignment}");
+            let run = |scene: &Scene| Ok(simulate_rules(scene, assignment)?.figures);
+            let one = scan.limit(&station, &pattern, 0.0, run).unwrap();
+            assert_eq!(limit, one, "{assignment}");
         }
     }
 

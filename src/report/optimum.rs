@@ -1,6 +1,7 @@
 //! The result of a search.
 
 use super::provenance::Provenance;
+use super::rivals::RivalsReport;
 use super::table::{Table, fixed};
 use crate::dispatch::RULES;
 use crate::optimize::{
@@ -43,6 +44,9 @@ pub struct OptimumReport {
     pub ranking: Vec<RankedReport>,
     /// The winner on fresh patterns.
     pub validation: Option<ValidationReport>,
+    /// Other strategies beside it; absent when not asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub beside: Option<RivalsReport>,
     /// What a reader should know.
     pub notes: Vec<String>,
     /// How it was made.
@@ -248,9 +252,25 @@ impl OptimumReport {
             intervals: ranking.method.clone(),
             ranking: ranking.entries.iter().map(line).collect(),
             validation,
+            beside: None,
             notes,
             made,
         }
+    }
+
+    /// The unit in a column's header; shares have none.
+    pub(super) fn bracketed_unit(&self) -> String {
+        match self.unit {
+            "1" => String::new(),
+            unit => format!(" [{unit}]"),
+        }
+    }
+
+    /// Whether the risk needs a column beside those of mean and worst.
+    pub(super) fn has_risk_column(&self) -> bool {
+        ![Risk::Mean, Risk::Worst]
+            .map(|r| r.to_string())
+            .contains(&self.risk)
     }
 
     /// The unit behind a number; shares have none.
@@ -272,19 +292,13 @@ impl OptimumReport {
     /// The first `top` lines of the ranking and all that belongs to it.
     pub fn to_table(&self, top: usize) -> String {
         let digits = self.digits();
-        let unit = match self.unit {
-            "1" => String::new(),
-            unit => format!(" [{unit}]"),
-        };
+        let unit = self.bracketed_unit();
         let mut header = vec![
             "#".to_owned(),
             "<assignment".to_owned(),
             format!("mean{unit}"),
         ];
-        // Mean and worst have columns of their own.
-        let by_risk = ![Risk::Mean, Risk::Worst]
-            .map(|r| r.to_string())
-            .contains(&self.risk);
+        let by_risk = self.has_risk_column();
         if by_risk {
             header.push(format!("{}{unit}", self.risk));
         }
@@ -348,6 +362,9 @@ impl OptimumReport {
         text += &self.search_line();
         if let Some(validation) = &self.validation {
             text += &validation.lines(digits, &self.spaced_unit(), &self.risk);
+        }
+        if let Some(beside) = &self.beside {
+            text += &beside.to_table(self);
         }
         for note in &self.notes {
             text += &format!("note      {note}\n");

@@ -144,6 +144,10 @@ async function checkOptimum(page, report, paths) {
   const top = report.ranking.slice(0, 10);
   has(paths, all(top, ["mean", "picked_share", "worst"], "ranking"));
   has(paths, ["mean", "mean_low", "mean_high", "complete"].map((f) => `validation.${f}`));
+  if (report.beside) {
+    has(paths, all(report.beside.strategies, ["mean", "picked_share", "worst"], "beside.strategies"));
+    has(paths, ["diff_low", "diff_high"].map((f) => `beside.strategies.1.${f}`));
+  }
   const said = await tips(page, "difference");
   assert.equal(said.length, Math.min(report.ranking.length, 20));
   for (const line of report.ranking.slice(0, 20)) {
@@ -177,6 +181,10 @@ const runs = {
     ["sweep", "--sweep", "robots", "--to", "3", "--train-items", "10", "--patterns", "balanced:3"],
   ],
   optimize: [checkOptimum, ["optimize", ...small]],
+  "optimize beside strategies": [
+    checkOptimum,
+    ["optimize", ...small, "--strategy", "onnx", "--strategy", "lookahead:budget=50"],
+  ],
   "optimize four robots": [checkOptimum, ["optimize", "--robots", "4", ...small]],
 };
 

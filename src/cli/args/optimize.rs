@@ -13,6 +13,7 @@ Examples:
   pickline optimize --robots 3
   pickline optimize --station my-line.toml --patterns recorded/ --objective picked-share
   pickline optimize --robots 6 --search grasp --risk cvar:0.1 --format json
+  pickline optimize --robots 3 --strategy onnx --strategy lookahead --validate 100
   pickline optimize --robots 3 --html optimize.html --svg ranking.svg
 
 Charts for --chart: difference (the main one), how far each of the first 20 assignments
@@ -81,6 +82,10 @@ pub struct OptimizeArgs {
         allow_negative_numbers = true
     )]
     pub validate: usize,
+    /// Also score this strategy on the patterns that the winner is validated on; may be
+    /// given several times. Written as for simulate
+    #[arg(long, value_name = "STRATEGY", help_heading = "Search")]
+    pub strategy: Vec<String>,
     /// Leave out how far the winner is at most from the best that any strategy can do
     #[arg(long, help_heading = "Search")]
     pub no_bound: bool,

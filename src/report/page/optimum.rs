@@ -5,6 +5,7 @@ use super::html::escape;
 use super::table::{Cell, Figure, PageTable};
 use crate::report::charts::OPTIMUM_CHARTS;
 use crate::report::optimum::{OptimumReport, RankedReport, ValidationReport, bracketed};
+use crate::report::rivals::{RivalReport, RivalsReport};
 
 /// The page of `report`, with the first `top` lines of the ranking.
 pub fn optimum_page(report: &OptimumReport, top: usize) -> String {
@@ -24,6 +25,11 @@ pub fn optimum_page(report: &OptimumReport, top: usize) -> String {
             validated(report, validation),
             patterns,
         ));
+    }
+    if let Some(beside) = &report.beside {
+        let heading = format!("Other strategies beside {}", bracketed(&report.best));
+        let patterns = format!("On {}.", beside.patterns);
+        sections.push(Section::Table(heading, rivals(report, beside), patterns));
     }
     let mut notes = report.search_notes();
     notes.extend(report.notes.iter().cloned());
@@ -91,10 +97,7 @@ fn answer(report: &OptimumReport) -> Vec<String> {
 
 fn ranking(report: &OptimumReport, top: usize) -> PageTable {
     let digits = report.digits();
-    let unit = match report.unit {
-        "1" => String::new(),
-        unit => format!(" [{unit}]"),
-    };
+    let unit = report.bracketed_unit();
     let by_risk = report.risk != "mean";
     let by_speed = report.ranking.iter().any(|line| line.max_speed.is_some());
     let mut header = vec!["#".to_owned(), "<assignment".into(), format!("mean{unit}")];
@@ -155,10 +158,7 @@ fn ranking(report: &OptimumReport, top: usize) -> PageTable {
 
 fn validated(report: &OptimumReport, validation: &ValidationReport) -> PageTable {
     let digits = report.digits();
-    let unit = match report.unit {
-        "1" => String::new(),
-        unit => format!(" [{unit}]"),
-    };
+    let unit = report.bracketed_unit();
     let figure = |field: &str, value| Figure::new(format!("validation.{field}"), value, digits);
     let percent = |field: &str, share| Figure::percent(format!("validation.{field}"), share);
     let exact = |field: &str, value| Figure::exact(format!("validation.{field}"), value);
@@ -194,5 +194,42 @@ fn validated(report: &OptimumReport, validation: &ValidationReport) -> PageTable
             "95 %".into(),
         ],
         rows: vec![(false, row)],
+    }
+}
+
+fn rivals(report: &OptimumReport, beside: &RivalsReport) -> PageTable {
+    let digits = report.digits();
+    let unit = report.bracketed_unit();
+    let by_risk = report.has_risk_column();
+    let mut header = vec!["<strategy".to_owned(), format!("mean{unit}")];
+    header.extend(by_risk.then(|| format!("{}{unit}", report.risk)));
+    header.extend([
+        format!("minus {}, 95 %", bracketed(&report.best)),
+        "picked [%]".into(),
+        format!("worst{unit}"),
+    ]);
+    let row = |(i, line): (usize, &RivalReport)| {
+        let path = |field: &str| format!("beside.strategies.{i}.{field}");
+        let figure = |field: &str, value| Figure::new(path(field), value, digits);
+        let mut row = vec![
+            Cell::Words(line.strategy.clone()),
+            figure("mean", line.mean).into(),
+        ];
+        row.extend(by_risk.then(|| figure("value", line.value).into()));
+        row.extend([
+            match line.diff_low.zip(line.diff_high) {
+                Some((low, high)) => {
+                    Cell::Interval(figure("diff_low", low), figure("diff_high", high))
+                }
+                None => Cell::empty(),
+            },
+            Figure::percent(path("picked_share"), line.picked_share).into(),
+            figure("worst", line.worst).into(),
+        ]);
+        (false, row)
+    };
+    PageTable {
+        rows: beside.strategies.iter().enumerate().map(row).collect(),
+        header,
     }
 }
