@@ -1,8 +1,8 @@
 //! The environment keeps its promises, and training finds what is known to be best.
 
 use nalgebra::Point2;
-use pickline::decision::Strategy;
 use pickline::decision::observation::{Encoder, Layout, View};
+use pickline::decision::{Action, Strategy};
 use pickline::optimize::{Environment as Work, Silent};
 use pickline::pattern::{Item, Pattern, random_stream};
 use pickline::rl::domain::{Domain, scenes};
@@ -355,4 +355,31 @@ fn the_best_policy_of_a_trivial_station_is_found_exported_and_reloaded() {
             );
         }
     }
+}
+
+/// The paper decides ten times a second.
+#[test]
+fn a_domain_decides_as_often_as_it_says() {
+    let domain = Domain {
+        items: (20, 20),
+        update_hz: 10.0,
+        ..Domain::BROAD
+    };
+    let courses = domain.draw(&stations(), 4, 1.0, 9).unwrap();
+    let mut decisions = 0;
+    for scene in domain.scenes(&courses).unwrap() {
+        let mut run = Run::new(&scene);
+        while let Some(snapshot) = run.next_decision() {
+            let tenths = snapshot.time * 10.0;
+            assert!((tenths - tenths.round()).abs() < 1e-6, "{}", snapshot.time);
+            decisions += 1;
+            run.act(Action::Pick(0)).unwrap();
+        }
+    }
+    assert!(decisions > 20);
+    let wrong = Domain {
+        update_hz: f64::NAN,
+        ..domain
+    };
+    assert!(wrong.scenes(&courses).is_err());
 }

@@ -32,6 +32,9 @@ pub struct Domain {
     /// Share of the training after which the densest patterns take part; until then the
     /// least spacing falls from the largest to the least.
     pub curriculum: f64,
+    /// Decisions at multiples of 1 / this [s] only, as 10 Hz in the paper; 0 is exact.
+    #[serde(default)]
+    pub update_hz: f64,
 }
 
 impl Domain {
@@ -42,6 +45,7 @@ impl Domain {
         grids: 0.4,
         speed: (0.8, 1.25),
         curriculum: 0.1,
+        update_hz: 0.0,
     };
 }
 
@@ -73,6 +77,16 @@ pub fn scenes(courses: &[Course]) -> Result<Vec<Scene<'_>>> {
 }
 
 impl Domain {
+    /// The scenes of courses that were drawn, decided as often as the domain says.
+    ///
+    /// # Errors
+    /// A pattern beside the belt, an update frequency that is none.
+    pub fn scenes<'a>(&self, courses: &'a [Course]) -> Result<Vec<Scene<'a>>> {
+        let made = scenes(courses)?.into_iter();
+        made.map(|scene| scene.with_update_hz(self.update_hz))
+            .collect()
+    }
+
     /// `count` courses on `stations` in turn, each from random numbers of its own.
     /// `progress` is how far the training has come, from 0 to 1.
     ///

@@ -171,6 +171,11 @@ impl Plan {
             ),
             ("domain.grids", share(domain.grids), "give 0 to 1"),
             ("domain.curriculum", share(domain.curriculum), "give 0 to 1"),
+            (
+                "domain.update_hz",
+                domain.update_hz >= 0.0 && domain.update_hz.is_finite(),
+                "give 0 for exact, or a frequency [Hz]",
+            ),
             ("courses", count(self.courses), "give 1 to 1,000,000"),
             ("updates", count(self.updates), "give 1 to 1,000,000"),
         ];

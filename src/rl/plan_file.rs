@@ -157,6 +157,7 @@ mod tests {
             (r#"{"domain": {"spacing": [0.1]}}"#, "plan.json"),
             (r#"{"domain": {"spacing": [0.4, 0.1]}}"#, "domain.spacing"),
             (r#"{"domain": {"items": [0, 5]}}"#, "domain.items"),
+            (r#"{"domain": {"update_hz": -1}}"#, "domain.update_hz"),
             (r#"{"preset": "papr"}"#, "did you mean `paper`"),
             (r#"{"view": "ful"}"#, "ful"),
             (r#"{"slots": 0}"#, "slots"),

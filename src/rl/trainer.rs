@@ -4,7 +4,6 @@
 //! training taken up from a checkpoint, written between two phases, goes on to the bit as
 //! if it had never stopped, on any number of threads.
 
-use super::domain::scenes;
 use super::imitation::{Answers, Pupil};
 use super::nn::{Adam, Network};
 use super::plan::{Plan, shape};
@@ -273,7 +272,7 @@ impl Trainer {
             let courses = plan
                 .domain
                 .draw(&self.stations, imitation.courses, 1.0, seed)?;
-            let scenes = scenes(&courses)?;
+            let scenes = plan.domain.scenes(&courses)?;
             let pupil = match round {
                 0 => Pupil::Expert,
                 _ => Pupil::Network(&self.learner.network, &self.learner.parameters),
@@ -324,7 +323,7 @@ impl Trainer {
         let plan = &self.plan;
         let domain = &plan.domain;
         let courses = domain.draw(&self.stations, plan.courses, self.progress(), seed)?;
-        let scenes = scenes(&courses)?;
+        let scenes = domain.scenes(&courses)?;
         let make = |first: usize| {
             let range = (first * GROUP, GROUP);
             Group::new(&scenes, self.layout, plan.reward, range, seed)
