@@ -21,14 +21,6 @@ impl Ros2Args {
         if !self.ros2 {
             return Ok(None);
         }
-        if clock == ClockKind::Messages {
-            let problem = "--clock messages needs messages in one order, which ROS does not keep";
-            return Err(Error::input(
-                "--ros2",
-                problem,
-                "leave --clock messages out",
-            ));
-        }
         let namespace = format!("/{}", self.ros2_namespace.trim_start_matches('/'));
         let networks = if self.ros2_network.is_empty() {
             vec![IpAddr::V4(Ipv4Addr::LOCALHOST)]
@@ -42,6 +34,7 @@ impl Ros2Args {
             networks,
             best_effort: self.ros2_best_effort,
             side,
+            turns: clock == ClockKind::Messages,
         }))
     }
 

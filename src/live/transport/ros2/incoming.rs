@@ -3,7 +3,7 @@
 use super::messages::{
     BeltState, BoundingBox3D, Detection3D, Detection3DArray, Header, ObjectHypothesis,
     ObjectHypothesisWithPose, Point, Pose, PoseWithCovariance, Quaternion, RobotState, TaskAck,
-    TaskResult, Time, Vector3,
+    TaskResult, Tick, Time, Vector3,
 };
 use crate::error::shown;
 use crate::live::protocol::{self, Detection, Incoming, Rejected, Rejection, Report, Verdict};
@@ -231,5 +231,23 @@ pub fn result(report: &Report, frame: &str) -> TaskResult {
         result: number(&VERDICTS, &report.result),
         has_available_at: report.available_at.is_some(),
         available_at: Time::from_stamp(report.available_at.unwrap_or(0.0)),
+    }
+}
+
+/// The station's turn is over.
+pub fn read_tick(tick: &Tick) -> Incoming {
+    let stamp = tick.header.stamp.stamp();
+    Incoming::Tick { stamp }
+}
+
+/// The station's turn, of so many messages, is over; without a stamp [s] it is the last.
+pub fn tick(stamp: Option<f64>, messages: u32, frame: &str) -> Tick {
+    Tick {
+        header: Header {
+            stamp: Time::not_before(stamp.unwrap_or(0.0)),
+            frame_id: frame.to_owned(),
+        },
+        messages,
+        last: stamp.is_none(),
     }
 }

@@ -278,6 +278,28 @@ messages! {
         /// Why.
         reason: String,
     }
+    /// The station's turn is over.
+    "pickline_interfaces" Tick {
+        /// Up to when things are to be decided.
+        header: Header,
+        /// Messages published since the last turn.
+        messages: u32,
+        /// Whether nothing more comes.
+        last: bool,
+    }
+    /// The node's turn is over.
+    "pickline_interfaces" Due {
+        /// Up to when things are decided.
+        header: Header,
+        /// Whether something is due later.
+        has_next: bool,
+        /// When.
+        next: Time,
+        /// Messages published since the last turn.
+        messages: u32,
+        /// Whether nothing more comes.
+        last: bool,
+    }
     /// How often something happened.
     "pickline_interfaces" Count {
         /// What.
@@ -361,6 +383,16 @@ impl Time {
             sec: sec as i32,
             nanosec: nanosec as u32,
         }
+    }
+
+    /// The first nanosecond that is not before a stamp [s since 1970]: what is due at the
+    /// stamp is due then.
+    pub fn not_before(stamp: f64) -> Self {
+        let time = Self::from_stamp(stamp);
+        if time.stamp() >= stamp {
+            return time;
+        }
+        Self::from_stamp(stamp + 1e-9)
     }
 
     /// The stamp [s since 1970].

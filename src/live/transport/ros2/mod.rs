@@ -9,6 +9,7 @@ mod incoming;
 pub mod messages;
 mod node;
 mod outgoing;
+mod turns;
 mod wires;
 
 use super::peer::Peer;
@@ -32,6 +33,8 @@ pub struct Settings {
     pub best_effort: bool,
     /// Which of the two programs this is.
     pub side: Side,
+    /// Whether the two take turns, as with message time.
+    pub turns: bool,
 }
 
 /// Starts talking in a ROS 2 graph.

@@ -1,6 +1,7 @@
 //! The node in the ROS graph: made, spun, and listened to.
 
 use super::messages::RosMessage;
+use super::turns::{Endless, Origin, Turns};
 use super::wires::{Mouth, NodeEars, StationEars, Wires};
 use super::{Settings, incoming, outgoing};
 use crate::error::{Error, Result, shown};
@@ -11,6 +12,7 @@ use ros2_client::{Context, Node, NodeName, NodeOptions, Subscription};
 use rustdds::DomainParticipantBuilder;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use std::cell::RefCell;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::SyncSender;
@@ -75,6 +77,7 @@ pub fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) -> Resu
         number,
         side: settings.side,
         frame: settings.frame.clone(),
+        turns: settings.turns.then(RefCell::default),
         inbox,
     };
     let (end, ended) = oneshot::channel();
@@ -92,9 +95,9 @@ pub fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) -> Resu
             }
         });
     });
-    let (side, frame, there) = (settings.side, settings.frame.clone(), Arc::clone(&up));
+    let (settings, there) = (settings.clone(), Arc::clone(&up));
     let peer = Peer::start(None, up, move |waiting| {
-        speak(waiting, &mouth, side, &frame, &there);
+        speak(waiting, &mouth, &settings, &there);
     });
     // The others are told that this node goes, and need not find out.
     Ok(peer.ending(move || {
@@ -104,16 +107,28 @@ pub fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) -> Resu
 }
 
 /// Publishes what waits.
-fn speak(waiting: &Waiting, mouth: &Mouth, side: Side, frame: &str, there: &AtomicBool) {
+fn speak(waiting: &Waiting, mouth: &Mouth, settings: &Settings, there: &AtomicBool) {
     while let Some(message) = waiting.next() {
         // What a station says before the node is there would be lost.
-        while side == Side::Station && !there.load(Ordering::Relaxed) {
+        while settings.side == Side::Station && !there.load(Ordering::Relaxed) {
             thread::sleep(GLANCE);
         }
         // Only a message that cannot be written fails, and ours can.
-        let _ = mouth.say(&message, frame);
+        let _ = mouth.say(&message, &settings.frame);
+    }
+    if settings.turns {
+        mouth.end(&settings.frame);
     }
     thread::sleep(LINGER);
+}
+
+/// Nobody ends the turn.
+fn endless() -> Error {
+    Error::input(
+        "--clock messages",
+        "nobody who takes turns is on the topic `tick`",
+        "leave --clock messages out, or let `pickline emulate --clock messages` play the station",
+    )
 }
 
 /// What one side hears.
@@ -127,6 +142,8 @@ struct Listener {
     number: u64,
     side: Side,
     frame: String,
+    /// With message time, what is held until a turn is over.
+    turns: Option<RefCell<Turns>>,
     inbox: SyncSender<Heard>,
 }
 
@@ -136,50 +153,89 @@ impl Listener {
         let frame = self.frame.as_str();
         match ears {
             Ears::Node(ears) => {
+                let one = |message| (None, vec![self.heard(message)]);
                 tokio::join!(
-                    self.follow(&ears.detections, |m| incoming::read_detections(&m, frame)),
-                    self.follow(&ears.belt, |m| vec![incoming::read_belt(&m, frame)]),
-                    self.follow(&ears.robots, |m| vec![incoming::read_robot(&m)]),
-                    self.follow(&ears.acks, |m| vec![incoming::read_ack(&m)]),
-                    self.follow(&ears.results, |m| vec![incoming::read_result(&m)]),
+                    self.follow(&ears.detections, |m| {
+                        let seen = incoming::read_detections(&m, frame).into_iter();
+                        (None, seen.map(|message| self.heard(message)).collect())
+                    }),
+                    self.follow(&ears.belt, |m| one(incoming::read_belt(&m, frame))),
+                    self.follow(&ears.robots, |m| one(incoming::read_robot(&m))),
+                    self.follow(&ears.acks, |m| one(incoming::read_ack(&m))),
+                    self.follow(&ears.results, |m| one(incoming::read_result(&m))),
+                    self.follow(&ears.tick, |m| {
+                        let heard = match m.last {
+                            true => Heard::Ended(self.number),
+                            false => self.heard(Ok(incoming::read_tick(&m))),
+                        };
+                        (Some(m.messages), vec![heard])
+                    }),
                 );
             }
             Ears::Station(ears) => {
+                let one = |message| (None, vec![self.heard(Ok(message))]);
                 tokio::join!(
-                    self.follow(&ears.tasks, |m| vec![Ok(outgoing::read_task(&m))]),
-                    self.follow(&ears.cancels, |m| vec![Ok(outgoing::read_cancel(&m))]),
-                    self.follow(&ears.status, |m| vec![Ok(outgoing::read_status(&m))]),
+                    self.follow(&ears.tasks, |m| one(outgoing::read_task(&m))),
+                    self.follow(&ears.cancels, |m| one(outgoing::read_cancel(&m))),
+                    self.follow(&ears.status, |m| one(outgoing::read_status(&m))),
+                    self.follow(&ears.due, |m| {
+                        // What the node says at its end stands in its status.
+                        let heard = match m.last {
+                            true => Vec::new(),
+                            false => vec![self.heard(Ok(outgoing::read_due(&m)))],
+                        };
+                        (Some(m.messages), heard)
+                    }),
                 );
             }
         }
     }
 
-    async fn follow<R, M>(
+    /// What is handed on of a message.
+    fn heard<M: Serialize>(&self, message: std::result::Result<M, Rejected>) -> Heard {
+        match message {
+            Ok(message) => {
+                let mut line = encode(&message).into_bytes();
+                line.truncate(line.trim_ascii_end().len());
+                Heard::Line(self.number, line)
+            }
+            Err(rejected) => Heard::Refused(self.number, rejected),
+        }
+    }
+
+    /// Hands on what comes over a topic. Of a message that ends a turn `read` also gives how
+    /// many came before it.
+    async fn follow<R>(
         &self,
         subscription: &Subscription<R>,
-        read: impl Fn(R) -> Vec<std::result::Result<M, Rejected>>,
+        read: impl Fn(R) -> (Option<u32>, Vec<Heard>),
     ) where
         R: RosMessage + DeserializeOwned + 'static,
-        M: Serialize,
     {
         loop {
-            let messages = match subscription.async_take().await {
-                Ok((message, _)) => read(message),
+            let heard = match subscription.async_take().await {
+                Ok((message, info)) => {
+                    let (end, heard) = read(message);
+                    match &self.turns {
+                        Some(turns) => {
+                            let at = info.source_timestamp().map_or(0, |time| time.to_nanos());
+                            let origin = Origin::new(info.publisher_gid().as_bytes(), at);
+                            let taken = turns.borrow_mut().take(origin, heard, end);
+                            taken.unwrap_or_else(|Endless| vec![Heard::Failed(endless())])
+                        }
+                        None => heard,
+                    }
+                }
                 Err(error) => {
                     tokio::time::sleep(BREATH).await;
                     let problem = format!("no {}/{}: {error}", R::PACKAGE, R::TYPE);
-                    vec![Err(Rejected::new(Rejection::Syntax, problem))]
+                    vec![Heard::Refused(
+                        self.number,
+                        Rejected::new(Rejection::Syntax, problem),
+                    )]
                 }
             };
-            for message in messages {
-                let heard = match message {
-                    Ok(message) => {
-                        let mut line = encode(&message).into_bytes();
-                        line.truncate(line.trim_ascii_end().len());
-                        Heard::Line(self.number, line)
-                    }
-                    Err(rejected) => Heard::Refused(self.number, rejected),
-                };
+            for heard in heard {
                 // Waiting here holds this node only: DDS has threads of its own.
                 if self.inbox.send(heard).is_err() {
                     return;

@@ -1,7 +1,7 @@
 //! Messages from the node, as ROS messages and back.
 
 use super::incoming::header;
-use super::messages::{Count, LineStatus, Point, RobotFigures, Task, TaskCancel, Time};
+use super::messages::{Count, Due, LineStatus, Point, RobotFigures, Task, TaskCancel, Time};
 use crate::live::protocol::{self, Cancel, Latency, MissedCounts, Outgoing, RobotReport, Status};
 use std::collections::BTreeMap;
 
@@ -176,4 +176,24 @@ pub fn read_status(status: &LineStatus) -> Outgoing {
             max_ms: status.latency_max * MS,
         }),
     }))
+}
+
+/// The node's turn, of so many messages, is over; without anything due it is the last.
+pub fn due(due: Option<&protocol::Due>, messages: u32, frame: &str) -> Due {
+    let next = due.and_then(|due| due.next);
+    Due {
+        header: header(frame, due.map_or(0.0, |due| due.stamp)),
+        has_next: next.is_some(),
+        next: Time::not_before(next.unwrap_or(0.0)),
+        messages,
+        last: due.is_none(),
+    }
+}
+
+/// The node's turn is over.
+pub fn read_due(due: &Due) -> Outgoing {
+    Outgoing::Due(protocol::Due {
+        stamp: due.header.stamp.stamp(),
+        next: due.has_next.then(|| due.next.stamp()),
+    })
 }

@@ -1,8 +1,8 @@
 //! The topics: their names, their quality of service, and what goes over them.
 
 use super::messages::{
-    BeltState, Detection3DArray, LineStatus, RobotState, RosMessage, Task, TaskAck, TaskCancel,
-    TaskResult,
+    BeltState, Detection3DArray, Due, LineStatus, RobotState, RosMessage, Task, TaskAck,
+    TaskCancel, TaskResult, Tick,
 };
 use super::{Settings, incoming, outgoing};
 use crate::live::protocol::{Incoming, Message, Outgoing};
@@ -12,6 +12,8 @@ use ros2_client::qos::{Durability, History, WhenFull};
 use ros2_client::{MessageTypeName, Name, Node, Publisher, QosProfile, Subscription};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use std::sync::atomic::AtomicU32;
+use std::sync::atomic::Ordering::Relaxed;
 use std::time::Duration;
 
 /// Messages that one reader has not acknowledged, at most.
@@ -67,19 +69,25 @@ impl Wires<'_> {
 
     /// What this side says.
     pub fn mouth(&mut self) -> Result<Mouth, CreateError> {
-        Ok(match self.settings.side {
-            Side::Node => Mouth::Node(Box::new(NodeMouth {
+        let topics = match self.settings.side {
+            Side::Node => Topics::Node(Box::new(NodeMouth {
                 tasks: self.out("tasks")?,
                 cancels: self.out("cancels")?,
                 status: self.out("status")?,
+                due: self.out("due")?,
             })),
-            Side::Station => Mouth::Station(Box::new(StationMouth {
+            Side::Station => Topics::Station(Box::new(StationMouth {
                 detections: self.out("detections")?,
                 belt: self.out("belt_state")?,
                 robots: self.out("robot_states")?,
                 acks: self.out("acks")?,
                 results: self.out("results")?,
+                tick: self.out("tick")?,
             })),
+        };
+        Ok(Mouth {
+            topics,
+            said: AtomicU32::new(0),
         })
     }
 
@@ -96,6 +104,7 @@ impl Wires<'_> {
             robots: self.heard("robot_states")?,
             acks: self.heard("acks")?,
             results: self.heard("results")?,
+            tick: self.heard("tick")?,
         })
     }
 
@@ -105,6 +114,7 @@ impl Wires<'_> {
             tasks: self.heard("tasks")?,
             cancels: self.heard("cancels")?,
             status: self.heard("status")?,
+            due: self.heard("due")?,
         })
     }
 }
@@ -121,6 +131,8 @@ pub struct NodeEars {
     pub acks: Subscription<TaskAck>,
     /// What came of tasks.
     pub results: Subscription<TaskResult>,
+    /// Ends of the station's turns.
+    pub tick: Subscription<Tick>,
 }
 
 /// What a station hears.
@@ -131,6 +143,8 @@ pub struct StationEars {
     pub cancels: Subscription<TaskCancel>,
     /// Where things stand.
     pub status: Subscription<LineStatus>,
+    /// Ends of the node's turns.
+    pub due: Subscription<Due>,
 }
 
 /// What the node says.
@@ -138,6 +152,7 @@ pub struct NodeMouth {
     tasks: Publisher<Task>,
     cancels: Publisher<TaskCancel>,
     status: Publisher<LineStatus>,
+    due: Publisher<Due>,
 }
 
 /// What a station says.
@@ -147,30 +162,39 @@ pub struct StationMouth {
     robots: Publisher<RobotState>,
     acks: Publisher<TaskAck>,
     results: Publisher<TaskResult>,
+    tick: Publisher<Tick>,
 }
 
 /// What one side says.
-pub enum Mouth {
+enum Topics {
     /// The node.
     Node(Box<NodeMouth>),
     /// A station.
     Station(Box<StationMouth>),
 }
 
+/// What one side says, and how much of it.
+pub struct Mouth {
+    topics: Topics,
+    /// Messages published in this turn.
+    said: AtomicU32,
+}
+
 impl Mouth {
     /// Publishes a message; whether that is done. Where readers have not acknowledged what
     /// was before, there is no room.
     pub fn say(&self, message: &Message, frame: &str) -> Result<(), String> {
-        match (self, message) {
-            (Self::Node(mouth), Message::FromNode(message)) => match message {
+        let said = self.said.load(Relaxed);
+        match (&self.topics, message) {
+            (Topics::Node(mouth), Message::FromNode(message)) => match message {
                 Outgoing::Task(task) => publish(&mouth.tasks, outgoing::task(task, frame)),
                 Outgoing::Cancel(cancel) => {
                     publish(&mouth.cancels, outgoing::cancel(cancel, frame))
                 }
                 Outgoing::Status(status) => publish(&mouth.status, outgoing::status(status, frame)),
-                Outgoing::Due(_) => Ok(()),
+                Outgoing::Due(due) => publish(&mouth.due, outgoing::due(Some(due), said, frame)),
             },
-            (Self::Station(mouth), Message::ToNode(message)) => match message {
+            (Topics::Station(mouth), Message::ToNode(message)) => match message {
                 Incoming::Detection(seen) => {
                     publish(&mouth.detections, incoming::detections(seen, frame))
                 }
@@ -180,18 +204,37 @@ impl Mouth {
                 Incoming::Result(report) => {
                     publish(&mouth.results, incoming::result(report, frame))
                 }
-                Incoming::Tick { .. } => Ok(()),
+                Incoming::Tick { stamp } => {
+                    publish(&mouth.tick, incoming::tick(Some(*stamp), said, frame))
+                }
             },
             // A side has only messages of its own to say.
             _ => Ok(()),
-        }
+        }?;
+        let turn_ends = matches!(
+            message,
+            Message::FromNode(Outgoing::Due(_)) | Message::ToNode(Incoming::Tick { .. })
+        );
+        self.said
+            .store(if turn_ends { 0 } else { said + 1 }, Relaxed);
+        Ok(())
+    }
+
+    /// Publishes that nothing more comes, so that nobody who takes turns waits for it.
+    pub fn end(&self, frame: &str) {
+        let said = self.said.load(Relaxed);
+        // Who is not there any more need not know.
+        let _ = match &self.topics {
+            Topics::Node(mouth) => publish(&mouth.due, outgoing::due(None, said, frame)),
+            Topics::Station(mouth) => publish(&mouth.tick, incoming::tick(None, said, frame)),
+        };
     }
 
     /// Whether there are readers for what must not be lost.
     pub fn is_heard(&self, node: &Node) -> bool {
-        match self {
-            Self::Node(mouth) => mouth.tasks.get_subscription_count(node) > 0,
-            Self::Station(mouth) => {
+        match &self.topics {
+            Topics::Node(mouth) => mouth.tasks.get_subscription_count(node) > 0,
+            Topics::Station(mouth) => {
                 let counts = [
                     mouth.detections.get_subscription_count(node),
                     mouth.belt.get_subscription_count(node),
