@@ -1,19 +1,21 @@
 #!/usr/bin/env python3
-"""Load on a live line: `pickline emulate` plays a dense belt to `pickline run` through pipes.
+"""Load on a live line: `pickline emulate` plays a dense belt to `pickline run`.
 
-    cargo build --release
+    cargo build --release --features mqtt
     python3 tests/load/load.py                           # 1,000 detections/s for 60 s
+    python3 tests/load/load.py --mqtt                    # over a broker instead of pipes
     python3 tests/load/load.py --watchers 8              # with so many at the dashboard
+    python3 tests/load/load.py --strategy onnx:FILE      # any strategy of `run`
     python3 tests/load/load.py --clock messages --items 1000000
 
-Prints what the node says at its end and how its memory went. Ends with 1 where anything
-was lost: an item that was not seen, or is in no figure; a message that was refused; memory
-that grew by more than a tenth after two fifths of the time, when the belt is long full.
+Prints what the node says at its end, what the thread that decides had of a core, and how
+its memory went. Ends with 1 where anything was lost: an item that was not seen, or is in no
+figure; a message that was refused; memory that grew by more than a tenth after two fifths
+of the time, when the belt is long full.
 """
 
 import argparse
-import json
-import socket
+import contextlib
 import subprocess
 import sys
 import tempfile
@@ -21,6 +23,9 @@ import threading
 import time
 import urllib.request
 from pathlib import Path
+
+from broker import broker, free_port
+from line import Brokered, Pipes
 
 # Just slower than the arms of 0.5 m/s.
 BELT_SPEED = 0.45
@@ -37,26 +42,31 @@ def parse_arguments():
     parser.add_argument("--rate", type=float, default=1000, help="detections a second")
     parser.add_argument("--items", type=int, default=60_000)
     parser.add_argument("--clock", default="system", help="with `messages`, as fast as it goes")
+    parser.add_argument("--mqtt", action="store_true", help="over a mosquitto of its own")
     parser.add_argument("--watchers", type=int, default=0, help="who watch the dashboard")
     return parser.parse_args()
 
 
-def free_port():
-    with socket.socket() as listener:
-        listener.bind(("127.0.0.1", 0))
-        return listener.getsockname()[1]
-
-
-def watch(port, taken):
+class Watcher(threading.Thread):
     """Reads the dashboard's events as they come, until they end."""
-    while True:
-        try:
-            with urllib.request.urlopen(f"http://127.0.0.1:{port}/events") as events:
-                while part := events.read1(1 << 16):
-                    taken.append(len(part))
-                return
-        except ConnectionRefusedError:
-            time.sleep(0.1)  # Not there yet.
+
+    def __init__(self, port):
+        super().__init__(daemon=True)
+        self.address = f"http://127.0.0.1:{port}/events"
+        self.bytes = 0
+        self.start()
+
+    def run(self):
+        while True:
+            try:
+                with urllib.request.urlopen(self.address) as events:
+                    while part := events.read1(1 << 16):
+                        self.bytes += len(part)
+                    return
+            except ConnectionRefusedError:
+                time.sleep(0.1)  # Not there yet.
+            except OSError:
+                return  # Gone, or there are too many.
 
 
 def memory(process):
@@ -80,88 +90,58 @@ def cores(process):
     return int(spent[0]) / 1e9, int(spent[1]) / 1e9
 
 
-def start(program, stdin, arguments):
-    return subprocess.Popen(
-        [program, *arguments],
-        stdin=stdin,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        bufsize=0,
-    )
-
-
-def hand_on(source, sink, keep):
-    """Hands on whole lines, and keeps the statuses."""
-    rest = b""
-    while part := source.read(1 << 16):
-        try:
-            sink.write(part)
-        except OSError:
-            pass  # One that has ended hears no more.
-        lines = (rest + part).split(b"\n")
-        rest = lines.pop()
-        keep.extend(line for line in lines if b'"kind":"status"' in line)
-    sink.close()
-
-
-def collect(stream, into):
-    into.append(stream.read().decode())
-
-
 def main():
     options = parse_arguments()
     step = (WIDTH * BELT_SPEED / options.rate) ** 0.5
     line = ["--robots", options.robots, "--belt-speed", str(BELT_SPEED), "--clock", options.clock]
-    node_line = [*line, "--strategy", options.strategy]
+    run = ["run", *line, "--strategy", options.strategy]
     if options.budget_ms:
-        node_line += ["--budget-ms", options.budget_ms]
+        run += ["--budget-ms", options.budget_ms]
     if options.watchers:
         port = free_port()
-        node_line += ["--dashboard", f"127.0.0.1:{port}"]
-    with tempfile.TemporaryDirectory() as folder:
+        run += ["--dashboard", f"127.0.0.1:{port}"]
+    with contextlib.ExitStack() as stack:
+        folder = stack.enter_context(tempfile.TemporaryDirectory())
         pattern = f"{folder}/pattern.csv"
         grid = ["pattern", "generate", "grid", "--spacing", str(step), "--count"]
         subprocess.run([options.pickline, *grid, str(options.items), "--output", pattern], check=True)
-        began = time.monotonic()
-        node = start(options.pickline, subprocess.PIPE, ["run", *node_line])
         emulate = ["emulate", *line, "--pattern", pattern]
-        # What it sends goes straight to the node, as through a shell's pipe.
-        station = subprocess.Popen(
-            [options.pickline, *emulate],
-            stdin=subprocess.PIPE,
-            stdout=node.stdin,
-            stderr=subprocess.PIPE,
-            bufsize=0,
-        )
-        node.stdin.close()
-        statuses, remarks, station_remarks, taken = [], [], [], []
-        threads = [
-            threading.Thread(target=hand_on, args=(node.stdout, station.stdin, statuses)),
-            threading.Thread(target=collect, args=(node.stderr, remarks)),
-            threading.Thread(target=collect, args=(station.stderr, station_remarks)),
-        ]
-        for _ in range(options.watchers):
-            threads.append(threading.Thread(target=watch, args=(port, taken)))
-        for thread in threads:
-            thread.start()
+        began = time.monotonic()
+        if options.mqtt:
+            place = stack.enter_context(broker(folder))
+            line = Brokered(place, options.pickline, run, emulate)
+        else:
+            line = Pipes(options.pickline, run, emulate)
+        watchers = [Watcher(port) for _ in range(options.watchers)]
         sizes, spent = [], (0, 0)
-        while node.poll() is None:
-            if now := memory(node):
+        while line.node.poll() is None:
+            if now := memory(line.node):
                 sizes.append((time.monotonic() - began, *now))
-            spent = cores(node) or spent
+            spent = cores(line.node) or spent
+            line.look_after()
             time.sleep(0.25)
-        for thread in threads:
-            thread.join()
-        station.wait()
         seconds = time.monotonic() - began
-    print(f"its decisions had a core for {spent[0]:.1f} s and waited {spent[1]:.1f} s for one")
-    if options.watchers:
-        print(f"{options.watchers} watchers were sent {sum(taken) / 1e6:.0f} MB")
-    return report(options, seconds, json.loads(statuses[-1]), sizes, remarks[0] + station_remarks[0])
+        line.finish()
+    print(*line.remarks, sep="", end="")
+    codes = line.node.returncode, line.station.returncode
+    if any(codes) or not line.statuses:
+        print(f"the node ended with {codes[0]}, the station with {codes[1]}")
+        return 1
+    print(f"what decides had a core for {spent[0]:.1f} s, {spent[0] / seconds:.1%} of the time,", end="")
+    print(f" and waited {spent[1]:.1f} s for one")
+    if watchers:
+        sent = [watcher.bytes / 1e6 for watcher in watchers]
+        print(f"{len(sent)} watchers were sent {sum(sent):.0f} MB, each {min(sent):.0f} at least")
+    wrong = report(options, seconds, line.statuses[-1], sizes)
+    if any(not watcher.bytes for watcher in watchers):
+        wrong.append("somebody saw nothing of the dashboard")
+    for what in wrong:
+        print(what)
+    return 1 if wrong else 0
 
 
-def report(options, seconds, status, sizes, remarks):
-    print(remarks, end="")
+def report(options, seconds, status, sizes):
+    """Prints how it went; what went wrong."""
     missed = sum(status["missed"].values())
     print(f"{status['seen']} items in {seconds:.0f} s, {status['seen'] / seconds:.0f} a second;", end=" ")
     print(f"{status['picked']} picked, {missed} missed; refused {status['rejected'] or 'nothing'}")
@@ -169,19 +149,20 @@ def report(options, seconds, status, sizes, remarks):
     for share in (0.1, 0.2, 0.4, 0.6, 0.8, 1):
         at, size, _ = sizes[min(int(share * len(sizes)), len(sizes) - 1)]
         print(f" {size:.1f} after {at:.0f} s", end=",")
-    peak = sizes[-1][2]
-    print(f" peak {peak:.1f}")
-    settled = sizes[2 * len(sizes) // 5][1]
+    print(f" peak {sizes[-1][2]:.1f}")
+    later = sizes[2 * len(sizes) // 5 :]
+    # At the very beginning a library may need more for a moment.
+    highest = max(size for _, size, _ in later)
+    if later[-1][2] > later[0][2]:
+        highest = later[-1][2]
     wrong = []
     if status["seen"] != options.items or status["seen"] != status["picked"] + missed:
         wrong.append("items were lost")
     if status["rejected"]:
         wrong.append("messages were refused")
-    if peak > 1.1 * settled + 1:
+    if highest > 1.1 * later[0][1] + 1:
         wrong.append("memory grew")
-    for what in wrong:
-        print(what)
-    return 1 if wrong else 0
+    return wrong
 
 
 if __name__ == "__main__":

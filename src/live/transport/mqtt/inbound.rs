@@ -75,12 +75,13 @@ impl Inbound {
     pub fn run(mut self, mut news: Receiver<News>) {
         while let Some(news) = news.blocking_recv() {
             let (heard, order) = match news {
-                News::Message(connection, publish) => {
+                News::Message(connection, mut publish) => {
                     let heard = self.read(connection, &publish);
-                    (
-                        heard,
-                        Some(Order::Acknowledge(connection, Box::new(publish))),
-                    )
+                    // The acknowledgement may have to wait; what was read need not.
+                    (publish.topic, publish.payload) = Default::default();
+                    publish.properties = None;
+                    let order = Order::Acknowledge(connection, Box::new(publish));
+                    (heard, Some(order))
                 }
                 News::Greeted(connection) if self.side == Side::Node => {
                     (self.rise(connection), None)

@@ -35,6 +35,8 @@ const UNHEEDED: u16 = 512;
 /// Packets larger than this [bytes] are not even delivered; payloads that are too long for
 /// a line but shorter are refused and counted.
 const LARGEST_PACKET: u32 = 1 << 20;
+/// Requests that the connection has not taken yet; few, as what waits is counted elsewhere.
+const REQUESTS: usize = 64;
 /// How long the broker is given to take leave.
 const FAREWELL: Duration = Duration::from_secs(1);
 /// How long the broker keeps what is meant for a client that is away [s]: the node takes
@@ -136,6 +138,8 @@ fn options(settings: &Settings, client: &str) -> Result<MqttOptions> {
         .set_max_packet_size(Some(LARGEST_PACKET))
         .set_session_expiry_interval(Some(KEPT));
     options.set_ack_mode(rumqttc::AckMode::Manual);
+    // Acknowledgements leave together, or they could not keep up with what comes in.
+    options.set_max_request_batch(REQUESTS);
     // Messages are short and must not wait for more of them.
     let mut network = options.network_options();
     network.set_tcp_nodelay(true);

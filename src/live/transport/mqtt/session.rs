@@ -4,7 +4,7 @@ use super::inbound::{Inbound, News, Order, Presence};
 use super::outbound::Outbound;
 use super::topics::Topics;
 use super::url::Broker;
-use super::{UNHEEDED, trouble};
+use super::{REQUESTS, UNHEEDED, trouble};
 use crate::error::Error;
 use crate::live::ClockKind;
 use crate::live::protocol::Message;
@@ -19,18 +19,13 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::SyncSender;
 use std::thread;
-use std::time::Duration;
 use tokio::sync::mpsc::{Receiver, Sender, UnboundedReceiver, channel, unbounded_channel};
 use tokio::sync::{oneshot, watch};
 
-/// Requests that the connection has not taken yet; few, as what waits is counted elsewhere.
-const REQUESTS: usize = 16;
 /// Room for messages that need no acknowledgement, and for what happens to the connection.
 const SPARE: usize = 256;
 /// What is said, once, where they find no room.
 const FLOODED: &str = "messages with QoS 0 come faster than they are taken in; some are lost";
-/// Time until a full queue of requests is tried again.
-const BREATH: Duration = Duration::from_millis(1);
 
 /// A connection and all it needs.
 pub struct Session {
@@ -268,7 +263,7 @@ impl Session {
     async fn obey(
         &self,
         client: &AsyncClient,
-        current: watch::Receiver<u64>,
+        mut current: watch::Receiver<u64>,
         mut todo: UnboundedReceiver<Order>,
     ) {
         while let Some(order) = todo.recv().await {
@@ -278,8 +273,11 @@ impl Session {
                 }
                 Order::Acknowledge(connection, publish) => {
                     // Another connection knows nothing of it: the broker sends it again.
-                    while *current.borrow() == connection && client.try_ack(&publish).is_err() {
-                        tokio::time::sleep(BREATH).await;
+                    if *current.borrow_and_update() == connection {
+                        tokio::select! {
+                            _ = client.ack(&publish) => {}
+                            _ = current.changed() => {}
+                        }
                     }
                 }
             }
