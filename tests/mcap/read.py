@@ -1,5 +1,6 @@
 """Reads recordings of `pickline run --record` with the mcap package: every message by its
-schema, the metadata, the index of one that was finished, and one that was killed."""
+schema, the metadata, the index of one that was finished, and one that was killed. What
+Foxglove's library found in them (read.mjs) must be as much."""
 
 import collections
 import json
@@ -13,7 +14,7 @@ from mcap.stream_reader import StreamReader
 from mcap.records import Channel, Message, Schema
 
 PROTOCOL = "1"
-folder = pathlib.Path(sys.argv[1])
+folder, found_by_foxglove = pathlib.Path(sys.argv[1]), json.loads(sys.argv[2])
 failures = []
 
 
@@ -58,7 +59,13 @@ def whole(name):
         check(fields.get(field), f"{name}: metadata lack {field}")
     check("--record" in fields["command"], f"{name}: {fields['command']}")
     check("[[robot]]" in fields["station"], f"{name}: no station")
+    compare(name, counts)
     return counts, metadata
+
+
+def compare(name, counts):
+    there = found_by_foxglove[name]
+    check(there == counts, f"{name}: {counts}, but Foxglove's library finds {there}")
 
 
 counts, _ = whole("messages.mcap")
@@ -73,7 +80,7 @@ check(counts["/node/step"] > 0 < counts["/out/status"], f"steps: {counts}")
 check(json.loads(metadata["state"]["state"])["claims"], "no claims in the state")
 
 # What was killed has no index; it is read from its beginning, as far as it goes.
-schemas, channels, validators, read = {}, {}, {}, 0
+schemas, channels, validators, counts = {}, {}, {}, collections.Counter()
 with open(folder / "killed.mcap", "rb") as file:
     try:
         for record in StreamReader(file, validate_crcs=True).records:
@@ -85,10 +92,11 @@ with open(folder / "killed.mcap", "rb") as file:
                 channel = channels[record.channel_id]
                 schema = schemas[channel.schema_id]
                 check_message("killed.mcap", schema, channel, record, validators)
-                read += channel.topic == "/out/task"
+                counts[channel.topic] += 1
     except EndOfFile:
         pass
-check(read > 0, "killed.mcap: no task")
+check(counts["/out/task"] > 0, "killed.mcap: no task")
+compare("killed.mcap", counts)
 
 for failure in failures[:20]:
     print(f"tests/mcap/read.py: {failure}", file=sys.stderr)

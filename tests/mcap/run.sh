@@ -1,10 +1,14 @@
 #!/usr/bin/env bash
-# Reads recordings of live runs with the mcap package of Python, as others would.
+# Reads recordings of live runs as others would: with Foxglove's library, and with the mcap
+# package of Python.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 . tests/venv.sh
+. tests/modules.sh
 venv mcap
+modules mcap
 # Writes the recordings. Arguments go to `cargo test`, as in tests/run.sh.
 rm -rf "$target/tmp/mcap"
 cargo test --locked --quiet --test live_recording "$@"
-"$python" tests/mcap/read.py "$target/tmp/mcap"
+found=$(node tests/mcap/read.mjs "$target/tmp/mcap")
+"$python" tests/mcap/read.py "$target/tmp/mcap" "$found"

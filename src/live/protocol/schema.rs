@@ -36,14 +36,16 @@ fn kinds<M: JsonSchema>(generator: &mut SchemaGenerator) -> Value {
     {
         if let Some(properties) = kind.get_mut("properties").and_then(Value::as_object_mut) {
             let about = "Version of the protocol.";
-            properties.insert("v".into(), json!({"const": VERSION, "description": about}));
+            let version = json!({"type": "integer", "const": VERSION, "description": about});
+            properties.insert("v".into(), version);
         }
     }
     schema
 }
 
 /// The schema of each kind of message by itself, as an object of plain fields: the tools
-/// that read recordings follow no references and know no alternatives.
+/// that read recordings follow no references, know no alternatives, and give up where an
+/// object has no `properties` or a field no `type`.
 pub fn schemas_of<M: JsonSchema>() -> Vec<(String, Value)> {
     let mut generator = SchemaGenerator::default();
     let all = kinds::<M>(&mut generator);
@@ -87,6 +89,10 @@ fn plain(schema: &Value, defs: &Map<String, Value>) -> Value {
     }
     // `kind` and `v` are not among the fields of the type.
     fields.remove("additionalProperties");
+    if fields.get("type").is_some_and(|kind| kind == "object") {
+        // Counts by name: which names, nobody knows before.
+        fields.entry("properties").or_insert_with(|| json!({}));
+    }
     let fields = fields.iter();
     fields
         .map(|(name, value)| (name.clone(), plain(value, defs)))
@@ -153,6 +159,8 @@ mod tests {
         };
         assert_eq!(find("detection", "/properties/id/type"), "string");
         assert_eq!(find("detection", "/properties/v/const"), VERSION);
+        assert_eq!(find("detection", "/properties/v/type"), "integer");
+        assert_eq!(find("status", "/properties/rejected/properties"), json!({}));
         assert_eq!(find("task", "/properties/meet/properties/x/type"), "number");
         assert_eq!(find("result", "/properties/result/enum/1"), "GRASP_FAIL");
         assert_eq!(find("robot", "/properties/state/enum/0"), "idle");
