@@ -1,5 +1,5 @@
 //! The live protocol over ROS 2. `tests/ros2/run.sh` installs the other DDS implementation
-//! that some of it is tested against.
+//! that some of it is tested against, and builds the interface package.
 #![cfg(all(unix, feature = "ros2"))]
 
 #[path = "../common/programs.rs"]
@@ -7,6 +7,7 @@ mod programs;
 
 use pickline::live::transport::ros2::messages::{Time, all};
 use programs::Program;
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -53,42 +54,38 @@ fn line(folder: &Path, items: u32) -> String {
     format!("--station {}", station.display())
 }
 
+/// What run.sh has made ready.
+fn prepared(variable: &str) -> PathBuf {
+    let found = std::env::var_os(variable);
+    found.map(PathBuf::from).unwrap_or_else(|| {
+        panic!("run tests/ros2/run.sh, which installs what is needed and sets {variable}")
+    })
+}
+
 #[test]
 fn the_definitions_are_those_of_the_interface_package() {
-    let mut checked = 0;
+    // As ROS's own tools have read it when they built the package.
+    let read = fs::read_to_string(prepared("PICKLINE_ROS2_FIELDS")).unwrap();
+    let mut read: BTreeMap<String, Vec<(String, String)>> = serde_json::from_str(&read).unwrap();
     for message in all() {
         if message.package != "pickline_interfaces" {
             continue;
         }
-        let file = package().join(format!("msg/{}.msg", message.name));
-        let text = fs::read_to_string(&file).unwrap();
-        let lines = text
-            .lines()
-            .map(|line| line.split('#').next().unwrap().trim());
-        let fields = lines.filter(|line| !line.is_empty() && !line.contains('='));
-        let fields = fields.map(|line| {
-            let (kind, name) = line.split_once(' ').unwrap();
-            let local = kind.starts_with(char::is_uppercase);
-            let package = if local { "pickline_interfaces/" } else { "" };
-            (format!("{package}{kind}"), name.trim())
-        });
-        assert_eq!(
-            fields.collect::<Vec<_>>(),
-            message.fields,
-            "{}",
-            file.display()
-        );
-        checked += 1;
+        let fields = message.fields.into_iter();
+        let fields: Vec<_> = fields.map(|(kind, name)| (kind, name.to_owned())).collect();
+        assert_eq!(read.remove(message.name), Some(fields), "{}", message.name);
     }
-    let files: Vec<_> = fs::read_dir(package().join("msg")).unwrap().collect();
-    assert_eq!(files.len(), checked);
+    assert_eq!(read.keys().collect::<Vec<_>>(), [""; 0]);
+    // Nothing in the folder is left out of the build.
     let build = fs::read_to_string(package().join("CMakeLists.txt")).unwrap();
-    for file in files {
-        let name = file.unwrap().file_name().into_string().unwrap();
-        assert!(
-            build.contains(&format!("\"msg/{name}\"")),
-            "CMakeLists.txt lacks {name}"
-        );
+    for folder in ["msg", "action"] {
+        for file in fs::read_dir(package().join(folder)).unwrap() {
+            let name = file.unwrap().file_name().into_string().unwrap();
+            assert!(
+                build.contains(&format!("\"{folder}/{name}\"")),
+                "CMakeLists.txt lacks {name}"
+            );
+        }
     }
 }
 
@@ -137,9 +134,7 @@ fn run_and_emulate_find_each_other() {
 }
 
 fn against_cyclone(test: u32, arguments: &str, peer: &[&str]) {
-    let Some(python) = std::env::var_os("PICKLINE_ROS2_PYTHON") else {
-        panic!("run tests/ros2/run.sh, which installs Cyclone DDS and sets PICKLINE_ROS2_PYTHON");
-    };
+    let python = prepared("PICKLINE_ROS2_PYTHON");
     let folder = tempfile::tempdir().unwrap();
     let domain = domain(test).to_string();
     let line = line(folder.path(), 0);
@@ -200,6 +195,83 @@ fn robots_and_camera_of_another_dds_implementation() {
 #[test]
 fn a_camera_that_is_not_reliable() {
     against_cyclone(3, "--ros2-best-effort", &["best-effort"]);
+}
+
+#[test]
+fn the_first_of_two_nodes_in_a_namespace_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let (pattern, journal) = (
+        folder.path().join("pattern.csv"),
+        folder.path().join("journal"),
+    );
+    let line = format!(
+        "{} --ros2 --ros2-domain {}",
+        line(folder.path(), 20),
+        domain(4)
+    );
+    let emulate = format!("emulate --pattern {} {line}", pattern.display());
+    let run = format!("run --journal {} {line}", journal.display());
+    let mut station = Program::pickline(&emulate, &[]);
+    let mut node = Program::pickline(&run, &[]);
+    programs::wait_for("a task", || {
+        fs::read_to_string(&journal).is_ok_and(|text| text.contains("\"claims\""))
+    });
+    let mut second = Program::pickline(&format!("run {line}"), &[]);
+    let (code, remarks) = second.finish();
+    assert_eq!(code, Some(2), "{remarks}");
+    assert!(
+        remarks.contains("another node gives tasks under /pickline") && remarks.contains("cure: "),
+        "{remarks}"
+    );
+    // Another line of the same domain is no rival.
+    let other = format!("run --ros2-namespace line2 {line}");
+    let mut other = Program::pickline(&other, &[]);
+    let (code, remarks) = station.finish();
+    assert_eq!(code, Some(0), "{remarks}");
+    assert!(remarks.contains("20 of 20 items in the bins"), "{remarks}");
+    // One that was killed is in nobody's way.
+    node.signal("KILL");
+    node.finish();
+    let mut next = Program::pickline(&format!("run {line}"), &[]);
+    let mut station = Program::pickline(&emulate, &[]);
+    let (code, remarks) = station.finish();
+    assert_eq!(code, Some(0), "{remarks}");
+    assert!(remarks.contains("20 of 20 items in the bins"), "{remarks}");
+    for node in [&mut next, &mut other] {
+        node.signal("TERM");
+        let (code, remarks) = node.finish();
+        assert_eq!(code, Some(0), "{remarks}");
+    }
+}
+
+#[test]
+fn one_of_two_nodes_that_come_together_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = format!(
+        "run {} --ros2 --ros2-domain {}",
+        line(folder.path(), 0),
+        domain(5)
+    );
+    let mut nodes = [(); 2].map(|()| Program::pickline(&run, &[]));
+    programs::wait_for("one to give way", || {
+        nodes.iter_mut().any(|node| !node.is_running())
+    });
+    let stays = nodes.iter_mut().position(Program::is_running);
+    let (stays, goes) = (stays.unwrap(), 1 - stays.unwrap());
+    let (code, remarks) = nodes[goes].finish();
+    assert_eq!(code, Some(2), "{remarks}");
+    assert!(remarks.contains("another node gives tasks"), "{remarks}");
+    // It has work to do: it is not still waiting for the other.
+    let emulate = run.replace("run ", "emulate --pattern PATTERN ");
+    fs::write(folder.path().join("pattern.csv"), "id,x,y\na,0,0\n").unwrap();
+    let pattern = folder.path().join("pattern.csv").display().to_string();
+    let mut station = Program::pickline(&emulate.replace("PATTERN", &pattern), &[]);
+    let (code, remarks) = station.finish();
+    assert_eq!(code, Some(0), "{remarks}");
+    assert!(remarks.contains("1 of 1 items in the bins"), "{remarks}");
+    nodes[stays].signal("TERM");
+    let (code, remarks) = nodes[stays].finish();
+    assert_eq!(code, Some(0), "{remarks}");
 }
 
 #[test]

@@ -9,6 +9,7 @@ mod incoming;
 pub mod messages;
 mod node;
 mod outgoing;
+mod rivals;
 mod turns;
 mod wires;
 

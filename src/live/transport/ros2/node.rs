@@ -1,6 +1,7 @@
 //! The node in the ROS graph: made, spun, and listened to.
 
 use super::messages::RosMessage;
+use super::rivals::{Stance, Watch};
 use super::turns::{Endless, Origin, Turns};
 use super::wires::{Mouth, NodeEars, StationEars, Wires};
 use super::{Settings, incoming, outgoing};
@@ -58,6 +59,7 @@ pub fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) -> Resu
     let context = context.map_err(|error| failed(error.to_string()))?;
     let node = context.new_node(name, options);
     let mut node = node.map_err(|error| failed(format!("{error:?}")))?;
+    let watch = Watch::new(&context, &settings.namespace);
     let mut wires = Wires {
         node: &mut node,
         settings,
@@ -77,6 +79,7 @@ pub fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) -> Resu
         number,
         side: settings.side,
         frame: settings.frame.clone(),
+        namespace: settings.namespace.clone(),
         turns: settings.turns.then(RefCell::default),
         inbox,
     };
@@ -90,7 +93,7 @@ pub fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) -> Resu
             tokio::select! {
                 _ = spinner.spin() => {}
                 () = listener.listen(&ears) => {}
-                () = listener.look_around(&node, &mouth_too, &ears, &up_too) => {}
+                () = listener.look_around(&node, &mouth_too, &ears, &up_too, watch) => {}
                 _ = ended => {}
             }
         });
@@ -142,6 +145,7 @@ struct Listener {
     number: u64,
     side: Side,
     frame: String,
+    namespace: String,
     /// With message time, what is held until a turn is over.
     turns: Option<RefCell<Turns>>,
     inbox: SyncSender<Heard>,
@@ -245,12 +249,26 @@ impl Listener {
     }
 
     /// Tells when somebody comes or goes.
-    async fn look_around(&self, node: &Node, mouth: &Mouth, ears: &Ears, up: &AtomicBool) {
+    async fn look_around(
+        &self,
+        node: &Node,
+        mouth: &Mouth,
+        ears: &Ears,
+        up: &AtomicBool,
+        mut watch: Watch,
+    ) {
         let mut steady = 0;
         loop {
             tokio::time::sleep(GLANCE).await;
             let hears = match ears {
-                Ears::Node(_) => true,
+                Ears::Node(_) => {
+                    let stance = watch.look(up.load(Ordering::Relaxed));
+                    let heard = self.tell_of_rivals(stance);
+                    if heard.is_some_and(|heard| self.inbox.send(heard).is_err()) {
+                        return;
+                    }
+                    matches!(stance, Stance::Stay | Stance::Warn)
+                }
                 Ears::Station(ears) => ears.tasks.get_publisher_count(node) > 0,
             };
             let there = hears && mouth.is_heard(node);
@@ -265,6 +283,19 @@ impl Listener {
             if self.inbox.send(heard).is_err() {
                 return;
             }
+        }
+    }
+    /// What is to be said of another node.
+    fn tell_of_rivals(&self, stance: Stance) -> Option<Heard> {
+        let problem = format!("another node gives tasks under {}", self.namespace);
+        match stance {
+            Stance::Stay | Stance::Wait => None,
+            Stance::Warn => Some(Heard::Remark(problem)),
+            Stance::GiveWay => Some(Heard::Failed(Error::input(
+                "--ros2",
+                problem,
+                "stop it, or give this one a --ros2-namespace of its own",
+            ))),
         }
     }
 }

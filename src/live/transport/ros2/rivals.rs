@@ -1,0 +1,163 @@
+//! Other nodes that give tasks under the same namespace: robots would be sent after one
+//! item twice. The one that came first stays.
+
+use ros2_client::Context;
+use rustdds::{DomainParticipant, GUID, RTPSEntity};
+use std::collections::BTreeSet;
+use std::time::{Duration, Instant};
+
+/// A node that was alone for so long came first.
+const ALONE: Duration = Duration::from_secs(5);
+/// Of two that come at the same time, the one that may stay gives the other so long to go.
+const COURTESY: Duration = Duration::from_secs(5);
+
+/// How often one that stays looks, as graphs may be large.
+const GLANCE: Duration = Duration::from_secs(1);
+
+/// What to do about others.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stance {
+    /// There is nothing to do.
+    Stay,
+    /// Give no tasks until it is known who stays.
+    Wait,
+    /// Stay, and tell the user that somebody has come.
+    Warn,
+    /// Another one was first.
+    GiveWay,
+}
+
+/// Looks for others.
+pub struct Watch {
+    participant: DomainParticipant,
+    topic: String,
+    began: Instant,
+    looked: Duration,
+    rivals: Rivals<GUID>,
+}
+
+impl Watch {
+    /// Watches the tasks under `namespace`, which begins with `/`.
+    pub fn new(context: &Context, namespace: &str) -> Self {
+        let participant = context.domain_participant();
+        let own = participant.guid();
+        Self {
+            participant,
+            // As ROS names its topics in DDS.
+            topic: format!("rt{namespace}/tasks"),
+            began: Instant::now(),
+            looked: Duration::ZERO,
+            rivals: Rivals::new(own),
+        }
+    }
+
+    /// Looks who is there now; `up` is whether the robots listen to this node already.
+    pub fn look(&mut self, up: bool) -> Stance {
+        let now = self.began.elapsed();
+        if self.rivals.stays && now < self.looked + GLANCE {
+            return Stance::Stay;
+        }
+        self.looked = now;
+        let own = self.participant.guid().prefix;
+        let writers = self.participant.discovered_writers().into_iter();
+        let others =
+            writers.filter(|writer| writer.publication_topic_data.topic_name == self.topic);
+        let others = others.map(|writer| writer.writer_proxy.remote_writer_guid);
+        let others = others.filter(|writer| writer.prefix != own).collect();
+        self.rivals.judge(&others, up, now)
+    }
+}
+
+/// What is known of others, each by an id; ids begin with what tells programs apart.
+struct Rivals<Id> {
+    own: Id,
+    /// Whether this one came first.
+    stays: bool,
+    /// Since when there is another.
+    met: Option<Duration>,
+    /// Whom the user knows of.
+    told: BTreeSet<Id>,
+}
+
+impl<Id: Ord + Copy> Rivals<Id> {
+    fn new(own: Id) -> Self {
+        Self {
+            own,
+            stays: false,
+            met: None,
+            told: BTreeSet::new(),
+        }
+    }
+
+    /// What to do, so long after the start, about these others.
+    fn judge(&mut self, others: &BTreeSet<Id>, up: bool, now: Duration) -> Stance {
+        self.stays |= up || (others.is_empty() && now >= ALONE);
+        if others.is_empty() {
+            self.met = None;
+            return Stance::Stay;
+        }
+        if self.stays {
+            let known = others.is_subset(&self.told);
+            self.told.extend(others);
+            return if known { Stance::Stay } else { Stance::Warn };
+        }
+        // Both come to the same answer, so one of them stays; if the other has been there
+        // all along, it does not go, and this one must.
+        let met = *self.met.get_or_insert(now);
+        if others.iter().any(|other| *other < self.own) || now - met > COURTESY {
+            Stance::GiveWay
+        } else {
+            Stance::Wait
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn after(seconds: f64) -> Duration {
+        Duration::from_secs_f64(seconds)
+    }
+
+    #[test]
+    fn who_was_there_first_stays() {
+        let (nobody, other) = (BTreeSet::new(), BTreeSet::from([1]));
+        for up in [false, true] {
+            let mut rivals = Rivals::new(2);
+            assert_eq!(rivals.judge(&nobody, up, after(0.0)), Stance::Stay);
+            assert_eq!(rivals.judge(&nobody, up, after(5.0)), Stance::Stay);
+            assert_eq!(rivals.judge(&other, up, after(6.0)), Stance::Warn);
+            assert_eq!(rivals.judge(&other, up, after(99.0)), Stance::Stay);
+            let more = BTreeSet::from([1, 3]);
+            assert_eq!(rivals.judge(&more, up, after(100.0)), Stance::Warn);
+        }
+        let mut rivals = Rivals::new(2);
+        assert_eq!(rivals.judge(&other, false, after(0.1)), Stance::GiveWay);
+    }
+
+    #[test]
+    fn one_of_two_that_come_together_stays() {
+        let mut first = Rivals::new(1);
+        let mut second = Rivals::new(2);
+        let nobody = BTreeSet::new();
+        assert_eq!(
+            first.judge(&BTreeSet::from([2]), false, after(0.1)),
+            Stance::Wait
+        );
+        assert_eq!(
+            second.judge(&BTreeSet::from([1]), false, after(0.1)),
+            Stance::GiveWay
+        );
+        assert_eq!(first.judge(&nobody, false, after(1.0)), Stance::Stay);
+    }
+
+    #[test]
+    fn one_that_stays_is_not_waited_for() {
+        let other = BTreeSet::from([2]);
+        let mut rivals = Rivals::new(1);
+        assert_eq!(rivals.judge(&other, false, after(1.0)), Stance::Wait);
+        assert_eq!(rivals.judge(&other, false, after(6.0)), Stance::Wait);
+        assert_eq!(rivals.judge(&other, false, after(6.1)), Stance::GiveWay);
+    }
+}
