@@ -10,6 +10,7 @@ mod kept;
 mod live;
 #[cfg(feature = "mqtt")]
 mod mqtt;
+mod node;
 mod optimize;
 mod pattern;
 mod pattern_set;

@@ -5,19 +5,22 @@
 //! the same code that a simulation runs.
 
 mod decide;
+mod due;
 mod figures;
+mod hearing;
 mod items;
+mod plans;
 mod recovery;
 mod tasks;
 mod watch;
 
-use super::belt::{Change, Motion};
+use super::belt::Motion;
 use super::claims::Claim;
 use super::clock::{Clock, ClockKind};
 use super::items::Items;
 use super::latency::Histogram;
-use super::protocol::{BeltState, Due, Incoming, MissedCounts, Outgoing, Rejected, Rejection};
-use super::robots::{RobotInfo, Service, Wait};
+use super::protocol::{MissedCounts, Outgoing, Rejection};
+use super::robots::RobotInfo;
 use super::windows::Windows;
 use crate::decision::{BeltItem, Candidate, Strategy};
 use crate::station::Station;
@@ -181,158 +184,5 @@ impl Controller {
 
     fn note(&mut self, what: &'static str) {
         *self.noted.entry(what.into()).or_default() += 1;
-    }
-
-    /// Takes a message.
-    ///
-    /// # Errors
-    /// A message that cannot be heeded; it is counted, and nothing has changed.
-    pub fn handle(&mut self, message: Incoming) -> Result<(), Rejected> {
-        let result = self.heed(message);
-        if let Err(rejected) = &result {
-            self.count_rejected(rejected.reason);
-        }
-        result
-    }
-
-    fn heed(&mut self, message: Incoming) -> Result<(), Rejected> {
-        let time = self.clock.believe(message.stamp())?;
-        if self.clock.kind == ClockKind::Messages && time > self.clock.now {
-            // What was due before this came is decided without it.
-            self.settle(time, false);
-        }
-        match message {
-            Incoming::Detection(detection) => self.detect(time, detection),
-            Incoming::Belt(belt) => {
-                self.heed_belt(time, &belt);
-                Ok(())
-            }
-            Incoming::Robot(robot) => self.heed_robot(time, &robot),
-            Incoming::Ack(ack) => self.heed_ack(ack.task),
-            Incoming::Result(report) => self.heed_result(time, &report),
-            Incoming::Tick { stamp } => {
-                if self.clock.kind == ClockKind::Messages {
-                    self.settle(time, true);
-                    let next = self.next_due().map(|time| self.clock.stamp(time));
-                    self.output.push(Outgoing::Due(Due { stamp, next }));
-                }
-                Ok(())
-            }
-        }
-    }
-
-    /// With the system clock: the time is `stamp` [s since 1970], and what is due is done.
-    pub fn advance(&mut self, stamp: f64) {
-        if self.clock.kind == ClockKind::System {
-            let time = self.clock.time(stamp);
-            // Decisions are never made in the past: the robots could not leave then.
-            self.clock.now = self.clock.now.max(time);
-            self.settle(self.clock.now, true);
-        }
-    }
-
-    /// With message time: no further message comes.
-    pub fn finish(&mut self) {
-        if self.clock.kind == ClockKind::Messages {
-            self.settle(self.clock.now, true);
-        }
-    }
-
-    /// Stamp at which something is due if no message comes [s].
-    pub fn next_stamp(&mut self) -> Option<f64> {
-        self.next_due().map(|time| self.clock.stamp(time))
-    }
-
-    fn next_due(&mut self) -> Option<f64> {
-        let decision = self.next_decision().map(|(time, _)| time);
-        let deadline = self.next_deadline().map(|(time, _)| time);
-        decision.into_iter().chain(deadline).reduce(f64::min)
-    }
-
-    /// Does what is due up to `until` [s], that moment included or not, in order of time.
-    fn settle(&mut self, until: f64, included: bool) {
-        let is_due = |time: f64| time < until || (included && time == until);
-        loop {
-            if !self.awaits_belt && self.motion.is_off(self.clock.now) {
-                self.plan_anew();
-            }
-            let deadline = self.next_deadline().filter(|(time, _)| is_due(*time));
-            let decision = self.next_decision().filter(|(time, _)| is_due(*time));
-            let first = [
-                deadline.map(|(time, _)| time),
-                decision.map(|(time, _)| time),
-            ];
-            let first = first.into_iter().flatten().fold(f64::INFINITY, f64::min);
-            if is_due(self.next_status) && self.next_status < first {
-                // As things are then: what is due at the same time is done before.
-                self.clock.now = self.clock.now.max(self.next_status);
-                self.next_status += self.config.status_every;
-                self.forget_gone();
-                self.report(false, 0);
-                continue;
-            }
-            match (deadline, decision) {
-                (Some((at, task)), decision) if decision.is_none_or(|(time, _)| at <= time) => {
-                    self.clock.now = self.clock.now.max(at);
-                    self.overdue(task);
-                }
-                (_, Some((time, robot))) => {
-                    self.clock.now = self.clock.now.max(time);
-                    self.decide(robot);
-                }
-                _ => break,
-            }
-        }
-        self.clock.now = self.clock.now.max(until);
-        self.forget_gone();
-    }
-
-    fn heed_belt(&mut self, time: f64, belt: &BeltState) {
-        let resets = self.motion.encoder_resets();
-        match self.motion.heed(time, belt) {
-            Change::Late => self.note("late_belt"),
-            Change::None | Change::Plan if self.awaits_belt => {
-                self.awaits_belt = false;
-                self.be_patient();
-                self.plan_anew();
-            }
-            Change::None => {}
-            Change::Plan => self.plan_anew(),
-        }
-        if self.motion.encoder_resets() > resets {
-            self.note("encoder_reset");
-        }
-    }
-
-    /// The belt is not where plans put it: windows, tasks and waits are made anew.
-    fn plan_anew(&mut self) {
-        self.motion.plan_anew(self.clock.now);
-        self.plan_station();
-        let tasks: Vec<u64> = self.claims.keys().copied().collect();
-        for task in tasks {
-            self.follow(task);
-        }
-        self.rebuild_windows();
-    }
-
-    fn plan_station(&mut self) {
-        let backwards = self.motion.speed() < 0.0;
-        let station = self.nominal.with_belt_speed(self.motion.planned_speed());
-        self.planning = station.ok().filter(|_| !backwards);
-    }
-
-    /// Makes all windows anew and wakes whoever waits: the plans they waited by are void.
-    fn rebuild_windows(&mut self) {
-        self.windows.iter_mut().for_each(Windows::clear);
-        let free: Vec<u32> = self.items.iter().map(|(item, _)| item).collect();
-        for item in free {
-            self.open_windows(item);
-        }
-        for robot in &mut self.robots {
-            if robot.service == Service::Ready && robot.wait != Wait::No {
-                robot.free_at = self.clock.now;
-                robot.wait = Wait::No;
-            }
-        }
     }
 }

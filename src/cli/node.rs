@@ -1,0 +1,231 @@
+//! The loop of `pickline run`: peers, controller, journal, recording and dashboard.
+
+use super::args::TransportArgs;
+use super::dashboard::Screen;
+use super::kept::Kept;
+use super::live::{GLANCE, unix_now, until};
+use crate::error::Result;
+use crate::live::protocol::{Outgoing, Rejected, decode};
+use crate::live::recording::Event;
+use crate::live::transport::{Heard, Hub};
+use crate::live::{ClockKind, Controller};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+/// Messages heeded before what is due is looked at again.
+const AT_ONCE: usize = 64;
+
+/// The controller with its peers, and all that a run keeps and shows.
+pub struct Node<'a> {
+    /// What decides.
+    pub controller: Controller,
+    /// The peers.
+    pub hub: Hub,
+    /// What is kept on disk.
+    pub kept: Kept,
+    /// Where the line is shown.
+    pub screen: Screen,
+    /// How it talks, and whether it remarks.
+    pub transport: &'a TransportArgs,
+    /// Peers that may still say something.
+    pub talking: usize,
+    /// Time between two statuses with the system clock [s]; 0 is never.
+    pub status_every: f64,
+}
+
+impl Node<'_> {
+    /// Runs the line until it is told to stop or nobody has more to say, and says where
+    /// things stand then.
+    ///
+    /// # Errors
+    /// A peer or a journal with which it cannot go on.
+    pub fn go(&mut self, stop: &AtomicBool) -> Result<()> {
+        if self.hub.is_stdio() {
+            // Stdin and stdout are there from the start. What a journal tells of may not
+            // have reached them.
+            self.welcome();
+        }
+        match self.transport.clock() {
+            ClockKind::System => self.go_by_the_clock(stop),
+            ClockKind::Messages => self.go_by_the_messages(stop),
+        }?;
+        self.end(stop.load(Ordering::Relaxed))
+    }
+
+    /// Takes messages as they come and does what is due when it is, until told to stop or
+    /// stdin ends.
+    fn go_by_the_clock(&mut self, stop: &AtomicBool) -> Result<()> {
+        let mut next_status = unix_now() + self.status_every;
+        while !stop.load(Ordering::Relaxed) {
+            let now = unix_now();
+            let held = self.hub.is_stalled();
+            self.controller.hold(held);
+            self.controller.advance(now);
+            self.kept.happened(&Event::Step { stamp: now, held });
+            if self.status_every > 0.0 && now >= next_status {
+                next_status = now + self.status_every;
+                self.report(false, self.hub.queued() as u64);
+            }
+            self.speak()?;
+            self.screen.show(&self.controller, &self.hub);
+            let due = self.controller.next_stamp();
+            let due = due.map_or(next_status, |due| due.min(next_status));
+            let mut patience = until(Some(due));
+            // Whatever was heard is in the journal before the next wait.
+            self.kept.rest(&mut self.controller)?;
+            for _ in 0..AT_ONCE {
+                let Some(heard) = self.hub.hear(patience) else {
+                    break;
+                };
+                patience = Duration::ZERO;
+                match heard {
+                    Heard::Left(0) => return Ok(()),
+                    Heard::Left(number) => self.hub.leave(number),
+                    // What is to be said waits until somebody is there again.
+                    Heard::Down(_) => {}
+                    // Whoever has ended waits for a last word.
+                    Heard::Ended(_) => self.report(false, self.hub.queued() as u64),
+                    heard => self.heed(heard)?,
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes messages until the peers have no more, or told to stop.
+    fn go_by_the_messages(&mut self, stop: &AtomicBool) -> Result<()> {
+        while !stop.load(Ordering::Relaxed) {
+            self.screen.show(&self.controller, &self.hub);
+            match self.hub.hear(GLANCE) {
+                None => {
+                    self.kept.rest(&mut self.controller)?;
+                    continue;
+                }
+                Some(Heard::Left(_) | Heard::Down(_) | Heard::Ended(_)) => {
+                    self.talking = self.talking.saturating_sub(1);
+                    if self.talking == 0 {
+                        self.controller.finish();
+                        self.kept.happened(&Event::Finished {});
+                        break;
+                    }
+                }
+                Some(heard) => self.heed(heard)?,
+            }
+            self.speak()?;
+        }
+        Ok(())
+    }
+
+    fn heed(&mut self, heard: Heard) -> Result<()> {
+        let result = match heard {
+            Heard::Line(_, line) => match decode(&line) {
+                Ok(message) => {
+                    self.kept.heard(&message);
+                    self.controller.handle(message)
+                }
+                Err(rejected) => Err(self.refuse(rejected)),
+            },
+            Heard::Refused(_, rejected) => Err(self.refuse(rejected)),
+            Heard::Joined(stream) => {
+                match self.hub.join(stream) {
+                    Ok(()) => self.welcome(),
+                    Err(error) => self.transport.remark(&format!("a peer is gone: {error}")),
+                }
+                Ok(())
+            }
+            Heard::Up(_) => {
+                self.welcome();
+                Ok(())
+            }
+            Heard::Remark(text) => {
+                self.transport.remark(&text);
+                Ok(())
+            }
+            Heard::Failed(error) => return Err(error),
+            Heard::Left(_) | Heard::Down(_) | Heard::Ended(_) => Ok(()),
+        };
+        if let Err(rejected) = result {
+            let (reason, message) = (rejected.reason.name(), rejected.message);
+            self.transport
+                .remark(&format!("refused ({reason}): {message}"));
+        }
+        Ok(())
+    }
+
+    /// Somebody is there who may not have heard what was said.
+    fn welcome(&mut self) {
+        self.talking += 1;
+        self.controller.send_again();
+        self.kept.happened(&Event::Joined {});
+    }
+
+    /// A line that is no message is counted.
+    fn refuse(&mut self, rejected: Rejected) -> Rejected {
+        self.controller.count_rejected(rejected.reason);
+        let reason = rejected.reason.name().to_owned();
+        self.kept.happened(&Event::Refused { reason });
+        rejected
+    }
+
+    fn report(&mut self, last: bool, queued: u64) {
+        self.controller.report(last, queued);
+        self.kept.happened(&Event::Report { last, queued });
+    }
+
+    /// Sends what the controller has to say, once the journal has what it follows from.
+    fn speak(&mut self) -> Result<()> {
+        let output = self.controller.take_output();
+        self.kept.keep(&mut self.controller, !output.is_empty())?;
+        for message in output {
+            self.kept.said(&message);
+            if self.transport.clock() == ClockKind::Messages {
+                self.hub.send(message);
+                continue;
+            }
+            let matters = match &message {
+                Outgoing::Status(status) => status.last,
+                _ => true,
+            };
+            for number in self.hub.try_send(message, matters) {
+                self.hub.leave(number);
+                self.transport
+                    .remark("a peer did not keep up and was disconnected");
+            }
+        }
+        Ok(())
+    }
+
+    /// Says where things stand.
+    fn end(&mut self, stopped: bool) -> Result<()> {
+        self.controller.stop();
+        self.kept.happened(&Event::Stopped {});
+        // With message time the output depends on the messages only.
+        let queued = match self.transport.clock() {
+            ClockKind::System => self.hub.queued() as u64,
+            ClockKind::Messages => 0,
+        };
+        self.report(true, queued);
+        self.speak()?;
+        let status = self.controller.status(true, 0);
+        let latency = self.controller.latency();
+        if stopped && !status.open_tasks.is_empty() {
+            let open: Vec<String> = status.open_tasks.iter().map(u64::to_string).collect();
+            self.transport
+                .remark(&format!("stopped with open tasks {}", open.join(", ")));
+        }
+        self.transport.remark(&format!(
+            "{} of {} items picked, {} missed, {} on the belt, {} claimed; {} decisions, \
+             p50 {:.3} ms, p99 {:.3} ms, max {:.3} ms",
+            status.picked,
+            status.seen,
+            status.missed.total(),
+            status.on_belt,
+            status.claimed,
+            latency.decisions,
+            latency.p50_ms,
+            latency.p99_ms,
+            latency.max_ms,
+        ));
+        Ok(())
+    }
+}

@@ -1,0 +1,72 @@
+//! What is due, in order of time.
+
+use super::Controller;
+use crate::live::clock::ClockKind;
+
+impl Controller {
+    /// With the system clock: the time is `stamp` [s since 1970], and what is due is done.
+    pub fn advance(&mut self, stamp: f64) {
+        if self.clock.kind == ClockKind::System {
+            let time = self.clock.time(stamp);
+            // Decisions are never made in the past: the robots could not leave then.
+            self.clock.now = self.clock.now.max(time);
+            self.settle(self.clock.now, true);
+        }
+    }
+
+    /// With message time: no further message comes.
+    pub fn finish(&mut self) {
+        if self.clock.kind == ClockKind::Messages {
+            self.settle(self.clock.now, true);
+        }
+    }
+
+    /// Stamp at which something is due if no message comes [s].
+    pub fn next_stamp(&mut self) -> Option<f64> {
+        self.next_due().map(|time| self.clock.stamp(time))
+    }
+
+    pub(super) fn next_due(&mut self) -> Option<f64> {
+        let decision = self.next_decision().map(|(time, _)| time);
+        let deadline = self.next_deadline().map(|(time, _)| time);
+        decision.into_iter().chain(deadline).reduce(f64::min)
+    }
+
+    /// Does what is due up to `until` [s], that moment included or not, in order of time.
+    pub(super) fn settle(&mut self, until: f64, included: bool) {
+        let is_due = |time: f64| time < until || (included && time == until);
+        loop {
+            if !self.awaits_belt && self.motion.is_off(self.clock.now) {
+                self.plan_anew();
+            }
+            let deadline = self.next_deadline().filter(|(time, _)| is_due(*time));
+            let decision = self.next_decision().filter(|(time, _)| is_due(*time));
+            let first = [
+                deadline.map(|(time, _)| time),
+                decision.map(|(time, _)| time),
+            ];
+            let first = first.into_iter().flatten().fold(f64::INFINITY, f64::min);
+            if is_due(self.next_status) && self.next_status < first {
+                // As things are then: what is due at the same time is done before.
+                self.clock.now = self.clock.now.max(self.next_status);
+                self.next_status += self.config.status_every;
+                self.forget_gone();
+                self.report(false, 0);
+                continue;
+            }
+            match (deadline, decision) {
+                (Some((at, task)), decision) if decision.is_none_or(|(time, _)| at <= time) => {
+                    self.clock.now = self.clock.now.max(at);
+                    self.overdue(task);
+                }
+                (_, Some((time, robot))) => {
+                    self.clock.now = self.clock.now.max(time);
+                    self.decide(robot);
+                }
+                _ => break,
+            }
+        }
+        self.clock.now = self.clock.now.max(until);
+        self.forget_gone();
+    }
+}
