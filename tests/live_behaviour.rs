@@ -292,6 +292,65 @@ fn old_news_of_a_robot_do_not_count() {
     assert_eq!(line.task(11.0).item, "a");
 }
 
+/// What a result has announced holds until the robot says something newer.
+#[test]
+fn an_idle_after_a_result_ends_the_wait_that_it_announced() {
+    let tries = [
+        // When the robot says that it is idle, from when on, and when it gets its next task.
+        (2.5, None, 2.6),
+        (2.5, Some(4.0), 4.0),
+        (2.0, None, 10.0),
+        (1.9, None, 10.0),
+        (1.9, Some(1.9), 10.0),
+    ];
+    for (stamp, available, next) in tries {
+        let mut line = Line::new();
+        line.see(0.0, "a", 1.0, -0.2);
+        let first = line.task(0.0);
+        line.ack(0.0, first.id);
+        line.see(0.0, "b", 0.9, -0.2);
+        line.say(&format!(
+            r#""kind":"result","stamp":2,"task":{},"result":"PICKED","available_at":10"#,
+            first.id
+        ));
+        line.idle(2.6);
+        let available = available.map_or(String::new(), |at: f64| format!(r#","available_at":{at}"#));
+        line.say(&format!(
+            r#""kind":"robot","stamp":{stamp},"name":"r1","state":"idle"{available}"#
+        ));
+        let (tasks, _) = line.tick(10.0);
+        let task = &tasks[0];
+        assert_eq!((task.item.as_str(), task.start), ("b", next), "{stamp}");
+        let late = u64::from(stamp < 2.0);
+        assert_eq!(line.status().noted.get("late_robot").copied().unwrap_or(0), late);
+    }
+    // In whichever order the two come: an older result does not undo what was said since.
+    let mut line = Line::new();
+    line.see(0.0, "a", 1.0, -0.2);
+    let first = line.task(0.0);
+    line.ack(0.0, first.id);
+    line.see(0.0, "b", 0.9, -0.2);
+    line.say(r#""kind":"robot","stamp":2.1,"name":"r1","state":"busy","available_at":3"#);
+    line.say(&format!(
+        r#""kind":"result","stamp":2,"task":{},"result":"PICKED","available_at":10"#,
+        first.id
+    ));
+    assert_eq!(line.tick(10.0).0[0].start, 3.0);
+}
+
+/// A robot that is busy before its result is not busy after it.
+#[test]
+fn an_old_busy_does_not_take_a_robot_out_of_work() {
+    let mut line = Line::new();
+    line.see(0.0, "a", 1.0, -0.2);
+    let first = line.task(0.0);
+    line.ack(0.0, first.id);
+    line.see(0.0, "b", 0.9, -0.2);
+    line.result(2.0, first.id, "PICKED");
+    line.say(r#""kind":"robot","stamp":1.9,"name":"r1","state":"busy""#);
+    assert_eq!(line.task(2.0).item, "b");
+}
+
 /// A robot that is free sooner than it had said still has the items whose windows would have
 /// closed by then.
 #[test]

@@ -49,6 +49,8 @@ pub struct RobotInfo {
     pub failed: u64,
     /// The newest time of which it has said how it is [s].
     pub said_at: Option<f64>,
+    /// The newest time at which it has said, by a result or of itself, when it is free [s].
+    pub told_at: Option<f64>,
 }
 
 impl Default for RobotInfo {
@@ -61,6 +63,7 @@ impl Default for RobotInfo {
             picked: 0,
             failed: 0,
             said_at: None,
+            told_at: None,
         }
     }
 }
@@ -77,6 +80,17 @@ impl RobotInfo {
         self.free_at = time;
         self.wait = Wait::No;
         self.task = None;
+    }
+
+    /// It has said, at `told` [s], that it is free from `time` [s] on.
+    pub fn tells_free(&mut self, told: f64, time: f64) {
+        self.free_from(time);
+        self.told_at = Some(told);
+    }
+
+    /// Whether it has said nothing newer than `time` [s] of when it is free.
+    pub fn is_news(&self, time: f64) -> bool {
+        self.told_at.is_none_or(|told| time > told)
     }
 
     /// The robot as a status shows it at `now` [s].

@@ -7,7 +7,7 @@ use crate::live::items::State;
 use crate::live::protocol::{
     Cancel, Outgoing, Point, Rejected, Rejection, Report, RobotState, RobotStatus, Task, Verdict,
 };
-use crate::live::robots::Service;
+use crate::live::robots::{Service, Wait};
 
 impl Controller {
     /// Sends the task of `claim` as it is now.
@@ -171,7 +171,13 @@ impl Controller {
         };
         let info = &mut self.robots[claim.robot];
         if info.task == Some(task) && info.service != Service::Fault {
-            info.free_from(free);
+            if info.told_at.is_some_and(|told| time < told) {
+                // It has said since when it is free.
+                let free = info.free_at;
+                info.free_from(free);
+            } else {
+                info.tells_free(time, free);
+            }
         }
         match report.result {
             Verdict::Picked => {
@@ -256,21 +262,29 @@ impl Controller {
         // It may not have heard of its task when it said this.
         let crossed = claim.is_some_and(|c| !c.acknowledged || time < c.decided);
         let info = &mut self.robots[index];
+        // Before its last result it was not yet what that has made it.
+        let is_over = info.service == Service::Ready && info.told_at.is_some_and(|at| time < at);
         match status.state {
             RobotState::Fault => {
                 self.fault(index);
                 return Ok(());
             }
             RobotState::Idle | RobotState::Busy if crossed => {}
+            RobotState::Idle | RobotState::Busy if is_over => self.note("late_robot"),
             RobotState::Idle => {
-                // Said again by one that is free already it must not end its wait.
-                if !info.is_ready() || free.is_some() {
-                    info.free_from(free.unwrap_or(time));
+                // Said again by one that is free already it must not end its wait; one that
+                // had announced a later time is free before.
+                let is_early = info.wait == Wait::No && info.free_at > time && info.is_news(time);
+                if !info.is_ready() || free.is_some() || is_early {
+                    info.tells_free(time, free.unwrap_or(time));
                 }
             }
             RobotState::Busy => match (free, current) {
-                (Some(free), Some(_)) => info.free_at = free,
-                (Some(free), None) => info.free_from(free),
+                (Some(free), Some(_)) => {
+                    info.free_at = free;
+                    info.told_at = Some(time);
+                }
+                (Some(free), None) => info.tells_free(time, free),
                 (None, Some(_)) => {}
                 (None, None) => info.service = Service::Working,
             },
