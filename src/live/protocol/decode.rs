@@ -1,12 +1,13 @@
 //! From a line to a message, or to one clear line about what was wrong with it.
 
 use super::check::check;
+use super::fields::Fields;
 use super::incoming::Incoming;
 use super::outgoing::Outgoing;
 use super::{LONGEST_TEXT, VERSION};
 use crate::error::{known_names, shown};
 use serde::de::DeserializeOwned;
-use serde_json::{Map, Value};
+use serde_json::Value;
 
 /// Longer lines are refused unread [bytes].
 pub const LONGEST_LINE: usize = 64 * 1024;
@@ -22,7 +23,7 @@ pub enum Rejection {
     Version,
     /// There is no such kind of message.
     Kind,
-    /// A field is missing, unknown, or of the wrong type.
+    /// A field is missing, unknown, there twice, or of the wrong type.
     Field,
     /// A value is out of its range.
     Value,
@@ -134,7 +135,7 @@ fn read<M: DeserializeOwned>(line: &[u8], kinds: &[&str]) -> Result<M, Rejected>
             format!("byte {at} is not UTF-8; expected one JSON object a line, in UTF-8"),
         )
     })?;
-    let mut fields: Map<String, Value> = serde_json::from_str(text).map_err(|error| {
+    let fields: Fields = serde_json::from_str(text).map_err(|error| {
         Rejected::new(
             Rejection::Syntax,
             format!(
@@ -143,6 +144,11 @@ fn read<M: DeserializeOwned>(line: &[u8], kinds: &[&str]) -> Result<M, Rejected>
             ),
         )
     })?;
+    if let Some(key) = fields.twice {
+        let problem = format!("`{}` is there twice; expected each field once", shown(&key));
+        return Err(Rejected::new(Rejection::Field, problem));
+    }
+    let mut fields = fields.values;
     match fields.remove("v") {
         None => {}
         Some(version) if version.as_u64() == Some(VERSION) => {}
@@ -277,6 +283,11 @@ mod tests {
                 r#"{"kind":"ack","stamp":1,"task":-1}"#,
                 Rejection::Field,
                 "expected u64",
+            ),
+            (
+                r#"{"kind":"ack","stamp":1,"task":1,"task":1}"#,
+                Rejection::Field,
+                "`task` is there twice",
             ),
             (
                 r#"{"kind":"ack","stamp":1,"task":1,"x":1}"#,

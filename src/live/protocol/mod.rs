@@ -5,6 +5,7 @@
 
 mod check;
 mod decode;
+mod fields;
 mod incoming;
 mod message;
 mod outgoing;
