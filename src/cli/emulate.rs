@@ -238,6 +238,10 @@ impl Play<'_> {
     fn summary(&self, items: usize) -> String {
         let bins = self.emulator.picked().len();
         let mut text = format!("{bins} of {items} items in the bins");
+        let stranded = self.emulator.stranded();
+        if stranded > 0 {
+            text += &format!(", {stranded} in the grippers of robots that broke down");
+        }
         if let Some(status) = &self.status {
             text += &format!(
                 "; the node says: {} of {} picked, {} missed",
@@ -245,6 +249,10 @@ impl Play<'_> {
                 status.seen,
                 status.missed.total()
             );
+            let unknown = status.missed.no_result;
+            if unknown > 0 {
+                text += &format!(", {unknown} of them without a result: some may be in the bins");
+            }
         }
         if self.unread > 0 {
             text += &format!("; {} lines were no messages of a node", self.unread);

@@ -77,6 +77,7 @@ pub struct Emulator {
     sent: u64,
     ticked: bool,
     picked: Vec<(usize, String)>,
+    stranded: usize,
     broken: Vec<String>,
 }
 
@@ -111,6 +112,7 @@ impl Emulator {
             sent: 0,
             ticked: false,
             picked: Vec::new(),
+            stranded: 0,
             broken: Vec::new(),
         };
         emulator.begin();
@@ -356,6 +358,11 @@ impl Emulator {
     /// the grasps.
     pub fn picked(&self) -> &[(usize, String)] {
         &self.picked
+    }
+
+    /// Items that were in the gripper of a robot when it broke down. No bin gets them.
+    pub fn stranded(&self) -> usize {
+        self.stranded
     }
 
     /// What the node did that it must never do.

@@ -225,7 +225,12 @@ impl Emulator {
     pub(super) fn break_down(&mut self, robot: usize, down: bool) {
         let arm = &mut self.arms[robot];
         arm.down = down;
-        arm.task = None;
+        let task = arm.task.take();
+        if let Some(task) = task.filter(|_| arm.met) {
+            // It has the item in its gripper, which does not reach the bin.
+            self.picked.retain(|(_, item)| *item != task.item);
+            self.stranded += 1;
+        }
         arm.met = false;
         self.tell_state(
             robot,

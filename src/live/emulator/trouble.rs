@@ -42,7 +42,7 @@ impl Trouble {
     /// A share or a time that is none, a robot that the line does not have.
     pub fn check(&self, robots: usize) -> Result<()> {
         for (flag, share) in [
-            ("--grasp-failures", self.grasp_failures),
+            ("--failing-grasps", self.grasp_failures),
             ("--lost-acks", self.lost_acks),
             ("--duplicates", self.duplicates),
             ("--out-of-order", self.out_of_order),
