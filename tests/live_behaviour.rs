@@ -10,14 +10,20 @@ use pickline::strategies::read_alone;
 struct Line(Controller);
 
 impl Line {
-    fn new() -> Self {
+    /// A line that has heard nothing.
+    fn silent(status_every: f64) -> Self {
         let station = built_in("paper").unwrap().station(Some(2)).unwrap();
         let strategy = read_alone("SPT,FIFO", 2).unwrap().make();
         let config = Config {
             clock: ClockKind::Messages,
+            status_every,
             ..Config::default()
         };
-        let mut line = Self(Controller::new(station, strategy, config));
+        Self(Controller::new(station, strategy, config))
+    }
+
+    fn new() -> Self {
+        let mut line = Self::silent(0.0);
         line.say(r#""kind":"robot","stamp":0,"name":"r1","state":"idle""#);
         line.say(r#""kind":"robot","stamp":0,"name":"r2","state":"idle""#);
         line
@@ -140,6 +146,39 @@ fn a_task_without_ack_is_sent_again_and_never_twice_given() {
     // It had it all the time.
     line.result(first.latest_start + 1.5, first.id, "PICKED");
     assert_eq!(line.status().picked, 1);
+}
+
+/// Every sending has a whole ack timeout, and the last one before `latest_start` is no
+/// exception: a robot that sets out at the last moment has an answer under way by then.
+#[test]
+fn a_task_is_sent_again_until_its_last_start_and_cancelled_at_the_end_of_a_timeout() {
+    let mut line = Line::new();
+    line.see(0.0, "a", 1.775, -0.2);
+    let first = line.task(0.0);
+    let last = first.latest_start;
+    assert!(
+        last > 1.0 && last.fract() > 0.1 && last.fract() < 0.9,
+        "{first:?}"
+    );
+    let (tasks, cancelled) = line.tick(last);
+    let sent: Vec<(u32, f64)> = tasks.iter().map(|t| (t.revision, t.start)).collect();
+    let expected: Vec<(u32, f64)> = (1..=last as u32).map(|n| (n, f64::from(n))).collect();
+    assert_eq!((sent, cancelled), (expected, vec![]));
+    // Its last start has passed; the ack of the last sending may still come.
+    let next = last.ceil();
+    line.idle(next - 0.01);
+    let mut heard = Line::new();
+    heard.see(0.0, "a", 1.775, -0.2);
+    heard.tick(next - 0.01);
+    heard.ack(next - 0.01, first.id);
+    heard.idle(next + 1.0);
+    heard.result(next + 1.0, first.id, "PICKED");
+    assert_eq!(heard.status().picked, 1);
+    // Or not.
+    assert_eq!(line.tick(next), (vec![], vec![first.id]));
+    line.result(next + 0.1, first.id, "CANCELLED");
+    let status = line.status();
+    assert_eq!((status.claimed, status.on_belt), (0, 1));
 }
 
 #[test]
@@ -314,7 +353,8 @@ fn an_idle_after_a_result_ends_the_wait_that_it_announced() {
             first.id
         ));
         line.idle(2.6);
-        let available = available.map_or(String::new(), |at: f64| format!(r#","available_at":{at}"#));
+        let available =
+            available.map_or(String::new(), |at: f64| format!(r#","available_at":{at}"#));
         line.say(&format!(
             r#""kind":"robot","stamp":{stamp},"name":"r1","state":"idle"{available}"#
         ));
@@ -322,7 +362,10 @@ fn an_idle_after_a_result_ends_the_wait_that_it_announced() {
         let task = &tasks[0];
         assert_eq!((task.item.as_str(), task.start), ("b", next), "{stamp}");
         let late = u64::from(stamp < 2.0);
-        assert_eq!(line.status().noted.get("late_robot").copied().unwrap_or(0), late);
+        assert_eq!(
+            line.status().noted.get("late_robot").copied().unwrap_or(0),
+            late
+        );
     }
     // In whichever order the two come: an older result does not undo what was said since.
     let mut line = Line::new();
@@ -363,6 +406,110 @@ fn a_robot_that_is_free_early_has_lost_no_item() {
     assert_eq!(line.task(5.0).item, "a");
 }
 
+/// Wherever it comes, and whatever it says: the line does what it does without it.
+#[test]
+fn one_wild_stamp_does_not_move_the_clock() {
+    let now = 1.7e9;
+    let play = |wild: Option<(usize, f64)>| {
+        let mut line = Line::silent(0.0);
+        let mut stream = vec![
+            format!(r#""kind":"robot","stamp":{now},"name":"r1","state":"idle""#),
+            format!(r#""kind":"detection","stamp":{now},"id":"a","x":1,"y":-0.2"#),
+            format!(r#""kind":"tick","stamp":{now}"#),
+            format!(r#""kind":"ack","stamp":{now},"task":1"#),
+            format!(r#""kind":"tick","stamp":{}"#, now + 1.0),
+        ];
+        if let Some((place, stamp)) = wild {
+            let wild = format!(r#""kind":"detection","stamp":{stamp},"id":"w","x":1,"y":0.2"#);
+            stream.insert(place, wild);
+        }
+        for fields in &stream {
+            // One of 1970 is refused at once, unless it is the first.
+            let _ = line.0.handle(Line::message(fields));
+        }
+        line.0.stop();
+        let said = line.0.take_output();
+        (said, line.status())
+    };
+    let (expected, status) = play(None);
+    assert!(matches!(&expected[..], [Outgoing::Task(task), ..] if task.start == now));
+    assert_eq!((status.seen, status.rejected.len()), (1, 0));
+    for stamp in [0.0, now - 61.0, now + 90.0, now + 3e7, 1e11] {
+        for place in [0, 2, 3, 4, 5] {
+            let is_near_the_first = place == 0 && (stamp - now).abs() < 3600.0;
+            if is_near_the_first {
+                continue;
+            }
+            let (said, status) = play(Some((place, stamp)));
+            assert_eq!(said, expected, "{stamp} at {place}");
+            assert_eq!((status.seen, status.rejected["stamp"]), (1, 1));
+        }
+    }
+}
+
+/// A stream in which nothing is said for long goes on with the first message after it.
+#[test]
+fn a_pause_of_any_length_loses_nothing() {
+    for pause in [50.0, 61.0, 4000.0, 86_400.0 * 30.0] {
+        let mut line = Line::silent(1000.0);
+        line.say(r#""kind":"robot","stamp":5,"name":"r1","state":"idle""#);
+        line.say(r#""kind":"belt","stamp":5,"speed":0.05"#);
+        let later = 5.0 + pause;
+        line.see(later, "a", 1.0, -0.2);
+        line.see(later, "b", 0.9, -0.2);
+        let said = line.0.take_output().into_iter();
+        let stamps = said.filter_map(|message| match message {
+            Outgoing::Status(status) => Some(status.stamp),
+            _ => None,
+        });
+        let stamps: Vec<f64> = stamps.collect();
+        // Of what is longer than an hour the statuses of the last one.
+        assert!(
+            stamps.len() <= 4 && stamps.iter().all(|at| *at > later - 3600.0),
+            "{stamps:?}"
+        );
+        assert_eq!(stamps.is_empty(), pause < 1000.0);
+        let task = line.task(later);
+        assert_eq!((task.item.as_str(), task.start), ("a", later));
+        let status = line.status();
+        assert_eq!((status.seen, status.rejected.len()), (2, 0));
+        let leaps = status.noted.get("leap").copied().unwrap_or(0);
+        assert_eq!(leaps, u64::from(pause > 60.0));
+    }
+    // Ticks wait for their answers: up to an hour they need nothing more.
+    let mut line = Line::silent(0.0);
+    for stamp in [7.0, 3600.0] {
+        line.say(&format!(r#""kind":"tick","stamp":{stamp}"#));
+        let said = line.0.take_output();
+        assert!(
+            matches!(&said[..], [Outgoing::Due(due)] if due.stamp == stamp && due.next.is_none())
+        );
+    }
+    line.say(r#""kind":"tick","stamp":9000"#);
+    assert_eq!(line.0.take_output(), vec![]);
+    line.say(r#""kind":"tick","stamp":9000"#);
+    assert_eq!(line.0.take_output().len(), 2);
+}
+
+/// The only message of a stream counts, the last after a pause does not.
+#[test]
+fn what_nothing_follows() {
+    let mut line = Line::silent(0.0);
+    line.see(5.0, "a", 1.0, -0.2);
+    assert_eq!(line.status().seen, 0);
+    line.0.finish();
+    assert_eq!((line.status().seen, line.status().stamp), (1, 5.0));
+    line.see(100.0, "b", 1.0, -0.2);
+    line.0.finish();
+    let dropped = line.0.take_dropped().unwrap();
+    assert!(
+        dropped.message.contains("stamp = 100, while it is 5"),
+        "{dropped:?}"
+    );
+    let status = line.status();
+    assert_eq!((status.seen, status.rejected["stamp"]), (1, 1));
+}
+
 #[test]
 fn memory_is_flat_over_many_items() {
     let mut line = Line::new();
@@ -386,14 +533,7 @@ fn memory_is_flat_over_many_items() {
 #[test]
 fn with_message_time_statuses_come_by_the_stamps() {
     let statuses = |ticks: &[f64]| {
-        let station = built_in("paper").unwrap().station(Some(2)).unwrap();
-        let strategy = read_alone("SPT,FIFO", 2).unwrap().make();
-        let config = Config {
-            clock: ClockKind::Messages,
-            status_every: 1.5,
-            ..Config::default()
-        };
-        let mut line = Line(Controller::new(station, strategy, config));
+        let mut line = Line::silent(1.5);
         line.say(r#""kind":"robot","stamp":100,"name":"r1","state":"idle""#);
         line.see(100.0, "a", 1.0, -0.2);
         for tick in ticks {

@@ -370,6 +370,7 @@ fn wrong_usage_is_refused() {
         (&["run", "--ack-timeout", "0"], "--ack-timeout"),
         (&["run", "--strategy", "SPT"], "strategy"),
         (&["emulate", "--lost-acks", "2"], "--lost-acks"),
+        (&["emulate", "--failing-grasps", "2"], "--failing-grasps: 2"),
         (&["emulate", "--robot-down", "3,1,1"], "--robot-down"),
         (&["emulate", "--robot-down", "0,1,1"], "--robot-down"),
         (&["emulate", "--belt-stop", "1"], "--belt-stop"),

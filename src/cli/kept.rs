@@ -90,7 +90,12 @@ impl Kept {
                     .remark(&resuming(path, reading.torn, &controller));
                 controller
             }
-            _ => Controller::new(station, strategy.1, config),
+            _ => {
+                if let Some(path) = path.filter(|_| found.as_ref().is_some_and(|f| f.is_empty)) {
+                    args.transport.remark(&beginning_anew(path));
+                }
+                Controller::new(station, strategy.1, config)
+            }
         };
         let mut kept = Self::default();
         #[cfg(feature = "mcap")]
@@ -207,6 +212,15 @@ impl Kept {
     pub fn finish(self) -> Result<()> {
         Ok(())
     }
+}
+
+/// A file that the user has just made looks the same as one that was cut off.
+fn beginning_anew(path: &Path) -> String {
+    let name = path.display();
+    format!(
+        "{name} is empty and is begun anew; if a journal was in it, end this run, and bring back \
+         a copy, or clear the belt and have all robots idle first"
+    )
 }
 
 fn resuming(path: &Path, torn: usize, controller: &Controller) -> String {

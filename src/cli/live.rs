@@ -7,6 +7,7 @@ use crate::live::ClockKind;
 use crate::live::transport::{Hub, Place, Side};
 #[cfg(feature = "ros2")]
 use std::net::IpAddr;
+use std::net::{SocketAddr, ToSocketAddrs as _};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
@@ -100,6 +101,23 @@ pub fn unix_now() -> f64 {
 pub fn until(stamp: Option<f64>) -> Duration {
     let left = stamp.map_or(f64::INFINITY, |stamp| stamp - unix_now());
     Duration::from_secs_f64(left.clamp(0.0, GLANCE.as_secs_f64()))
+}
+
+/// Whether two addresses, HOST:PORT, are one port of one machine, on any of its interfaces.
+pub fn is_same_place(one: &str, other: &str) -> bool {
+    // What is no address is told of where it is used.
+    let all = |address: &str| -> Vec<SocketAddr> {
+        let found = address.to_socket_addrs();
+        found.map(Iterator::collect).unwrap_or_default()
+    };
+    let others = all(other);
+    all(one).iter().any(|a| {
+        let same = |b: &&SocketAddr| {
+            let any = a.ip().is_unspecified() || b.ip().is_unspecified();
+            a.port() == b.port() && a.port() != 0 && (any || a.ip() == b.ip())
+        };
+        others.iter().find(same).is_some()
+    })
 }
 
 /// A flag's value within its range.

@@ -5,10 +5,10 @@ use super::dashboard::Screen;
 use super::kept::Kept;
 use super::live::{GLANCE, unix_now, until};
 use crate::error::Result;
-use crate::live::protocol::{Outgoing, Rejected, decode};
+use crate::live::protocol::{Incoming, Outgoing, Rejected, decode};
 use crate::live::recording::Event;
-use crate::live::transport::{Heard, Hub};
-use crate::live::{ClockKind, Controller};
+use crate::live::transport::{Heard, Hub, Origin};
+use crate::live::{ClockKind, Controller, Taken};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
@@ -29,6 +29,8 @@ pub struct Node<'a> {
     pub transport: &'a TransportArgs,
     /// Peers that may still say something.
     pub talking: usize,
+    /// Where the message came from that the controller holds back, if it does.
+    pub held_back: Option<Origin>,
     /// Time between two statuses with the system clock [s]; 0 is never.
     pub status_every: f64,
 }
@@ -117,39 +119,49 @@ impl Node<'_> {
     }
 
     fn heed(&mut self, heard: Heard) -> Result<()> {
-        let result = match heard {
-            Heard::Line(_, line) => match decode(&line) {
-                Ok(message) => {
-                    self.kept.heard(&message);
-                    self.controller.handle(message)
-                }
-                Err(rejected) => Err(self.refuse(rejected)),
+        match heard {
+            Heard::Line(origin, line) => match decode(&line) {
+                Ok(message) => self.take(origin, message),
+                Err(rejected) => self.refuse(&origin, &rejected),
             },
-            Heard::Refused(_, rejected) => Err(self.refuse(rejected)),
-            Heard::Joined(stream) => {
-                match self.hub.join(stream) {
-                    Ok(()) => self.welcome(),
-                    Err(error) => self.transport.remark(&format!("a peer is gone: {error}")),
-                }
-                Ok(())
-            }
-            Heard::Up(_) => {
-                self.welcome();
-                Ok(())
-            }
-            Heard::Remark(text) => {
-                self.transport.remark(&text);
-                Ok(())
-            }
+            Heard::Refused(origin, rejected) => self.refuse(&origin, &rejected),
+            Heard::Joined(stream) => match self.hub.join(stream) {
+                Ok(()) => self.welcome(),
+                Err(error) => self.transport.remark(&format!("a peer is gone: {error}")),
+            },
+            Heard::Up(_) => self.welcome(),
+            Heard::Remark(text) => self.transport.remark(&text),
             Heard::Failed(error) => return Err(error),
-            Heard::Left(_) | Heard::Down(_) | Heard::Ended(_) => Ok(()),
-        };
-        if let Err(rejected) = result {
-            let (reason, message) = (rejected.reason.name(), rejected.message);
-            self.transport
-                .remark(&format!("refused ({reason}): {message}"));
+            Heard::Left(_) | Heard::Down(_) | Heard::Ended(_) => {}
         }
         Ok(())
+    }
+
+    /// Has the controller take a message.
+    fn take(&mut self, origin: Origin, message: Incoming) {
+        self.kept.heard(&message);
+        let taken = self.controller.handle(message);
+        self.tell_dropped();
+        match taken {
+            Ok(Taken::Heeded) => {}
+            Ok(Taken::Held) => self.held_back = Some(origin),
+            Err(rejected) => self.tell(&origin, &rejected),
+        }
+    }
+
+    /// Tells of a message that was held back and was refused in the end.
+    fn tell_dropped(&mut self) {
+        if let Some(rejected) = self.controller.take_dropped()
+            && let Some(origin) = self.held_back.take()
+        {
+            self.tell(&origin, &rejected);
+        }
+    }
+
+    fn tell(&self, origin: &Origin, rejected: &Rejected) {
+        let (reason, message) = (rejected.reason.name(), &rejected.message);
+        let text = format!("{origin}: refused ({reason}): {message}");
+        self.transport.remark(&text);
     }
 
     /// Somebody is there who may not have heard what was said.
@@ -160,11 +172,11 @@ impl Node<'_> {
     }
 
     /// A line that is no message is counted.
-    fn refuse(&mut self, rejected: Rejected) -> Rejected {
+    fn refuse(&mut self, origin: &Origin, rejected: &Rejected) {
         self.controller.count_rejected(rejected.reason);
         let reason = rejected.reason.name().to_owned();
         self.kept.happened(&Event::Refused { reason });
-        rejected
+        self.tell(origin, rejected);
     }
 
     fn report(&mut self, last: bool, queued: u64) {
@@ -199,6 +211,7 @@ impl Node<'_> {
     fn end(&mut self, stopped: bool) -> Result<()> {
         self.controller.stop();
         self.kept.happened(&Event::Stopped {});
+        self.tell_dropped();
         // With message time the output depends on the messages only.
         let queued = match self.transport.clock() {
             ClockKind::System => self.hub.queued() as u64,

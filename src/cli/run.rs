@@ -3,13 +3,13 @@
 use super::args::{Common, Format, RunArgs};
 use super::dashboard::Screen;
 use super::kept::Kept;
-use super::live::{PATIENCE, check_range, stop_flag};
+use super::live::{PATIENCE, check_range, is_same_place, stop_flag};
 use super::node::Node;
 use super::progress::Bar;
 use super::session::Session;
 use super::settings::json;
 use super::training::{Line, budget};
-use crate::error::Result;
+use crate::error::{Error, Result, shown};
 use crate::live::protocol::schema;
 use crate::live::transport::Side;
 use crate::live::{ClockKind, Config};
@@ -34,12 +34,13 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
     if args.status_every != 0.0 {
         let least = match args.transport.clock() {
             ClockKind::System => 0.01,
-            // An hour may pass at once, and all its statuses with it.
+            // An hour may pass at once, and all its statuses with it; of more, the last one's.
             ClockKind::Messages => 0.1,
         };
         let unit = "s, or 0 for the last one only";
         check_range("--status-every", args.status_every, least, 1e6, unit)?;
     }
+    check_addresses(args)?;
     let allowance = allowance(args.budget_ms, args.transport.clock())?;
     let station = args.station.load()?;
     let text = match &args.strategy {
@@ -73,6 +74,7 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
         screen,
         transport: &args.transport,
         talking: 0,
+        held_back: None,
         status_every: args.status_every,
     };
     let gone = node.go(&stop_flag());
@@ -80,6 +82,29 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
     node.hub.close(PATIENCE);
     node.screen.close(&node.controller);
     gone.and(node.kept.finish())
+}
+
+/// Checks that the dashboard has an address of its own.
+///
+/// # Errors
+/// Two flags that name one address.
+fn check_addresses(args: &RunArgs) -> Result<()> {
+    let places = [
+        ("--listen", &args.transport.listen),
+        ("--connect", &args.transport.connect),
+    ];
+    for (flag, place) in places {
+        if let (Some(address), Some(place)) = (&args.dashboard, place)
+            && is_same_place(address, place)
+        {
+            return Err(Error::input(
+                "--dashboard",
+                format!("{} is also the address of {flag}", shown(address)),
+                "give each a port of its own, for example --dashboard 127.0.0.1:8090",
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// What a decision of a live line may cost.

@@ -7,9 +7,12 @@ use crate::error::shown_number;
 pub const OLDEST: f64 = 60.0;
 /// With the system clock, stamps further ahead than this [s] are refused.
 const AHEAD: f64 = 5.0;
-/// With message time, stamps further ahead than this [s] are refused: one slip must not
-/// make all that follows old.
-const LEAP: f64 = 3600.0;
+/// With message time, what is further ahead than this [s] is doubtful. One wild stamp must
+/// not make all that follows too old, and this much makes nothing too old.
+const DOUBTFUL: f64 = OLDEST;
+/// A tick so far ahead [s] is not: it comes from whoever keeps the time, and waits for an
+/// answer.
+pub const LEAP: f64 = 3600.0;
 
 /// Where the time comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -35,6 +38,15 @@ impl ClockKind {
         let kinds = [Self::System, Self::Messages];
         kinds.into_iter().find(|kind| kind.name() == name)
     }
+}
+
+/// What is thought of a stamp.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Belief {
+    /// It is near enough to the present; the time [s].
+    Certain(f64),
+    /// With message time: it is far ahead, or the first. The next stamp decides.
+    Doubtful,
 }
 
 /// The controller's time: 0 at its beginning, so that it keeps its digits.
@@ -79,23 +91,51 @@ impl Clock {
         self.origin.unwrap_or(0.0) + time
     }
 
-    /// The time [s] of a stamp that is near enough to the present to be believed.
-    pub fn believe(&mut self, stamp: f64) -> Result<f64, Rejected> {
+    /// What is to be thought of the stamp of a message, that of a tick or of another.
+    ///
+    /// # Errors
+    /// A stamp that is too far from the present to be believed, whatever comes.
+    pub fn judge(&mut self, stamp: f64, is_tick: bool) -> Result<Belief, Rejected> {
         let ahead = match self.kind {
             ClockKind::System => AHEAD,
-            ClockKind::Messages => LEAP,
+            ClockKind::Messages if self.origin.is_none() => return Ok(Belief::Doubtful),
+            ClockKind::Messages if is_tick => LEAP,
+            ClockKind::Messages => DOUBTFUL,
         };
         let time = self.time(stamp);
-        if time >= self.now - OLDEST && time <= self.now + ahead {
-            return Ok(time);
+        let is_ahead = time > self.now + ahead;
+        if time < self.now - OLDEST || (is_ahead && self.kind == ClockKind::System) {
+            return Err(self.refuse(stamp, &format!("{ahead} s ahead")));
         }
-        Err(Rejected::new(
-            Rejection::Stamp,
-            format!(
-                "stamp = {}, while it is {}; expected at most {OLDEST} s behind and {ahead} s ahead",
-                shown_number(stamp),
-                shown_number(self.stamp(self.now))
-            ),
-        ))
+        Ok(if is_ahead {
+            Belief::Doubtful
+        } else {
+            Belief::Certain(time)
+        })
+    }
+
+    /// Whether time has come to `doubtful`, a stamp, now that the next one is `next`. The
+    /// first of all has to be near its next: there is no other to tell that it is wild.
+    pub fn confirms(&self, doubtful: f64, next: f64) -> bool {
+        next >= doubtful - OLDEST && (self.origin.is_some() || next <= doubtful + LEAP)
+    }
+
+    /// Why a message with this stamp, which was doubtful, is not heeded.
+    pub fn unconfirmed(&self, stamp: f64) -> Rejected {
+        if self.origin.is_some() {
+            let ahead = format!("{DOUBTFUL} s ahead, or a next stamp as late");
+            return self.refuse(stamp, &ahead);
+        }
+        let stamp = shown_number(stamp);
+        let problem = format!("stamp = {stamp} is the first, and the next is not near it");
+        let expected = format!("at most {OLDEST} s before or {LEAP} s after it");
+        Rejected::new(Rejection::Stamp, format!("{problem}; expected {expected}"))
+    }
+
+    fn refuse(&self, stamp: f64, ahead: &str) -> Rejected {
+        let (stamp, now) = (shown_number(stamp), shown_number(self.stamp(self.now)));
+        let problem = format!("stamp = {stamp}, while it is {now}");
+        let expected = format!("at most {OLDEST} s behind and {ahead}");
+        Rejected::new(Rejection::Stamp, format!("{problem}; expected {expected}"))
     }
 }

@@ -21,6 +21,6 @@ mod view;
 mod windows;
 
 pub use clock::ClockKind;
-pub use controller::{Config, Controller, Stopwatch};
+pub use controller::{Config, Controller, Stopwatch, Taken};
 pub use state::{Change, State};
 pub use view::{ClaimView, ItemView, View};

@@ -27,6 +27,13 @@ fn last_status(lines: &[String]) -> Status {
     }
 }
 
+/// How many items an emulated station says, at its end, are in the bins.
+fn in_the_bins(remarks: &str) -> u64 {
+    let last = remarks.lines().last().unwrap();
+    let (count, _) = last.split_once(' ').unwrap();
+    count.parse().unwrap()
+}
+
 /// The tasks that were given and what was heard of them, by task.
 fn tasks(lines: &[String]) -> BTreeMap<u64, (String, Vec<Verdict>)> {
     let mut tasks = BTreeMap::new();
@@ -145,15 +152,7 @@ fn a_broker_that_is_killed_loses_and_doubles_nothing() {
     let (code, remarks) = station.finish();
     // It fails where two robots are after one item.
     assert_eq!(code, Some(0), "{remarks}");
-    let bins: u64 = remarks
-        .lines()
-        .last()
-        .unwrap()
-        .split(' ')
-        .next()
-        .unwrap()
-        .parse()
-        .unwrap();
+    let bins = in_the_bins(&remarks);
     node.signal("TERM");
     let (code, remarks) = node.finish();
     assert_eq!(code, Some(0), "{remarks}");
@@ -208,15 +207,7 @@ fn a_broker_that_stalls_holds_the_line_and_loses_nothing() {
     broker.signal("CONT");
     let (code, remarks) = station.finish();
     assert_eq!(code, Some(0), "{remarks}");
-    let bins: u64 = remarks
-        .lines()
-        .last()
-        .unwrap()
-        .split(' ')
-        .next()
-        .unwrap()
-        .parse()
-        .unwrap();
+    let bins = in_the_bins(&remarks);
     node.signal("TERM");
     let (code, remarks) = node.finish();
     assert_eq!(code, Some(0), "{remarks}");
@@ -416,7 +407,8 @@ fn bad_messages_are_refused_and_the_stream_goes_on() {
     assert_eq!(code, Some(0), "{remarks}");
     assert_eq!(remarks.matches("refused (").count(), 4, "{remarks}");
     assert!(
-        remarks.contains("kind `tick` on topic pickline/ack/r1"),
+        remarks.contains("topic pickline/ack/r1: refused (kind): kind `tick`; expected `ack`")
+            && remarks.contains("topic pickline/detection/camera: refused (syntax): "),
         "{remarks}"
     );
     watcher.said.wait_for("\"last\":true");

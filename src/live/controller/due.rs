@@ -17,6 +17,7 @@ impl Controller {
     /// With message time: no further message comes.
     pub fn finish(&mut self) {
         if self.clock.kind == ClockKind::Messages {
+            self.resolve_last();
             self.settle(self.clock.now, true);
         }
     }
@@ -30,6 +31,19 @@ impl Controller {
         let decision = self.next_decision().map(|(time, _)| time);
         let deadline = self.next_deadline().map(|(time, _)| time);
         decision.into_iter().chain(deadline).reduce(f64::min)
+    }
+
+    /// Leaves out the statuses up to `time` [s].
+    pub(super) fn skip_statuses(&mut self, time: f64) {
+        if !self.next_status.is_finite() {
+            return;
+        }
+        // The first of the times that statuses have which is not past.
+        let every = self.config.status_every;
+        self.next_status = self.next_status.max((time / every).floor() * every);
+        while self.next_status <= time {
+            self.next_status += every;
+        }
     }
 
     /// Does what is due up to `until` [s], that moment included or not, in order of time.

@@ -1,24 +1,93 @@
 //! What is heard: which messages are believed, and who heeds them.
 
 use super::Controller;
-use crate::live::clock::ClockKind;
+use crate::live::clock::{Belief, ClockKind, LEAP};
 use crate::live::protocol::{Due, Incoming, Outgoing, Rejected};
 
+/// What has become of a message that was not refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Taken {
+    /// It was heeded.
+    Heeded,
+    /// It is held back until the next one shows whether its stamp can be believed.
+    Held,
+}
+
 impl Controller {
-    /// Takes a message.
+    /// Takes a message. With message time, one that was held back before it may be heeded
+    /// first, or be refused, which [`Controller::take_dropped`] tells.
     ///
     /// # Errors
     /// A message that cannot be heeded; it is counted, and nothing has changed.
-    pub fn handle(&mut self, message: Incoming) -> Result<(), Rejected> {
-        let result = self.heed(message);
+    pub fn handle(&mut self, message: Incoming) -> Result<Taken, Rejected> {
+        let result = self.take(message);
         if let Err(rejected) = &result {
             self.count_rejected(rejected.reason);
         }
         result
     }
 
-    fn heed(&mut self, message: Incoming) -> Result<(), Rejected> {
-        let time = self.clock.believe(message.stamp())?;
+    /// Why the message that was held back was refused, if it was since this was last asked.
+    pub fn take_dropped(&mut self) -> Option<Rejected> {
+        self.dropped.take()
+    }
+
+    fn take(&mut self, message: Incoming) -> Result<Taken, Rejected> {
+        let (stamp, is_tick) = (message.stamp(), matches!(message, Incoming::Tick { .. }));
+        let mut belief = self.clock.judge(stamp, is_tick)?;
+        if let Some(held) = self.held_back.take() {
+            let confirmed = self.clock.confirms(held.stamp(), stamp);
+            self.resolve(held, confirmed);
+            belief = self.clock.judge(stamp, is_tick)?;
+        }
+        if let Belief::Certain(time) = belief {
+            return self.heed(time, message).map(|()| Taken::Heeded);
+        }
+        if is_tick && self.clock.origin().is_none() {
+            // Whatever time it is, nothing is due; who asks may say nothing more until
+            // there is an answer.
+            self.output.push(Outgoing::Due(Due { stamp, next: None }));
+        }
+        self.held_back = Some(message);
+        Ok(Taken::Held)
+    }
+
+    /// No message comes after the one that is held back. The first of all is heeded then:
+    /// nothing speaks against it.
+    pub(super) fn resolve_last(&mut self) {
+        if let Some(held) = self.held_back.take() {
+            let is_first = self.clock.origin().is_none();
+            self.resolve(held, is_first);
+        }
+    }
+
+    /// Heeds a message that was held back, or refuses it.
+    fn resolve(&mut self, held: Incoming, confirmed: bool) {
+        let is_first = self.clock.origin().is_none();
+        let result = if confirmed {
+            let time = self.clock.time(held.stamp());
+            if !is_first {
+                self.note("leap");
+            }
+            if time > self.clock.now + LEAP {
+                self.skip_statuses(time - LEAP);
+            }
+            if is_first && matches!(held, Incoming::Tick { .. }) {
+                // It was answered already.
+                Ok(())
+            } else {
+                self.heed(time, held)
+            }
+        } else {
+            Err(self.clock.unconfirmed(held.stamp()))
+        };
+        if let Err(rejected) = result {
+            self.count_rejected(rejected.reason);
+            self.dropped = Some(rejected);
+        }
+    }
+
+    fn heed(&mut self, time: f64, message: Incoming) -> Result<(), Rejected> {
         if self.clock.kind == ClockKind::Messages && time > self.clock.now {
             // What was due before this came is decided without it.
             self.settle(time, false);

@@ -19,7 +19,7 @@ use super::claims::Claim;
 use super::clock::{Clock, ClockKind};
 use super::items::Items;
 use super::latency::Histogram;
-use super::protocol::{MissedCounts, Outgoing, Rejection};
+use super::protocol::{Incoming, MissedCounts, Outgoing, Rejected, Rejection};
 use super::robots::RobotInfo;
 use super::windows::Windows;
 use crate::decision::{BeltItem, Candidate, Strategy};
@@ -27,6 +27,8 @@ use crate::station::Station;
 use recovery::Told;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
+
+pub use hearing::Taken;
 
 /// How the controller behaves where the model is silent.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -93,6 +95,10 @@ pub struct Controller {
     /// When the next status is due [s]; never without message time.
     next_status: f64,
     output: Vec<Outgoing>,
+    /// With message time, a message whose stamp the next one has to confirm.
+    held_back: Option<Incoming>,
+    /// Why such a message was refused, until somebody asks.
+    dropped: Option<Rejected>,
     held: bool,
     stopping: bool,
     /// Whether the belt has to be heard before anything is done: it may have stopped
@@ -140,6 +146,8 @@ impl Controller {
             closed: BTreeMap::new(),
             next_task: 1,
             output: Vec::new(),
+            held_back: None,
+            dropped: None,
             held: false,
             stopping: false,
             awaits_belt: false,
@@ -172,9 +180,10 @@ impl Controller {
         self.held = held;
     }
 
-    /// From now on no task is given.
+    /// From now on no task is given, and no message comes.
     pub fn stop(&mut self) {
         self.stopping = true;
+        self.resolve_last();
     }
 
     /// Counts a line that was refused before it became a message.

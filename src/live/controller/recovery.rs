@@ -54,14 +54,7 @@ impl Controller {
             }
             clock.now = clock.now.max(time);
         }
-        if controller.next_status.is_finite() {
-            // The first of the times that statuses have which is not past.
-            let every = config.status_every;
-            controller.next_status = (clock.now / every).floor() * every;
-            while controller.next_status <= clock.now {
-                controller.next_status += every;
-            }
-        }
+        controller.skip_statuses(clock.now);
         controller.clock = clock;
         controller.motion = state.motion.unwrap_or(controller.motion);
         for (robot, info) in state.robots {

@@ -57,6 +57,8 @@ pub struct Found {
     header: Header,
     /// What it holds; none of a file that is new or empty.
     pub reading: Option<Reading>,
+    /// Whether there is a file, with nothing in it.
+    pub is_empty: bool,
 }
 
 /// A journal that is written to.
@@ -99,6 +101,7 @@ impl Found {
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => Vec::new(),
             Err(error) => return Err(Error::read(&path, error)),
         };
+        let is_empty = bytes.is_empty() && path.exists();
         let reading = if bytes.is_empty() {
             None
         } else {
@@ -110,6 +113,7 @@ impl Found {
             lock,
             header,
             reading,
+            is_empty,
         })
     }
 

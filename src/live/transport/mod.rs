@@ -9,6 +9,7 @@
 mod lines;
 #[cfg(feature = "mqtt")]
 pub mod mqtt;
+mod origin;
 mod peer;
 #[cfg(feature = "ros2")]
 pub mod ros2;
@@ -23,6 +24,8 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
+pub use origin::Origin;
+
 /// Lines read and not yet heeded, of all peers together; readers wait beyond.
 const INBOX: usize = 1024;
 /// Time between two tries to connect.
@@ -31,10 +34,10 @@ const RETRY: Duration = Duration::from_millis(200);
 /// What is heard of the peers.
 #[derive(Debug)]
 pub enum Heard {
-    /// A line, from the peer of this number.
-    Line(u64, Vec<u8>),
+    /// A line.
+    Line(Origin, Vec<u8>),
     /// Something that was refused before it became a line.
-    Refused(u64, Rejected),
+    Refused(Origin, Rejected),
     /// A peer has connected.
     Joined(TcpStream),
     /// A peer says no more.
@@ -86,6 +89,33 @@ pub fn listen_at(flag: &str, address: &str) -> Result<TcpListener> {
         let cure = "give HOST:PORT of this machine with a free port, or port 0 for any";
         Error::input(flag, format!("{}: {error}", shown(address)), cure)
     })
+}
+
+/// Connects to `address`, trying until it works or nobody wants to hear of it any more.
+/// That it has to be waited for is told once, and that it is there then.
+fn connect(address: &str, sender: &SyncSender<Heard>) {
+    let at = shown(address);
+    let mut waits = false;
+    loop {
+        match TcpStream::connect(address) {
+            Ok(stream) => {
+                if waits {
+                    let _ = sender.send(Heard::Remark(format!("connected to {at}")));
+                }
+                let _ = sender.send(Heard::Joined(stream));
+                return;
+            }
+            Err(error) if !waits => {
+                waits = true;
+                let text = format!("nobody to talk to at {at}: {error}; trying again");
+                if sender.send(Heard::Remark(text)).is_err() {
+                    return;
+                }
+            }
+            Err(_) => {}
+        }
+        thread::sleep(RETRY);
+    }
 }
 
 /// All peers.
@@ -167,15 +197,7 @@ impl Hub {
     fn connect(&self) {
         if let Some(address) = self.connects_to.clone() {
             let sender = self.sender.clone();
-            thread::spawn(move || {
-                loop {
-                    if let Ok(stream) = TcpStream::connect(&address) {
-                        let _ = sender.send(Heard::Joined(stream));
-                        return;
-                    }
-                    thread::sleep(RETRY);
-                }
-            });
+            thread::spawn(move || connect(&address, &sender));
         }
     }
 

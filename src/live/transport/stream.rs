@@ -1,12 +1,12 @@
 //! JSON Lines over a pair of byte streams: stdin and stdout, or the two ways of a socket.
 
-use super::Heard;
-use super::lines::{Line, next_line};
+use super::lines::{Line, Lines};
 use super::peer::{Peer, Waiting};
+use super::{Heard, Origin};
 use crate::error::Error;
 use crate::live::protocol::{Rejected, encode};
 use std::io::{BufReader, BufWriter, Read, Write};
-use std::net::{Shutdown, TcpStream};
+use std::net::{Shutdown, SocketAddr, TcpStream};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::SyncSender;
@@ -22,7 +22,9 @@ pub fn start(
     inbox: SyncSender<Heard>,
 ) -> Peer {
     let told = inbox.clone();
-    thread::spawn(move || read_all(number, reads, &inbox));
+    // Asked now: of one that has gone already it is not known any more.
+    let address = socket.as_ref().and_then(|socket| socket.peer_addr().ok());
+    thread::spawn(move || read_all(number, address, reads, &inbox));
     let closing = socket.as_ref().and_then(|socket| socket.try_clone().ok());
     Peer::start(socket, Arc::new(AtomicBool::new(true)), move |waiting| {
         let written = write_all(BufWriter::new(writes), waiting);
@@ -53,18 +55,22 @@ fn unwritten(number: u64, error: &std::io::Error) -> Heard {
     }
 }
 
-fn read_all(number: u64, reads: impl Read, inbox: &SyncSender<Heard>) {
-    let mut stream = BufReader::new(reads);
-    while let Ok(Some(line)) = next_line(&mut stream) {
+fn read_all(peer: u64, address: Option<SocketAddr>, reads: impl Read, inbox: &SyncSender<Heard>) {
+    let mut lines = Lines::new(BufReader::new(reads));
+    while let Ok(Some((number, line))) = lines.next() {
+        let origin = Origin::Line {
+            peer: address,
+            number,
+        };
         let heard = match line {
-            Line::Whole(line) => Heard::Line(number, line),
-            Line::TooLong => Heard::Refused(number, Rejected::too_long()),
+            Line::Whole(line) => Heard::Line(origin, line),
+            Line::TooLong => Heard::Refused(origin, Rejected::too_long()),
         };
         if inbox.send(heard).is_err() {
             return;
         }
     }
-    let _ = inbox.send(Heard::Left(number));
+    let _ = inbox.send(Heard::Left(peer));
 }
 
 /// Writes messages as they come, and flushes when there is none for the moment.

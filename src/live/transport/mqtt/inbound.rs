@@ -4,7 +4,7 @@
 use super::topics::{Topic, Topics};
 use crate::error::{Error, shown};
 use crate::live::protocol::{LONGEST_LINE, Rejected, Rejection};
-use crate::live::transport::{Heard, Side};
+use crate::live::transport::{Heard, Origin, Side};
 use rumqttc::Publish;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -113,18 +113,20 @@ impl Inbound {
     }
 
     fn read(&mut self, connection: u64, publish: &Publish) -> Option<Heard> {
-        let refused =
-            |reason, text: String| Some(Heard::Refused(self.number, Rejected::new(reason, text)));
-        let Ok(topic) = std::str::from_utf8(&publish.topic) else {
-            return refused(Rejection::Syntax, "a topic is not UTF-8".into());
-        };
-        let kind = match self.topics.read(self.side, topic) {
+        let topic = String::from_utf8_lossy(&publish.topic);
+        let origin = Origin::Topic(topic.as_ref().into());
+        if topic.as_bytes() != &publish.topic[..] {
+            let problem = "the topic is not UTF-8; expected one that is";
+            let rejected = Rejected::new(Rejection::Syntax, problem);
+            return Some(Heard::Refused(origin, rejected));
+        }
+        let kind = match self.topics.read(self.side, &topic) {
             Some(Topic::Presence(side)) => return self.hear_presence(connection, side, publish),
             Some(Topic::Kind(kind)) => kind,
             None => return None,
         };
         if publish.payload.len() > LONGEST_LINE {
-            return Some(Heard::Refused(self.number, Rejected::too_long()));
+            return Some(Heard::Refused(origin, Rejected::too_long()));
         }
         #[derive(Deserialize)]
         struct Kind {
@@ -134,10 +136,14 @@ impl Inbound {
         if let Ok(said) = serde_json::from_slice::<Kind>(&publish.payload)
             && said.kind != kind
         {
-            let problem = format!("kind `{}` on topic {}", shown(&said.kind), shown(topic));
-            return refused(Rejection::Kind, format!("{problem}; expected `{kind}`"));
+            let problem = format!(
+                "kind `{}`; expected `{kind}` on this topic",
+                shown(&said.kind)
+            );
+            let rejected = Rejected::new(Rejection::Kind, problem);
+            return Some(Heard::Refused(origin, rejected));
         }
-        Some(Heard::Line(self.number, publish.payload.to_vec()))
+        Some(Heard::Line(origin, publish.payload.to_vec()))
     }
 
     fn hear_presence(&mut self, connection: u64, side: Side, publish: &Publish) -> Option<Heard> {

@@ -2,14 +2,14 @@
 
 use super::messages::RosMessage;
 use super::rivals::{Stance, Watch};
-use super::turns::{Endless, Origin, Turns};
-use super::wires::{Mouth, NodeEars, StationEars, Wires};
+use super::turns::{Endless, Sent, Turns};
+use super::wires::{Ear, Mouth, NodeEars, StationEars, Wires};
 use super::{Settings, incoming, outgoing};
 use crate::error::{Error, Result, shown};
 use crate::live::protocol::{Rejected, Rejection, encode};
 use crate::live::transport::peer::{Peer, Waiting};
-use crate::live::transport::{Heard, Side};
-use ros2_client::{Context, Node, NodeName, NodeOptions, Subscription};
+use crate::live::transport::{Heard, Origin, Side};
+use ros2_client::{Context, Node, NodeName, NodeOptions};
 use rustdds::DomainParticipantBuilder;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -51,7 +51,7 @@ pub fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) -> Resu
         Error::input("--ros2-namespace", problem, cure)
     };
     let name = NodeName::new(&settings.namespace, name);
-    let name = name.map_err(|error| failed(format!("{error:?}")))?;
+    let name = name.map_err(|error| failed(error.to_string()))?;
     let options = NodeOptions::new()
         .enable_rosout(false)
         .start_parameter_services(false);
@@ -157,36 +157,35 @@ impl Listener {
         let frame = self.frame.as_str();
         match ears {
             Ears::Node(ears) => {
-                let one = |message| (None, vec![self.heard(message)]);
                 tokio::join!(
                     self.follow(&ears.detections, |m| {
                         let seen = incoming::read_detections(&m, frame).into_iter();
-                        (None, seen.map(|message| self.heard(message)).collect())
+                        let heard = seen.map(|message| heard(&ears.detections, message));
+                        (None, heard.collect())
                     }),
-                    self.follow(&ears.belt, |m| one(incoming::read_belt(&m, frame))),
-                    self.follow(&ears.robots, |m| one(incoming::read_robot(&m))),
-                    self.follow(&ears.acks, |m| one(incoming::read_ack(&m))),
-                    self.follow(&ears.results, |m| one(incoming::read_result(&m))),
+                    self.follow_one(&ears.belt, |m| incoming::read_belt(m, frame)),
+                    self.follow_one(&ears.robots, incoming::read_robot),
+                    self.follow_one(&ears.acks, incoming::read_ack),
+                    self.follow_one(&ears.results, incoming::read_result),
                     self.follow(&ears.tick, |m| {
                         let heard = match m.last {
                             true => Heard::Ended(self.number),
-                            false => self.heard(Ok(incoming::read_tick(&m))),
+                            false => heard(&ears.tick, Ok(incoming::read_tick(&m))),
                         };
                         (Some(m.messages), vec![heard])
                     }),
                 );
             }
             Ears::Station(ears) => {
-                let one = |message| (None, vec![self.heard(Ok(message))]);
                 tokio::join!(
-                    self.follow(&ears.tasks, |m| one(outgoing::read_task(&m))),
-                    self.follow(&ears.cancels, |m| one(outgoing::read_cancel(&m))),
-                    self.follow(&ears.status, |m| one(outgoing::read_status(&m))),
+                    self.follow_one(&ears.tasks, |m| Ok(outgoing::read_task(m))),
+                    self.follow_one(&ears.cancels, |m| Ok(outgoing::read_cancel(m))),
+                    self.follow_one(&ears.status, |m| Ok(outgoing::read_status(m))),
                     self.follow(&ears.due, |m| {
                         // What the node says at its end stands in its status.
                         let heard = match m.last {
                             true => Vec::new(),
-                            false => vec![self.heard(Ok(outgoing::read_due(&m)))],
+                            false => vec![heard(&ears.due, Ok(outgoing::read_due(&m)))],
                         };
                         (Some(m.messages), heard)
                     }),
@@ -195,36 +194,33 @@ impl Listener {
         }
     }
 
-    /// What is handed on of a message.
-    fn heard<M: Serialize>(&self, message: std::result::Result<M, Rejected>) -> Heard {
-        match message {
-            Ok(message) => {
-                let mut line = encode(&message).into_bytes();
-                line.truncate(line.trim_ascii_end().len());
-                Heard::Line(self.number, line)
-            }
-            Err(rejected) => Heard::Refused(self.number, rejected),
-        }
+    /// Follows a topic of messages that are one each, and end no turn.
+    async fn follow_one<R, M: Serialize>(
+        &self,
+        ear: &Ear<R>,
+        read: impl Fn(&R) -> std::result::Result<M, Rejected>,
+    ) where
+        R: RosMessage + DeserializeOwned + 'static,
+    {
+        let one = |message: R| (None, vec![heard(ear, read(&message))]);
+        self.follow(ear, one).await;
     }
 
     /// Hands on what comes over a topic. Of a message that ends a turn `read` also gives how
     /// many came before it.
-    async fn follow<R>(
-        &self,
-        subscription: &Subscription<R>,
-        read: impl Fn(R) -> (Option<u32>, Vec<Heard>),
-    ) where
+    async fn follow<R>(&self, ear: &Ear<R>, read: impl Fn(R) -> (Option<u32>, Vec<Heard>))
+    where
         R: RosMessage + DeserializeOwned + 'static,
     {
         loop {
-            let heard = match subscription.async_take().await {
+            let heard = match ear.subscription.async_take().await {
                 Ok((message, info)) => {
                     let (end, heard) = read(message);
                     match &self.turns {
                         Some(turns) => {
                             let at = info.source_timestamp().map_or(0, |time| time.to_nanos());
-                            let origin = Origin::new(info.publisher_gid().as_bytes(), at);
-                            let taken = turns.borrow_mut().take(origin, heard, end);
+                            let sent = Sent::new(info.publisher_gid().as_bytes(), at);
+                            let taken = turns.borrow_mut().take(sent, heard, end);
                             taken.unwrap_or_else(|Endless| vec![Heard::Failed(endless())])
                         }
                         None => heard,
@@ -233,9 +229,10 @@ impl Listener {
                 Err(error) => {
                     tokio::time::sleep(BREATH).await;
                     let problem = format!("no {}/{}: {error}", R::PACKAGE, R::TYPE);
+                    let refused = Rejected::new(Rejection::Syntax, problem);
                     vec![Heard::Refused(
-                        self.number,
-                        Rejected::new(Rejection::Syntax, problem),
+                        Origin::Topic(Arc::clone(&ear.topic)),
+                        refused,
                     )]
                 }
             };
@@ -269,7 +266,7 @@ impl Listener {
                     }
                     matches!(stance, Stance::Stay | Stance::Warn)
                 }
-                Ears::Station(ears) => ears.tasks.get_publisher_count(node) > 0,
+                Ears::Station(ears) => ears.tasks.subscription.get_publisher_count(node) > 0,
             };
             let there = hears && mouth.is_heard(node);
             steady = if there { steady + 1 } else { 0 };
@@ -297,5 +294,18 @@ impl Listener {
                 "stop it, or give this one a --ros2-namespace of its own",
             ))),
         }
+    }
+}
+
+/// What is handed on of a message.
+fn heard<R, M: Serialize>(ear: &Ear<R>, message: std::result::Result<M, Rejected>) -> Heard {
+    let origin = Origin::Topic(Arc::clone(&ear.topic));
+    match message {
+        Ok(message) => {
+            let mut line = encode(&message).into_bytes();
+            line.truncate(line.trim_ascii_end().len());
+            Heard::Line(origin, line)
+        }
+        Err(rejected) => Heard::Refused(origin, rejected),
     }
 }

@@ -14,14 +14,14 @@ const PARTICIPANT: usize = 12;
 
 /// Where a message is from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Origin {
+pub struct Sent {
     /// The participant that published it.
     pub sender: [u8; PARTICIPANT],
     /// When it did [ns].
     pub at: i64,
 }
 
-impl Origin {
+impl Sent {
     /// What DDS says of a message: its writer's identity, and when it was published [ns].
     pub fn new(writer: &[u8], at: i64) -> Self {
         let mut sender = [0; PARTICIPANT];
@@ -35,9 +35,9 @@ impl Origin {
 /// What is held.
 #[derive(Debug, Default)]
 pub struct Turns {
-    held: Vec<(Origin, Vec<Heard>)>,
+    held: Vec<(Sent, Vec<Heard>)>,
     /// Ends of turns: by whom, and how many messages there were before it in the turn.
-    ends: Vec<(Origin, usize)>,
+    ends: Vec<(Sent, usize)>,
 }
 
 /// More was heard in one turn than anybody sends.
@@ -52,34 +52,33 @@ impl Turns {
     /// A turn that does not end.
     pub fn take(
         &mut self,
-        origin: Origin,
+        sent: Sent,
         heard: Vec<Heard>,
         end: Option<u32>,
     ) -> Result<Vec<Heard>, Endless> {
         if self.held.len() >= MOST {
             return Err(Endless);
         }
-        self.held.push((origin, heard));
-        self.ends
-            .extend(end.map(|before| (origin, before as usize)));
+        self.held.push((sent, heard));
+        self.ends.extend(end.map(|before| (sent, before as usize)));
         let mut ready = Vec::new();
         while let Some(place) = self.ends.iter().position(|end| self.is_whole(end)) {
             let (end, _) = self.ends.remove(place);
             let mut turn: Vec<_> = self
                 .held
-                .extract_if(.., |(origin, _)| origin.at <= end.at)
+                .extract_if(.., |(sent, _)| sent.at <= end.at)
                 .collect();
             // Equal times stay as they came.
-            turn.sort_by_key(|(origin, _)| origin.at);
+            turn.sort_by_key(|(sent, _)| sent.at);
             ready.extend(turn.into_iter().flat_map(|(_, heard)| heard));
         }
         Ok(ready)
     }
 
     /// Whether all that its sender published in the turn up to its `end` has come.
-    fn is_whole(&self, (end, before): &(Origin, usize)) -> bool {
-        let mine = |origin: &Origin| origin.sender == end.sender && origin.at <= end.at;
-        let held = self.held.iter().filter(|(origin, _)| mine(origin)).count();
+    fn is_whole(&self, (end, before): &(Sent, usize)) -> bool {
+        let mine = |sent: &Sent| sent.sender == end.sender && sent.at <= end.at;
+        let held = self.held.iter().filter(|(sent, _)| mine(sent)).count();
         held > *before
     }
 }
@@ -87,13 +86,17 @@ impl Turns {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::live::transport::Origin;
 
-    fn origin(sender: u8, at: i64) -> Origin {
-        Origin::new(&[sender; 24], at)
+    fn sent(sender: u8, at: i64) -> Sent {
+        Sent::new(&[sender; 24], at)
     }
 
     fn line(text: &str) -> Vec<Heard> {
-        vec![Heard::Line(1, text.as_bytes().to_vec())]
+        vec![Heard::Line(
+            Origin::Topic("t".into()),
+            text.as_bytes().to_vec(),
+        )]
     }
 
     fn texts(heard: Vec<Heard>) -> String {
@@ -108,7 +111,7 @@ mod tests {
     fn a_turn_is_handed_on_once_it_is_whole_in_the_order_of_sending() {
         let mut turns = Turns::default();
         let mut take =
-            |sender, at, text, end| texts(turns.take(origin(sender, at), line(text), end).unwrap());
+            |sender, at, text, end| texts(turns.take(sent(sender, at), line(text), end).unwrap());
         assert_eq!(take(1, 30, "c", None), "");
         // The end overtakes what was sent before it.
         assert_eq!(take(1, 40, ".", Some(3)), "");
@@ -127,9 +130,9 @@ mod tests {
     fn what_never_ends_is_not_held_for_ever() {
         let mut turns = Turns::default();
         for at in 0..MOST {
-            assert!(turns.take(origin(1, at as i64), Vec::new(), None).is_ok());
+            assert!(turns.take(sent(1, at as i64), Vec::new(), None).is_ok());
         }
-        let last = turns.take(origin(1, 0), Vec::new(), None);
+        let last = turns.take(sent(1, 0), Vec::new(), None);
         assert_eq!(last.unwrap_err(), Endless);
     }
 }

@@ -12,6 +12,7 @@ use ros2_client::qos::{Durability, History, WhenFull};
 use ros2_client::{MessageTypeName, Name, Node, Publisher, QosProfile, Subscription};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use std::sync::Arc;
 use std::sync::atomic::AtomicU32;
 use std::sync::atomic::Ordering::Relaxed;
 use std::time::Duration;
@@ -62,9 +63,20 @@ impl Wires<'_> {
     fn heard<M: RosMessage + DeserializeOwned + 'static>(
         &mut self,
         name: &str,
-    ) -> Result<Subscription<M>, CreateError> {
-        let topic = self.topic::<M>(name, &reliable(HEARD))?;
-        self.node.create_subscription(&topic, None)
+    ) -> Result<Ear<M>, CreateError> {
+        self.heard_with(name, &reliable(HEARD))
+    }
+
+    fn heard_with<M: RosMessage + DeserializeOwned + 'static>(
+        &mut self,
+        name: &str,
+        quality: &QosProfile,
+    ) -> Result<Ear<M>, CreateError> {
+        let topic = self.topic::<M>(name, quality)?;
+        Ok(Ear {
+            topic: format!("{}/{name}", self.settings.namespace.trim_end_matches('/')).into(),
+            subscription: self.node.create_subscription(&topic, None)?,
+        })
     }
 
     /// What this side says.
@@ -97,9 +109,8 @@ impl Wires<'_> {
         if self.settings.best_effort {
             quality = quality.reliability_best_effort();
         }
-        let topic = self.topic::<Detection3DArray>("detections", &quality)?;
         Ok(NodeEars {
-            detections: self.node.create_subscription(&topic, None)?,
+            detections: self.heard_with("detections", &quality)?,
             belt: self.heard("belt_state")?,
             robots: self.heard("robot_states")?,
             acks: self.heard("acks")?,
@@ -119,32 +130,40 @@ impl Wires<'_> {
     }
 }
 
+/// One topic that is heard.
+pub struct Ear<M> {
+    /// Its whole name.
+    pub topic: Arc<str>,
+    /// What comes under it.
+    pub subscription: Subscription<M>,
+}
+
 /// What the node hears.
 pub struct NodeEars {
     /// Items seen.
-    pub detections: Subscription<Detection3DArray>,
+    pub detections: Ear<Detection3DArray>,
     /// How the belt moves.
-    pub belt: Subscription<BeltState>,
+    pub belt: Ear<BeltState>,
     /// What the robots are doing.
-    pub robots: Subscription<RobotState>,
+    pub robots: Ear<RobotState>,
     /// Tasks understood.
-    pub acks: Subscription<TaskAck>,
+    pub acks: Ear<TaskAck>,
     /// What came of tasks.
-    pub results: Subscription<TaskResult>,
+    pub results: Ear<TaskResult>,
     /// Ends of the station's turns.
-    pub tick: Subscription<Tick>,
+    pub tick: Ear<Tick>,
 }
 
 /// What a station hears.
 pub struct StationEars {
     /// Tasks.
-    pub tasks: Subscription<Task>,
+    pub tasks: Ear<Task>,
     /// Tasks to be dropped.
-    pub cancels: Subscription<TaskCancel>,
+    pub cancels: Ear<TaskCancel>,
     /// Where things stand.
-    pub status: Subscription<LineStatus>,
+    pub status: Ear<LineStatus>,
     /// Ends of the node's turns.
-    pub due: Subscription<Due>,
+    pub due: Ear<Due>,
 }
 
 /// What the node says.
