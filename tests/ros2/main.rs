@@ -182,7 +182,9 @@ fn against_cyclone(test: u32, arguments: &str, peer: &[&str]) {
         20
     );
     assert!(
-        remarks.contains("frame_id `camera`; expected `belt`"),
+        remarks.contains(
+            "topic /line1/detections: refused (field): frame_id `camera`; expected `belt`"
+        ),
         "{remarks}"
     );
 }
@@ -280,8 +282,33 @@ fn wrong_usage_is_refused() {
         ("--ros2 --clock messages", &[][..], "--clock messages"),
         ("--ros2 --ros2-domain 233", &[], "--ros2-domain"),
         ("--ros2", &[("ROS_DOMAIN_ID", "x")][..], "ROS_DOMAIN_ID"),
-        ("--ros2 --ros2-namespace a-b", &[], "--ros2-namespace"),
+        (
+            "--ros2 --ros2-namespace a-b",
+            &[],
+            "--ros2-namespace: `/a-b` holds `-`\n  cure: ",
+        ),
+        (
+            "--ros2 --ros2-namespace /line/",
+            &[],
+            "--ros2-namespace: `/line/` has a slash too many",
+        ),
         ("--ros2 --ros2-network nowhere", &[], "--ros2-network"),
+        // Addresses that are set aside for examples, and so nobody's.
+        (
+            "--ros2 --ros2-network 192.0.2.7",
+            &[],
+            "--ros2-network: 192.0.2.7 is no address of this machine\n  cure: give one of ",
+        ),
+        (
+            "--ros2 --ros2-network 127.0.0.1 --ros2-network 0.0.0.0",
+            &[],
+            "--ros2-network: 0.0.0.0 is no address",
+        ),
+        (
+            "--ros2 --ros2-network ::1",
+            &[],
+            "--ros2-network: ::1 is an IPv6 address",
+        ),
         ("--ros2 --listen 127.0.0.1:0", &[], "--listen"),
         ("--ros2-frame map", &[], "--ros2"),
     ] {

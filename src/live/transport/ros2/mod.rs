@@ -5,6 +5,7 @@
 //! DDS acknowledges only that a reader has got a message, so tasks are still acknowledged
 //! by their robots and sent again until they are.
 
+mod check;
 mod incoming;
 pub mod messages;
 mod node;
@@ -43,5 +44,6 @@ pub struct Settings {
 /// # Errors
 /// Names that are none, a network that is not there.
 pub(super) fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) -> Result<Peer> {
+    check::check(settings)?;
     node::start(number, settings, inbox)
 }
