@@ -293,11 +293,11 @@ fn wrong_usage_is_refused() {
             "--ros2-namespace: `/line/` has a slash too many",
         ),
         ("--ros2 --ros2-network nowhere", &[], "--ros2-network"),
-        // Addresses that are set aside for examples, and so nobody's.
+        // Of a class that is given to nobody.
         (
-            "--ros2 --ros2-network 192.0.2.7",
+            "--ros2 --ros2-network 240.0.0.1",
             &[],
-            "--ros2-network: 192.0.2.7 is no address of this machine\n  cure: give one of ",
+            "--ros2-network: 240.0.0.1 is no address of this machine\n  cure: give one of ",
         ),
         (
             "--ros2 --ros2-network 127.0.0.1 --ros2-network 0.0.0.0",
