@@ -139,9 +139,9 @@ pub fn make_folder(folder: &Path) -> Result<()> {
     std::fs::create_dir_all(folder).map_err(|source| Error::write(folder, source))
 }
 
-/// Identifies a text: the first 16 hexadecimal digits of its SHA-256.
-pub fn fingerprint(text: &str) -> String {
-    let digest = Sha256::digest(text.as_bytes());
+/// Identifies a text or other content: the first 16 hexadecimal digits of its SHA-256.
+pub fn fingerprint(content: impl AsRef<[u8]>) -> String {
+    let digest = Sha256::digest(content.as_ref());
     digest[..8]
         .iter()
         .map(|byte| format!("{byte:02x}"))

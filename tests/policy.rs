@@ -149,6 +149,65 @@ fn wrong_files_are_refused_with_what_was_expected() {
     check(&nan, &["NaN"]);
 }
 
+/// Whatever bit of a file changes: either it is refused, or it is the same policy.
+#[test]
+fn a_changed_bit_is_noticed() {
+    let architecture = Architecture::Mlp {
+        hidden: vec![4],
+        activation: Activation::Tanh,
+    };
+    let layout = Layout::PAPER;
+    let (_, parameters, good) = exported(&architecture, layout);
+    let observation: Vec<f32> = (0..52).map(|i| i as f32 / 52.0).collect();
+    let logits = |policy: &Policy| -> Vec<u32> {
+        let mut logits = [0.0; 10];
+        let mut state = policy.state().unwrap();
+        state
+            .logits(&observation, &[true; 10], &mut logits)
+            .unwrap();
+        logits.map(f32::to_bits).to_vec()
+    };
+    let expected = logits(&Policy::from_bytes(&good, "f.onnx").unwrap());
+    let mut by_hash = 0;
+    for place in (0..good.len()).step_by(5) {
+        let mut other = good.clone();
+        other[place] ^= 1 << (place % 8);
+        match Policy::from_bytes(&other, "f.onnx") {
+            Ok(policy) => assert_eq!(logits(&policy), expected, "byte {place}"),
+            Err(error) => {
+                let message = error.to_string();
+                assert!(message.contains("f.onnx"), "{message}");
+                by_hash += usize::from(message.contains("not as it was exported"));
+            }
+        }
+    }
+    // Most of the file is weights, of which nearly every change is legal.
+    assert!(by_hash > good.len() / 5 / 3, "{by_hash} of {}", good.len());
+    let weight = parameters[3].to_le_bytes();
+    let place = good.windows(4).position(|bytes| bytes == weight).unwrap();
+    let mut other = good.clone();
+    other[place] ^= 1;
+    let message = Policy::from_bytes(&other, "f.onnx").unwrap_err();
+    for word in [
+        "f.onnx",
+        "pickline.content_hash",
+        "cure: get the file again",
+    ] {
+        assert!(
+            message.to_string().contains(word),
+            "{word} not in {message}"
+        );
+    }
+}
+
+/// The policy that ships has its hash, so that a bad copy of the repository is noticed.
+#[test]
+fn the_policy_that_ships_is_sealed() {
+    let policy = Policy::shipped().unwrap();
+    let hash = policy.metadata().get("content_hash").unwrap();
+    assert_eq!(hash.len(), 16);
+}
+
 #[test]
 fn files_without_metadata_are_known_by_their_sizes() {
     let architecture = Architecture::Mlp {

@@ -1,5 +1,6 @@
 //! Looks a file over before tract builds anything from it.
 
+use super::seal::check_seal;
 use crate::error::{Error, Result, shown};
 use prost::Message as _;
 use std::collections::HashSet;
@@ -14,7 +15,7 @@ use tract_onnx::pb::{
 const MOST_BYTES: usize = 256 << 20;
 
 /// The model in `bytes`, checked: an ONNX file, whole, its weights finite, every value
-/// that is used defined.
+/// that is used defined, nothing changed since it was exported.
 ///
 /// # Errors
 /// What is wrong, at `place`.
@@ -38,6 +39,8 @@ pub fn read(bytes: &[u8], place: &str) -> Result<ModelProto> {
         check_tensor(tensor).map_err(wrong)?;
     }
     check_names(graph).map_err(wrong)?;
+    // Last, as it tells least of what is wrong.
+    check_seal(&model, place)?;
     Ok(model)
 }
 

@@ -4,6 +4,7 @@
 //! reads (<https://onnx.ai/onnx/operators/>).
 
 use super::metadata::Metadata;
+use super::seal::seal;
 use prost::Message as _;
 use tract_onnx::pb::{
     AttributeProto, GraphProto, ModelProto, NodeProto, OperatorSetIdProto, StringStringEntryProto,
@@ -137,7 +138,7 @@ impl GraphBuilder {
             key,
             value: value.to_owned(),
         };
-        let model = ModelProto {
+        let mut model = ModelProto {
             ir_version: IR_VERSION,
             opset_import: vec![OperatorSetIdProto {
                 domain: String::new(),
@@ -149,6 +150,7 @@ impl GraphBuilder {
             metadata_props: metadata.to_file().map(entry).collect(),
             ..Default::default()
         };
+        seal(&mut model);
         model.encode_to_vec()
     }
 }

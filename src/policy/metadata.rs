@@ -5,7 +5,7 @@ use crate::error::{Error, Result, shown};
 use std::collections::BTreeMap;
 
 /// Stands before every key of ours in the file.
-const PREFIX: &str = "pickline.";
+pub(super) const PREFIX: &str = "pickline.";
 
 /// The file's metadata, without the prefix of its keys.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

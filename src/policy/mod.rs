@@ -12,6 +12,8 @@ mod metadata;
 #[cfg(feature = "onnx")]
 mod model;
 #[cfg(feature = "onnx")]
+mod seal;
+#[cfg(feature = "onnx")]
 mod strategy;
 
 #[cfg(feature = "onnx")]

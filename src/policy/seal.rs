@@ -1,0 +1,102 @@
+//! A hash in the file, so that a changed bit which still makes a legal network does not
+//! go unnoticed.
+
+use super::metadata::PREFIX;
+use crate::error::{Error, Result, shown};
+use crate::files::fingerprint;
+use prost::Message as _;
+use tract_onnx::pb::{ModelProto, StringStringEntryProto};
+
+/// The metadata entry of the hash, behind the prefix of all of ours.
+const KEY: &str = "content_hash";
+
+fn is_seal(entry: &StringStringEntryProto) -> bool {
+    entry.key.strip_prefix(PREFIX) == Some(KEY)
+}
+
+/// The hash of everything else that `model` says: weights, network and metadata.
+///
+/// Taken of the model written anew, not of the file's bytes: they can hold the same in
+/// another order, and the hash itself stands among them.
+fn content_hash(model: &ModelProto) -> String {
+    let mut rest = model.clone();
+    rest.metadata_props.retain(|entry| !is_seal(entry));
+    fingerprint(rest.encode_to_vec())
+}
+
+/// Puts the hash into `model`, which is complete.
+pub fn seal(model: &mut ModelProto) {
+    let value = content_hash(model);
+    model.metadata_props.push(StringStringEntryProto {
+        key: format!("{PREFIX}{KEY}"),
+        value,
+    });
+}
+
+/// Checks that `model` holds what it held when it was sealed. Files that were not, of
+/// other programs or older releases, pass.
+///
+/// # Errors
+/// Another hash than the one that stands in it, at `place`.
+pub fn check_seal(model: &ModelProto, place: &str) -> Result<()> {
+    let Some(entry) = model.metadata_props.iter().find(|entry| is_seal(entry)) else {
+        return Ok(());
+    };
+    let found = content_hash(model);
+    if entry.value == found {
+        return Ok(());
+    }
+    Err(Error::input(
+        place,
+        format!(
+            "the file is not as it was exported: its content has the hash {found}, its metadata \
+             entry {PREFIX}{KEY} says {}",
+            shown(&entry.value)
+        ),
+        "get the file again from where it came, or export it again with `pickline train`",
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::policy::Policy;
+    use std::path::Path;
+
+    /// How the policy that ships, which is older than the hash, was given its own: nothing
+    /// else of it changed. To be done again should it ever be replaced by an older file:
+    /// `cargo test --lib seal_the_policy -- --ignored`.
+    #[test]
+    #[ignore = "writes policies/pickline.onnx"]
+    fn seal_the_policy_that_ships() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("policies/pickline.onnx");
+        let before = std::fs::read(&path).unwrap();
+        let mut model = ModelProto::decode(&before[..]).unwrap();
+        // Nothing is lost in reading and writing.
+        assert_eq!(model.encode_to_vec(), before);
+        assert!(!model.metadata_props.iter().any(is_seal));
+        let logits = |bytes: &[u8]| -> Vec<u32> {
+            let policy = Policy::from_bytes(bytes, "test").unwrap();
+            let layout = policy.layout();
+            let mut state = policy.state().unwrap();
+            let mask = vec![true; layout.actions()];
+            let mut all = Vec::new();
+            for row in 0..100 {
+                let numbers = 0..layout.observation();
+                let numbers = numbers.map(|i| ((row * 31 + i * 7) % 64) as f32 / 64.0);
+                let mut logits = vec![0.0; layout.actions()];
+                let observation: Vec<f32> = numbers.collect();
+                state.logits(&observation, &mask, &mut logits).unwrap();
+                all.extend(logits.iter().map(|logit| logit.to_bits()));
+            }
+            all
+        };
+        let old = logits(&before);
+        seal(&mut model);
+        let after = model.encode_to_vec();
+        assert_eq!(logits(&after), old);
+        // The entry comes last, so the rest is byte by byte what it was.
+        assert!(after.starts_with(&before));
+        crate::files::write_whole(&path, &after).unwrap();
+    }
+}
