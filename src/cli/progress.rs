@@ -1,7 +1,8 @@
 //! Progress on stderr: a bar with rate and remaining time.
 
 use crate::optimize::Progress;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use std::fmt::Write;
 use std::sync::Mutex;
 use std::time::Duration;
 
@@ -37,10 +38,13 @@ impl Progress for Bar {
         let bar = ProgressBar::new(total);
         bar.set_draw_target(ProgressDrawTarget::stderr());
         let template = format!(
-            "{{prefix:>13}} [{{bar:32}}] {{pos}}/{{len}} {unit}, {{per_sec}}, ETA {{eta}} {{msg}}"
+            "{{prefix:>13}} [{{bar:32}}] {{pos}}/{{len}} {unit}, {{rate}}, ETA {{eta}} {{msg}}"
         );
         // The template is valid; a mistake in it would only lose the style.
         if let Ok(style) = ProgressStyle::with_template(&template) {
+            let style = style.with_key("rate", |state: &ProgressState, to: &mut dyn Write| {
+                let _ = to.write_str(&rate_text(state.per_sec()));
+            });
             bar.set_style(style.progress_chars("=> "));
         }
         bar.set_prefix(stage.to_owned());
@@ -58,5 +62,42 @@ impl Progress for Bar {
 
     fn end(&self) {
         self.with(|bar| bar.finish_and_clear());
+    }
+}
+
+/// A number of steps per second: whole, unless it is so small that the digits behind the
+/// point tell something.
+fn rate_text(per_second: f64) -> String {
+    if per_second < 9.95 {
+        return format!("{per_second:.1}/s");
+    }
+    let digits = format!("{per_second:.0}");
+    let mut text = String::new();
+    for (place, digit) in digits.chars().enumerate() {
+        if place > 0 && (digits.len() - place) % 3 == 0 {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text + "/s"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rates_are_whole_numbers_where_that_says_enough() {
+        for (rate, text) in [
+            (0.0, "0.0/s"),
+            (0.34, "0.3/s"),
+            (9.94, "9.9/s"),
+            (9.96, "10/s"),
+            (999.6, "1,000/s"),
+            (16_538.388_2, "16,538/s"),
+            (1_234_567.9, "1,234,568/s"),
+        ] {
+            assert_eq!(rate_text(rate), text);
+        }
     }
 }
