@@ -7,6 +7,8 @@ use crate::planning::{Allowance, KEYS, Lookahead, Options};
 #[cfg(feature = "onnx")]
 use crate::policy::{Policy, PolicyStrategy};
 use std::fmt;
+#[cfg(feature = "onnx")]
+use std::path::Path;
 use std::sync::Arc;
 
 /// One kind of strategy.
@@ -21,9 +23,12 @@ pub struct StrategyKind {
     pub options: &'static [(&'static str, &'static str)],
     /// Whether a decision has a budget.
     budgeted: bool,
-    /// Reads what stands after the colon.
-    read: fn(&str, &Setup) -> Result<Blueprint>,
+    /// Reads what stands after the colon, none where there is no colon.
+    read: fn(Option<&str>) -> Result<Maker>,
 }
+
+/// Puts a strategy that was read on a line.
+type Maker = Box<dyn Fn(&Setup) -> Result<Blueprint> + Send + Sync>;
 
 /// Every kind of strategy.
 pub static STRATEGIES: &[StrategyKind] = &[
@@ -33,11 +38,13 @@ pub static STRATEGIES: &[StrategyKind] = &[
         summary: "one dispatching rule for each robot, upstream first",
         options: &[],
         budgeted: false,
-        read: |text, setup| {
-            let rules: RuleAssignment = text.parse()?;
-            let strategy = RuleStrategy(rules.for_robots(setup.robots)?);
-            Ok(Blueprint::new(strategy.name(), move || {
-                Box::new(strategy.clone())
+        read: |text| {
+            let rules: RuleAssignment = text.unwrap_or_default().parse()?;
+            Ok(Box::new(move |setup| {
+                let strategy = RuleStrategy(rules.clone().for_robots(setup.robots)?);
+                Ok(Blueprint::new(strategy.name(), move || {
+                    Box::new(strategy.clone())
+                }))
             }))
         },
     },
@@ -47,14 +54,17 @@ pub static STRATEGIES: &[StrategyKind] = &[
         summary: "plans ahead for all robots over the items in view, at every decision",
         options: &KEYS,
         budgeted: true,
-        read: |text, setup| {
-            let mut options = Options::parse(text, setup.robots, setup.allowance)?;
-            let name = options.written();
-            if options.bases.is_empty() {
-                options.bases = (setup.bases)()?;
-            }
-            Ok(Blueprint::new(name, move || {
-                Box::new(Lookahead::new(options.clone()))
+        read: |text| {
+            let text = text.unwrap_or_default().to_owned();
+            Ok(Box::new(move |setup| {
+                let mut options = Options::parse(&text, setup.robots, setup.allowance)?;
+                let name = options.written();
+                if options.bases.is_empty() {
+                    options.bases = (setup.bases)()?;
+                }
+                Ok(Blueprint::new(name, move || {
+                    Box::new(Lookahead::new(options.clone()))
+                }))
             }))
         },
     },
@@ -64,7 +74,10 @@ pub static STRATEGIES: &[StrategyKind] = &[
         summary: "a trained policy; without a file the one that ships with the program",
         options: &[],
         budgeted: false,
-        read: |text, _| read_policy(text),
+        read: |file| {
+            let policy = read_policy(file)?;
+            Ok(Box::new(move |_| Ok(policy.clone())))
+        },
     },
 ];
 
@@ -78,12 +91,23 @@ pub fn is_policy(text: &str) -> bool {
     text.split_once(':').map_or(text, |(name, _)| name) == POLICY
 }
 
-/// The policy in the file at `path`, or the shipped one.
+/// How the bound is asked for by mistake.
+const BOUND: &str = "bound";
+
+/// The policy in `file`, or the shipped one.
 #[cfg(feature = "onnx")]
-fn read_policy(path: &str) -> Result<Blueprint> {
-    let (policy, name) = match path {
-        "" => (Policy::shipped()?, POLICY.to_owned()),
-        path => (Policy::load(path.as_ref())?, format!("onnx:{path}")),
+fn read_policy(file: Option<&str>) -> Result<Blueprint> {
+    let (policy, name) = match file {
+        None => (Policy::shipped()?, POLICY.to_owned()),
+        // A variable of a script that is not set, say: another policy than was meant.
+        Some("") => {
+            return Err(Error::input(
+                "--strategy onnx:",
+                "names no file after the colon",
+                "give the policy's file, or plain `onnx` for the policy that ships with the program",
+            ));
+        }
+        Some(file) => (Policy::load(Path::new(file))?, format!("{POLICY}:{file}")),
     };
     let written = name.clone();
     Ok(Blueprint::new(name, move || {
@@ -92,9 +116,9 @@ fn read_policy(path: &str) -> Result<Blueprint> {
 }
 
 #[cfg(not(feature = "onnx"))]
-fn read_policy(path: &str) -> Result<Blueprint> {
+fn read_policy(_: Option<&str>) -> Result<Blueprint> {
     Err(Error::input(
-        format!("--strategy onnx:{path}"),
+        "--strategy onnx",
         "this program was built without ONNX",
         "build it with the feature `onnx`, which is one of the default features",
     ))
@@ -144,63 +168,105 @@ impl fmt::Debug for Blueprint {
     }
 }
 
+/// A strategy as far as it says the same on every line: its text is read, and its file,
+/// which is not looked at again.
+pub struct Parsed {
+    kind: &'static StrategyKind,
+    make: Maker,
+}
+
+impl Parsed {
+    /// The strategy on a line.
+    ///
+    /// # Errors
+    /// Options that the strategy refuses, rules for another number of robots.
+    pub fn on(&self, setup: &Setup) -> Result<Blueprint> {
+        if setup.allowance.asked.is_some() && !self.kind.budgeted {
+            return Err(Error::input(
+                "--budget-ms",
+                format!("has no meaning for {}, which does not plan", self.kind.name),
+                "leave it out, or choose a strategy that plans, such as lookahead",
+            ));
+        }
+        (self.make)(setup)
+    }
+
+    /// As [`Parsed::on`], for a line of `robots` robots of which nothing is known: what
+    /// needs a base gets the paper's robust assignment.
+    ///
+    /// # Errors
+    /// As for [`Parsed::on`].
+    pub fn alone(&self, robots: usize) -> Result<Blueprint> {
+        let bases = || {
+            let default = default_strategy(robots);
+            Ok(vec![default.trim_start_matches("rules:").parse()?])
+        };
+        self.on(&Setup {
+            robots,
+            bases: &bases,
+            allowance: Allowance::default(),
+        })
+    }
+}
+
 /// The strategy that `text` names. Rules may stand alone: `SPT,FIFO` and `[SPT; FIFO]`
 /// mean `rules:SPT,FIFO`.
 ///
 /// # Errors
-/// An unknown name, with the nearest known one; options that the strategy refuses.
-pub fn read(text: &str, setup: &Setup) -> Result<Blueprint> {
+/// An unknown name, with the nearest known one; a file that is no policy.
+pub fn parse(text: &str) -> Result<Parsed> {
     let (name, rest) = match text.split_once(':') {
-        Some((name, rest)) => (name, rest),
-        None if STRATEGIES.iter().any(|kind| kind.name == text) => (text, ""),
+        Some((name, rest)) => (name, Some(rest)),
+        None if STRATEGIES.iter().any(|kind| kind.name == text) => (text, None),
         // One word that is no rule is a slip in a name.
         None if !text.is_empty()
             && !text.contains([',', ';', '['])
             && text.parse::<Rule>().is_err() =>
         {
-            (text, "")
+            (text, None)
         }
-        None => ("rules", text),
+        None => ("rules", Some(text)),
     };
-    match STRATEGIES.iter().find(|kind| kind.name == name) {
-        Some(kind) if setup.allowance.asked.is_some() && !kind.budgeted => Err(Error::input(
-            "--budget-ms",
-            format!("has no meaning for {}, which does not plan", kind.name),
-            "leave it out, or choose a strategy that plans, such as lookahead",
-        )),
-        Some(kind) => (kind.read)(rest, setup),
-        None => {
-            let names: Vec<_> = STRATEGIES.iter().map(|kind| kind.name).collect();
-            let forms: Vec<_> = STRATEGIES.iter().map(|kind| kind.form).collect();
-            Err(Error::input(
-                "--strategy",
-                format!("unknown strategy `{}`", shown(name)),
-                format!(
-                    "{}; written {}",
-                    known_names(name, &names),
-                    forms.join(", ")
-                ),
-            ))
-        }
+    if let Some(kind) = STRATEGIES.iter().find(|kind| kind.name == name) {
+        let make = (kind.read)(rest)?;
+        return Ok(Parsed { kind, make });
     }
+    if name == BOUND {
+        return Err(Error::input(
+            "--strategy",
+            "the bound is no strategy: it says what none can do better",
+            "leave it out; every comparison, sweep and simulation has the bound unless \
+             --no-bound is given, and `pickline bound` shows it alone",
+        ));
+    }
+    let names: Vec<_> = STRATEGIES.iter().map(|kind| kind.name).collect();
+    Err(Error::input(
+        "--strategy",
+        format!("unknown strategy `{}`", shown(name)),
+        format!("{}; written {}", known_names(name, &names), forms()),
+    ))
 }
 
-/// As [`read`], for a line of `robots` robots of which nothing is known: what needs a
-/// base gets the paper's robust assignment.
+/// The strategy that `text` names, on the line of `setup`.
 ///
 /// # Errors
-/// As for [`read`].
+/// As for [`parse`] and [`Parsed::on`].
+pub fn read(text: &str, setup: &Setup) -> Result<Blueprint> {
+    parse(text)?.on(setup)
+}
+
+/// The strategy that `text` names, as [`Parsed::alone`].
+///
+/// # Errors
+/// As for [`parse`] and [`Parsed::on`].
 pub fn read_alone(text: &str, robots: usize) -> Result<Blueprint> {
-    let bases = || {
-        let default = default_strategy(robots);
-        Ok(vec![default.trim_start_matches("rules:").parse()?])
-    };
-    let setup = Setup {
-        robots,
-        bases: &bases,
-        allowance: Allowance::default(),
-    };
-    read(text, &setup)
+    parse(text)?.alone(robots)
+}
+
+/// How every kind of strategy is written, in a list.
+pub fn forms() -> String {
+    let forms: Vec<_> = STRATEGIES.iter().map(|kind| kind.form).collect();
+    forms.join(", ")
 }
 
 /// What strategies can be written, for help texts.
@@ -259,6 +325,25 @@ mod tests {
             let message = read(text, &setup).unwrap_err().to_string();
             assert!(message.contains(word), "{message}");
             assert!(read_alone(text, 2).is_err());
+        }
+    }
+
+    /// A script whose variable is empty must not get the policy that ships.
+    #[cfg(feature = "onnx")]
+    #[test]
+    fn only_the_bare_name_is_the_policy_that_ships() {
+        assert_eq!(read_alone("onnx", 2).unwrap().name(), "onnx");
+        let message = read_alone("onnx:", 2).unwrap_err().to_string();
+        for word in ["--strategy onnx:", "names no file", "plain `onnx`"] {
+            assert!(message.contains(word), "{word} not in {message}");
+        }
+    }
+
+    #[test]
+    fn the_bound_is_said_to_be_no_strategy() {
+        let message = read_alone("bound", 2).unwrap_err().to_string();
+        for word in ["--strategy", "no strategy", "--no-bound", "pickline bound"] {
+            assert!(message.contains(word), "{word} not in {message}");
         }
     }
 }

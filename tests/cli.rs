@@ -41,6 +41,22 @@ fn every_verb_runs_without_arguments() {
 }
 
 #[test]
+fn every_help_names_every_strategy() {
+    let mut verbs = vec!["simulate", "compare", "sweep", "run"];
+    if cfg!(feature = "onnx") {
+        verbs.push("train");
+    }
+    for verb in verbs {
+        for flag in ["-h", "--help"] {
+            let help = text(&[verb, flag]);
+            for kind in pickline::strategies::STRATEGIES {
+                assert!(help.contains(kind.form), "{verb} {flag}: {}", kind.form);
+            }
+        }
+    }
+}
+
+#[test]
 fn simulate_prints_the_agreed_json() {
     let run = json(&[
         "simulate",

@@ -8,16 +8,15 @@ use super::settings::{condition_notes, json};
 use super::training::{Line, full_name};
 use crate::error::{Error, Result, known_names, shown};
 use crate::experiment::{Case, Draws, Method, add_bounds, compare, load_cases};
+use crate::files;
 use crate::optimize::Environment;
 use crate::planning::Allowance;
 use crate::report::{COMPARISON_CHARTS, ComparisonReport, Provenance, comparison_page};
-use crate::{files, strategies};
+use crate::strategies::{self, Parsed};
 use std::path::Path;
 
 /// More patterns than this a case are taken for a slip of the pen.
 const MOST_REPLICATES: usize = 100_000;
-/// The bound as a strategy.
-const BOUND: &str = "bound";
 
 pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
@@ -48,23 +47,18 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
         _ => args.cases.clone(),
     };
     let mut texts = args.strategy.clone();
-    // Not a strategy, but asked for like one.
-    texts.retain(|text| text != BOUND);
-    let with_bound = !args.no_bound;
-    if texts.len() < args.strategy.len() && args.no_bound {
-        return Err(Error::input(
-            "--no-bound",
-            "contradicts --strategy bound",
-            "give one of the two; without both the bound is computed",
-        ));
-    }
     // The paper's third column, unless another policy takes its place.
     let has_policy = texts.iter().any(|text| strategies::is_policy(text));
     if strategies::HAS_POLICY && !args.no_policy && !has_policy {
         texts.insert(0, strategies::POLICY.into());
     }
-    for text in &texts {
-        strategies::read_alone(text, robots)?;
+    let strategies: Vec<Parsed> = texts
+        .iter()
+        .map(|t| strategies::parse(t))
+        .collect::<Result<_>>()?;
+    for strategy in &strategies {
+        // A slip is told before the long search for robust GT.
+        strategy.alone(robots)?;
     }
     let reference = reference(args, &texts)?;
     // Alone, the first method has nothing to differ from.
@@ -92,8 +86,8 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
         if !args.no_greedy {
             methods.push(Method::greedy(robots)?);
         }
-        for text in &texts {
-            let blueprint = line.read(text, &robust.best_few, Allowance::default())?;
+        for strategy in &strategies {
+            let blueprint = line.put(strategy, &robust.best_few, Allowance::default())?;
             notes.extend(full_name(&blueprint));
             methods.push(Method::Strategy(blueprint));
         }
@@ -108,7 +102,7 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
             &conditions,
             &environment,
         )?;
-        if with_bound {
+        if !args.no_bound {
             let draws = Draws {
                 replicates: args.replicates,
                 first_seed,

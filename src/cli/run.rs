@@ -149,5 +149,6 @@ pub fn blueprint(
         progress: &bar,
     };
     let line = Line::new(&common, station, &environment);
-    common.on_threads(|| line.read(text, &OnceCell::new(), allowance))
+    let strategy = strategies::parse(text)?;
+    common.on_threads(|| line.put(&strategy, &OnceCell::new(), allowance))
 }

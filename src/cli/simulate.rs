@@ -7,9 +7,8 @@ use super::settings::{NOTHING_FAILS, json, load_pattern};
 use super::training::{Line, budget};
 use crate::decision::Observer;
 use crate::error::Result;
-use crate::optimize::Environment;
+use crate::optimize::{Environment, bound_beside};
 use crate::planning::Allowance;
-use crate::planning::bound::{Options, upper_bound};
 use crate::report::{CertifiedReport, Provenance, RunReport, check_replay, replay_page};
 use crate::sim::{Scene, Trace, simulate_observed};
 use crate::{checker, files, strategies};
@@ -47,8 +46,9 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
         progress: &bar,
     };
     let line = Line::new(common, &station, &environment);
-    let read = || line.read(&text, &OnceCell::new(), allowance);
-    let mut strategy = common.on_threads(read)?.make();
+    let strategy = strategies::parse(&text)?;
+    let put = || line.put(&strategy, &OnceCell::new(), allowance);
+    let mut strategy = common.on_threads(put)?.make();
     if args.pattern.is_none() || args.strategy.is_none() {
         common.remark(&format!(
             "simulating {} on {pattern_name}, station {}",
@@ -78,8 +78,7 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
         report.checked = Some(true);
     }
     if !args.no_bound {
-        let options = Options::beside(outcome.figures.picked);
-        let bound = upper_bound(&scene, &options, &mut |_, _| true)?;
+        let bound = bound_beside(&scene, outcome.figures.picked, &environment)?;
         report.bound = Some(CertifiedReport::new(&outcome.figures, &bound));
     }
     if let (Some(file), Some(trace)) = (&args.trace, &trace) {

@@ -13,7 +13,7 @@ use crate::pattern::{PatternSource, Recipe};
 use crate::planning::Allowance;
 use crate::report::{Provenance, SWEEP_CHARTS, SweepReport, sweep_page};
 use crate::station::Station;
-use crate::strategies;
+use crate::strategies::{self, Parsed};
 
 pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
@@ -24,12 +24,12 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
     let station = args.station.load()?;
     let values = range(args, axis, &station).values()?;
     let lines = lines(args, axis, &station, &values)?;
-    for (text, (_, line)) in args
-        .strategy
-        .iter()
-        .flat_map(|t| lines.iter().map(move |l| (t, l)))
-    {
-        strategies::read_alone(text, line.robots().len())?;
+    let strategies = args.strategy.iter().map(|text| strategies::parse(text));
+    let strategies: Vec<Parsed> = strategies.collect::<Result<_>>()?;
+    for strategy in &strategies {
+        for (_, line) in &lines {
+            strategy.alone(line.robots().len())?;
+        }
     }
     let source: PatternSource = args.patterns.parse()?;
     if matches!(source, PatternSource::Files(_)) && args.items.is_some() {
@@ -63,7 +63,7 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
         progress: &bar,
     };
     let report = args.common.on_threads(|| {
-        let settings = settings(args, axis, &station, lines, &environment)?;
+        let settings = settings(args, &strategies, axis, &station, lines, &environment)?;
         let luck = conditions.with_seed(recipe.seed);
         let result = sweep(
             &settings,
@@ -172,6 +172,7 @@ fn lines(
 /// station's own speed, and for every line of the other sweeps, as each is another line.
 fn settings(
     args: &SweepArgs,
+    strategies: &[Parsed],
     axis: Axis,
     station: &Station,
     lines: Vec<(f64, Station)>,
@@ -195,8 +196,8 @@ fn settings(
         if args.greedy {
             methods.push(Method::greedy(station.robots().len())?);
         }
-        for text in &args.strategy {
-            let blueprint = line.read(text, &robust.best_few, Allowance::default())?;
+        for strategy in strategies {
+            let blueprint = line.put(strategy, &robust.best_few, Allowance::default())?;
             methods.push(Method::Strategy(blueprint));
         }
         Ok(Setting {

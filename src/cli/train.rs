@@ -13,7 +13,7 @@ use crate::report::{Provenance, curve_chart};
 use crate::rl::domain::{Course, scenes};
 use crate::rl::{Checkpoint, Imitation, Judged, Kept, Plan, Round, Score, Trainer, Trial};
 use crate::station::{self, Overrides, Station};
-use crate::strategies::{default_strategy, read_alone};
+use crate::strategies::{Parsed, default_strategy, parse};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::time::Instant;
@@ -54,6 +54,7 @@ pub fn run(args: &TrainArgs, session: &Session) -> Result<()> {
         .iter()
         .map(|(_, station)| station.clone())
         .collect();
+    let expert = expert(&plan, &lines)?;
     let text = common.on_threads(|| {
         let (trainer, kept) = match resumed {
             Some(saved) => {
@@ -73,6 +74,7 @@ pub fn run(args: &TrainArgs, session: &Session) -> Result<()> {
             started: Instant::now(),
             trainer,
             stations: stations.iter().map(|(name, _)| name.clone()).collect(),
+            expert,
         }
         .run(&courses, kept)
     })?;
@@ -129,6 +131,20 @@ fn plan(args: &TrainArgs) -> Result<Plan> {
         plan.domain.curriculum = 0.0;
     }
     Ok(plan)
+}
+
+/// The strategy to imitate, which plays on every one of `lines`.
+fn expert(plan: &Plan, lines: &[Station]) -> Result<Option<Parsed>> {
+    let inside = |error: Error| error.inside("--imitate");
+    let expert = plan.imitation.as_ref().map(|i| parse(&i.strategy));
+    let expert = expert.transpose();
+    let expert = expert.map_err(inside)?;
+    for line in lines {
+        if let Some(expert) = &expert {
+            expert.alone(line.robots().len()).map_err(inside)?;
+        }
+    }
+    Ok(expert)
 }
 
 /// The stations as they are written, and made.
@@ -189,6 +205,8 @@ struct Training<'a> {
     trainer: Trainer,
     /// The stations as they are written.
     stations: Vec<String>,
+    /// Whom to imitate.
+    expert: Option<Parsed>,
 }
 
 /// What a checkpoint holds.
@@ -208,7 +226,7 @@ impl Training<'_> {
             progress: &bar,
         };
         let mut score = Score::new(judges(courses)?, kept, &self.trainer)?;
-        if self.args.resume.is_none() {
+        if let Some(expert) = &self.expert {
             let (common, started) = (self.common, self.started);
             let judge = |trainer: &Trainer, round: Round| {
                 score.judge(trainer, Judged::Round(round), started.elapsed())?;
@@ -220,11 +238,7 @@ impl Training<'_> {
                 ));
                 Ok(())
             };
-            let imitation = self.trainer.plan().imitation.clone();
-            let expert = |robots| {
-                let text = imitation.as_ref().map_or("", |i| i.strategy.as_str());
-                read_alone(text, robots).map_err(|error| error.inside("--imitate"))
-            };
+            let expert = |robots| expert.alone(robots);
             self.trainer.imitate(&expert, &environment, judge)?;
             let planned = self
                 .trainer

@@ -11,7 +11,7 @@ use crate::optimize::{
 use crate::pattern::{PatternSource, Recipe};
 use crate::planning::{Allowance, Budget};
 use crate::station::Station;
-use crate::strategies::{self, Blueprint, Setup};
+use crate::strategies::{Blueprint, Parsed, Setup};
 use std::cell::OnceCell;
 
 /// How many of the best assignments serve as bases.
@@ -95,16 +95,16 @@ impl<'a> Line<'a> {
         })
     }
 
-    /// The strategy that `text` names, on this line.
+    /// `strategy` on this line.
     ///
     /// `known` are assignments that a search has found already; `allowance` is what one
-    /// decision may cost where `text` does not say.
+    /// decision may cost where the strategy itself does not say.
     ///
     /// # Errors
-    /// As for [`strategies::read`], and [`Error::Interrupted`].
-    pub fn read(
+    /// As for [`Parsed::on`], and [`Error::Interrupted`].
+    pub fn put(
         &self,
-        text: &str,
+        strategy: &Parsed,
         known: &OnceCell<Vec<RuleAssignment>>,
         allowance: Allowance,
     ) -> Result<Blueprint> {
@@ -121,7 +121,7 @@ impl<'a> Line<'a> {
             bases: &bases,
             allowance,
         };
-        strategies::read(text, &setup)
+        strategy.on(&setup)
     }
 }
 

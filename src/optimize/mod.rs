@@ -1,6 +1,7 @@
 //! Which rule to give each robot: objectives, the evaluator under common random
 //! numbers, exhaustive search and GRASP, the ranking with its ties, validation.
 
+mod beside;
 mod environment;
 mod evaluator;
 pub mod game;
@@ -12,6 +13,7 @@ mod search;
 mod speed_limit;
 mod validation;
 
+pub use beside::bound_beside;
 pub use environment::{Environment, Progress, Silent};
 pub use evaluator::{Evaluation, Evaluator, Score};
 pub use grasp::{Grasp, GraspOutcome};

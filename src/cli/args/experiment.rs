@@ -1,7 +1,11 @@
 //! What `pickline compare` and `pickline sweep` are given.
 
-use super::{Common, ConditionArgs, Pictures, StationChoice};
+use super::{Common, ConditionArgs, Pictures, StationChoice, strategy_help};
 use clap::Args;
+
+/// What stands before and behind the forms of a strategy.
+const FURTHER: &str = "A further strategy, as `pickline simulate --help` lists them";
+const AGAIN: &str = "; may be given several times";
 
 /// Set strategies side by side on the paper's cases or your own
 ///
@@ -37,8 +41,7 @@ pub struct CompareArgs {
     /// Cases: paper, dense, all, or a TOML file
     #[arg(long, value_name = "SET|FILE", default_value = "paper")]
     pub cases: String,
-    /// A further strategy, written as for simulate, or `bound`; may be given several times
-    #[arg(long, value_name = "STRATEGY")]
+    #[arg(long, value_name = "STRATEGY", help = strategy_help(FURTHER, AGAIN))]
     pub strategy: Vec<String>,
     #[command(flatten)]
     pub training: TrainingArgs,
@@ -129,8 +132,7 @@ pub struct SweepArgs {
     /// Items in each generated pattern [default: 50]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub items: Option<usize>,
-    /// A further strategy, written as for simulate; may be given several times
-    #[arg(long, value_name = "STRATEGY")]
+    #[arg(long, value_name = "STRATEGY", help = strategy_help(FURTHER, AGAIN))]
     pub strategy: Vec<String>,
     /// With greedy GT, the assignment of the highest picking rate at every value
     #[arg(long)]

@@ -1,6 +1,6 @@
 //! What `pickline run` and `pickline emulate` are given.
 
-use super::StationChoice;
+use super::{StationChoice, strategy_help};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
@@ -55,8 +55,10 @@ Examples:
 pub struct RunArgs {
     #[command(flatten)]
     pub station: StationChoice,
-    /// Strategy, as for simulate [default: SPT for all but the last, FIFO for the last]
-    #[arg(long, value_name = "STRATEGY")]
+    #[arg(long, value_name = "STRATEGY", help = strategy_help(
+        "Strategy, as `pickline simulate --help` lists them",
+        " [default: SPT for all but the last, FIFO for the last]",
+    ))]
     pub strategy: Option<String>,
     /// Time for each decision of a strategy that looks ahead [ms] [default: 10 with the
     /// system's clock; with that of the messages a budget that gives the same output on

@@ -182,3 +182,9 @@ pub struct PatternSetArgs {
     #[command(flatten)]
     pub attributes: AttributeArgs,
 }
+
+/// What an argument that takes a strategy is said to be: `what`, every way of writing one,
+/// `more`.
+fn strategy_help(what: &str, more: &str) -> String {
+    format!("{what}: {}{more}", crate::strategies::forms())
+}

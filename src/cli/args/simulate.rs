@@ -1,6 +1,6 @@
 //! What `pickline simulate` is given.
 
-use super::{Common, ConditionArgs, StationChoice};
+use super::{Common, ConditionArgs, StationChoice, strategy_help};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -20,9 +20,10 @@ pub struct SimulateArgs {
     /// Pattern file (CSV), `-` for stdin; the grid of 0.15 m with 50 items when not given
     #[arg(long, value_name = "FILE")]
     pub pattern: Option<String>,
-    /// Strategy, as listed below: rules:R1,R2,... with one rule for each robot, lookahead
-    /// [default: SPT for all but the last, FIFO for the last]
-    #[arg(long, value_name = "STRATEGY")]
+    #[arg(long, value_name = "STRATEGY", help = strategy_help(
+        "Strategy, as listed below",
+        " [default: SPT for all but the last, FIFO for the last]",
+    ))]
     pub strategy: Option<String>,
     /// Time for each decision of a strategy that looks ahead [ms], instead of a number
     /// of simulated decisions; the result then depends on the machine

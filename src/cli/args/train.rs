@@ -1,5 +1,6 @@
 //! What `pickline train` is given.
 
+use super::strategy_help;
 use crate::rl::PRESETS;
 use clap::Args;
 use std::path::PathBuf;
@@ -57,8 +58,15 @@ pub struct TrainArgs {
         conflicts_with = "resume"
     )]
     pub entropy: Option<f32>,
-    /// First learn from this strategy's decisions, written as for simulate
-    #[arg(long, value_name = "STRATEGY", conflicts_with = "resume")]
+    #[arg(
+        long,
+        value_name = "STRATEGY",
+        conflicts_with = "resume",
+        help = strategy_help(
+            "First learn from this strategy's decisions, as `pickline simulate --help` lists them",
+            "",
+        )
+    )]
     pub imitate: Option<String>,
     /// Rounds of that: the strategy plays in the first, the network in the others
     /// [default: 10]
