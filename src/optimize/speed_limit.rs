@@ -5,7 +5,6 @@
 //! step verified, and bisection is not used.
 
 use crate::decision::Figures;
-use crate::dispatch::RuleAssignment;
 use crate::error::{Error, Result, shown_number};
 use crate::pattern::Pattern;
 use crate::sim::{AssignmentTree, Scene};
@@ -83,19 +82,19 @@ impl SpeedScan {
             }
             let station = station.with_belt_speed(speed)?;
             let scene = Scene::new(&station, pattern)?.with_update_hz(update_hz)?;
+            // Places in the tree.
             let mut still: Vec<usize> = Vec::with_capacity(alive.len());
-            let mut survivors: Vec<RuleAssignment> = Vec::with_capacity(alive.len());
             tree.evaluate(&scene, |place, figures| {
                 if figures.complete() {
                     limits[alive[place]] = speed;
-                    still.push(alive[place]);
-                    survivors.push(tree.assignments()[place].clone());
+                    still.push(place);
                 }
             })?;
             runs += alive.len() as u64;
             if still.len() < alive.len() {
-                tree = AssignmentTree::new(survivors);
-                alive = still;
+                let survivors = still.iter().map(|&place| &tree.assignments()[place]);
+                tree = AssignmentTree::new(survivors.cloned().collect());
+                alive = still.iter().map(|&place| alive[place]).collect();
             }
         }
         Ok((limits, runs))
