@@ -141,6 +141,11 @@ pub fn shown(value: &str) -> String {
     text
 }
 
+/// So many of a thing whose plural takes an s: `1 rule`, `2 rules`.
+pub fn counted(count: usize, thing: &str) -> String {
+    format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
+}
+
 /// A number as it is shown in a message: with an exponent where it would otherwise be
 /// hundreds of digits long.
 pub fn shown_number(value: f64) -> String {

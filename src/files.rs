@@ -164,21 +164,24 @@ where
     String::from_utf8_lossy(&writer.into_inner().unwrap_or_default()).into_owned()
 }
 
-/// Checks that no file of a call is named twice: what is written must neither overwrite
-/// what is read nor something else that is written. Each comes with the flag that names
-/// it; devices and pipes may be shared.
+/// Files of a call, each with the flag that names it; none where it is not given.
+pub type Named<'n> = [(&'n str, Option<&'n Path>)];
+
+/// Checks that what a call writes overwrites neither what it reads nor something else that
+/// it writes. Devices and pipes may be shared.
 ///
 /// # Errors
 /// The first pair that is one file.
-pub fn check_apart(named: &[(&str, Option<&Path>)]) -> Result<()> {
-    for (i, &(flag, file)) in named.iter().enumerate() {
+pub fn check_apart(read: &Named, written: &Named) -> Result<()> {
+    for (i, &(flag, file)) in written.iter().enumerate() {
         let Some(file) = file else { continue };
         if file.exists() && !file.is_file() {
             continue;
         }
         let same = |other: &Path| resolved(other) == resolved(file);
-        let before = named[..i].iter().find(|(_, other)| other.is_some_and(same));
-        if let Some((other, _)) = before {
+        let mut others = read.iter().chain(&written[..i]);
+        let other = others.find(|(_, other)| other.is_some_and(same));
+        if let Some((other, _)) = other {
             return Err(Error::input(
                 flag,
                 format!("{} is also the file of {other}", file.display()),

@@ -25,6 +25,11 @@ impl Interval {
         }
     }
 
+    /// Both ends, where there is an interval.
+    pub fn ends(interval: Option<Self>) -> (Option<f64>, Option<f64>) {
+        (interval.map(|i| i.low), interval.map(|i| i.high))
+    }
+
     /// Whether `value` lies in it, ends included.
     pub fn contains(&self, value: f64) -> bool {
         self.low <= value && value <= self.high
@@ -36,29 +41,32 @@ pub fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// 95 % interval of the mean by Student's t; the point itself for a single value or
-/// values that are all equal.
-pub fn mean_interval(values: &[f64]) -> Interval {
+/// 95 % interval of the mean by Student's t; the point itself for values that are all
+/// equal, none for a single one, which says nothing of how others would scatter.
+pub fn mean_interval(values: &[f64]) -> Option<Interval> {
     let centre = mean(values);
     let squares: f64 = values.iter().map(|v| (v - centre) * (v - centre)).sum();
     interval_of(values.len(), centre, squares)
 }
 
 /// 95 % interval by Student's t about the mean `centre` of `count` values, of which the
-/// squared distances to it sum to `squares`.
-pub fn interval_of(count: usize, centre: f64, squares: f64) -> Interval {
+/// squared distances to it sum to `squares`; none of fewer than two.
+pub fn interval_of(count: usize, centre: f64, squares: f64) -> Option<Interval> {
+    if count < 2 {
+        return None;
+    }
     let n = count as f64;
-    if count < 2 || squares <= 0.0 {
-        return Interval::point(centre);
+    if squares <= 0.0 {
+        return Some(Interval::point(centre));
     }
     // With one degree of freedom or more the distribution always exists.
     let t = StudentsT::new(0.0, 1.0, n - 1.0)
         .map_or(f64::INFINITY, |t| t.inverse_cdf(0.5 + CONFIDENCE / 2.0));
     let half = t * (squares / (n - 1.0) / n).sqrt();
-    Interval {
+    Some(Interval {
         low: centre - half,
         high: centre + half,
-    }
+    })
 }
 
 /// Mean of the worst `share` of the values (conditional value at risk; Rockafellar
@@ -149,12 +157,12 @@ mod tests {
     #[test]
     fn t_interval_of_a_known_sample() {
         // t(0.975, 4) = 2.776445; sd of 1..5 is sqrt(2.5).
-        let interval = mean_interval(&[1.0, 2.0, 3.0, 4.0, 5.0]);
+        let interval = mean_interval(&[1.0, 2.0, 3.0, 4.0, 5.0]).unwrap();
         let half = 2.776_445_105 * (2.5f64 / 5.0).sqrt();
         assert!((interval.low - (3.0 - half)).abs() < 1e-6);
         assert!((interval.high - (3.0 + half)).abs() < 1e-6);
-        assert_eq!(mean_interval(&[7.0]), Interval::point(7.0));
-        assert_eq!(mean_interval(&[7.0, 7.0]), Interval::point(7.0));
+        assert_eq!(mean_interval(&[7.0]), None);
+        assert_eq!(mean_interval(&[7.0, 7.0]), Some(Interval::point(7.0)));
     }
 
     #[test]
@@ -180,7 +188,7 @@ mod tests {
         let a: Vec<f64> = (0..200).map(|i| f64::from(i % 17)).collect();
         let b: Vec<f64> = (0..200).map(|i| f64::from(i % 13)).collect();
         let differences: Vec<f64> = a.iter().zip(&b).map(|(x, y)| x - y).collect();
-        let t = mean_interval(&differences);
+        let t = mean_interval(&differences).unwrap();
         let boot = Bootstrap::new(200, 2000, 1).difference(&a, &b, |v| mean(v));
         assert!((t.low - boot.low).abs() < 0.1 && (t.high - boot.high).abs() < 0.1);
     }

@@ -7,7 +7,6 @@ use crate::planning::{Allowance, KEYS, Lookahead, Options};
 #[cfg(feature = "onnx")]
 use crate::policy::{Policy, PolicyStrategy};
 use std::fmt;
-#[cfg(feature = "onnx")]
 use std::path::Path;
 use std::sync::Arc;
 
@@ -89,6 +88,12 @@ pub const HAS_POLICY: bool = cfg!(feature = "onnx");
 /// Whether `text` names a trained policy, whichever.
 pub fn is_policy(text: &str) -> bool {
     text.split_once(':').map_or(text, |(name, _)| name) == POLICY
+}
+
+/// The file of the policy that `text` names, if it names one.
+pub fn policy_file(text: &str) -> Option<&Path> {
+    let (name, file) = text.split_once(':')?;
+    (name == POLICY).then(|| Path::new(file))
 }
 
 /// How the bound is asked for by mistake.
@@ -318,7 +323,7 @@ mod tests {
             ("lookahed:seed=1", "did you mean `lookahead`"),
             ("lookahaed", "did you mean `lookahead`"),
             ("rules", "names no rule"),
-            ("SPT", "1 rules for 2 robots"),
+            ("SPT", "1 rule for 2 robots"),
             ("SPT,FOFI", "did you mean `FIFO`"),
             ("lookahead:sed=1", "did you mean `seed`"),
         ] {

@@ -681,10 +681,7 @@ fn flags_of_each_verb() {
             &["--strategy", "SPT,FIFOO"],
             &["strategy", "`FIFOO`", "`FIFO`"],
         ),
-        (
-            &["--strategy", "SPT"],
-            &["strategy", "1 rules for 2 robots"],
-        ),
+        (&["--strategy", "SPT"], &["strategy", "1 rule for 2 robots"]),
         (
             &["--budget-ms", "5"],
             &["--budget-ms", "no meaning for rules"],

@@ -42,7 +42,7 @@ fn every_verb_runs_without_arguments() {
 
 #[test]
 fn every_help_names_every_strategy() {
-    let mut verbs = vec!["simulate", "compare", "sweep", "run"];
+    let mut verbs = vec!["simulate", "compare", "sweep", "optimize", "run"];
     if cfg!(feature = "onnx") {
         verbs.push("train");
     }
@@ -403,4 +403,21 @@ fn an_interrupted_search_returns_the_incumbent() {
     let patterns = report["patterns"].as_u64().unwrap();
     assert!(0 < patterns && patterns < 240, "{patterns}");
     assert_eq!(report["best"].as_array().unwrap().len(), 6);
+}
+
+#[test]
+fn pattern_generate_tells_what_was_left_open_unless_quiet() {
+    let told = |flags: &[&str]| {
+        let output = pickline(&[&["pattern", "generate"], flags].concat());
+        assert!(output.status.success());
+        (output.stdout, String::from_utf8(output.stderr).unwrap())
+    };
+    let (pattern, remark) = told(&["poisson"]);
+    assert!(
+        remark.contains("a Poisson disk pattern of 0.2 m, 29 items"),
+        "{remark}"
+    );
+    assert_eq!(told(&["poisson", "-q"]), (pattern.clone(), String::new()));
+    let given = ["poisson", "--radius", "0.2", "--count", "29"];
+    assert_eq!(told(&given), (pattern, String::new()));
 }

@@ -1,5 +1,7 @@
 //! The comparison: what it must show and how it is written.
 
+mod common;
+
 use pickline::experiment::{Comparison, Method, compare, load_cases};
 use pickline::optimize::{Environment, Silent};
 use pickline::sim::Conditions;
@@ -192,7 +194,7 @@ fn wrong_input_is_told() {
             &["file:4: case[0].itms", "did you mean `items`"],
         ),
         (&["--strategy", "lokahead"], &["lokahead"]),
-        (&["--strategy", "rules:SPT"], &["1 rules for 2 robots"]),
+        (&["--strategy", "rules:SPT"], &["1 rule for 2 robots"]),
         (
             &["--robust", "SPT,FOFI"],
             &["--robust", "did you mean `FIFO`"],
@@ -253,4 +255,139 @@ fn the_policy_that_ships_is_the_third_column() {
         ids(&run(&other)),
         ["robust_gt", "greedy_gt", "onnx:policies/pickline.onnx"]
     );
+}
+
+/// One pattern says nothing of how others scatter: no interval, in whatever format.
+#[test]
+fn a_single_pattern_has_no_interval() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    let call = |arguments: &[&str]| common::text(&[arguments, &["-q", "--out", out]].concat());
+    let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
+    let json = |name: &str| -> serde_json::Value { serde_json::from_str(&read(name)).unwrap() };
+    let small = ["--robust", "SPT,FIFO", "--replicates", "3", "--no-policy"];
+    let table = call(&[&["compare"][..], &small].concat());
+    let grids: Vec<&str> = table.lines().filter(|l| l.contains("greedy GT")).collect();
+    let cells = |line: &str| -> Vec<String> {
+        line.split('|').map(|cell| cell.trim().to_owned()).collect()
+    };
+    let differences: Vec<String> = grids.iter().map(|line| cells(line)[6].clone()).collect();
+    assert_eq!(differences[..2], ["-", "-"]);
+    assert!(
+        differences[2..].iter().all(|d| d.contains(" to ")),
+        "{table}"
+    );
+    let report = json("compare.json");
+    for case in report["cases"].as_array().unwrap() {
+        let single = case["patterns"] == 1;
+        for result in case["results"].as_array().unwrap() {
+            for field in ["picked_share", "picking_rate", "diff"] {
+                for end in ["low", "high"] {
+                    let name = format!("{field}_{end}");
+                    assert_eq!(result[&name].is_null(), single, "{name} in {case}");
+                }
+            }
+        }
+        assert_eq!(case["bound"]["difference"].is_null(), single);
+    }
+    let rates = read("picking_rate.csv");
+    let mut rates = csv::Reader::from_reader(rates.as_bytes());
+    let header = rates.headers().unwrap().clone();
+    let low = header
+        .iter()
+        .position(|h| h == "diff_low greedy_gt")
+        .unwrap();
+    let lows: Vec<bool> = rates
+        .records()
+        .map(|r| r.unwrap()[low].is_empty())
+        .collect();
+    assert_eq!(lows, [true, true, false, false]);
+
+    call(&[
+        "sweep", "--robust", "SPT,FIFO", "--from", "0.05", "--to", "0.05",
+    ]);
+    let point = &json("sweep.json")["points"][0];
+    assert!(point["picking_rate_low"].is_null() && point["picked_share_high"].is_null());
+    assert!(read("sweep.csv").lines().nth(1).unwrap().contains(",,,"));
+
+    let single = [
+        "optimize",
+        "--patterns",
+        "grid:0.2",
+        "--items",
+        "40",
+        "--validate",
+        "0",
+    ];
+    let table = call(&single);
+    assert!(table.contains("a single pattern: differences without interval"));
+    assert!(
+        table
+            .lines()
+            .filter(|l| l.starts_with('|'))
+            .all(|l| !l.contains(" to "))
+    );
+    let report = json("optimize.json");
+    let line = &report["ranking"][35];
+    assert!(line["diff_low"].is_null() && line["mean"].is_number() && line["tied"] == false);
+    assert!(
+        read("ranking.csv")
+            .lines()
+            .nth(36)
+            .unwrap()
+            .contains(",,,false,")
+    );
+    let validated = ["optimize", "--patterns", "poisson:0.2:3", "--validate", "1"];
+    let table = call(&validated);
+    let line = table
+        .lines()
+        .find(|l| l.starts_with("validated mean"))
+        .unwrap();
+    assert!(!line.contains("interval"), "{line}");
+    assert!(json("optimize.json")["validation"]["mean_low"].is_null());
+}
+
+/// A policy comes out of its file once: what was checked is what is run. From a pipe a
+/// second reading would wait for ever.
+#[cfg(all(unix, feature = "onnx"))]
+#[test]
+fn a_policys_file_is_read_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let range = ["--from", "0.05", "--to", "0.052"];
+    for (verb, flags) in [("compare", &["--no-bound"][..]), ("sweep", &range[..])] {
+        let pipe = folder.path().join(verb);
+        let made = Command::new("mkfifo").arg(&pipe).status().unwrap();
+        assert!(made.success());
+        let writer = {
+            let pipe = pipe.clone();
+            let policy = concat!(env!("CARGO_MANIFEST_DIR"), "/policies/pickline.onnx");
+            std::thread::spawn(move || std::fs::write(pipe, std::fs::read(policy).unwrap()))
+        };
+        let strategy = format!("onnx:{}", pipe.display());
+        let mut child = Command::new(env!("CARGO_BIN_EXE_pickline"))
+            .args([verb, "-q", "--robust", "SPT,FIFO", "--strategy", &strategy])
+            .args(flags)
+            .args(
+                (verb == "compare")
+                    .then_some(["--replicates", "2"])
+                    .into_iter()
+                    .flatten(),
+            )
+            .stdout(std::process::Stdio::null())
+            .spawn()
+            .unwrap();
+        let began = std::time::Instant::now();
+        let status = loop {
+            if let Some(status) = child.try_wait().unwrap() {
+                break status;
+            }
+            if began.elapsed().as_secs() > 300 {
+                child.kill().unwrap();
+                panic!("{verb} reads the policy again");
+            }
+            std::thread::sleep(std::time::Duration::from_millis(20));
+        };
+        assert!(status.success(), "{verb}");
+        writer.join().unwrap().unwrap();
+    }
 }

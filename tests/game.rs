@@ -120,7 +120,7 @@ fn payoffs_are_mean_rates() {
         for action in 0..RULES.len() {
             let gain =
                 own.game.payoff(own.game.with(profile, 1, action), 1) - own.game.payoff(profile, 1);
-            let interval = own.gain_interval(profile, 1, action);
+            let interval = own.gain_interval(profile, 1, action).unwrap();
             let middle = (interval.low + interval.high) / 2.0;
             assert!((middle - gain.value()).abs() < 1e-8, "{interval:?} {gain}");
         }

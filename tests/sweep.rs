@@ -120,6 +120,21 @@ fn every_axis_is_swept() {
     }
 }
 
+/// The page calls the policy what the tables call it, not what files do.
+#[cfg(feature = "onnx")]
+#[test]
+fn the_page_names_the_policy_as_the_tables_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("sweep.html");
+    let range = ["--from", "0.05", "--to", "0.052", "--robust", "SPT,FIFO"];
+    let page = ["--strategy", "onnx", "--html", file.to_str().unwrap()];
+    json(&[&range[..], &page].concat());
+    let page = std::fs::read_to_string(&file).unwrap();
+    assert!(page.contains("RL policy (onnx) picks everything up to"));
+    assert!(page.contains("<td class=\"words\">RL policy (onnx)</td>"));
+    assert!(!page.contains(">onnx<") && !page.contains(">onnx picks"));
+}
+
 #[test]
 fn wrong_ranges_are_told() {
     let folder = tempfile::tempdir().unwrap();
@@ -137,7 +152,7 @@ fn wrong_ranges_are_told() {
             &["--sweep", "robots", "--step", "0.5"],
             &["1.5 is not a number of robots"],
         ),
-        (&["--strategy", "rules:SPT"], &["1 rules for 2 robots"]),
+        (&["--strategy", "rules:SPT"], &["1 rule for 2 robots"]),
         (&["--patterns", "gird:0.1"], &["did you mean `grid`"]),
     ] {
         let output = Command::new(env!("CARGO_BIN_EXE_pickline"))

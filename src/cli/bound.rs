@@ -10,9 +10,13 @@ use crate::optimize::Progress as _;
 use crate::planning::bound::{Bound, Objective, Options, upper_bound};
 use crate::report::{BoundReport, Provenance};
 use crate::sim::Scene;
+use std::path::Path;
 
 /// More steps than this are taken for a slip of the pen.
 const MOST_ITERATIONS: usize = 1_000_000;
+
+/// What is written into the folder for result files.
+const FILES: [&str; 2] = ["bound.json", "prices.csv"];
 
 pub fn run(args: &BoundArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
@@ -25,6 +29,8 @@ pub fn run(args: &BoundArgs, session: &Session) -> Result<()> {
             format!("give 1 to {MOST_ITERATIONS}"),
         ));
     }
+    let pattern = args.pattern.as_deref().map(Path::new);
+    common.check_apart(&FILES, &[args.station.file(), ("--pattern", pattern)], &[])?;
     let station = args.station.load()?;
     let (pattern, pattern_name) = load_pattern(args.pattern.as_deref(), station.belt().width)?;
     if args.pattern.is_none() {
@@ -54,8 +60,8 @@ pub fn run(args: &BoundArgs, session: &Session) -> Result<()> {
         common.seed,
     );
     let report = BoundReport::new(&pattern, &picks, weight.as_ref(), made);
-    common.write_out("bound.json", &json(&report)?)?;
-    common.write_out("prices.csv", &report.prices_csv())?;
+    common.write_out(FILES[0], &json(&report)?)?;
+    common.write_out(FILES[1], &report.prices_csv())?;
     let text = common.render(|| report.to_table(), || report.to_csv(), &report)?;
     session.print(text.as_bytes())
 }

@@ -12,9 +12,16 @@ use crate::files;
 use crate::optimize::Environment;
 use crate::planning::Allowance;
 use crate::report::{COMPARISON_CHARTS, ComparisonReport, Provenance, comparison_page};
-use crate::strategies::{self, Parsed};
+use crate::strategies::{self, Parsed, policy_file};
 use std::path::Path;
 
+/// What is written into the folder for result files.
+const FILES: [&str; 4] = [
+    "picked_time.csv",
+    "picking_rate.csv",
+    "runs.csv",
+    "compare.json",
+];
 /// More patterns than this a case are taken for a slip of the pen.
 const MOST_REPLICATES: usize = 100_000;
 
@@ -32,12 +39,15 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
     }
     let station = args.station.load()?;
     let robots = station.robots().len();
-    files::check_apart(&[
-        ("--cases", Some(Path::new(&args.cases))),
-        ("--html", args.pictures.html.as_deref()),
-        ("--svg", args.pictures.svg.as_deref()),
-    ])?;
     let cases = load_cases(&args.cases)?;
+    let mut read = vec![
+        args.station.file(),
+        ("--cases", Some(Path::new(&args.cases))),
+    ];
+    read.extend(cases.iter().map(|case| ("--cases", case.file())));
+    read.extend(args.strategy.iter().map(|s| ("--strategy", policy_file(s))));
+    args.common
+        .check_apart(&FILES, &read, &args.pictures.files())?;
     // A file of one's own is known by what is in it, not by its name.
     let case_file = match Path::new(&args.cases) {
         file if file.is_file() => {
@@ -110,6 +120,9 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
             };
             add_bounds(&mut comparison, &station, draws, &environment)?;
         }
+        let done = comparison.cases.len();
+        let bounded = comparison.cases.iter().filter(|case| case.bound.is_some());
+        let bounded = if args.no_bound { done } else { bounded.count() };
         let made = Provenance::new(
             &session.command(),
             &args.station.station,
@@ -120,7 +133,9 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
             ),
             args.common.seed,
         )
-        .under(&conditions);
+        .under(&conditions)
+        .of_parts(done, comparison.planned, "cases")
+        .of_parts(bounded, comparison.planned, "cases' bounds");
         let generated = cases.iter().all(Case::is_generated);
         notes.extend(condition_notes(&conditions, &args.training, generated));
         let paper_cases = matches!(args.cases.as_str(), "paper" | "all");
@@ -138,12 +153,11 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
         Format::Json => json(&report)?,
         Format::Csv => report.picking_rate_csv(),
     };
+    args.common.write_out(FILES[0], &report.picked_time_csv())?;
     args.common
-        .write_out("picked_time.csv", &report.picked_time_csv())?;
-    args.common
-        .write_out("picking_rate.csv", &report.picking_rate_csv())?;
-    args.common.write_out("runs.csv", &report.runs_csv())?;
-    args.common.write_out("compare.json", &json(&report)?)?;
+        .write_out(FILES[1], &report.picking_rate_csv())?;
+    args.common.write_out(FILES[2], &report.runs_csv())?;
+    args.common.write_out(FILES[3], &json(&report)?)?;
     args.pictures
         .write(chart, &report, &report.made, || comparison_page(&report))?;
     session.print(text.as_bytes())

@@ -14,6 +14,9 @@ use crate::report::{GameReport, Provenance};
 use crate::station::Station;
 use std::path::Path;
 
+/// What is written into the folder for result files.
+const FILES: [&str; 3] = ["game.json", "payoffs.csv", "game.nfg"];
+
 pub fn run(args: &GameArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
     args.common.check()?;
@@ -21,13 +24,18 @@ pub fn run(args: &GameArgs, session: &Session) -> Result<()> {
     let station = args.station.load()?;
     check_size(&station)?;
     let source: PatternSource = args.set.patterns.parse()?;
+    let nfg = [(
+        "--nfg",
+        args.nfg.as_deref().filter(|file| *file != Path::new("-")),
+    )];
+    pattern_set::check_apart(&args.common, &FILES, &args.station, &source, &nfg)?;
     let (items, seed) = (args.set.items, args.common.seed);
     let recipe = pattern_set::recipe(items, &args.set.attributes, seed, &source, &station)?;
     let solve = || report(args, session, &station, &source, &recipe);
     let report = args.common.on_threads(solve)?;
-    args.common.write_out("game.json", &json(&report)?)?;
-    args.common.write_out("payoffs.csv", &report.to_csv())?;
-    args.common.write_out("game.nfg", &report.nfg)?;
+    args.common.write_out(FILES[0], &json(&report)?)?;
+    args.common.write_out(FILES[1], &report.to_csv())?;
+    args.common.write_out(FILES[2], &report.nfg)?;
     if let Some(file) = &args.nfg {
         session.print_or_write(Some(file), report.nfg.as_bytes())?;
         if file.as_path() == Path::new("-") {

@@ -67,10 +67,13 @@ impl Kept {
         #[cfg(not(feature = "mcap"))]
         let _ = session;
         #[cfg(feature = "mcap")]
-        crate::files::check_apart(&[
-            ("--journal", args.kept.journal.as_deref()),
-            ("--record", args.kept.record.as_deref()),
-        ])?;
+        crate::files::check_apart(
+            &[],
+            &[
+                ("--journal", args.kept.journal.as_deref()),
+                ("--record", args.kept.record.as_deref()),
+            ],
+        )?;
         let owner = Owner {
             station: station_hash(&station),
             clock: config.clock,

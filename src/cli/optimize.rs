@@ -6,6 +6,7 @@ use super::pictures;
 use super::progress::Bar;
 use super::session::Session;
 use super::settings::json;
+use super::training::slow;
 use crate::error::Result;
 use crate::optimize::{
     Environment, Evaluator, Grasp, Objective, Optimum, Risk, Search, SearchKind, SpeedScan,
@@ -17,6 +18,9 @@ use crate::report::{
 };
 use crate::station::Station;
 use crate::strategies::{Blueprint, read_alone};
+
+/// What is written into the folder for result files.
+const FILES: [&str; 3] = ["optimize.json", "ranking.csv", "strategies.csv"];
 
 pub fn run(args: &OptimizeArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
@@ -31,11 +35,11 @@ pub fn run(args: &OptimizeArgs, session: &Session) -> Result<()> {
     let report = args
         .common
         .on_threads(|| job.report(session, &environment))?;
-    args.common.write_out("optimize.json", &json(&report)?)?;
-    args.common.write_out("ranking.csv", &report.to_csv())?;
+    args.common.write_out(FILES[0], &json(&report)?)?;
+    args.common.write_out(FILES[1], &report.to_csv())?;
     if let Some(beside) = &report.beside {
         let text = beside.to_csv(&report.made.one_line());
-        args.common.write_out("strategies.csv", &text)?;
+        args.common.write_out(FILES[2], &text)?;
     }
     let top = args.top;
     args.pictures
@@ -61,6 +65,13 @@ impl<'a> Job<'a> {
     fn new(args: &'a OptimizeArgs) -> Result<Self> {
         let station = args.station.load()?;
         let source: PatternSource = args.set.patterns.parse()?;
+        pattern_set::check_apart(
+            &args.common,
+            &FILES,
+            &args.station,
+            &source,
+            &args.pictures.files(),
+        )?;
         let (items, seed) = (args.set.items, args.common.seed);
         let recipe = pattern_set::recipe(items, &args.set.attributes, seed, &source, &station)?;
         source.check_fresh(&recipe, args.validate)?;
@@ -83,7 +94,7 @@ impl<'a> Job<'a> {
                 },
                 grasp: grasp.checked()?,
                 risk: args.risk.parse::<Risk>()?,
-                scan,
+                scan: Some(scan),
             },
             strategies: strategies.collect::<Result<_>>()?,
             args,
@@ -104,6 +115,10 @@ impl<'a> Job<'a> {
             self.station.belt().speed,
             set.description
         ));
+        let cure = "fewer patterns (--patterns balanced:20), --validate 0 and --no-bound cut it";
+        if let Some(text) = slow(&self.station, "the search", cure) {
+            args.common.remark(&text);
+        }
         let evaluator = Evaluator::new(
             &self.station,
             &set.patterns,

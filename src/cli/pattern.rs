@@ -47,22 +47,37 @@ fn generate(args: &GenerateArgs, session: &Session) -> Result<()> {
             "leave it out",
         )
     };
+    let remark = |what: &str| {
+        if !args.quiet {
+            tell(&format!("generating {what}"));
+        }
+    };
     let pattern = match args.kind {
         PatternKind::Grid => {
             if args.radius.is_some() {
                 return Err(foreign("--radius", "grid"));
             }
             let (spacing, count) = DEFAULT_GRID;
-            let spacing = args.spacing.unwrap_or(spacing);
-            grid(width, spacing, args.count.unwrap_or(count))?
+            let (own, count) = (args.spacing, args.count.unwrap_or(count));
+            let spacing = own.unwrap_or(spacing);
+            if own.is_none() || args.count.is_none() {
+                remark(&format!("the grid of {spacing} m, {count} items"));
+            }
+            grid(width, spacing, count)?
         }
         PatternKind::Poisson => {
             if args.spacing.is_some() {
                 return Err(foreign("--spacing", "Poisson disk"));
             }
             let (radius, count) = DEFAULT_POISSON;
-            let radius = args.radius.unwrap_or(radius);
-            poisson_disk(width, radius, args.count.unwrap_or(count), &mut rng)?
+            let (own, count) = (args.radius, args.count.unwrap_or(count));
+            let radius = own.unwrap_or(radius);
+            if own.is_none() || args.count.is_none() {
+                remark(&format!(
+                    "a Poisson disk pattern of {radius} m, {count} items"
+                ));
+            }
+            poisson_disk(width, radius, count, &mut rng)?
         }
     };
     let pattern = attributes.apply(pattern, &mut rng)?;

@@ -4,6 +4,7 @@ use super::args::Pictures;
 use crate::error::Result;
 use crate::files;
 use crate::report::{ChartKind, Provenance};
+use std::path::Path;
 
 /// The chart that was asked for among `kinds`, once everything asked of pictures is
 /// known to be possible: a long computation must not end in a slip of the pen.
@@ -16,14 +17,19 @@ pub fn checked<R>(
 ) -> Result<&'static ChartKind<R>> {
     files::check_target(pictures.html.as_deref())?;
     files::check_target(pictures.svg.as_deref())?;
-    files::check_apart(&[
-        ("--html", pictures.html.as_deref()),
-        ("--svg", pictures.svg.as_deref()),
-    ])?;
+    files::check_apart(&[], &pictures.files())?;
     ChartKind::named(kinds, pictures.chart.as_deref())
 }
 
 impl Pictures {
+    /// Where they go.
+    pub fn files(&self) -> [(&'static str, Option<&Path>); 2] {
+        [
+            ("--html", self.html.as_deref()),
+            ("--svg", self.svg.as_deref()),
+        ]
+    }
+
     /// Writes the pictures of `report` that were asked for.
     ///
     /// # Errors

@@ -8,25 +8,48 @@ use std::time::Duration;
 
 /// A bar a stage; draws nothing when quiet or when stderr is not a terminal.
 pub struct Bar {
-    bar: Mutex<ProgressBar>,
+    shown: Mutex<Shown>,
     quiet: bool,
+}
+
+struct Shown {
+    bar: ProgressBar,
+    best: String,
+    doing: String,
 }
 
 impl Bar {
     /// A sink that shows nothing until a stage begins.
     pub fn new(quiet: bool) -> Self {
         Self {
-            bar: Mutex::new(ProgressBar::hidden()),
+            shown: Mutex::new(Shown::new(ProgressBar::hidden())),
             quiet,
         }
     }
 
-    fn with(&self, action: impl FnOnce(&mut ProgressBar)) {
+    fn with(&self, action: impl FnOnce(&mut Shown)) {
         // A poisoned lock means that another thread panicked; progress is no reason
         // to panic too.
-        if let Ok(mut bar) = self.bar.lock() {
-            action(&mut bar);
+        if let Ok(mut shown) = self.shown.lock() {
+            action(&mut shown);
         }
+    }
+}
+
+impl Shown {
+    fn new(bar: ProgressBar) -> Self {
+        Self {
+            bar,
+            best: String::new(),
+            doing: String::new(),
+        }
+    }
+
+    /// Shows the words behind the bar.
+    fn say(&self) {
+        let words = [&self.doing, &self.best];
+        let words: Vec<&str> = words.into_iter().map(String::as_str).collect();
+        self.bar.set_message(words.join(" ").trim().to_owned());
     }
 }
 
@@ -49,19 +72,29 @@ impl Progress for Bar {
         }
         bar.set_prefix(stage.to_owned());
         bar.enable_steady_tick(Duration::from_millis(200));
-        self.with(|current| *current = bar);
+        self.with(|shown| *shown = Shown::new(bar));
     }
 
     fn advance(&self, steps: u64) {
-        self.with(|bar| bar.inc(steps));
+        self.with(|shown| shown.bar.inc(steps));
+    }
+
+    fn doing(&self, text: &str) {
+        self.with(|shown| {
+            text.clone_into(&mut shown.doing);
+            shown.say();
+        });
     }
 
     fn incumbent(&self, text: &str) {
-        self.with(|bar| bar.set_message(format!("best {text}")));
+        self.with(|shown| {
+            shown.best = format!("best {text}");
+            shown.say();
+        });
     }
 
     fn end(&self) {
-        self.with(|bar| bar.finish_and_clear());
+        self.with(|shown| shown.bar.finish_and_clear());
     }
 }
 

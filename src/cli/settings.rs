@@ -3,15 +3,20 @@
 use super::args::{AttributeArgs, Common, ConditionArgs, Format, StationChoice, TrainingArgs};
 use super::session::tell;
 use crate::error::{Error, Result};
-use crate::files;
+use crate::files::{self, Named};
 use crate::pattern::{self, Attributes, Distribution, Pattern, grid};
 use crate::sim::{Conditions, Disturbances};
 use crate::station::{self, Overrides, Station};
 use serde::Serialize;
 use std::io::Read as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 impl StationChoice {
+    /// Where the station comes from, as a file.
+    pub fn file(&self) -> (&str, Option<&Path>) {
+        ("--station", Some(Path::new(&self.station)))
+    }
+
     /// The station.
     ///
     /// # Errors
@@ -82,6 +87,21 @@ impl Common {
             )),
             _ => self.out.as_deref().map_or(Ok(()), files::check_folder),
         }
+    }
+
+    /// Checks that nothing that a call writes, the files `names` in the folder for result
+    /// files among them, overwrites what it reads or something else that it writes.
+    ///
+    /// # Errors
+    /// The first pair that is one file.
+    pub fn check_apart(&self, names: &[&str], read: &Named, written: &Named) -> Result<()> {
+        let out = self.out.iter();
+        let out: Vec<PathBuf> = out
+            .flat_map(|folder| names.iter().map(|name| folder.join(name)))
+            .collect();
+        let out = out.iter().map(|file| ("--out", Some(file.as_path())));
+        let written: Vec<_> = written.iter().copied().chain(out).collect();
+        files::check_apart(read, &written)
     }
 
     /// Runs `work` on the chosen number of threads.

@@ -11,9 +11,13 @@ use crate::optimize::{Environment, bound_beside};
 use crate::planning::Allowance;
 use crate::report::{CertifiedReport, Provenance, RunReport, check_replay, replay_page};
 use crate::sim::{Scene, Trace, simulate_observed};
-use crate::{checker, files, strategies};
+use crate::strategies::{self, policy_file};
+use crate::{checker, files};
 use std::cell::OnceCell;
 use std::path::Path;
+
+/// What is written into the folder for result files.
+const FILES: [&str; 2] = ["run.json", "picks.csv"];
 
 pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
     let common = &args.common;
@@ -21,11 +25,16 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
     let conditions = args.conditions.resolve(common)?;
     files::check_target(args.trace.as_deref())?;
     files::check_target(args.html.as_deref())?;
-    files::check_apart(&[
+    let read = [
+        args.station.file(),
         ("--pattern", args.pattern.as_deref().map(Path::new)),
+        ("--strategy", args.strategy.as_deref().and_then(policy_file)),
+    ];
+    let written = [
         ("--trace", args.trace.as_deref()),
         ("--html", args.html.as_deref()),
-    ])?;
+    ];
+    common.check_apart(&FILES, &read, &written)?;
     let allowance = Allowance {
         asked: budget(args.budget_ms)?,
         ..Allowance::default()
@@ -87,8 +96,8 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
     if let Some(file) = &args.html {
         files::write_whole(file, replay_page(&scene, &report).as_bytes())?;
     }
-    common.write_out("run.json", &json(&report)?)?;
-    common.write_out("picks.csv", &report.to_csv())?;
+    common.write_out(FILES[0], &json(&report)?)?;
+    common.write_out(FILES[1], &report.to_csv())?;
     let text = common.render(|| report.to_table(), || report.to_csv(), &report)?;
     session.print(text.as_bytes())
 }

@@ -13,7 +13,10 @@ use crate::pattern::{PatternSource, Recipe};
 use crate::planning::Allowance;
 use crate::report::{Provenance, SWEEP_CHARTS, SweepReport, sweep_page};
 use crate::station::Station;
-use crate::strategies::{self, Parsed};
+use crate::strategies::{self, Parsed, policy_file};
+
+/// What is written into the folder for result files.
+const FILES: [&str; 2] = ["sweep.csv", "sweep.json"];
 
 pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
@@ -39,6 +42,12 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
             "leave it out; recorded patterns hold their own items",
         ));
     }
+    let patterns = source.files()?;
+    let mut read = vec![args.station.file()];
+    read.extend(patterns.iter().map(|file| ("--patterns", Some(&**file))));
+    read.extend(args.strategy.iter().map(|s| ("--strategy", policy_file(s))));
+    args.common
+        .check_apart(&FILES, &read, &args.pictures.files())?;
     let recipe = Recipe {
         width: station.belt().width,
         items: args.items.unwrap_or(DEFAULT_GRID.1),
@@ -88,7 +97,8 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
             &set.description,
             args.common.seed,
         )
-        .under(&conditions);
+        .under(&conditions)
+        .of_parts(result.values.len(), result.planned, "values");
         let generated = !matches!(source, PatternSource::Files(_));
         let notes = [
             notes(args, axis),
@@ -104,8 +114,8 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
             made,
         ))
     })?;
-    args.common.write_out("sweep.csv", &report.to_csv())?;
-    args.common.write_out("sweep.json", &json(&report)?)?;
+    args.common.write_out(FILES[0], &report.to_csv())?;
+    args.common.write_out(FILES[1], &json(&report)?)?;
     args.pictures
         .write(chart, &report, &report.made, || sweep_page(&report))?;
     let text = args

@@ -2,6 +2,7 @@
 //! bases of strategies that look ahead.
 
 use super::args::{Common, TrainingArgs};
+use super::session::tell;
 use crate::dispatch::RuleAssignment;
 use crate::error::{Error, Result, shown_number};
 use crate::optimize::{
@@ -19,6 +20,10 @@ const BASES: usize = 4;
 /// Grids, and as many Poisson patterns, on which bases are found when there is no other
 /// training: they need not be in exact order.
 const FEW_PATTERNS: usize = 10;
+/// Robots beyond which a line is long: nearly all assignments are then tied on so few
+/// patterns, and to tell bases apart by speed limits would take most of the time for an
+/// order that no longer matters.
+const LONG: usize = 6;
 /// Items in each of them.
 const ITEMS: usize = 150;
 
@@ -28,6 +33,7 @@ pub struct Line<'a> {
     station: &'a Station,
     seed: u64,
     update_hz: f64,
+    quiet: bool,
     environment: &'a Environment<'a>,
 }
 
@@ -38,12 +44,18 @@ impl<'a> Line<'a> {
             station,
             seed: common.seed,
             update_hz: common.update_hz,
+            quiet: common.quiet,
             environment,
         }
     }
 
-    /// The search on the balanced set of `patterns` grids and as many Poisson patterns.
-    fn train(&self, patterns: PatternSource, items: usize) -> Result<(Optimum, String)> {
+    /// The search on `patterns`, ties broken by speed limits under `scan`.
+    fn train(
+        &self,
+        patterns: PatternSource,
+        items: usize,
+        scan: Option<SpeedScan>,
+    ) -> Result<(Optimum, String)> {
         let recipe = Recipe {
             width: self.station.belt().width,
             items,
@@ -60,7 +72,7 @@ impl<'a> Line<'a> {
                 ..Grasp::default()
             },
             risk: Risk::Mean,
-            scan: SpeedScan::default(),
+            scan,
         };
         let optimum = optimize(&evaluator, &search, self.environment)?;
         if self.environment.stopped() {
@@ -87,7 +99,16 @@ impl<'a> Line<'a> {
                 best_few: OnceCell::new(),
             });
         }
-        let (optimum, set) = self.train("balanced".parse()?, training.train_items)?;
+        let cure = "--robust R1,R2,... gives it instead";
+        if let Some(text) = slow(self.station, "the search for robust GT", cure)
+            && !self.quiet
+        {
+            tell(&text);
+        }
+        let (optimum, set) = {
+            let (patterns, scan) = ("balanced".parse()?, Some(SpeedScan::default()));
+            self.train(patterns, training.train_items, scan)?
+        };
         Ok(Robust {
             rules: optimum.ranking.best().assignment.clone(),
             note: format!("robust GT is the best on {set}"),
@@ -108,16 +129,18 @@ impl<'a> Line<'a> {
         known: &OnceCell<Vec<RuleAssignment>>,
         allowance: Allowance,
     ) -> Result<Blueprint> {
+        let robots = self.station.robots().len();
         let bases = || {
             if let Some(found) = known.get() {
                 return Ok(found.clone());
             }
             let few = PatternSource::Balanced(FEW_PATTERNS);
-            let found = best_few(&self.train(few, ITEMS)?.0);
+            let scan = (robots <= LONG).then(SpeedScan::default);
+            let found = best_few(&self.train(few, ITEMS, scan)?.0);
             Ok(known.get_or_init(|| found).clone())
         };
         let setup = Setup {
-            robots: self.station.robots().len(),
+            robots,
             bases: &bases,
             allowance,
         };
@@ -147,6 +170,12 @@ fn best_few(optimum: &Optimum) -> Vec<RuleAssignment> {
         }
     }
     found.iter().map(|entry| entry.assignment.clone()).collect()
+}
+
+/// What is told before `what` on a long line, with the flags that cut it.
+pub fn slow(station: &Station, what: &str, cure: &str) -> Option<String> {
+    let robots = station.robots().len();
+    (robots > LONG).then(|| format!("{what} on a line of {robots} robots may take minutes; {cure}"))
 }
 
 /// The budget that `--budget-ms` gives each decision.

@@ -2,7 +2,7 @@
 
 use super::registry::Rule;
 use crate::decision::{Action, Snapshot, Strategy};
-use crate::error::{Error, Result, shown};
+use crate::error::{Error, Result, counted, shown};
 use std::fmt;
 use std::str::FromStr;
 
@@ -36,7 +36,11 @@ impl RuleAssignment {
         }
         Err(Error::input(
             format!("strategy {self}"),
-            format!("{} rules for {robots} robots", self.0.len()),
+            format!(
+                "{} for {}",
+                counted(self.0.len(), "rule"),
+                counted(robots, "robot")
+            ),
             "give one rule for each robot, upstream first",
         ))
     }

@@ -2,9 +2,8 @@
 
 use super::compare::{CaseResult, Comparison, Draws};
 use crate::error::{Error, Result};
-use crate::optimize::Environment;
-use crate::planning::bound::{Bound, Options, certified_percent, upper_bound};
-use crate::sim::Scene;
+use crate::optimize::{Environment, bound_beside};
+use crate::planning::bound::{Bound, certified_percent};
 use crate::station::Station;
 use crate::stats::{self, Interval};
 use rayon::prelude::*;
@@ -18,7 +17,8 @@ pub struct CaseBound {
     pub picked_share: f64,
     /// Mean of the highest rates [1/min]; none where some pattern has no finite bound.
     pub picking_rate: Option<f64>,
-    /// 95 % interval of that minus the first method's rate, paired over patterns [1/min].
+    /// 95 % interval of that minus the first method's rate, paired over patterns [1/min];
+    /// none of a single pattern.
     pub difference: Option<Interval>,
     /// How much higher it is than the first method's mean rate, as a share.
     pub benefit: Option<f64>,
@@ -29,10 +29,11 @@ pub struct CaseBound {
     pub certified_rate: Vec<Option<f64>>,
 }
 
-/// Bounds every pattern of `comparison`, which was made on `station` from `draws`.
+/// Bounds every pattern of `comparison`, which was made on `station` from `draws`. When
+/// asked to stop it ends with the last whole case; those after it have no bound.
 ///
 /// # Errors
-/// As for [`super::compare`].
+/// A pattern that cannot be bounded.
 pub fn add_bounds(
     comparison: &mut Comparison,
     station: &Station,
@@ -44,7 +45,7 @@ pub fn add_bounds(
     progress.begin("bounding", total as u64, "patterns");
     for result in &mut comparison.cases {
         let drawn = draws.patterns(&result.case, station)?;
-        let bounds: Vec<Bound> = drawn
+        let bounds: Result<Vec<Bound>> = drawn
             .par_iter()
             .enumerate()
             .map(|(place, (seed, pattern))| {
@@ -55,28 +56,15 @@ pub fn add_bounds(
                 progress.advance(1);
                 Ok(bound)
             })
-            .collect::<Result<_>>()?;
+            .collect();
+        let bounds = match bounds {
+            Err(Error::Interrupted) => break,
+            bounds => bounds?,
+        };
         result.bound = Some(summarise(result, &bounds));
     }
     progress.end();
     Ok(())
-}
-
-/// The bound of a scene on which the best run picks `picked` items.
-///
-/// # Errors
-/// A pattern that cannot be bounded, [`Error::Interrupted`].
-pub(super) fn bound_beside(
-    scene: &Scene,
-    picked: usize,
-    environment: &Environment,
-) -> Result<Bound> {
-    let go_on = &mut |_, _| !environment.stopped();
-    let bound = upper_bound(scene, &Options::beside(picked), go_on)?;
-    if environment.stopped() {
-        return Err(Error::Interrupted);
-    }
-    Ok(bound)
 }
 
 fn summarise(result: &CaseResult, bounds: &[Bound]) -> CaseBound {
@@ -89,7 +77,7 @@ fn summarise(result: &CaseResult, bounds: &[Bound]) -> CaseBound {
     CaseBound {
         picked_share: most as f64 / items as f64,
         picking_rate: mean,
-        difference: rates.map(|rates| {
+        difference: rates.and_then(|rates| {
             let rates = rates.iter().zip(&first.runs);
             let differences: Vec<f64> = rates
                 .map(|(rate, run)| rate - run.figures.picking_rate())

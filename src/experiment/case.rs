@@ -174,6 +174,14 @@ impl Case {
         }
     }
 
+    /// The file of its recorded pattern.
+    pub fn file(&self) -> Option<&Path> {
+        match &self.source {
+            CaseSource::File(path) => Some(path),
+            _ => None,
+        }
+    }
+
     /// Whether its patterns are generated, not recorded.
     pub fn is_generated(&self) -> bool {
         !matches!(self.source, CaseSource::File(_))

@@ -19,19 +19,19 @@ pub struct MethodResult {
     pub runs: Vec<MethodRun>,
     /// Mean share of the items picked.
     pub picked_share: f64,
-    /// Its 95 % interval.
-    pub picked_share_interval: Interval,
+    /// Its 95 % interval; none of a single pattern, as the next.
+    pub picked_share_interval: Option<Interval>,
     /// Mean end of the run [s].
     pub end: f64,
     /// Mean picking rate [1/min].
     pub picking_rate: f64,
     /// Its 95 % interval.
-    pub picking_rate_interval: Interval,
+    pub picking_rate_interval: Option<Interval>,
     /// Mean weighted rate [1/min].
     pub weighted_rate: f64,
     /// 95 % interval of this method's picking rate minus the first method's, paired
     /// over patterns [1/min].
-    pub difference: Interval,
+    pub difference: Option<Interval>,
     /// How much higher the mean picking rate is than the first method's, as a share.
     pub benefit: f64,
 }
@@ -54,18 +54,21 @@ pub struct CaseResult {
 pub struct Comparison {
     /// The methods.
     pub methods: Vec<Method>,
-    /// The cases.
+    /// The cases: all of them, or those that were done when the user stopped.
     pub cases: Vec<CaseResult>,
+    /// How many cases there are in all.
+    pub planned: usize,
 }
 
 /// Runs `methods` on `cases`; random ones on `replicates` patterns under the seeds
 /// `first_seed`, `first_seed + 1`, ... The first method is the one that the others are
 /// measured against. Where something goes wrong every case is random: the run of place r
 /// has the luck of seed `first_seed + r`. The same input gives the same result on any number of threads.
+/// When asked to stop it ends with the last whole case.
 ///
 /// # Errors
 /// A pattern that cannot be had or does not lie on the belt, an illegal action,
-/// [`Error::Interrupted`].
+/// [`Error::Interrupted`] before the first case is done.
 pub fn compare(
     station: &Station,
     methods: Vec<Method>,
@@ -101,11 +104,12 @@ pub fn compare(
             environment.progress.advance(1);
             runs
         };
-        let by_pattern: Vec<Vec<MethodRun>> = seeds
-            .par_iter()
-            .zip(&patterns)
-            .map(run)
-            .collect::<Result<_>>()?;
+        let by_pattern: Result<Vec<Vec<MethodRun>>> =
+            seeds.par_iter().zip(&patterns).map(run).collect();
+        let by_pattern = match by_pattern {
+            Err(Error::Interrupted) if !results.is_empty() => break,
+            by_pattern => by_pattern?,
+        };
         results.push(CaseResult {
             case: case.clone(),
             seeds,
@@ -117,6 +121,7 @@ pub fn compare(
     Ok(Comparison {
         methods,
         cases: results,
+        planned: cases.len(),
     })
 }
 

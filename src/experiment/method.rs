@@ -62,9 +62,7 @@ impl Method {
         match self {
             Self::Robust(rules) => format!("robust GT {rules}"),
             Self::Greedy(_) => "greedy GT".into(),
-            Self::Strategy(blueprint) if blueprint.name() == POLICY => {
-                format!("RL policy ({POLICY})")
-            }
+            Self::Strategy(blueprint) if blueprint.name() == POLICY => policy_title(),
             Self::Strategy(blueprint) => blueprint.name().to_owned(),
         }
     }
@@ -103,4 +101,9 @@ impl Method {
             }),
         }
     }
+}
+
+/// The name in tables of the policy that ships with the program.
+pub fn policy_title() -> String {
+    format!("RL policy ({POLICY})")
 }

@@ -11,5 +11,5 @@ mod sweep;
 pub use bounds::{CaseBound, add_bounds};
 pub use case::{Case, CaseSource, DENSE, PAPER, load_cases};
 pub use compare::{CaseResult, Comparison, Draws, MethodResult, compare};
-pub use method::Method;
+pub use method::{Method, policy_title};
 pub use sweep::{Axis, Limit, Range, Setting, Sweep, SweepBound, SweepPoint, sweep};

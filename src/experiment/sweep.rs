@@ -1,10 +1,9 @@
 //! One quantity of the line varied: belt speed, robots, spacing or reach.
 
-use super::bounds::bound_beside;
 use super::method::Method;
 use crate::decision::Figures;
 use crate::error::{Error, Result, known_names, shown};
-use crate::optimize::Environment;
+use crate::optimize::{Environment, bound_beside};
 use crate::pattern::Pattern;
 use crate::planning::bound::{Bound, certified_percent};
 use crate::sim::{Conditions, Scene};
@@ -145,12 +144,12 @@ pub struct SweepPoint {
     pub title: String,
     /// Mean share of the items picked.
     pub picked_share: f64,
-    /// Its 95 % interval.
-    pub picked_share_interval: Interval,
+    /// Its 95 % interval; none of a single pattern, as the next.
+    pub picked_share_interval: Option<Interval>,
     /// Mean picking rate [1/min].
     pub picking_rate: f64,
     /// Its 95 % interval.
-    pub picking_rate_interval: Interval,
+    pub picking_rate_interval: Option<Interval>,
     /// Mean weighted rate [1/min].
     pub weighted_rate: f64,
     /// Share of the patterns of which everything was picked.
@@ -185,8 +184,10 @@ impl SweepBound {
 /// A whole sweep.
 #[derive(Debug, Clone)]
 pub struct Sweep {
-    /// The values.
+    /// The values: all of them, or those that were done when the user stopped.
     pub values: Vec<f64>,
+    /// How many values there are in all.
+    pub planned: usize,
     /// For each value, the methods in their order.
     pub points: Vec<Vec<SweepPoint>>,
     /// For each value what no strategy can do better, where that was asked for.
@@ -254,10 +255,12 @@ impl Sweep {
 /// Runs all methods at all settings on the same patterns. Where something goes wrong, the
 /// pattern of place i has the luck of the conditions' seed + i at every setting. With
 /// `bounded`, what no strategy can do better is computed for every value and pattern. The
-/// same input gives the same result on any number of threads.
+/// same input gives the same result on any number of threads. When asked to stop it ends
+/// with the last whole value.
 ///
 /// # Errors
-/// A pattern that does not lie on the belt, an illegal action, [`Error::Interrupted`].
+/// A pattern that does not lie on the belt, an illegal action, [`Error::Interrupted`]
+/// before the first value is done.
 pub fn sweep(
     settings: &[Setting],
     patterns: &[Pattern],
@@ -292,11 +295,11 @@ pub fn sweep(
             };
             Ok(Runs { figures, bound })
         };
-        let by_pattern: Vec<Runs> = patterns
-            .par_iter()
-            .enumerate()
-            .map(run)
-            .collect::<Result<_>>()?;
+        let by_pattern: Result<Vec<Runs>> = patterns.par_iter().enumerate().map(run).collect();
+        let by_pattern = match by_pattern {
+            Err(Error::Interrupted) if !points.is_empty() => break,
+            by_pattern => by_pattern?,
+        };
         let most: Option<f64> = by_pattern
             .iter()
             .map(|runs| runs.bound.as_ref().map(|bound| bound.value))
@@ -310,8 +313,10 @@ pub fn sweep(
         environment.progress.advance(1);
     }
     environment.progress.end();
+    let done = settings.iter().take(points.len());
     Ok(Sweep {
-        values: settings.iter().map(|setting| setting.value).collect(),
+        values: done.map(|setting| setting.value).collect(),
+        planned: settings.len(),
         points,
         bounds: bounded.then_some(bounds),
     })

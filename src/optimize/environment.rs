@@ -8,6 +8,8 @@ pub trait Progress: Sync {
     fn begin(&self, stage: &str, total: u64, unit: &str);
     /// So many more steps are done.
     fn advance(&self, steps: u64);
+    /// What is being done within a step that takes long.
+    fn doing(&self, text: &str);
     /// The best found so far.
     fn incumbent(&self, text: &str);
     /// The stage is over.
@@ -21,6 +23,7 @@ pub struct Silent;
 impl Progress for Silent {
     fn begin(&self, _: &str, _: u64, _: &str) {}
     fn advance(&self, _: u64) {}
+    fn doing(&self, _: &str) {}
     fn incumbent(&self, _: &str) {}
     fn end(&self) {}
 }

@@ -5,15 +5,16 @@
 //! robot by robot, choosing at random among the rules that score nearly as well as
 //! the best, and then climbs to a local optimum.
 
-use super::environment::{Environment, Silent};
+use super::environment::{Environment, Progress};
 use super::evaluator::{Evaluation, Evaluator, Score};
 use super::objective::{Objective, Risk};
 use crate::dispatch::{Rule, RuleAssignment};
-use crate::error::{Error, Result, shown_number};
+use crate::error::{Error, Result, counted, shown_number};
 use crate::pattern::random_stream;
 use rand::RngExt;
 use rand::rngs::ChaCha8Rng;
 use std::collections::HashMap;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// How the search is run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -96,11 +97,6 @@ impl Grasp {
         memo: &mut Memo,
         environment: &Environment,
     ) -> Result<GraspOutcome> {
-        // Steps are starts here; what the evaluator counts is patterns.
-        let quiet = Environment {
-            stop: environment.stop,
-            progress: &Silent,
-        };
         let mut walk = Walk {
             evaluator,
             // A part of the line rarely picks everything at any speed, so its speed
@@ -112,7 +108,7 @@ impl Grasp {
             parts: Memo::new(),
             risk,
             memo,
-            environment: &quiet,
+            environment,
         };
         let mut outcome = GraspOutcome {
             best: None,
@@ -240,7 +236,17 @@ impl Walk<'_, '_> {
             .cloned()
             .collect();
         if !unknown.is_empty() {
-            let evaluation = evaluator.evaluate(unknown, self.environment)?;
+            let within = Within {
+                outer: self.environment.progress,
+                assignments: unknown.len(),
+                patterns: evaluator.pattern_count(),
+                done: AtomicU64::new(0),
+            };
+            let environment = Environment {
+                stop: self.environment.stop,
+                progress: &within,
+            };
+            let evaluation = evaluator.evaluate(unknown, &environment)?;
             if !evaluation.is_whole(evaluator) {
                 return Ok(None);
             }
@@ -254,6 +260,30 @@ impl Walk<'_, '_> {
         let value = |a: &RuleAssignment| memo.get(a).map(|s| self.risk.aggregate(&s.values));
         Ok(assignments.iter().map(value).collect())
     }
+}
+
+/// Progress within a start, which on a long line takes minutes: the evaluator counts
+/// patterns, the search starts.
+struct Within<'p> {
+    outer: &'p dyn Progress,
+    assignments: usize,
+    patterns: usize,
+    done: AtomicU64,
+}
+
+impl Progress for Within<'_> {
+    fn begin(&self, _: &str, _: u64, _: &str) {}
+    fn advance(&self, steps: u64) {
+        let done = self.done.fetch_add(steps, Ordering::Relaxed) + steps;
+        self.outer.doing(&format!(
+            "{} at once, pattern {done}/{}",
+            counted(self.assignments, "assignment"),
+            self.patterns
+        ));
+    }
+    fn doing(&self, _: &str) {}
+    fn incumbent(&self, _: &str) {}
+    fn end(&self) {}
 }
 
 /// All assignments that differ in one robot's rule or by a swap of two robots' rules,

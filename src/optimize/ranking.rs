@@ -18,9 +18,10 @@ pub struct Ranked {
     pub mean: f64,
     /// Its aggregate of the objective, the mean again unless risk says otherwise.
     pub value: f64,
-    /// 95 % interval of the best's aggregate minus this one's, paired over patterns.
-    pub difference: Interval,
-    /// Whether that interval contains 0.
+    /// 95 % interval of the best's aggregate minus this one's, paired over patterns; none
+    /// on a single pattern.
+    pub difference: Option<Interval>,
+    /// Whether that interval contains 0; on a single pattern, whether they are equal.
     pub tied: bool,
     /// Mean share of the items picked, at the station's belt speed.
     pub picked_share: f64,
@@ -55,7 +56,7 @@ const BOOTSTRAP_WORK: usize = 200_000_000;
 
 impl Ranking {
     /// Ranks `evaluation`. Those that no paired test proves worse than another are
-    /// told apart by their speed limits, then by their worst pattern, then by
+    /// told apart by their speed limits if there is a `scan`, then by their worst pattern, then by
     /// their mean, then by registry order. None when nothing was evaluated.
     ///
     /// # Errors
@@ -64,7 +65,7 @@ impl Ranking {
         evaluation: &Evaluation,
         evaluator: &Evaluator,
         risk: Risk,
-        scan: SpeedScan,
+        scan: Option<SpeedScan>,
         environment: &Environment,
     ) -> Result<Option<Self>> {
         let Some(leader) = evaluation.leader(risk) else {
@@ -89,7 +90,7 @@ impl Ranking {
                     assignment: assignment.clone(),
                     mean: stats::mean(&score.values),
                     value: risk.aggregate(&score.values),
-                    difference: Interval::point(0.0),
+                    difference: None,
                     tied: false,
                     picked_share: score.picked_share,
                     worst,
@@ -112,8 +113,9 @@ impl Ranking {
                 }
             })
             .unwrap_or(leader);
+        let several = evaluation.patterns.len() > 1;
         for (entry, difference) in entries.iter_mut().zip(intervals.against(best)) {
-            entry.difference = difference;
+            entry.difference = several.then_some(difference);
             entry.tied = difference.contains(0.0);
         }
         let leader = evaluation.assignments[leader].clone();
@@ -181,18 +183,20 @@ fn wins_tie(a: &Ranked, b: &Ranked) -> bool {
 }
 
 /// Mean speed limit of each contender; none where there is nothing to break: a single
-/// contender, or the objective is the speed limit itself, or the user stopped.
+/// contender, or the objective is the speed limit itself, or no scan is wanted, or the user
+/// stopped.
 fn speed_limits(
     contenders: &[usize],
     evaluation: &Evaluation,
     evaluator: &Evaluator,
-    scan: SpeedScan,
+    scan: Option<SpeedScan>,
     environment: &Environment,
 ) -> Result<Vec<Option<f64>>> {
     let none = vec![None; contenders.len()];
-    if contenders.len() < 2 || matches!(evaluator.objective(), Objective::MaxSpeed(_)) {
+    let by_speed = matches!(evaluator.objective(), Objective::MaxSpeed(_));
+    let Some(scan) = scan.filter(|_| contenders.len() > 1 && !by_speed) else {
         return Ok(none);
-    }
+    };
     let limits = evaluator.with_objective(Objective::MaxSpeed(scan));
     let tied: Vec<RuleAssignment> = contenders
         .iter()
@@ -245,7 +249,8 @@ impl<'a> Intervals<'a> {
         }
     }
 
-    /// 95 % interval of `reference` minus each assignment.
+    /// 95 % interval of `reference` minus each assignment; the difference itself on a
+    /// single pattern, of which it is the whole.
     fn against(&self, reference: usize) -> Vec<Interval> {
         let best = &self.evaluation.scores[reference].values;
         self.evaluation
@@ -259,6 +264,7 @@ impl<'a> Intervals<'a> {
                     let differences: Vec<f64> =
                         best.iter().zip(&score.values).map(|(a, b)| a - b).collect();
                     stats::mean_interval(&differences)
+                        .unwrap_or_else(|| Interval::point(stats::mean(&differences)))
                 }
             })
             .collect()

@@ -19,8 +19,9 @@ pub struct Rival {
     pub picked_share: f64,
     /// The objective on the worst pattern.
     pub worst: f64,
-    /// 95 % interval of the objective minus the winner's, paired over patterns.
-    pub difference: Interval,
+    /// 95 % interval of the objective minus the winner's, paired over patterns; none on a
+    /// single pattern.
+    pub difference: Option<Interval>,
 }
 
 /// `winner` and then `strategies` in their order, all on the patterns of `evaluator`.

@@ -31,8 +31,9 @@ pub struct Search {
     pub grasp: Grasp,
     /// How the patterns' figures become one.
     pub risk: Risk,
-    /// Resolution of the speed limits that break ties.
-    pub scan: SpeedScan,
+    /// Resolution of the speed limits that break ties; none to break them without. On a
+    /// long line nearly all assignments are tied, and their limits take most of the time.
+    pub scan: Option<SpeedScan>,
 }
 
 /// Why the search ended.

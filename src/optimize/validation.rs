@@ -1,14 +1,15 @@
 //! The winner on fresh patterns, so that the figure reported is not the one that was
 //! selected on.
 
+use super::beside::bound_beside;
 use super::environment::Environment;
 use super::evaluator::Evaluator;
 use super::objective::{Objective, Risk};
 use super::ranking::Ranked;
 use crate::dispatch::RuleAssignment;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::pattern::Pattern;
-use crate::planning::bound::{Options, certified_percent, upper_bound};
+use crate::planning::bound::certified_percent;
 use crate::sim::Scene;
 use crate::station::Station;
 use crate::stats::{self, Interval};
@@ -21,8 +22,8 @@ pub struct Validation {
     pub patterns: usize,
     /// Mean of the objective.
     pub value: f64,
-    /// Its 95 % interval.
-    pub interval: Interval,
+    /// Its 95 % interval; none of a single pattern.
+    pub interval: Option<Interval>,
     /// The objective aggregated under the risk that was searched for.
     pub at_risk: f64,
     /// Mean share of the items picked, at the station's belt speed.
@@ -148,16 +149,16 @@ fn certificate(
         // A share of n items is that of a whole number of them.
         let picked = (share * pattern.len() as f64).round() as usize;
         let scene = Scene::new(station, pattern)?;
-        let go_on = &mut |_, _| !environment.stopped();
-        let bound = upper_bound(&scene, &Options::beside(picked), go_on)?;
+        let bound = bound_beside(&scene, picked, environment)?;
         progress.advance(1);
         Ok((picked, bound.value as usize))
     });
-    let bounded: Vec<(usize, usize)> = bounded.collect::<Result<_>>()?;
+    let bounded: Result<Vec<(usize, usize)>> = bounded.collect();
     progress.end();
-    if environment.stopped() {
-        return Ok(None);
-    }
+    let bounded = match bounded {
+        Err(Error::Interrupted) => return Ok(None),
+        bounded => bounded?,
+    };
     let items: usize = patterns.iter().map(Pattern::len).sum();
     let picked: usize = bounded.iter().map(|(picked, _)| picked).sum();
     let most: usize = bounded.iter().map(|(_, most)| most).sum();

@@ -114,6 +114,17 @@ pub struct Recipe {
 }
 
 impl PatternSource {
+    /// The files that it reads.
+    ///
+    /// # Errors
+    /// A folder that cannot be read.
+    pub fn files(&self) -> Result<Vec<PathBuf>> {
+        match self {
+            Self::Files(path) => files_of(path),
+            _ => Ok(Vec::new()),
+        }
+    }
+
     /// The set this source stands for. The same recipe makes the same set.
     ///
     /// # Errors
@@ -258,29 +269,13 @@ impl PatternSet {
     }
 
     fn add_files(&mut self, path: &Path) -> Result<()> {
-        let mut files = Vec::new();
-        if path.is_dir() {
-            let entries = std::fs::read_dir(path).map_err(|e| Error::read(path, e))?;
-            for entry in entries {
-                let file = entry.map_err(|e| Error::read(path, e))?.path();
-                if file
-                    .extension()
-                    .is_some_and(|e| e.eq_ignore_ascii_case("csv"))
-                {
-                    files.push(file);
-                }
-            }
-            // The order of a folder is the file system's; names are everybody's.
-            files.sort();
-            if files.is_empty() {
-                return Err(Error::input(
-                    format!("--patterns {}", path.display()),
-                    "the folder holds no .csv file",
-                    "put pattern files into it, or name one file",
-                ));
-            }
-        } else {
-            files.push(path.to_owned());
+        let files = files_of(path)?;
+        if files.is_empty() {
+            return Err(Error::input(
+                format!("--patterns {}", path.display()),
+                "the folder holds no .csv file",
+                "put pattern files into it, or name one file",
+            ));
         }
         for file in &files {
             self.patterns.push(super::file::load(file)?);
@@ -296,6 +291,26 @@ impl PatternSet {
         );
         Ok(())
     }
+}
+
+/// The recorded patterns at `path`, one or a folder of them.
+fn files_of(path: &Path) -> Result<Vec<PathBuf>> {
+    if !path.is_dir() {
+        return Ok(vec![path.to_owned()]);
+    }
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(path).map_err(|e| Error::read(path, e))? {
+        let file = entry.map_err(|e| Error::read(path, e))?.path();
+        if file
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("csv"))
+        {
+            files.push(file);
+        }
+    }
+    // The order of a folder is the file system's; names are everybody's.
+    files.sort();
+    Ok(files)
 }
 
 #[cfg(test)]

@@ -264,7 +264,7 @@ mod tests {
             ("budget-ms=NaN", &["lookahead:budget-ms", "a number"]),
             ("budget=3,budget-ms=3", &["give one of the two"]),
             ("seed=1,seed=2", &["given twice"]),
-            ("bases=SPT", &["lookahead:bases", "1 rules for 2 robots"]),
+            ("bases=SPT", &["lookahead:bases", "1 rule for 2 robots"]),
             ("bases=SPT+FOO", &["lookahead:bases", "`FOO`"]),
             ("goal=money", &["picks or weight"]),
             ("improve=maybe", &["yes or no"]),

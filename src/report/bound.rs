@@ -1,7 +1,7 @@
 //! A certified bound.
 
 use super::provenance::Provenance;
-use super::table::{Table, fixed};
+use super::table::{Table, fixed, interval};
 use crate::decision::Figures;
 use crate::experiment::CaseBound;
 use crate::pattern::Pattern;
@@ -348,7 +348,8 @@ pub struct CaseBoundReport {
     pub picked_share: f64,
     /// Mean of the highest rates [1/min].
     pub picking_rate_per_min: Option<f64>,
-    /// 95 % interval of that minus the first method's rate, paired over patterns.
+    /// 95 % interval of that minus the first method's rate, paired over patterns; none of
+    /// a single pattern.
     pub difference: Option<Interval>,
     /// How much higher it is than the first method's mean rate [%].
     pub benefit_percent: Option<f64>,
@@ -374,13 +375,7 @@ impl CaseBoundReport {
             rounded_up(100.0 * self.picked_share, 1),
             String::new(),
             up(self.picking_rate_per_min),
-            self.difference.map_or(String::new(), |difference| {
-                format!(
-                    "{} to {}",
-                    fixed(difference.low, 2),
-                    fixed(difference.high, 2)
-                )
-            }),
+            interval(self.difference.map(|d| (d.low, d.high)), 2),
             up(self.benefit_percent),
         ];
         row.resize(columns, String::new());

@@ -2,9 +2,10 @@
 
 use super::bound::CaseBoundReport;
 use super::provenance::Provenance;
-use super::table::{Table, fixed};
+use super::table::{Table, cell, fixed, interval};
 use crate::experiment::paper::{self, Printed};
 use crate::experiment::{CaseResult, Comparison, Method};
+use crate::stats::Interval;
 use crate::strategies::is_policy;
 use serde::Serialize;
 
@@ -58,24 +59,24 @@ pub struct ResultReport {
     pub method: String,
     /// Mean share of the items picked.
     pub picked_share: f64,
-    /// Lower end of its 95 % interval.
-    pub picked_share_low: f64,
+    /// Lower end of its 95 % interval; none of a single pattern, as of all that follow.
+    pub picked_share_low: Option<f64>,
     /// Upper end.
-    pub picked_share_high: f64,
+    pub picked_share_high: Option<f64>,
     /// Mean end of the run [s].
     pub end_s: f64,
     /// Mean picks per minute.
     pub picking_rate_per_min: f64,
     /// Lower end of its 95 % interval.
-    pub picking_rate_low: f64,
+    pub picking_rate_low: Option<f64>,
     /// Upper end.
-    pub picking_rate_high: f64,
+    pub picking_rate_high: Option<f64>,
     /// Mean reward-weighted picks per minute.
     pub weighted_rate_per_min: f64,
     /// Lower end of the 95 % interval of its rate minus the first method's.
-    pub diff_low: f64,
+    pub diff_low: Option<f64>,
     /// Upper end.
-    pub diff_high: f64,
+    pub diff_high: Option<f64>,
     /// How much higher its mean rate is than the first method's [%].
     pub benefit_percent: f64,
     /// What it picks over all patterns as a proven share of the optimum [%].
@@ -169,11 +170,7 @@ impl ComparisonReport {
                     if first {
                         String::new()
                     } else {
-                        format!(
-                            "{} to {}",
-                            fixed(result.diff_low, 2),
-                            fixed(result.diff_high, 2)
-                        )
+                        interval(result.diff_low.zip(result.diff_high), 2)
                     },
                     if first {
                         String::new()
@@ -280,13 +277,13 @@ impl ComparisonReport {
             for result in &case.results[1..] {
                 row.extend([
                     result.benefit_percent.to_string(),
-                    result.diff_low.to_string(),
-                    result.diff_high.to_string(),
+                    cell(result.diff_low),
+                    cell(result.diff_high),
                 ]);
             }
             if with_bound {
                 let rate = case.bound.as_ref().and_then(|b| b.picking_rate_per_min);
-                row.push(rate.map_or(String::new(), |rate| rate.to_string()));
+                row.push(cell(rate));
             }
             row.push(self.made.one_line());
             rows.push(row);
@@ -377,22 +374,29 @@ fn case_report(
             .iter()
             .zip(&result.methods)
             .enumerate()
-            .map(|(i, (method, of))| ResultReport {
-                method: method.id().to_owned(),
-                picked_share: of.picked_share,
-                picked_share_low: of.picked_share_interval.low,
-                picked_share_high: of.picked_share_interval.high,
-                end_s: of.end,
-                picking_rate_per_min: of.picking_rate,
-                picking_rate_low: of.picking_rate_interval.low,
-                picking_rate_high: of.picking_rate_interval.high,
-                weighted_rate_per_min: of.weighted_rate,
-                diff_low: of.difference.low,
-                diff_high: of.difference.high,
-                benefit_percent: 100.0 * of.benefit,
-                certified_percent: result.bound.as_ref().map(|bound| bound.certified[i]),
-                certified_rate_percent: result.bound.as_ref().and_then(|b| b.certified_rate[i]),
-                paper: paper(method),
+            .map(|(i, (method, of))| {
+                let (picked_share_low, picked_share_high) =
+                    Interval::ends(of.picked_share_interval);
+                let (picking_rate_low, picking_rate_high) =
+                    Interval::ends(of.picking_rate_interval);
+                let (diff_low, diff_high) = Interval::ends(of.difference);
+                ResultReport {
+                    method: method.id().to_owned(),
+                    picked_share: of.picked_share,
+                    picked_share_low,
+                    picked_share_high,
+                    end_s: of.end,
+                    picking_rate_per_min: of.picking_rate,
+                    picking_rate_low,
+                    picking_rate_high,
+                    weighted_rate_per_min: of.weighted_rate,
+                    diff_low,
+                    diff_high,
+                    benefit_percent: 100.0 * of.benefit,
+                    certified_percent: result.bound.as_ref().map(|bound| bound.certified[i]),
+                    certified_rate_percent: result.bound.as_ref().and_then(|b| b.certified_rate[i]),
+                    paper: paper(method),
+                }
             })
             .collect(),
         runs,

@@ -7,6 +7,7 @@ use crate::optimize::game::{
     Change, End, Equilibrium, LineGame, Payoff, PayoffKind, Price, dominance, dominant, equilibria,
     equivalent, optimum, play, prices,
 };
+use crate::stats::Interval;
 use serde::Serialize;
 
 /// A solved game as it is printed and written; the JSON field names are the product's
@@ -92,10 +93,11 @@ pub struct DeviationReport {
     pub equivalent: bool,
     /// What it gains; never above 0 in an equilibrium.
     pub gain: Payoff,
-    /// Lower end of the 95 % interval of the gain, paired over patterns.
-    pub gain_low: f64,
+    /// Lower end of the 95 % interval of the gain, paired over patterns; none on a single
+    /// one.
+    pub gain_low: Option<f64>,
     /// Upper end.
-    pub gain_high: f64,
+    pub gain_high: Option<f64>,
 }
 
 /// What is best for all together.
@@ -356,6 +358,7 @@ impl Reporter<'_> {
             let others = (0..game.actions(i)).filter(|&a| a != current);
             deviations.extend(others.map(|action| {
                 let interval = self.line.gain_interval(profile, i, action);
+                let (gain_low, gain_high) = Interval::ends(interval);
                 DeviationReport {
                     robot: player.name.clone(),
                     rule: player.actions[action].clone(),
@@ -363,8 +366,8 @@ impl Reporter<'_> {
                         .iter()
                         .any(|g| g.contains(&action) && g.contains(&current)),
                     gain: game.payoff(game.with(profile, i, action), i) - game.payoff(profile, i),
-                    gain_low: interval.low,
-                    gain_high: interval.high,
+                    gain_low,
+                    gain_high,
                 }
             }));
         }
@@ -376,8 +379,10 @@ impl Reporter<'_> {
             welfare: game.welfare(profile),
             margin: equilibrium.margin,
             margin_to_others: equilibrium.margin_to_others,
-            proven: (self.line.patterns > 1)
-                .then(|| deviations.iter().filter(|d| d.gain_high < 0.0).count()),
+            proven: (self.line.patterns > 1).then(|| {
+                let loses = |d: &&DeviationReport| d.gain_high.is_some_and(|high| high < 0.0);
+                deviations.iter().filter(loses).count()
+            }),
             basin,
             deviations,
         }

@@ -2,7 +2,7 @@
 
 use super::provenance::Provenance;
 use super::rivals::RivalsReport;
-use super::table::{Table, fixed};
+use super::table::{Table, cell, fixed, interval};
 use crate::dispatch::RULES;
 use crate::optimize::{
     FRONT_RUNNERS, Objective, Optimum, Ranked, Risk, Search, SearchKind, StopReason, Validation,
@@ -81,11 +81,11 @@ pub struct RankedReport {
     pub mean: f64,
     /// Its aggregate under the chosen risk.
     pub value: f64,
-    /// Lower end of the 95 % interval of best minus this one.
-    pub diff_low: f64,
+    /// Lower end of the 95 % interval of best minus this one; none on a single pattern.
+    pub diff_low: Option<f64>,
     /// Upper end.
-    pub diff_high: f64,
-    /// Whether that interval contains 0.
+    pub diff_high: Option<f64>,
+    /// Whether that interval contains 0; on a single pattern, whether they are equal.
     pub tied: bool,
     /// Mean share of the items picked.
     pub picked_share: f64,
@@ -106,10 +106,10 @@ pub struct ValidationReport {
     pub count: usize,
     /// Mean of the objective.
     pub mean: f64,
-    /// Lower end of its 95 % interval.
-    pub mean_low: f64,
+    /// Lower end of its 95 % interval; none of a single pattern.
+    pub mean_low: Option<f64>,
     /// Upper end.
-    pub mean_high: f64,
+    pub mean_high: Option<f64>,
     /// The objective aggregated under the risk that was searched for.
     pub value: f64,
     /// Mean share of the items picked.
@@ -145,12 +145,13 @@ pub struct CertificateReport {
 impl ValidationReport {
     /// The report of `validation` on the patterns described.
     pub fn new(validation: &Validation, patterns: &str) -> Self {
+        let (mean_low, mean_high) = Interval::ends(validation.interval);
         Self {
             patterns: patterns.to_owned(),
             count: validation.patterns,
             mean: validation.value,
-            mean_low: validation.interval.low,
-            mean_high: validation.interval.high,
+            mean_low,
+            mean_high,
             value: validation.at_risk,
             picked_share: validation.picked_share,
             worst: validation.worst,
@@ -173,13 +174,15 @@ impl ValidationReport {
             "mean" | "worst" => String::new(),
             _ => format!(", {risk} {}", fixed(self.value, digits)),
         };
+        let ends = self.mean_low.zip(self.mean_high);
+        let interval = ends.map_or(String::new(), |ends| {
+            format!(" (95 % interval {})", interval(Some(ends), digits))
+        });
         format!(
-            "validated mean {}{unit} (95 % interval {} to {}){at_risk}, worst {}, {} % picked\n          \
+            "validated mean {}{unit}{interval}{at_risk}, worst {}, {} % picked\n          \
              task completion at {} m/s: {} of {} patterns fully picked, {} % (95 % interval {} to {} %)\n          \
              on {}\n{}",
             fixed(self.mean, digits),
-            fixed(self.mean_low, digits),
-            fixed(self.mean_high, digits),
             fixed(self.worst, digits),
             fixed(100.0 * self.picked_share, 1),
             self.speed,
@@ -211,13 +214,13 @@ impl OptimumReport {
     ) -> Self {
         let ranking = &optimum.ranking;
         let line = |ranked: &Ranked| {
-            let Interval { low, high } = ranked.difference;
+            let (diff_low, diff_high) = Interval::ends(ranked.difference);
             RankedReport {
                 assignment: ranked.assignment.names(),
                 mean: ranked.mean,
                 value: ranked.value,
-                diff_low: low,
-                diff_high: high,
+                diff_low,
+                diff_high,
                 tied: ranked.tied,
                 picked_share: ranked.picked_share,
                 worst: ranked.worst,
@@ -327,11 +330,7 @@ impl OptimumReport {
                 if i == 0 {
                     String::new()
                 } else {
-                    format!(
-                        "{} to {}",
-                        fixed(line.diff_low, digits),
-                        fixed(line.diff_high, digits)
-                    )
+                    interval(line.diff_low.zip(line.diff_high), digits)
                 },
                 (match (i, line.tied) {
                     (0, _) => "best",
@@ -469,8 +468,8 @@ impl OptimumReport {
                 line.assignment.join(" "),
                 line.mean.to_string(),
                 line.value.to_string(),
-                line.diff_low.to_string(),
-                line.diff_high.to_string(),
+                cell(line.diff_low),
+                cell(line.diff_high),
                 line.tied.to_string(),
                 line.picked_share.to_string(),
                 line.worst.to_string(),

@@ -25,6 +25,9 @@ pub struct Provenance {
     pub conditions: Vec<String>,
     /// Master seed.
     pub seed: u64,
+    /// How far it got, where the user stopped it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub partial: Option<String>,
 }
 
 impl Provenance {
@@ -42,7 +45,17 @@ impl Provenance {
             patterns: patterns.to_owned(),
             conditions: Vec::new(),
             seed,
+            partial: None,
         }
+    }
+
+    /// The same of a result of which only `done` of `planned` parts, called `what`, are
+    /// there, if they are not all; what is said first counts.
+    pub fn of_parts(mut self, done: usize, planned: usize, what: &str) -> Self {
+        if done < planned && self.partial.is_none() {
+            self.partial = Some(format!("interrupted, with {done} of {planned} {what} done"));
+        }
+        self
     }
 
     /// The same of a result under `conditions`.
@@ -53,8 +66,12 @@ impl Provenance {
 
     /// Everything on one line, for the last column of a CSV file.
     pub fn one_line(&self) -> String {
+        let partial = match &self.partial {
+            Some(partial) => format!("; {partial}"),
+            None => String::new(),
+        };
         format!(
-            "{}; {}; station {} ({}); seed {}",
+            "{}; {}; station {} ({}); seed {}{partial}",
             self.program, self.command, self.station_hash, self.station, self.seed
         )
     }
@@ -65,8 +82,12 @@ impl Provenance {
             none if none.is_empty() => none,
             some => format!("under     {some}\n"),
         };
+        let partial = match &self.partial {
+            Some(partial) => format!("partial   {partial}\n"),
+            None => String::new(),
+        };
         format!(
-            "station   {} (hash {})\npatterns  {}\n{conditions}made by   {}: {}\n",
+            "{partial}station   {} (hash {})\npatterns  {}\n{conditions}made by   {}: {}\n",
             self.station, self.station_hash, self.patterns, self.program, self.command
         )
     }

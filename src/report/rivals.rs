@@ -1,9 +1,10 @@
 //! Strategies of any kind beside the winner of a search.
 
 use super::optimum::{OptimumReport, bracketed};
-use super::table::{Table, fixed};
+use super::table::{Table, cell, fixed, interval};
 use crate::files::csv_text;
 use crate::optimize::Rival;
+use crate::stats::Interval;
 use serde::Serialize;
 
 /// The winner and other strategies on the same patterns.
@@ -26,7 +27,8 @@ pub struct RivalReport {
     pub mean: f64,
     /// The objective aggregated under the risk that was searched for.
     pub value: f64,
-    /// Lower end of the 95 % interval of this one minus the winner; absent for the winner.
+    /// Lower end of the 95 % interval of this one minus the winner; absent for the winner
+    /// and on a single pattern.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub diff_low: Option<f64>,
     /// Upper end.
@@ -50,14 +52,13 @@ impl RivalsReport {
         let winner = format!("rules:{}", best.join(","));
         let names = std::iter::once(winner).chain(names.map(str::to_owned));
         let row = |(place, (rival, strategy)): (usize, (&Rival, String))| {
-            // One pattern says nothing of how figures spread.
-            let shown = place > 0 && count > 1;
+            let (diff_low, diff_high) = Interval::ends(rival.difference.filter(|_| place > 0));
             RivalReport {
                 strategy,
                 mean: rival.mean,
                 value: rival.at_risk,
-                diff_low: shown.then_some(rival.difference.low),
-                diff_high: shown.then_some(rival.difference.high),
+                diff_low,
+                diff_high,
                 picked_share: rival.picked_share,
                 worst: rival.worst,
             }
@@ -82,14 +83,14 @@ impl RivalsReport {
             format!("worst{unit}"),
         ]);
         let mut table = Table::new(&header.iter().map(String::as_str).collect::<Vec<_>>());
-        for line in &self.strategies {
+        for (place, line) in self.strategies.iter().enumerate() {
             let mut row = vec![line.strategy.clone(), fixed(line.mean, digits)];
             row.extend(by_risk.then(|| fixed(line.value, digits)));
-            let interval = line.diff_low.zip(line.diff_high);
             row.extend([
-                interval.map_or(String::new(), |(low, high)| {
-                    format!("{} to {}", fixed(low, digits), fixed(high, digits))
-                }),
+                match place {
+                    0 => String::new(),
+                    _ => interval(line.diff_low.zip(line.diff_high), digits),
+                },
                 fixed(100.0 * line.picked_share, 1),
                 fixed(line.worst, digits),
             ]);
@@ -117,14 +118,13 @@ impl RivalsReport {
             "patterns",
             "made",
         ];
-        let number = |value: Option<f64>| value.map(|v| v.to_string()).unwrap_or_default();
         let rows = self.strategies.iter().map(|line| {
             [
                 line.strategy.clone(),
                 line.mean.to_string(),
                 line.value.to_string(),
-                number(line.diff_low),
-                number(line.diff_high),
+                cell(line.diff_low),
+                cell(line.diff_high),
                 line.picked_share.to_string(),
                 line.worst.to_string(),
                 self.count.to_string(),

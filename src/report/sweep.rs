@@ -2,9 +2,9 @@
 
 use super::bound::rounded_up;
 use super::provenance::Provenance;
-use super::table::{Table, fixed};
+use super::table::{Table, cell, fixed, interval};
 use crate::experiment::{Axis, Limit, Sweep, SweepBound, paper};
-use crate::stats;
+use crate::stats::{self, Interval};
 use serde::Serialize;
 
 /// A sweep as it is printed and written; the JSON field names are the product's format.
@@ -45,16 +45,16 @@ pub struct PointReport {
     pub title: String,
     /// Mean share of the items picked.
     pub picked_share: f64,
-    /// Lower end of its 95 % interval.
-    pub picked_share_low: f64,
+    /// Lower end of its 95 % interval; none of a single pattern, as of the rate.
+    pub picked_share_low: Option<f64>,
     /// Upper end.
-    pub picked_share_high: f64,
+    pub picked_share_high: Option<f64>,
     /// Mean picks per minute.
     pub picking_rate_per_min: f64,
     /// Lower end of its 95 % interval.
-    pub picking_rate_low: f64,
+    pub picking_rate_low: Option<f64>,
     /// Upper end.
-    pub picking_rate_high: f64,
+    pub picking_rate_high: Option<f64>,
     /// Mean reward-weighted picks per minute.
     pub weighted_rate_per_min: f64,
     /// Share of the patterns of which everything was picked.
@@ -188,20 +188,26 @@ impl SweepReport {
     ) -> Self {
         let points = sweep.values.iter().zip(&sweep.points);
         let points = points.flat_map(|(&value, points)| {
-            ids.iter().zip(points).map(move |(id, point)| PointReport {
-                value,
-                method: id.clone(),
-                title: point.title.clone(),
-                picked_share: point.picked_share,
-                picked_share_low: point.picked_share_interval.low,
-                picked_share_high: point.picked_share_interval.high,
-                picking_rate_per_min: point.picking_rate,
-                picking_rate_low: point.picking_rate_interval.low,
-                picking_rate_high: point.picking_rate_interval.high,
-                weighted_rate_per_min: point.weighted_rate,
-                complete_share: point.complete_share,
-                nearly_complete_share: point.nearly_complete_share,
-                certified_percent: point.certified,
+            ids.iter().zip(points).map(move |(id, point)| {
+                let (picked_share_low, picked_share_high) =
+                    Interval::ends(point.picked_share_interval);
+                let (picking_rate_low, picking_rate_high) =
+                    Interval::ends(point.picking_rate_interval);
+                PointReport {
+                    value,
+                    method: id.clone(),
+                    title: point.title.clone(),
+                    picked_share: point.picked_share,
+                    picked_share_low,
+                    picked_share_high,
+                    picking_rate_per_min: point.picking_rate,
+                    picking_rate_low,
+                    picking_rate_high,
+                    weighted_rate_per_min: point.weighted_rate,
+                    complete_share: point.complete_share,
+                    nearly_complete_share: point.nearly_complete_share,
+                    certified_percent: point.certified,
+                }
             })
         });
         let first = sweep.complete(0).highest;
@@ -291,11 +297,7 @@ impl SweepReport {
             ];
             if many {
                 row.extend([
-                    format!(
-                        "{} to {}",
-                        fixed(point.picking_rate_low, 2),
-                        fixed(point.picking_rate_high, 2)
-                    ),
+                    interval(point.picking_rate_low.zip(point.picking_rate_high), 2),
                     fixed(100.0 * point.complete_share, 1),
                     fixed(100.0 * point.nearly_complete_share, 1),
                 ]);
@@ -415,29 +417,26 @@ impl SweepReport {
             "made",
         ];
         let made = self.made.one_line();
-        let rows = self.points.iter().map(|point| {
+        let methods = self.limits.len();
+        let rows = self.points.iter().enumerate().map(|(i, point)| {
+            let bound = self.bounds.as_ref().map(|b| &b.points[i / methods]);
             let mut row = vec![point.value.to_string(), point.method.clone()];
             let figures = [
-                point.picked_share,
+                Some(point.picked_share),
                 point.picked_share_low,
                 point.picked_share_high,
-                point.picking_rate_per_min,
+                Some(point.picking_rate_per_min),
                 point.picking_rate_low,
                 point.picking_rate_high,
-                point.weighted_rate_per_min,
-                point.complete_share,
-                point.nearly_complete_share,
+                Some(point.weighted_rate_per_min),
+                Some(point.complete_share),
+                Some(point.nearly_complete_share),
+                point.certified_percent,
+                bound.map(|bound| bound.picked_share),
+                bound.and_then(|bound| bound.picking_rate_per_min),
             ];
-            row.extend(figures.map(|figure| figure.to_string()));
-            let bounds = self.bounds.iter().flat_map(|bounds| &bounds.points);
-            let bound = bounds.clone().find(|bound| bound.value == point.value);
-            let text = |value: Option<f64>| value.map_or(String::new(), |v| v.to_string());
-            row.extend([
-                text(point.certified_percent),
-                text(bound.map(|bound| bound.picked_share)),
-                text(bound.and_then(|bound| bound.picking_rate_per_min)),
-                made.clone(),
-            ]);
+            row.extend(figures.map(cell));
+            row.push(made.clone());
             row
         });
         let header = header.map(str::to_owned).to_vec();

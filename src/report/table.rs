@@ -67,6 +67,18 @@ pub fn fixed(value: f64, digits: usize) -> String {
     }
 }
 
+/// An interval with so many digits behind the point; a dash where there is none.
+pub fn interval(ends: Option<(f64, f64)>, digits: usize) -> String {
+    ends.map_or("-".to_owned(), |(low, high)| {
+        format!("{} to {}", fixed(low, digits), fixed(high, digits))
+    })
+}
+
+/// A number as a field of a CSV file, empty where there is none.
+pub fn cell(value: Option<f64>) -> String {
+    value.map_or(String::new(), |value| value.to_string())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -106,7 +106,8 @@ async function checkComparison(page, report, paths) {
     has(paths, all(one.results, fields, `cases.${i}.results`));
     if (one.patterns > 1) has(paths, all(one.results, between, `cases.${i}.results`));
     one.results.slice(1).forEach((_, j) => {
-      has(paths, ["diff_low", "benefit_percent"].map((f) => `cases.${i}.results.${j + 1}.${f}`));
+      const against = one.patterns > 1 ? ["diff_low", "diff_high"] : [];
+      has(paths, [...against, "benefit_percent"].map((f) => `cases.${i}.results.${j + 1}.${f}`));
     });
   });
   const results = report.cases.flatMap((one) =>

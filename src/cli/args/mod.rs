@@ -49,7 +49,8 @@ Every verb runs without arguments on built-in defaults: the station `paper` with
 robots and, where one pattern is needed, the grid of 0.15 m with 50 items.
 
 Exit codes: 0 done, 1 failed, 2 wrong usage or input, 130 interrupted (searches, games
-and bounds print the best found so far; comparisons and sweeps print nothing)."
+and bounds print the best found so far; comparisons and sweeps the cases and values that
+are done, marked as partial)."
 )]
 pub struct Cli {
     #[command(subcommand)]

@@ -1,6 +1,6 @@
 //! What `pickline optimize` is given.
 
-use super::{Common, PatternSetArgs, Pictures, StationChoice};
+use super::{Common, PatternSetArgs, Pictures, StationChoice, strategy_help};
 use clap::{Args, ValueEnum};
 
 /// Find the rule for each robot that picks best whatever the pattern
@@ -82,9 +82,11 @@ pub struct OptimizeArgs {
         allow_negative_numbers = true
     )]
     pub validate: usize,
-    /// Also score this strategy on the patterns that the winner is validated on; may be
-    /// given several times. Written as for simulate
-    #[arg(long, value_name = "STRATEGY", help_heading = "Search")]
+    #[arg(long, value_name = "STRATEGY", help_heading = "Search", help = strategy_help(
+        "Also score this strategy on the patterns that the winner is validated on, as \
+         `pickline simulate --help` lists them",
+        "; may be given several times",
+    ))]
     pub strategy: Vec<String>,
     /// Leave out how far the winner is at most from the best that any strategy can do
     #[arg(long, help_heading = "Search")]

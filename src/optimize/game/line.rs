@@ -138,8 +138,8 @@ impl LineGame {
     }
 
     /// 95 % interval of what `player` gains by doing `action` instead in `profile`
-    /// [1/min]: Student's t, paired over the patterns.
-    pub fn gain_interval(&self, profile: usize, player: usize, action: usize) -> Interval {
+    /// [1/min]: Student's t, paired over the patterns; none on a single one.
+    pub fn gain_interval(&self, profile: usize, player: usize, action: usize) -> Option<Interval> {
         let other = self.game.with(profile, player, action);
         let n = self.sums.patterns as f64;
         let value = |p: usize| self.sums.payoff(&self.sums.values, p, player);

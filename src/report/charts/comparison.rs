@@ -5,7 +5,7 @@ use super::chart::{
 };
 use crate::report::bound::{CaseBoundReport, rounded_up};
 use crate::report::comparison::{CaseReport, ComparisonReport, ResultReport};
-use crate::report::table::fixed;
+use crate::report::table::{fixed, interval as shown_interval};
 
 /// The charts of a comparison, the main one first.
 pub const COMPARISON_CHARTS: &[ChartKind<ComparisonReport>] = &[
@@ -29,8 +29,7 @@ pub const COMPARISON_CHARTS: &[ChartKind<ComparisonReport>] = &[
 fn rate(report: &ComparisonReport) -> Option<Chart> {
     let value = |result: &ResultReport| Figure {
         value: result.picking_rate_per_min,
-        low: result.picking_rate_low,
-        high: result.picking_rate_high,
+        interval: result.picking_rate_low.zip(result.picking_rate_high),
     };
     let printed = |result: &ResultReport| {
         let paper = result.paper.filter(|_| report.with_paper);
@@ -47,11 +46,13 @@ fn rate(report: &ComparisonReport) -> Option<Chart> {
 }
 
 fn picked(report: &ComparisonReport) -> Option<Chart> {
-    let value = |result: &ResultReport| Figure {
-        value: 100.0 * result.picked_share,
-        low: 100.0 * result.picked_share_low,
-        // An interval of a mean may pass 100 %, items cannot.
-        high: (100.0 * result.picked_share_high).min(100.0),
+    let value = |result: &ResultReport| {
+        let ends = result.picked_share_low.zip(result.picked_share_high);
+        Figure {
+            value: 100.0 * result.picked_share,
+            // An interval of a mean may pass 100 %, items cannot.
+            interval: ends.map(|(low, high)| (100.0 * low, (100.0 * high).min(100.0))),
+        }
     };
     let printed = |result: &ResultReport| {
         let paper = result.paper.filter(|_| report.with_paper);
@@ -69,8 +70,7 @@ fn picked(report: &ComparisonReport) -> Option<Chart> {
 
 struct Figure {
     value: f64,
-    low: f64,
-    high: f64,
+    interval: Option<(f64, f64)>,
 }
 
 /// A bar a method for every case, with intervals, what the paper printed and what no
@@ -106,7 +106,10 @@ fn bars(
         }
         let mut group = Vec::new();
         for (j, result) in case.results.iter().enumerate() {
-            let Figure { value, low, high } = figure(result);
+            let Figure {
+                value,
+                interval: ends,
+            } = figure(result);
             let y = i as f64 + beside(j, methods);
             let mut tip = format!(
                 "{}, {}: {}{unit}",
@@ -114,13 +117,13 @@ fn bars(
                 report.methods[j].title,
                 fixed(value, digits)
             );
-            if low < high {
+            if let Some((low, high)) = ends.filter(|(low, high)| low < high) {
                 tip += &format!(
                     ", 95 % interval {} to {}",
                     fixed(low, digits),
                     fixed(high, digits)
                 );
-                intervals.push(interval(value, y, low, high));
+                intervals.push(interval(value, y, Some((low, high))));
             }
             if let Some(paper) = printed(result) {
                 papers.push(Point {
@@ -199,11 +202,11 @@ fn bars(
     }
 }
 
-fn interval(x: f64, y: f64, low: f64, high: f64) -> Point {
+fn interval(x: f64, y: f64, ends: Option<(f64, f64)>) -> Point {
     Point {
         x,
         y,
-        across: Some((low, high)),
+        across: ends,
         ..Point::default()
     }
 }
@@ -217,23 +220,20 @@ fn difference(report: &ComparisonReport) -> Option<Chart> {
     let layer = |j: usize| {
         let point = |(i, case): (usize, &CaseReport)| {
             let result = &case.results[j];
-            let x = result.picking_rate_per_min - case.results[0].picking_rate_per_min;
+            let x = difference_of(case, result);
+            let ends = result.diff_low.zip(result.diff_high);
+            let words = ends.map_or(String::new(), |ends| {
+                format!(", 95 % interval {}", shown_interval(Some(ends), 2))
+            });
             Point {
                 tip: format!(
-                    "{}, {} minus {}: {}/min, 95 % interval {} to {}",
+                    "{}, {} minus {}: {}/min{words}",
                     case.name,
                     report.methods[j].title,
                     first.title,
                     fixed(x, 2),
-                    fixed(result.diff_low, 2),
-                    fixed(result.diff_high, 2)
                 ),
-                ..interval(
-                    x,
-                    i as f64 + beside(j - 1, others.len()),
-                    result.diff_low,
-                    result.diff_high,
-                )
+                ..interval(x, i as f64 + beside(j - 1, others.len()), ends)
             }
         };
         Layer::Points {
@@ -242,8 +242,15 @@ fn difference(report: &ComparisonReport) -> Option<Chart> {
             points: report.cases.iter().enumerate().map(point).collect(),
         }
     };
-    let results = report.cases.iter().flat_map(|case| &case.results[1..]);
-    let mut ends: Vec<f64> = results.flat_map(|r| [r.diff_low, r.diff_high]).collect();
+    let ends_of = |case: &CaseReport, result: &ResultReport| {
+        let x = difference_of(case, result);
+        [result.diff_low.unwrap_or(x), result.diff_high.unwrap_or(x)]
+    };
+    let ends_of = |case: &CaseReport| -> Vec<f64> {
+        let results = case.results[1..].iter();
+        results.flat_map(|result| ends_of(case, result)).collect()
+    };
+    let mut ends: Vec<f64> = report.cases.iter().flat_map(ends_of).collect();
     ends.push(0.0);
     let axis = format!(
         "picking rate minus that of {} [1/min]",
@@ -267,6 +274,11 @@ fn difference(report: &ComparisonReport) -> Option<Chart> {
         }],
         legend: methods_legend(report, 1, Swatch::Dot),
     })
+}
+
+/// How much more is picked than by the first method [1/min].
+fn difference_of(case: &CaseReport, result: &ResultReport) -> f64 {
+    result.picking_rate_per_min - case.results[0].picking_rate_per_min
 }
 
 fn names(report: &ComparisonReport) -> Scale {

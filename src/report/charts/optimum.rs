@@ -2,7 +2,7 @@
 
 use super::chart::{Chart, ChartKind, Entry, Ink, Layer, Mark, Point, Scale, Style, Swatch};
 use crate::report::optimum::{OptimumReport, RankedReport, bracketed};
-use crate::report::table::fixed;
+use crate::report::table::{fixed, interval};
 
 /// The charts of a search, the main one first.
 pub const OPTIMUM_CHARTS: &[ChartKind<OptimumReport>] = &[
@@ -80,17 +80,20 @@ fn difference(report: &OptimumReport) -> Option<Chart> {
             .filter(|(i, line)| places.contains(i) && (*i == 0 || line.tied == tied));
         let point = |(i, line): (usize, &RankedReport)| {
             let x = best.value - line.value;
-            ends.extend([line.diff_low, line.diff_high]);
+            let own = line.diff_low.zip(line.diff_high);
+            let (low, high) = own.unwrap_or((x, x));
+            ends.extend([low, high]);
+            let words = own.map_or(String::new(), |own| {
+                format!(", 95 % interval {}", interval(Some(own), digits))
+            });
             Point {
                 x,
                 y: i as f64,
-                across: (i > 0).then_some((line.diff_low, line.diff_high)),
+                across: own.filter(|_| i > 0),
                 tip: format!(
-                    "{}: {} below the best, 95 % interval {} to {}",
+                    "{}: {} below the best{words}",
                     bracketed(&line.assignment),
                     fixed(x, digits),
-                    fixed(line.diff_low, digits),
-                    fixed(line.diff_high, digits)
                 ),
                 ..Point::default()
             }
@@ -176,21 +179,24 @@ fn spread(report: &OptimumReport) -> Option<Chart> {
         entry("on the worst pattern", Ink::Series(1)),
     ];
     if let Some(validation) = &report.validation {
-        all.extend([validation.mean_low, validation.mean_high]);
+        let ends = validation.mean_low.zip(validation.mean_high);
+        all.push(validation.mean);
+        all.extend(ends.iter().flat_map(|(low, high)| [low, high]));
+        let words = ends.map_or(String::new(), |ends| {
+            format!(", 95 % interval {}", interval(Some(ends), digits))
+        });
         layers.push(Layer::Points {
             ink: Ink::Text,
             style: Style::Dots,
             points: vec![Point {
                 x: validation.mean,
                 y: 0.0,
-                across: Some((validation.mean_low, validation.mean_high)),
+                across: ends,
                 tip: format!(
-                    "{} on {} fresh patterns: mean {}, 95 % interval {} to {}",
+                    "{} on {} fresh patterns: mean {}{words}",
                     bracketed(&report.best),
                     validation.count,
                     fixed(validation.mean, digits),
-                    fixed(validation.mean_low, digits),
-                    fixed(validation.mean_high, digits)
                 ),
                 ..Point::default()
             }],

@@ -1,10 +1,12 @@
 //! The charts of a sweep.
 
 use super::chart::{Chart, ChartKind, Entry, Ink, Layer, Mark, Point, Scale, Style, Swatch};
+use crate::experiment::policy_title;
 use crate::report::bound::rounded_up;
 use crate::report::sweep::{BoundPoint, PointReport, SweepReport};
-use crate::report::table::fixed;
+use crate::report::table::{fixed, interval};
 use crate::stats;
+use crate::strategies::POLICY;
 
 /// The charts of a sweep, the main one first.
 pub const SWEEP_CHARTS: &[ChartKind<SweepReport>] = &[
@@ -35,13 +37,12 @@ const SPREAD: f64 = 0.12;
 
 fn picked(report: &SweepReport) -> Option<Chart> {
     let figure = |point: &PointReport| {
-        [
-            point.picked_share,
-            point.picked_share_low,
+        let ends = point.picked_share_low.zip(point.picked_share_high);
+        (
+            100.0 * point.picked_share,
             // An interval of a mean may pass 1, shares cannot.
-            point.picked_share_high.min(1.0),
-        ]
-        .map(|share| 100.0 * share)
+            ends.map(|(low, high)| (100.0 * low, 100.0 * high.min(1.0))),
+        )
     };
     let bound = |bound: &BoundPoint| Some(100.0 * bound.picked_share);
     let mut chart = lines(report, "picked share [%]", " %", figure, bound);
@@ -103,11 +104,10 @@ fn marks_entry(ink: Ink, words: &str) -> Entry {
 
 fn rate(report: &SweepReport) -> Option<Chart> {
     let figure = |point: &PointReport| {
-        [
+        (
             point.picking_rate_per_min,
-            point.picking_rate_low,
-            point.picking_rate_high,
-        ]
+            point.picking_rate_low.zip(point.picking_rate_high),
+        )
     };
     let bound = |bound: &BoundPoint| bound.picking_rate_per_min;
     let mut chart = lines(report, "picking rate [1/min]", "/min", figure, bound);
@@ -120,7 +120,7 @@ fn lines(
     report: &SweepReport,
     axis: &str,
     unit: &str,
-    figure: impl Fn(&PointReport) -> [f64; 3],
+    figure: impl Fn(&PointReport) -> (f64, Option<(f64, f64)>),
     bound: impl Fn(&BoundPoint) -> Option<f64>,
 ) -> Chart {
     let (x, style) = across(report);
@@ -130,18 +130,19 @@ fn lines(
     for (j, limit) in report.limits.iter().enumerate() {
         let of_method = report.points.iter().skip(j).step_by(report.limits.len());
         let point = |point: &PointReport| {
-            let [y, low, high] = figure(point);
-            all.extend([y, low, high]);
-            let interval = match low < high {
-                true => format!(", 95 % interval {} to {}", fixed(low, 2), fixed(high, 2)),
-                false => String::new(),
-            };
+            let (y, ends) = figure(point);
+            let ends = ends.filter(|(low, high)| low < high);
+            all.push(y);
+            all.extend(ends.iter().flat_map(|(low, high)| [low, high]));
+            let words = ends.map_or(String::new(), |ends| {
+                format!(", 95 % interval {}", interval(Some(ends), 2))
+            });
             Point {
                 x: point.value + aside(j),
                 y,
-                along: (low < high).then_some((low, high)),
+                along: ends,
                 tip: format!(
-                    "{}, {} at {}: {}{unit}{interval}",
+                    "{}, {} at {}: {}{unit}{words}",
                     point.title,
                     report.sweep,
                     point.value,
@@ -282,6 +283,7 @@ pub(in crate::report) fn method_words(id: &str) -> String {
     match id {
         "robust_gt" => "robust GT".into(),
         "greedy_gt" => "greedy GT".into(),
+        POLICY => policy_title(),
         other => other.into(),
     }
 }

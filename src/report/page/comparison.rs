@@ -107,10 +107,12 @@ fn answer(report: &ComparisonReport) -> Vec<String> {
             false => format!("{} to {} %", shown(least), shown(most)),
         };
         let count = |holds: &dyn Fn(f64, f64) -> bool| {
-            let results = report.cases.iter().filter(|case| case.patterns > 1);
-            results
-                .filter(|case| holds(case.results[j].diff_low, case.results[j].diff_high))
-                .count()
+            let results = report.cases.iter();
+            let ends = results.filter_map(|case| {
+                let result = &case.results[j];
+                result.diff_low.zip(result.diff_high)
+            });
+            ends.filter(|&(low, high)| holds(low, high)).count()
         };
         let better = count(&|low, _| low > 0.0);
         let worse = count(&|_, high| high < 0.0);
@@ -166,24 +168,22 @@ fn table(header: &[&str], rows: Vec<(bool, Vec<Cell>)>) -> PageTable {
 }
 
 fn figures(report: &ComparisonReport) -> PageTable {
-    let cells = |case: &CaseReport, result: &ResultReport, path: &dyn Fn(&str) -> String| {
-        let percent = |field, share| Figure::percent(path(field), share);
-        let rate = |field, value| Figure::new(path(field), value, 2);
-        let interval = |low: Figure, high: Figure| match case.patterns {
-            1 => Cell::empty(),
-            _ => Cell::Interval(low, high),
-        };
+    let cells = |_: &CaseReport, result: &ResultReport, path: &dyn Fn(&str) -> String| {
+        let percent = |field: &str, share| Figure::percent(path(field), share);
+        let rate = |field: &str, value| Figure::new(path(field), value, 2);
         Some(vec![
             percent("picked_share", result.picked_share).into(),
-            interval(
-                percent("picked_share_low", result.picked_share_low),
-                percent("picked_share_high", result.picked_share_high),
+            Cell::interval(
+                ("picked_share_low", "picked_share_high"),
+                result.picked_share_low.zip(result.picked_share_high),
+                percent,
             ),
             Figure::new(path("end_s"), result.end_s, 1).into(),
             rate("picking_rate_per_min", result.picking_rate_per_min).into(),
-            interval(
-                rate("picking_rate_low", result.picking_rate_low),
-                rate("picking_rate_high", result.picking_rate_high),
+            Cell::interval(
+                ("picking_rate_low", "picking_rate_high"),
+                result.picking_rate_low.zip(result.picking_rate_high),
+                rate,
             ),
             rate("weighted_rate_per_min", result.weighted_rate_per_min).into(),
         ])
@@ -200,17 +200,13 @@ fn figures(report: &ComparisonReport) -> PageTable {
 }
 
 fn differences(report: &ComparisonReport) -> PageTable {
-    let cells = |case: &CaseReport, result: &ResultReport, path: &dyn Fn(&str) -> String| {
-        let rate = |field, value| Figure::new(path(field), value, 2);
-        let interval = Cell::Interval(
-            rate("diff_low", result.diff_low),
-            rate("diff_high", result.diff_high),
-        );
+    let cells = |_: &CaseReport, result: &ResultReport, path: &dyn Fn(&str) -> String| {
         Some(vec![
-            match case.patterns {
-                1 => rate("diff_low", result.diff_low).into(),
-                _ => interval,
-            },
+            Cell::interval(
+                ("diff_low", "diff_high"),
+                result.diff_low.zip(result.diff_high),
+                |field, value| Figure::new(path(field), value, 2),
+            ),
             Figure::new(path("benefit_percent"), result.benefit_percent, 1).into(),
         ])
     };

@@ -121,10 +121,13 @@ fn provenance(made: &Provenance) -> String {
         patterns,
         conditions,
         seed,
+        partial,
     } = made;
     let seed = seed.to_string();
     let conditions = conditions.join("; ");
+    let partial = partial.clone().unwrap_or_default();
     let facts = [
+        ("partial", "", &partial),
         ("program", "", program),
         ("command", " class=\"code\"", command),
         ("station", "", station),

@@ -73,12 +73,18 @@ fn answer(report: &OptimumReport) -> Vec<String> {
         Figure::exact("patterns", report.patterns as f64).html(),
     )];
     if let Some(validation) = &report.validation {
+        let ends = validation.mean_low.zip(validation.mean_high);
+        let interval = ends.map_or(String::new(), |(low, high)| {
+            format!(
+                " (95 % interval {} to {})",
+                figure("validation.mean_low", low),
+                figure("validation.mean_high", high),
+            )
+        });
         lines.push(format!(
-            "On {} fresh patterns its mean is {}{unit} (95 % interval {} to {}).",
+            "On {} fresh patterns its mean is {}{unit}{interval}.",
             Figure::exact("validation.count", validation.count as f64).html(),
             figure("validation.mean", validation.mean),
-            figure("validation.mean_low", validation.mean_low),
-            figure("validation.mean_high", validation.mean_high),
         ));
         if let Some(bound) = &validation.bound {
             let figure = |field: &str, value| {
@@ -124,9 +130,10 @@ fn ranking(report: &OptimumReport, top: usize) -> PageTable {
         row.extend([
             match i {
                 0 => Cell::empty(),
-                _ => Cell::Interval(
-                    figure("diff_low", line.diff_low),
-                    figure("diff_high", line.diff_high),
+                _ => Cell::interval(
+                    ("diff_low", "diff_high"),
+                    line.diff_low.zip(line.diff_high),
+                    figure,
                 ),
             },
             Cell::Words(
@@ -165,9 +172,10 @@ fn validated(report: &OptimumReport, validation: &ValidationReport) -> PageTable
     let row = vec![
         exact("count", validation.count as f64).into(),
         figure("mean", validation.mean).into(),
-        Cell::Interval(
-            figure("mean_low", validation.mean_low),
-            figure("mean_high", validation.mean_high),
+        Cell::interval(
+            ("mean_low", "mean_high"),
+            validation.mean_low.zip(validation.mean_high),
+            figure,
         ),
         figure("value", validation.value).into(),
         figure("worst", validation.worst).into(),

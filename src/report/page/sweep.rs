@@ -204,16 +204,18 @@ fn points(report: &SweepReport) -> PageTable {
             percent("picked_share", point.picked_share).into(),
         ];
         if many {
-            row.push(Cell::Interval(
-                percent("picked_share_low", point.picked_share_low),
-                percent("picked_share_high", point.picked_share_high),
+            row.push(Cell::interval(
+                ("picked_share_low", "picked_share_high"),
+                point.picked_share_low.zip(point.picked_share_high),
+                percent,
             ));
         }
         row.push(rate("picking_rate_per_min", point.picking_rate_per_min).into());
         if many {
-            row.push(Cell::Interval(
-                rate("picking_rate_low", point.picking_rate_low),
-                rate("picking_rate_high", point.picking_rate_high),
+            row.push(Cell::interval(
+                ("picking_rate_low", "picking_rate_high"),
+                point.picking_rate_low.zip(point.picking_rate_high),
+                rate,
             ));
         }
         row.push(rate("weighted_rate_per_min", point.weighted_rate_per_min).into());

@@ -81,6 +81,19 @@ impl Cell {
         figure.map_or_else(Self::empty, Self::Figure)
     }
 
+    /// The interval from figures that are named `low` and `high`, or a dash where there is
+    /// none; `figure` makes a figure of a name and a value.
+    pub fn interval(
+        (low, high): (&str, &str),
+        ends: Option<(f64, f64)>,
+        figure: impl Fn(&str, f64) -> Figure,
+    ) -> Self {
+        match ends {
+            Some(ends) => Self::Interval(figure(low, ends.0), figure(high, ends.1)),
+            None => Self::Text("\u{2013}".into()),
+        }
+    }
+
     fn html(&self) -> String {
         match self {
             Self::Words(words) => format!("<td class=\"words\">{}</td>", escape(words)),
