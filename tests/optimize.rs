@@ -2,11 +2,12 @@
 
 use pickline::dispatch::RuleAssignment;
 use pickline::optimize::{
-    Environment, Evaluator, Grasp, Objective, Optimum, Risk, Search, SearchKind, Silent, SpeedScan,
-    StopReason, optimize,
+    Environment, Evaluator, Grasp, Objective, Optimum, Progress, Risk, Search, SearchKind, Silent,
+    SpeedScan, StopReason, optimize,
 };
 use pickline::pattern::{Item, Pattern, PatternSource, Recipe};
 use pickline::station::{Station, built_in};
+use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 
 const SEARCH: Search = Search {
@@ -216,4 +217,48 @@ fn no_assignment_is_proven_better_than_the_best() {
             );
         }
     }
+}
+
+/// What is told within a stage.
+#[derive(Default)]
+struct Told(Mutex<Vec<String>>);
+
+impl Progress for Told {
+    fn begin(&self, _: &str, _: u64, _: &str) {}
+    fn advance(&self, _: u64) {}
+    fn doing(&self, text: &str) {
+        self.0.lock().unwrap().push(text.to_owned());
+    }
+    fn incumbent(&self, _: &str) {}
+    fn end(&self) {}
+}
+
+/// A start of GRASP takes minutes on a long line: it tells how far it is. Without a scan no
+/// tie is broken by speed.
+#[test]
+fn a_long_line_tells_how_far_a_start_is() {
+    let station = built_in("paper").unwrap().station(Some(7)).unwrap();
+    let patterns = &balanced(&station, 20, 1)[..3];
+    let evaluator = Evaluator::new(&station, patterns, Objective::PickingRate, 0.0).unwrap();
+    let stop = AtomicBool::new(false);
+    let told = Told::default();
+    let environment = Environment {
+        stop: &stop,
+        progress: &told,
+    };
+    let how = Search {
+        kind: SearchKind::Grasp,
+        scan: None,
+        ..SEARCH
+    };
+    let optimum = optimize(&evaluator, &how, &environment).unwrap();
+    let told = told.0.into_inner().unwrap();
+    // The first step of the first start tries every rule for the first robot.
+    for pattern in 1..=3 {
+        let words = format!("6 assignments at once, pattern {pattern}/3");
+        assert!(told[..3].contains(&words), "{words} not in {told:?}");
+    }
+    assert!(optimum.ranking.contenders > 1);
+    let entries = &optimum.ranking.entries;
+    assert!(entries.iter().all(|entry| entry.max_speed.is_none()));
 }

@@ -186,12 +186,12 @@ pub fn load_pattern(file: Option<&str>, width: f64) -> Result<(Pattern, String)>
                 .map_err(|error| Error::read(Path::new("stdin"), error))?;
             let text = files::utf8(bytes, "stdin")?;
             let pattern = pattern::parse(&text, "stdin")?;
-            let hash = files::fingerprint(&pattern::to_csv(&pattern));
+            let hash = files::fingerprint(pattern::to_csv(&pattern));
             Ok((pattern, format!("read from stdin (hash {hash})")))
         }
         Some(file) => {
             let pattern = pattern::load(Path::new(file))?;
-            let hash = files::fingerprint(&pattern::to_csv(&pattern));
+            let hash = files::fingerprint(pattern::to_csv(&pattern));
             Ok((pattern, format!("{file} (hash {hash})")))
         }
     }

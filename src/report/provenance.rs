@@ -95,5 +95,5 @@ impl Provenance {
 
 /// Identifies a station by its resolved values, however they were given.
 pub fn station_hash(station: &Station) -> String {
-    fingerprint(&to_toml(station))
+    fingerprint(to_toml(station))
 }

@@ -205,7 +205,7 @@ impl Trainer {
 
     /// Fingerprints of the stations, as in result files.
     pub fn station_hashes(&self) -> Vec<String> {
-        let hash = |station: &Station| crate::files::fingerprint(&station::to_toml(station));
+        let hash = |station: &Station| crate::files::fingerprint(station::to_toml(station));
         self.stations.iter().map(hash).collect()
     }
 
