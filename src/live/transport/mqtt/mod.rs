@@ -138,6 +138,8 @@ fn options(settings: &Settings, client: &str) -> Result<MqttOptions> {
         .set_max_packet_size(Some(LARGEST_PACKET))
         .set_session_expiry_interval(Some(KEPT));
     options.set_ack_mode(rumqttc::AckMode::Manual);
+    // The library keeps room for as many messages as there may be, else 65,535.
+    options.set_outgoing_inflight_upper_limit(2 * outbound::WINDOW as u16);
     // Acknowledgements leave together, or they could not keep up with what comes in.
     options.set_max_request_batch(REQUESTS);
     // Messages are short and must not wait for more of them.

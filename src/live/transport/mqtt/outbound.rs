@@ -12,7 +12,7 @@ use tokio::sync::mpsc::{Receiver, Sender};
 use tokio::sync::watch;
 
 /// Messages that the broker has not acknowledged, at most.
-const WINDOW: usize = 64;
+pub const WINDOW: usize = 64;
 /// The node takes nothing that is older [s], so the broker need not keep it.
 const OLD: u32 = crate::live::clock::OLDEST as u32;
 
