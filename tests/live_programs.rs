@@ -1,12 +1,16 @@
 //! `pickline run` and `pickline emulate` as programs that talk to each other.
 #![cfg(unix)]
 
+#[path = "common/trouble.rs"]
+mod trouble;
+
 use pickline::live::protocol::{Outgoing, Status, decode_outgoing};
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::net::{Shutdown, TcpStream};
 use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Output, Stdio};
 use std::thread::{self, JoinHandle};
+use trouble::TROUBLE;
 
 fn start(arguments: &[&str]) -> Child {
     Command::new(env!("CARGO_BIN_EXE_pickline"))
@@ -72,10 +76,6 @@ fn run_on(arguments: &[&str], input: &[u8]) -> Output {
     feeder.join().unwrap().unwrap();
     output
 }
-
-/// Everything that can go wrong, and does.
-const TROUBLE: &str = "--failing-grasps 0.1 --lost-acks 0.02 --duplicates 0.1 --out-of-order 0.05 \
-    --jitter-ms 50 --robot-down 1,20,30 --belt-stop 60,20";
 
 /// What came of a node and an emulated station that talked to each other.
 struct Played {

@@ -4,12 +4,15 @@
 mod broker;
 #[path = "../common/programs.rs"]
 mod programs;
+#[path = "../common/trouble.rs"]
+mod trouble;
 
 use broker::{Broker, authority};
 use pickline::live::protocol::{Incoming, Outgoing, Status, Verdict, decode, decode_outgoing};
 use programs::Program;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
+use trouble::TROUBLE;
 
 /// What a watcher has seen under a topic: whether it was retained, and the payload.
 fn seen<'a>(lines: &'a [String], topic: &'a str) -> impl Iterator<Item = &'a str> {
@@ -115,6 +118,39 @@ fn the_picks_are_those_of_the_simulator() {
         assert!(seen(&lines, &format!("pickline/task/{first}")).count() < given.len());
         let status = last_status(&lines);
         assert_eq!((status.seen, status.picked), (1000, picks.len() as u64));
+    }
+}
+
+#[test]
+fn with_everything_going_wrong_every_item_is_accounted_for() {
+    for robots in [2, 6] {
+        let broker = Broker::open();
+        let file = broker.path("p.csv");
+        let file = file.display();
+        let made = format!(
+            "pattern generate poisson --radius 0.12 --count 1000 --robots {robots} --output {file}"
+        );
+        assert_eq!(Program::pickline(&made, &[]).finish().0, Some(0));
+        let mut watcher = broker.watch();
+        let line = format!("--clock messages --robots {robots} --mqtt {}", broker.url());
+        let mut node = Program::pickline(&format!("run {line}"), &[]);
+        let emulate = format!("emulate --pattern {file} {line} {TROUBLE}");
+        // It ends with another code where two robots were after one item.
+        let (code, remarks) = Program::pickline(&emulate, &[]).finish();
+        assert_eq!(code, Some(0), "{remarks}");
+        let (code, remarks) = node.finish();
+        assert_eq!(code, Some(0), "{remarks}");
+        watcher.said.wait_for("\"last\":true");
+        watcher.signal("TERM");
+        watcher.finish();
+        let status = last_status(&watcher.said.all());
+        assert_eq!(status.seen, 1000, "{status:?}");
+        assert_eq!(status.picked + status.missed.total(), 1000, "{status:?}");
+        assert!(status.picked > 100, "{status:?}");
+        assert!(
+            status.rejected.is_empty() && status.open_tasks.is_empty(),
+            "{status:?}"
+        );
     }
 }
 

@@ -2,8 +2,11 @@
 //! that some of it is tested against, and builds the interface package.
 #![cfg(all(unix, feature = "ros2"))]
 
+mod message_time;
 #[path = "../common/programs.rs"]
 mod programs;
+#[path = "../common/trouble.rs"]
+mod trouble;
 
 use pickline::live::transport::ros2::messages::{Time, all};
 use programs::Program;
@@ -279,8 +282,7 @@ fn one_of_two_nodes_that_come_together_stays() {
 #[test]
 fn wrong_usage_is_refused() {
     for (arguments, environment, word) in [
-        ("--ros2 --clock messages", &[][..], "--clock messages"),
-        ("--ros2 --ros2-domain 233", &[], "--ros2-domain"),
+        ("--ros2 --ros2-domain 233", &[][..], "--ros2-domain"),
         ("--ros2", &[("ROS_DOMAIN_ID", "x")][..], "ROS_DOMAIN_ID"),
         (
             "--ros2 --ros2-namespace a-b",

@@ -9,4 +9,4 @@ cd "$(dirname "$0")/../.."
 venv ros2
 . tests/ros2/build.sh
 PICKLINE_ROS2_FIELDS=$fields PICKLINE_ROS2_PYTHON=$python cargo test --locked --no-default-features \
-    --features mqtt,ros2 --test ros2 "$@"
+    --features mcap,mqtt,ros2 --test ros2 "$@"
