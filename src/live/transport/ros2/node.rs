@@ -81,10 +81,11 @@ pub fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) -> Resu
         frame: settings.frame.clone(),
         namespace: settings.namespace.clone(),
         turns: settings.turns.then(RefCell::default),
+        up: Arc::clone(&up),
         inbox,
     };
     let (end, ended) = oneshot::channel();
-    let (mouth_too, up_too) = (Arc::clone(&mouth), Arc::clone(&up));
+    let mouth_too = Arc::clone(&mouth);
     let listening = thread::spawn(move || {
         runtime.block_on(async {
             let Ok(spinner) = node.spinner() else {
@@ -93,7 +94,7 @@ pub fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) -> Resu
             tokio::select! {
                 _ = spinner.spin() => {}
                 () = listener.listen(&ears) => {}
-                () = listener.look_around(&node, &mouth_too, &ears, &up_too, watch) => {}
+                () = listener.look_around(&node, &mouth_too, &ears, watch) => {}
                 _ = ended => {}
             }
         });
@@ -148,6 +149,8 @@ struct Listener {
     namespace: String,
     /// With message time, what is held until a turn is over.
     turns: Option<RefCell<Turns>>,
+    /// Whether the others are known to be there.
+    up: Arc<AtomicBool>,
     inbox: SyncSender<Heard>,
 }
 
@@ -236,6 +239,10 @@ impl Listener {
                     )]
                 }
             };
+            // A turn begins when both sides know of each other, or the first tasks would wait.
+            while self.turns.is_some() && !heard.is_empty() && !self.up.load(Ordering::Relaxed) {
+                tokio::time::sleep(GLANCE).await;
+            }
             for heard in heard {
                 // Waiting here holds this node only: DDS has threads of its own.
                 if self.inbox.send(heard).is_err() {
@@ -246,20 +253,13 @@ impl Listener {
     }
 
     /// Tells when somebody comes or goes.
-    async fn look_around(
-        &self,
-        node: &Node,
-        mouth: &Mouth,
-        ears: &Ears,
-        up: &AtomicBool,
-        mut watch: Watch,
-    ) {
+    async fn look_around(&self, node: &Node, mouth: &Mouth, ears: &Ears, mut watch: Watch) {
         let mut steady = 0;
         loop {
             tokio::time::sleep(GLANCE).await;
             let hears = match ears {
                 Ears::Node(_) => {
-                    let stance = watch.look(up.load(Ordering::Relaxed));
+                    let stance = watch.look(self.up.load(Ordering::Relaxed));
                     let heard = self.tell_of_rivals(stance);
                     if heard.is_some_and(|heard| self.inbox.send(heard).is_err()) {
                         return;
@@ -270,13 +270,13 @@ impl Listener {
             };
             let there = hears && mouth.is_heard(node);
             steady = if there { steady + 1 } else { 0 };
-            let heard = match (up.load(Ordering::Relaxed), there) {
+            let heard = match (self.up.load(Ordering::Relaxed), there) {
                 (false, true) if steady >= STEADY => Heard::Up(self.number),
                 (true, false) if self.side == Side::Node => Heard::Down(self.number),
                 (true, false) => Heard::Ended(self.number),
                 _ => continue,
             };
-            up.store(there, Ordering::Relaxed);
+            self.up.store(there, Ordering::Relaxed);
             if self.inbox.send(heard).is_err() {
                 return;
             }
