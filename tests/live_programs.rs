@@ -419,3 +419,60 @@ fn a_stdout_that_cannot_be_written_ends_it() {
     assert!(told.contains("stdout") && told.contains("cure"), "{told}");
     drop(stdin);
 }
+
+/// A stdout that nobody can write to loses no task without a word.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_behind_stdout_is_told_with_message_time_too() {
+    let full = std::fs::OpenOptions::new()
+        .write(true)
+        .open("/dev/full")
+        .unwrap();
+    let mut node = Command::new(env!("CARGO_BIN_EXE_pickline"))
+        .args(["run", "--clock", "messages"])
+        .stdin(Stdio::piped())
+        .stdout(full)
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut stdin = node.stdin.take().unwrap();
+    stdin
+        .write_all(b"{\"kind\":\"tick\",\"stamp\":1}\n")
+        .unwrap();
+    drop(stdin);
+    let output = node.wait_with_output().unwrap();
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{stderr}");
+    assert!(stderr.contains("stdout"), "{stderr}");
+}
+
+/// Whoever reads nothing holds the line up, but not its end.
+#[test]
+fn a_stalled_reader_does_not_hold_up_the_end_with_message_time() {
+    let mut node = start(&["run", "--clock", "messages"]);
+    let mut stdin = node.stdin.take().unwrap();
+    let feed = thread::spawn(move || {
+        for stamp in 0..100_000 {
+            let line = format!("{{\"kind\":\"tick\",\"stamp\":{stamp}}}\n");
+            if stdin.write_all(line.as_bytes()).is_err() {
+                return;
+            }
+        }
+    });
+    // Until both pipes are full.
+    thread::sleep(std::time::Duration::from_secs(2));
+    let pid = node.id().to_string();
+    assert!(
+        Command::new("kill")
+            .args(["-TERM", &pid])
+            .status()
+            .unwrap()
+            .success()
+    );
+    // Its stdout stays open and unread.
+    let stdout = node.stdout.take().unwrap();
+    let status = node.wait().unwrap();
+    drop(stdout);
+    feed.join().unwrap();
+    assert_eq!(status.code(), Some(0));
+}

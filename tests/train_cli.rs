@@ -125,6 +125,81 @@ fn a_plan_changes_the_preset_and_a_record_is_a_plan() {
     assert_eq!(rates("a.csv"), rates("b.csv"));
 }
 
+/// The curve without the seconds that it took.
+fn learned(folder: &Path, name: &str) -> Vec<String> {
+    let text = std::fs::read_to_string(folder.join(name)).unwrap();
+    let row = |line: &str| {
+        let parts = line.split(',').enumerate();
+        let parts = parts.filter(|(place, _)| *place != 1);
+        parts.map(|(_, part)| part).collect::<Vec<_>>().join(",")
+    };
+    text.lines().map(row).collect()
+}
+
+#[cfg(unix)]
+#[test]
+fn a_training_that_was_interrupted_goes_on_to_the_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (whole, cut) = (path("whole.onnx"), path("cut.onnx"));
+    text(&["train", "-q", "--steps", "114688", "--out", &whole]);
+    let mut training = std::process::Command::new(env!("CARGO_BIN_EXE_pickline"))
+        .args(["train", "-q", "--steps", "114688", "--out", &cut])
+        .stdout(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    // In the midst of a phase, most likely.
+    let curve = folder.path().join("cut.csv");
+    while training.try_wait().unwrap().is_none() {
+        let lines = std::fs::read_to_string(&curve).map_or(0, |text| text.lines().count());
+        if lines >= 4 {
+            let pid = training.id().to_string();
+            let sent = std::process::Command::new("kill")
+                .args(["-INT", &pid])
+                .status();
+            assert!(sent.unwrap().success());
+            break;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    training.wait().unwrap();
+    let checkpoint = path("cut.checkpoint.json");
+    text(&["train", "-q", "--resume", &checkpoint, "--out", &cut]);
+    assert_eq!(
+        learned(folder.path(), "whole.csv"),
+        learned(folder.path(), "cut.csv")
+    );
+}
+
+#[test]
+fn a_training_that_goes_astray_says_so_and_keeps_what_was_good() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("p.onnx");
+    let flags = ["--steps", "20000", "--learning-rate", "1e30"];
+    let output = pickline(&refs(&train(&out, &flags)));
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{stderr}");
+    assert!(
+        stderr.contains("no numbers") && stderr.contains("--learning-rate"),
+        "{stderr}"
+    );
+    let strategy = format!("onnx:{}", out.display());
+    assert!(text(&["simulate", "-q", "--strategy", &strategy]).contains("picked"));
+}
+
+#[test]
+fn a_plan_is_not_overwritten() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (plan, out) = (path("p.json"), path("p.onnx"));
+    std::fs::write(&plan, "{}").unwrap();
+    let output = pickline(&["train", "-q", "--plan", &plan, "--out", &out]);
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{stderr}");
+    assert!(stderr.contains("--plan"), "{stderr}");
+    assert_eq!(std::fs::read_to_string(&plan).unwrap(), "{}");
+}
+
 #[test]
 fn slips_are_told() {
     let folder = tempfile::tempdir().unwrap();
@@ -141,6 +216,10 @@ fn slips_are_told() {
             &["unknown.json", "ppo.gama", "did you mean `gamma`"][..],
         ),
         (&["--plan", "nowhere.json"], &["nowhere.json"]),
+        (
+            &["--out", "policy.json"],
+            &["--out", "policy.json", ".onnx"],
+        ),
         (&["--plan", unknown, "--resume", broken], &["--resume"]),
         (
             &["--preset", "papr"][..],

@@ -33,6 +33,7 @@ pub fn run(args: &EmulateArgs, _session: &Session) -> Result<()> {
         hub: args.transport.open(Side::Station)?,
         transport: &args.transport,
         answers: true,
+        deserted: false,
         status: None,
         unread: 0,
     };
@@ -45,7 +46,7 @@ pub fn run(args: &EmulateArgs, _session: &Session) -> Result<()> {
     play.listen_to_the_end(&stop)?;
     args.transport.remark(&play.summary(items));
     let broken = play.emulator.broken_promises().first().cloned();
-    play.hub.close(PATIENCE);
+    play.hub.close(PATIENCE)?;
     match broken {
         Some(promise) => Err(Error::Refuted(promise)),
         None => Ok(()),
@@ -105,6 +106,8 @@ struct Play<'a> {
     transport: &'a TransportArgs,
     /// Whether anybody may still answer.
     answers: bool,
+    /// With message time, whether the node has gone and nobody takes its turn.
+    deserted: bool,
     status: Option<Status>,
     /// Lines that are no messages from a node.
     unread: u64,
@@ -123,7 +126,7 @@ impl Play<'_> {
     /// Takes turns with the node, as fast as both can.
     fn go_in_turns(&mut self, stop: &AtomicBool) -> Result<()> {
         let mut due = None;
-        while !stop.load(Ordering::Relaxed) {
+        while !self.deserted && !stop.load(Ordering::Relaxed) {
             let messages = self.emulator.round(due);
             if messages.is_empty() {
                 break;
@@ -167,7 +170,7 @@ impl Play<'_> {
     /// room: nothing is left out.
     fn say(&mut self, messages: Vec<Incoming>, stop: &AtomicBool) -> Result<()> {
         for message in messages {
-            while self.hub.is_full() && !stop.load(Ordering::Relaxed) {
+            while self.hub.is_full() && !self.deserted && !stop.load(Ordering::Relaxed) {
                 if let Some(heard) = self.hub.hear(BREATH) {
                     self.heed(heard)?;
                 }
@@ -200,7 +203,11 @@ impl Play<'_> {
             Heard::Up(_) => self.answers = true,
             // By the clock the station goes on, and tells when somebody is there again.
             Heard::Down(_) if self.transport.clock() == ClockKind::System => {}
-            Heard::Left(0) | Heard::Ended(_) => self.answers = false,
+            Heard::Left(0) => self.answers = false,
+            Heard::Ended(_) => {
+                self.answers = false;
+                self.deserted = self.transport.clock() == ClockKind::Messages;
+            }
             Heard::Left(number) | Heard::Down(number) => {
                 self.hub.leave(number);
                 self.answers = self.hub.peers() > 0;
@@ -253,6 +260,9 @@ impl Play<'_> {
             if unknown > 0 {
                 text += &format!(", {unknown} of them without a result: some may be in the bins");
             }
+        }
+        if self.deserted {
+            text += "; the node went before the end";
         }
         if self.unread > 0 {
             text += &format!("; {} lines were no messages of a node", self.unread);

@@ -3,13 +3,14 @@
 use super::args::TransportArgs;
 use super::dashboard::Screen;
 use super::kept::Kept;
-use super::live::{GLANCE, unix_now, until};
+use super::live::{BREATH, GLANCE, unix_now, until};
 use crate::error::Result;
 use crate::live::protocol::{Incoming, Outgoing, Rejected, decode};
 use crate::live::recording::Event;
 use crate::live::transport::{Heard, Hub, Origin};
 use crate::live::{ClockKind, Controller, Taken};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
 use std::time::Duration;
 
 /// Messages heeded before what is due is looked at again.
@@ -112,6 +113,10 @@ impl Node<'_> {
                     }
                 }
                 Some(heard) => self.heed(heard)?,
+            }
+            // The line waits for a slow reader, but whoever wants it to stop does not.
+            while self.hub.is_half_full() && self.hub.peers() > 0 && !stop.load(Ordering::Relaxed) {
+                thread::sleep(BREATH);
             }
             self.speak()?;
         }

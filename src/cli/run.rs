@@ -79,7 +79,7 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
     };
     let gone = node.go(&stop_flag());
     // What was said so far is in the journal and leaves, whatever went wrong since.
-    node.hub.close(PATIENCE);
+    node.hub.close(PATIENCE)?;
     node.screen.close(&node.controller);
     gone.and(node.kept.finish())
 }

@@ -11,7 +11,7 @@ use crate::files;
 use crate::optimize::{Environment, Progress as _};
 use crate::report::{Provenance, curve_chart};
 use crate::rl::domain::{Course, scenes};
-use crate::rl::{Checkpoint, Imitation, Judged, Kept, Plan, Round, Score, Trainer, Trial};
+use crate::rl::{Checkpoint, Imitation, Judged, Kept, PRESETS, Plan, Round, Score, Trainer, Trial};
 use crate::station::{self, Overrides, Station};
 use crate::strategies::{Parsed, default_strategy, parse};
 use serde::{Deserialize, Serialize};
@@ -22,6 +22,8 @@ use std::time::Instant;
 const TRIALS: usize = 10;
 /// Robots up to which greedy GT is found in seconds.
 const MOST_ROBOTS: usize = 6;
+/// Endings of what stands beside a policy.
+const BESIDE: [&str; 4] = ["json", "csv", "svg", "checkpoint.json"];
 /// Their first seed, far from those of tables, which count from 1.
 const TRIAL_SEED: u64 = 990_000;
 
@@ -37,6 +39,7 @@ pub fn run(args: &TrainArgs, session: &Session) -> Result<()> {
     };
     common.check()?;
     files::check_target(Some(&args.out))?;
+    check_files(args)?;
     let plan = plan(args)?;
     let resumed = args.resume.as_deref().map(|path| {
         let text = files::read_text(path)?;
@@ -81,14 +84,29 @@ pub fn run(args: &TrainArgs, session: &Session) -> Result<()> {
     session.print(text.as_bytes())
 }
 
+/// Checks that the files beside the policy are none that is read, nor the policy itself.
+fn check_files(args: &TrainArgs) -> Result<()> {
+    if args.out.extension().is_none_or(|name| name != "onnx") {
+        let problem = format!("{} does not end in .onnx", args.out.display());
+        let cure =
+            "give NAME.onnx; record, curve and checkpoint stand beside it under other endings";
+        return Err(Error::input("--out", problem, cure));
+    }
+    let beside = BESIDE.map(|ending| args.out.with_extension(ending));
+    let written = beside
+        .each_ref()
+        .map(|path| ("--out", Some(path.as_path())));
+    files::check_apart(&[("--plan", args.plan.as_deref())], &written)
+}
+
 /// The plan that the arguments ask for.
 fn plan(args: &TrainArgs) -> Result<Plan> {
     let mut plan = match &args.plan {
         Some(path) => {
             let text = files::read_text(path)?;
-            Plan::from_file(&text, &args.preset, &path.display().to_string())?
+            Plan::from_file(&text, PRESETS[0].0, &path.display().to_string())?
         }
-        None => Plan::preset(&args.preset)?,
+        None => Plan::preset(args.preset.as_deref().unwrap_or(PRESETS[0].0))?,
     };
     if let Some(steps) = args.steps {
         plan.steps = steps;
@@ -268,11 +286,19 @@ impl Training<'_> {
             .steps
             .saturating_sub(self.trainer.steps());
         bar.begin("training", left, "steps");
+        let mut astray = false;
         while !self.trainer.done() && !environment.stopped() {
             let phase = self.trainer.phase(&environment)?;
+            astray = !self.trainer.is_finite();
+            if astray {
+                break;
+            }
             score.judge(&self.trainer, Judged::Phase(phase), self.started.elapsed())?;
             bar.incumbent(&score.summary());
-            self.save(&score)?;
+            // A phase that was cut short is not gone on with, but played again.
+            if self.trainer.done() || !environment.stopped() {
+                self.save(&score)?;
+            }
         }
         bar.end();
         let record = score.record(&self.trainer, &self.session.command(), &self.stations);
@@ -294,6 +320,16 @@ impl Training<'_> {
         );
         let chart = curve_chart(&score.curve(), &made);
         files::write_whole(&self.beside("svg"), chart.as_bytes())?;
+        if astray {
+            return Err(Error::input(
+                "the training",
+                format!(
+                    "weights are no numbers any more after {} steps",
+                    self.trainer.steps()
+                ),
+                "lower --learning-rate or the weights of the reward; the best before that is kept",
+            ));
+        }
         Ok(score.to_table())
     }
 

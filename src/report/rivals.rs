@@ -70,9 +70,8 @@ impl RivalsReport {
         }
     }
 
-    /// The table, with the line that says what it is over.
-    pub(super) fn to_table(&self, report: &OptimumReport) -> String {
-        let digits = report.digits();
+    /// The names of the columns.
+    pub(super) fn header(report: &OptimumReport) -> Vec<String> {
         let unit = report.bracketed_unit();
         let by_risk = report.has_risk_column();
         let mut header = vec!["<strategy".to_owned(), format!("mean{unit}")];
@@ -82,6 +81,14 @@ impl RivalsReport {
             "picked [%]".into(),
             format!("worst{unit}"),
         ]);
+        header
+    }
+
+    /// The table, with the line that says what it is over.
+    pub(super) fn to_table(&self, report: &OptimumReport) -> String {
+        let digits = report.digits();
+        let by_risk = report.has_risk_column();
+        let header = Self::header(report);
         let mut table = Table::new(&header.iter().map(String::as_str).collect::<Vec<_>>());
         for (place, line) in self.strategies.iter().enumerate() {
             let mut row = vec![line.strategy.clone(), fixed(line.mean, digits)];

@@ -40,7 +40,8 @@ pub struct Plan {
     pub steps: u64,
     /// Patterns drawn for a phase.
     pub courses: usize,
-    /// Updates of a phase, after which patterns are drawn anew.
+    /// Updates of a phase, after which patterns are drawn anew; fewer where the training
+    /// would have fewer than seven phases.
     pub updates: usize,
 }
 
@@ -173,8 +174,8 @@ impl Plan {
             ("domain.curriculum", share(domain.curriculum), "give 0 to 1"),
             (
                 "domain.update_hz",
-                domain.update_hz >= 0.0 && domain.update_hz.is_finite(),
-                "give 0 for exact, or a frequency [Hz]",
+                domain.update_hz == 0.0 || (1.0..=1e6).contains(&domain.update_hz),
+                "give 0 for exact, or 1 to 1,000,000 Hz",
             ),
             ("courses", count(self.courses), "give 1 to 1,000,000"),
             ("updates", count(self.updates), "give 1 to 1,000,000"),

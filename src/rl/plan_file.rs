@@ -70,19 +70,38 @@ fn merge(value: &mut Value, asked: &Value, path: &str, place: &str) -> Result<()
             }
             Ok(())
         }
-        (old, new) if fits(old, new) => {
+        (old, new) if fits(old, new) && (path == LAYERS || length(old) == length(new)) => {
             *value = new.clone();
             Ok(())
         }
-        (old, new) => wrong(
-            format!(
-                "`{}` is {}",
-                path.trim_end_matches('.'),
-                shown(&new.to_string())
-            ),
-            format!("give it like {old}"),
-        ),
+        // Asked to leave out what the preset has.
+        (_, Value::Null) if path == "imitation." => {
+            *value = Value::Null;
+            Ok(())
+        }
+        (old, new) => {
+            let name = match path.trim_end_matches('.') {
+                "" => "the plan".to_owned(),
+                path => format!("`{path}`"),
+            };
+            // Long enough for any number, short enough for a line.
+            let new: String = new.to_string().chars().take(40).collect();
+            let cure = match old {
+                Value::Object(_) => "give an object, {...}".to_owned(),
+                Value::Null => "give a number, or null for none".to_owned(),
+                old => format!("give it like {old}"),
+            };
+            wrong(format!("{name} is {new}"), cure)
+        }
     }
+}
+
+/// The one list that may be of any length: the widths of layers.
+const LAYERS: &str = "architecture.hidden.";
+
+/// Entries of a list; 0 of anything else.
+fn length(value: &Value) -> usize {
+    value.as_array().map_or(0, Vec::len)
 }
 
 /// Whether `new` is of the type of `old`.
@@ -90,7 +109,6 @@ fn fits(old: &Value, new: &Value) -> bool {
     match (old, new) {
         // Left out in every preset.
         (Value::Null, Value::Number(_) | Value::Null) => true,
-        (Value::Object(_), Value::Null) => true,
         (Value::Number(old), Value::Number(new)) => !old.is_u64() || new.is_u64(),
         (Value::Array(old), Value::Array(new)) => {
             let like = old.first().unwrap_or(&Value::Null);
@@ -146,7 +164,10 @@ mod tests {
     #[test]
     fn slips_name_the_key() {
         for (text, word) in [
-            ("[]", "give it like"),
+            ("[]", "the plan is []"),
+            (r#"{"reward": null}"#, "`reward` is null"),
+            (r#"{"domain": {"items": [25]}}"#, "`domain.items` is [25]"),
+            (r#"{"ppo": {"target_kl": "x"}}"#, "or null for none"),
             ("{", "plan.json"),
             (r#"{"wiat": true}"#, "did you mean `wait`"),
             (r#"{"ppo": {"gama": 1}}"#, "ppo.gama"),
@@ -154,7 +175,10 @@ mod tests {
             (r#"{"ppo": {"n_envs": 1.5}}"#, "`ppo.n_envs` is 1.5"),
             (r#"{"ppo": {"n_envs": 1000000000000000000}}"#, "samples"),
             (r#"{"ppo": {"gamma": 1.5}}"#, "ppo.gamma"),
-            (r#"{"domain": {"spacing": [0.1]}}"#, "plan.json"),
+            (
+                r#"{"domain": {"spacing": [0.1]}}"#,
+                "`domain.spacing` is [0.1]",
+            ),
             (r#"{"domain": {"spacing": [0.4, 0.1]}}"#, "domain.spacing"),
             (r#"{"domain": {"items": [0, 5]}}"#, "domain.items"),
             (r#"{"domain": {"update_hz": -1}}"#, "domain.update_hz"),

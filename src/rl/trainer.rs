@@ -22,6 +22,8 @@ use std::collections::BTreeSet;
 
 /// Phases of neighbouring seeds draw from seeds this far apart.
 const PHASE_STRIDE: u64 = 1_000_003;
+/// A training has at least so many phases, if it has so many updates.
+const LEAST_PHASES: u64 = 7;
 /// Stream of the order of samples, past those of environments and patterns.
 const SHUFFLE: u64 = u64::MAX - 1;
 
@@ -100,6 +102,15 @@ impl Trainer {
         if stations.is_empty() {
             let problem = "no station to train on";
             return Err(Error::input("the training", problem, "give one or more"));
+        }
+        // The belt must be slower than every arm at whatever speed is drawn.
+        for (station, factor) in stations
+            .iter()
+            .flat_map(|s| [(s, plan.domain.speed.0), (s, plan.domain.speed.1)])
+        {
+            let speed = station.belt().speed * factor;
+            let made = station.with_belt_speed(speed);
+            made.map_err(|error| error.inside("the training plan: domain.speed"))?;
         }
         let network = Network::new(&plan.architecture, shape(&layout));
         let parameters = network.initial(&mut random_stream(seed, SHUFFLE));
@@ -310,8 +321,20 @@ impl Trainer {
         Ok(())
     }
 
-    /// Plays and learns for one phase. When asked to stop it ends between two updates;
-    /// the phase counts as done then.
+    /// Updates of a phase: as the plan says, and in short trainings fewer, so that patterns
+    /// become denser in time.
+    fn updates(&self) -> usize {
+        let all = self.plan.steps / self.plan.ppo.samples().max(1) as u64;
+        self.plan.updates.min((all / LEAST_PHASES) as usize).max(1)
+    }
+
+    /// Whether every parameter is a number: no update has gone astray.
+    pub fn is_finite(&self) -> bool {
+        self.learner.parameters.iter().all(|p| p.is_finite())
+    }
+
+    /// Plays and learns for one phase. When asked to stop it ends between two updates; what
+    /// such a phase was cut to cannot be gone on with to the bit.
     ///
     /// # Errors
     /// Patterns that cannot be drawn.
@@ -333,7 +356,7 @@ impl Trainer {
         let mut rng = random_stream(seed, SHUFFLE);
         let mut terms = Terms::default();
         let mut ended: Vec<Figures> = Vec::new();
-        for _ in 0..plan.updates {
+        for _ in 0..self.updates() {
             if environment.stopped() || self.steps >= plan.steps {
                 break;
             }

@@ -105,3 +105,27 @@ fn with_everything_going_wrong_every_item_is_accounted_for() {
         assert!(bins.contains("of 1000 items in the bins"), "{bins}");
     }
 }
+
+#[test]
+fn a_node_that_goes_early_leaves_nobody_waiting() {
+    let domain = domain(9);
+    let line = format!("--clock messages --ros2 --ros2-domain {domain}");
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("p.csv").display().to_string();
+    let made = format!("pattern generate poisson --radius 0.12 --count 20000 --output {file}");
+    assert_eq!(Program::pickline(&made, &[]).finish().0, Some(0));
+    let status = "--status-every 0";
+    let mut node = Program::pickline(&format!("run {line} {status}"), &[]);
+    let mut station = Program::pickline(&format!("emulate --pattern {file} {line}"), &[]);
+    station.remarks.wait_for("ROS domain");
+    std::thread::sleep(std::time::Duration::from_secs(3));
+    node.signal("TERM");
+    let (code, remarks) = node.finish();
+    assert_eq!(code, Some(0), "{remarks}");
+    let (code, remarks) = station.finish();
+    assert_eq!(code, Some(0), "{remarks}");
+    assert!(
+        remarks.contains("the node went before the end"),
+        "{remarks}"
+    );
+}

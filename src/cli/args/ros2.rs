@@ -7,8 +7,7 @@ use std::net::IpAddr;
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "ROS 2")]
 pub struct Ros2Args {
-    /// Talk in a ROS 2 graph (Jazzy, any DDS) instead of over stdin and stdout. Needs
-    /// --clock system: ROS topics have no common order
+    /// Talk in a ROS 2 graph (Jazzy, any DDS) instead of over stdin and stdout
     #[arg(long, conflicts_with_all = ["listen", "connect"])]
     #[cfg_attr(feature = "mqtt", arg(conflicts_with = "mqtt"))]
     pub ros2: bool,

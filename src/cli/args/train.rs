@@ -15,19 +15,15 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 #[command(after_long_help = train_help())]
 pub struct TrainArgs {
-    /// The policy's file
+    /// The policy's file, NAME.onnx
     #[arg(long, value_name = "FILE", default_value = "policy.onnx")]
     pub out: PathBuf,
-    /// Where to begin: default, paper
-    #[arg(
-        long,
-        value_name = "NAME",
-        default_value = "default",
-        conflicts_with = "resume"
-    )]
-    pub preset: String,
+    /// Where to begin: default, paper [default: the plan's, or default]
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["resume", "plan"])]
+    pub preset: Option<String>,
     /// What is to differ from the preset, as JSON with the keys of `plan` in a training
-    /// record, such as {"wait": true, "reward": {"pick": 1}}; a record is taken as well
+    /// record, such as {"preset": "paper", "reward": {"pick": 2}}. Of a whole record the plan
+    /// alone is taken, not its stations and seed
     #[arg(long, value_name = "FILE", conflicts_with = "resume")]
     pub plan: Option<PathBuf>,
     /// Station file (TOML) or built-in; with a number of robots as NAME:N. May be given

@@ -290,6 +290,11 @@ mod tests {
                 "`task` is there twice",
             ),
             (
+                r#"{"kind":"tick","stamp":1,"x":1}"#,
+                Rejection::Field,
+                "unknown field `x`",
+            ),
+            (
                 r#"{"kind":"ack","stamp":1,"task":1,"x":1}"#,
                 Rejection::Field,
                 "unknown field `x`",

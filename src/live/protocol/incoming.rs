@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// A message to the node.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(tag = "kind", rename_all = "snake_case")]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Incoming {
     /// The camera has seen an item.
     Detection(Detection),

@@ -279,7 +279,12 @@ impl Hub {
 
     /// Whether tasks should wait: there is nobody, or somebody does not keep up.
     pub fn is_stalled(&self) -> bool {
-        self.peers() == 0 || self.queued() > QUEUE / 2
+        self.peers() == 0 || self.is_half_full()
+    }
+
+    /// Whether so much waits somewhere that no more should be added than has to be.
+    pub fn is_half_full(&self) -> bool {
+        self.queued() > QUEUE / 2
     }
 
     /// Ends all streams to the peers after what is still to be written; they may go on
@@ -289,10 +294,21 @@ impl Hub {
     }
 
     /// Writes what is left and closes all, waiting at most `patience`.
-    pub fn close(mut self, patience: Duration) {
+    ///
+    /// # Errors
+    /// What could not be written, where that is known by then.
+    pub fn close(mut self, patience: Duration) -> Result<()> {
         let until = Instant::now() + patience;
         for (_, peer) in std::mem::take(&mut self.peers) {
             peer.close(until.saturating_duration_since(Instant::now()));
+        }
+        let mut left = self.inbox.try_iter();
+        match left.find_map(|heard| match heard {
+            Heard::Failed(error) => Some(error),
+            _ => None,
+        }) {
+            Some(error) => Err(error),
+            None => Ok(()),
         }
     }
 }

@@ -9,7 +9,7 @@ use std::io::{BufReader, BufWriter, Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpStream};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::sync::mpsc::SyncSender;
+use std::sync::mpsc::{SyncSender, TrySendError};
 use std::thread;
 
 /// Starts the threads of a peer on two streams. What it says goes to `inbox`, under its
@@ -33,10 +33,12 @@ pub fn start(
             (_, Some(socket)) => {
                 let _ = socket.shutdown(Shutdown::Write);
             }
-            // Stdout has no reader of ours. Told from aside: the inbox may be full while
-            // whoever empties it waits for this thread to take what is left.
+            // Stdout has no reader of ours. Told from aside where the inbox is full: whoever
+            // empties it may wait for this thread to take what is left.
             (Err(error), None) => {
-                thread::spawn(move || told.send(unwritten(number, &error)));
+                if let Err(TrySendError::Full(heard)) = told.try_send(unwritten(number, &error)) {
+                    thread::spawn(move || told.send(heard));
+                }
             }
             (Ok(()), None) => {}
         }

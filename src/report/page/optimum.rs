@@ -207,15 +207,7 @@ fn validated(report: &OptimumReport, validation: &ValidationReport) -> PageTable
 
 fn rivals(report: &OptimumReport, beside: &RivalsReport) -> PageTable {
     let digits = report.digits();
-    let unit = report.bracketed_unit();
     let by_risk = report.has_risk_column();
-    let mut header = vec!["<strategy".to_owned(), format!("mean{unit}")];
-    header.extend(by_risk.then(|| format!("{}{unit}", report.risk)));
-    header.extend([
-        format!("minus {}, 95 %", bracketed(&report.best)),
-        "picked [%]".into(),
-        format!("worst{unit}"),
-    ]);
     let row = |(i, line): (usize, &RivalReport)| {
         let path = |field: &str| format!("beside.strategies.{i}.{field}");
         let figure = |field: &str, value| Figure::new(path(field), value, digits);
@@ -238,6 +230,6 @@ fn rivals(report: &OptimumReport, beside: &RivalsReport) -> PageTable {
     };
     PageTable {
         rows: beside.strategies.iter().enumerate().map(row).collect(),
-        header,
+        header: RivalsReport::header(report),
     }
 }
