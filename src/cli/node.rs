@@ -104,7 +104,11 @@ impl Node<'_> {
                     self.kept.rest(&mut self.controller)?;
                     continue;
                 }
-                Some(Heard::Left(_) | Heard::Down(_) | Heard::Ended(_)) => {
+                Some(heard @ (Heard::Left(_) | Heard::Down(_) | Heard::Ended(_))) => {
+                    if matches!(heard, Heard::Down(_)) {
+                        let remark = "nobody is there any more: with message time this ends it";
+                        self.transport.remark(remark);
+                    }
                     self.talking = self.talking.saturating_sub(1);
                     if self.talking == 0 {
                         self.controller.finish();

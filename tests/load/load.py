@@ -63,10 +63,11 @@ class Watcher(threading.Thread):
                     while part := events.read1(1 << 16):
                         self.bytes += len(part)
                     return
-            except ConnectionRefusedError:
+            except OSError as error:
+                # What urllib says of a connection wraps the cause.
+                if not isinstance(getattr(error, "reason", error), ConnectionRefusedError):
+                    return  # Gone, or there are too many.
                 time.sleep(0.1)  # Not there yet.
-            except OSError:
-                return  # Gone, or there are too many.
 
 
 def memory(process):

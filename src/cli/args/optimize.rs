@@ -85,7 +85,7 @@ pub struct OptimizeArgs {
     #[arg(long, value_name = "STRATEGY", help_heading = "Search", help = strategy_help(
         "Also score this strategy on the patterns that the winner is validated on, as \
          `pickline simulate --help` lists them",
-        "; may be given several times",
+        "; may be given several times. With --format csv only strategies.csv of --out has them",
     ))]
     pub strategy: Vec<String>,
     /// Leave out how far the winner is at most from the best that any strategy can do
