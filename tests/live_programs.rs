@@ -392,30 +392,29 @@ fn wrong_usage_is_refused() {
     assert!(schema["$defs"]["Incoming"]["oneOf"].is_array());
 }
 
+/// A node whose stdout takes nothing.
+#[cfg(target_os = "linux")]
+fn on_a_full_disk(arguments: &[&str]) -> Child {
+    let full = std::fs::File::options().write(true).open("/dev/full");
+    Command::new(env!("CARGO_BIN_EXE_pickline"))
+        .args(arguments)
+        .stdin(Stdio::piped())
+        .stdout(full.unwrap())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap()
+}
+
 /// A stdout that takes nothing must not go unnoticed: no robot would hear of its tasks.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_stdout_that_cannot_be_written_ends_it() {
-    use std::io::Write as _;
-    use std::process::{Command, Stdio};
-    let full = std::fs::File::options()
-        .write(true)
-        .open("/dev/full")
-        .unwrap();
-    let mut node = Command::new(env!("CARGO_BIN_EXE_pickline"))
-        .args(["run", "-q", "--status-every", "0.05"])
-        .stdin(Stdio::piped())
-        .stdout(full)
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let mut node = on_a_full_disk(&["run", "-q", "--status-every", "0.05"]);
     // It says a status by and by, though it hears nothing; stdin stays open.
-    let mut stdin = node.stdin.take().unwrap();
-    let _ = stdin.flush();
-    let status = node.wait().unwrap();
-    let mut told = String::new();
-    std::io::Read::read_to_string(&mut node.stderr.take().unwrap(), &mut told).unwrap();
-    assert_eq!(status.code(), Some(2), "{told}");
+    let stdin = node.stdin.take().unwrap();
+    let output = node.wait_with_output().unwrap();
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{told}");
     assert!(told.contains("stdout") && told.contains("cure"), "{told}");
     drop(stdin);
 }
@@ -424,17 +423,7 @@ fn a_stdout_that_cannot_be_written_ends_it() {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_behind_stdout_is_told_with_message_time_too() {
-    let full = std::fs::OpenOptions::new()
-        .write(true)
-        .open("/dev/full")
-        .unwrap();
-    let mut node = Command::new(env!("CARGO_BIN_EXE_pickline"))
-        .args(["run", "--clock", "messages"])
-        .stdin(Stdio::piped())
-        .stdout(full)
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let mut node = on_a_full_disk(&["run", "--clock", "messages"]);
     let mut stdin = node.stdin.take().unwrap();
     stdin
         .write_all(b"{\"kind\":\"tick\",\"stamp\":1}\n")

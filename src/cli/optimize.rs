@@ -119,19 +119,17 @@ impl<'a> Job<'a> {
         if let Some(text) = slow(&self.station, "the search", cure) {
             args.common.remark(&text);
         }
-        let evaluator = Evaluator::new(
-            &self.station,
-            &set.patterns,
-            self.objective,
-            args.common.update_hz,
-        )?;
+        let evaluator = self.evaluator(&set)?;
         let optimum = optimize(&evaluator, &self.search, environment)?;
         let fresh = self.fresh(environment)?;
-        let validation = match &fresh {
-            Some(fresh) => self.validation(fresh, &optimum, environment)?,
-            None => None,
+        let on_fresh = fresh.as_ref().map(|fresh| self.evaluator(fresh));
+        let on_fresh = on_fresh.transpose()?;
+        let validation = match (&fresh, &on_fresh) {
+            (Some(fresh), Some(on)) => self.validation(fresh, on, &optimum, environment)?,
+            _ => None,
         };
-        let beside = self.beside(fresh.as_ref().unwrap_or(&set), &optimum, environment)?;
+        let (judged, on) = (fresh.as_ref().unwrap_or(&set), on_fresh.as_ref());
+        let beside = self.beside(judged, on.unwrap_or(&evaluator), &optimum, environment)?;
         let mut notes = self.notes(&set, &evaluator, &optimum);
         if environment.stopped() {
             notes.push(
@@ -182,44 +180,48 @@ impl<'a> Job<'a> {
         self.source.draw_fresh(&recipe, count)
     }
 
-    /// The winner on `fresh` patterns.
+    /// What judges assignments and strategies on `set`.
+    fn evaluator<'s>(&'s self, set: &'s PatternSet) -> Result<Evaluator<'s>> {
+        let hz = self.args.common.update_hz;
+        Evaluator::new(&self.station, &set.patterns, self.objective, hz)
+    }
+
+    /// The winner on `fresh` patterns, which `evaluator` judges on.
     fn validation(
         &self,
         fresh: &PatternSet,
+        evaluator: &Evaluator,
         optimum: &Optimum,
         environment: &Environment,
     ) -> Result<Option<ValidationReport>> {
-        let hz = self.args.common.update_hz;
-        let evaluator = Evaluator::new(&self.station, &fresh.patterns, self.objective, hz)?;
         let best = optimum.ranking.best();
         let flow = chosen_flow(self.objective, best);
         let validation = validate(
-            &evaluator,
+            evaluator,
             &best.assignment,
             flow,
             self.search.risk,
-            hz,
+            self.args.common.update_hz,
             !self.args.no_bound,
             environment,
         )?;
         Ok(validation.map(|v| ValidationReport::new(&v, &fresh.description)))
     }
 
-    /// The strategies asked for, beside the winner on `set`.
+    /// The strategies asked for, beside the winner on `set`, which `evaluator` judges on.
     fn beside(
         &self,
         set: &PatternSet,
+        evaluator: &Evaluator,
         optimum: &Optimum,
         environment: &Environment,
     ) -> Result<Option<RivalsReport>> {
         if self.strategies.is_empty() || environment.stopped() {
             return Ok(None);
         }
-        let hz = self.args.common.update_hz;
-        let evaluator = Evaluator::new(&self.station, &set.patterns, self.objective, hz)?;
         let best = &optimum.ranking.best().assignment;
         let risk = self.search.risk;
-        let rivals = rivals(&evaluator, best, &self.strategies, risk, environment)?;
+        let rivals = rivals(evaluator, best, &self.strategies, risk, environment)?;
         Ok(rivals.map(|rivals| {
             let names = self.strategies.iter().map(Blueprint::name);
             let count = set.patterns.len();

@@ -20,12 +20,12 @@ use std::time::Instant;
 
 /// Patterns of each random case that the policy is judged on while it is trained.
 const TRIALS: usize = 10;
+/// Their first seed, far from those of tables, which count from 1.
+const TRIAL_SEED: u64 = 990_000;
 /// Robots up to which greedy GT is found in seconds.
 const MOST_ROBOTS: usize = 6;
 /// Endings of what stands beside a policy.
 const BESIDE: [&str; 4] = ["json", "csv", "svg", "checkpoint.json"];
-/// Their first seed, far from those of tables, which count from 1.
-const TRIAL_SEED: u64 = 990_000;
 
 pub fn run(args: &TrainArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
@@ -104,7 +104,7 @@ fn plan(args: &TrainArgs) -> Result<Plan> {
     let mut plan = match &args.plan {
         Some(path) => {
             let text = files::read_text(path)?;
-            Plan::from_file(&text, PRESETS[0].0, &path.display().to_string())?
+            Plan::from_file(&text, &path.display().to_string())?
         }
         None => Plan::preset(args.preset.as_deref().unwrap_or(PRESETS[0].0))?,
     };

@@ -4,18 +4,18 @@
 //! it leaves out is the preset's. A whole training record is taken as well.
 
 use super::imitation::Imitation;
-use super::plan::Plan;
+use super::plan::{PRESETS, Plan};
 use crate::error::{Error, Result, known_names, shown};
 use serde_json::Value;
 
 impl Plan {
     /// The plan that the file's `text` asks for, beginning from the preset that it names,
-    /// or else from `preset`. `place` names the file in errors.
+    /// or else from the first. `place` names the file in errors.
     ///
     /// # Errors
     /// No JSON object, unknown keys, values of another type, an unknown preset, or a plan
     /// that does not fit together.
-    pub fn from_file(text: &str, preset: &str, place: &str) -> Result<Self> {
+    pub fn from_file(text: &str, place: &str) -> Result<Self> {
         let file: Value = serde_json::from_str(text).map_err(|error| {
             let cure = "give a JSON object with keys of a plan, or a training record";
             Error::input(place, error.to_string(), cure)
@@ -26,7 +26,7 @@ impl Plan {
         };
         let preset = match asked.get("preset") {
             Some(Value::String(name)) => name,
-            _ => preset,
+            _ => PRESETS[0].0,
         };
         let plan = Self::preset(preset).map_err(|error| error.inside(place))?;
         let mut value = serde_json::to_value(plan).unwrap_or_default();
@@ -123,7 +123,7 @@ mod tests {
     use super::*;
 
     fn read(text: &str) -> Result<Plan> {
-        Plan::from_file(text, "default", "plan.json")
+        Plan::from_file(text, "plan.json")
     }
 
     #[test]

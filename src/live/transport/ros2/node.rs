@@ -77,9 +77,7 @@ pub fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) -> Resu
     let up = Arc::new(AtomicBool::new(false));
     let listener = Listener {
         number,
-        side: settings.side,
-        frame: settings.frame.clone(),
-        namespace: settings.namespace.clone(),
+        settings: settings.clone(),
         turns: settings.turns.then(RefCell::default),
         up: Arc::clone(&up),
         inbox,
@@ -144,9 +142,7 @@ enum Ears {
 /// Hands on what is heard.
 struct Listener {
     number: u64,
-    side: Side,
-    frame: String,
-    namespace: String,
+    settings: Settings,
     /// With message time, what is held until a turn is over.
     turns: Option<RefCell<Turns>>,
     /// Whether the others are known to be there.
@@ -157,7 +153,7 @@ struct Listener {
 impl Listener {
     /// Listens for ever.
     async fn listen(&self, ears: &Ears) {
-        let frame = self.frame.as_str();
+        let frame = self.settings.frame.as_str();
         match ears {
             Ears::Node(ears) => {
                 tokio::join!(
@@ -272,7 +268,7 @@ impl Listener {
             steady = if there { steady + 1 } else { 0 };
             let heard = match (self.up.load(Ordering::Relaxed), there) {
                 (false, true) if steady >= STEADY => Heard::Up(self.number),
-                (true, false) if self.side == Side::Node => Heard::Down(self.number),
+                (true, false) if self.settings.side == Side::Node => Heard::Down(self.number),
                 (true, false) => Heard::Ended(self.number),
                 _ => continue,
             };
@@ -284,7 +280,7 @@ impl Listener {
     }
     /// What is to be said of another node.
     fn tell_of_rivals(&self, stance: Stance) -> Option<Heard> {
-        let problem = format!("another node gives tasks under {}", self.namespace);
+        let problem = format!("another node gives tasks under {}", self.settings.namespace);
         match stance {
             Stance::Stay | Stance::Wait => None,
             Stance::Warn => Some(Heard::Remark(problem)),
