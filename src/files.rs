@@ -148,7 +148,12 @@ pub fn fingerprint(content: impl AsRef<[u8]>) -> String {
         .collect()
 }
 
-/// Rows of fields as CSV text, quoted where a field needs it.
+/// Begins a line of a CSV file that is no row: readers skip it when they know the sign
+/// (pandas: `read_csv(..., comment="#")`).
+pub const COMMENT: u8 = b'#';
+
+/// Rows of fields as CSV text, quoted where a field needs it, also where it holds the sign
+/// of a comment.
 pub fn csv_text<R, F>(rows: impl IntoIterator<Item = R>) -> String
 where
     R: IntoIterator<Item = F>,
@@ -156,12 +161,20 @@ where
 {
     let mut writer = csv::WriterBuilder::new()
         .flexible(true)
+        .comment(Some(COMMENT))
         .from_writer(Vec::new());
     for row in rows {
         // Writing to memory cannot fail, and the rows may be of any length.
         let _ = writer.write_record(row);
     }
     String::from_utf8_lossy(&writer.into_inner().unwrap_or_default()).into_owned()
+}
+
+/// `text` as comment lines of a CSV file.
+pub fn csv_comment(text: &str) -> String {
+    // A lone carriage return ends a line for some readers too.
+    let lines = text.split(['\n', '\r']).filter(|line| !line.is_empty());
+    lines.map(|line| format!("# {line}\n")).collect()
 }
 
 /// Files of a call, each with the flag that names it; none where it is not given.

@@ -55,6 +55,7 @@ pub mod decision;
 pub mod dispatch;
 pub mod checker;
 pub mod sim;
+pub mod throughput;
 pub mod planning;
 pub mod policy;
 pub mod strategies;

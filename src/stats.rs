@@ -30,6 +30,14 @@ impl Interval {
         (interval.map(|i| i.low), interval.map(|i| i.high))
     }
 
+    /// The part of it that is 0 or more, for what cannot be negative.
+    pub fn not_negative(self) -> Self {
+        Self {
+            low: self.low.max(0.0),
+            high: self.high.max(0.0),
+        }
+    }
+
     /// Whether `value` lies in it, ends included.
     pub fn contains(&self, value: f64) -> bool {
         self.low <= value && value <= self.high
@@ -67,6 +75,33 @@ pub fn interval_of(count: usize, centre: f64, squares: f64) -> Option<Interval> 
         low: centre - half,
         high: centre + half,
     })
+}
+
+/// How many of the first `values` belong to the run-in by the marginal standard error rule,
+/// MSER (White 1997, DOI 10.1177/003754979706900601): the cut d among those up to half of them
+/// with the least squared standard error of what is left, sum((v - mean)^2) / (n - d)^2, the
+/// first of equal ones. None where that is half of them, which says that they have not
+/// settled.
+pub fn mser(values: &[f64]) -> Option<usize> {
+    let n = values.len();
+    if n < 2 {
+        return (n == 1).then_some(0);
+    }
+    // Welford's sums from the last value back, so that each cut takes one step.
+    let (mut mean, mut squares) = (0.0, 0.0);
+    let mut best: Option<(usize, f64)> = None;
+    for cut in (0..n).rev() {
+        let count = (n - cut) as f64;
+        let distance = values[cut] - mean;
+        mean += distance / count;
+        squares += distance * (values[cut] - mean);
+        let error = squares / (count * count);
+        if cut <= n / 2 && best.is_none_or(|(_, least)| error <= least) {
+            best = Some((cut, error));
+        }
+    }
+    best.map(|(cut, _)| cut)
+        .filter(|&cut| cut < n / 2 || cut == 0)
 }
 
 /// Mean of the worst `share` of the values (conditional value at risk; Rockafellar
@@ -171,6 +206,21 @@ mod tests {
         assert_eq!(worst_mean(&mut values.clone(), 0.4), 1.5);
         assert_eq!(worst_mean(&mut values.clone(), 1.0), 3.0);
         assert_eq!(worst_mean(&mut values.clone(), 1e-9), 1.0);
+    }
+
+    #[test]
+    fn the_truncation_rule_finds_the_end_of_a_run_in() {
+        let noise = |i: usize| ((i * 7919) % 13) as f64 / 13.0;
+        let settled: Vec<f64> = (0..60).map(noise).collect();
+        assert!(mser(&settled).unwrap() < 15);
+        let run_in = |i: usize| noise(i) + 5.0 * (1.0 - i as f64 / 20.0).max(0.0);
+        let late: Vec<f64> = (0..60).map(run_in).collect();
+        let cut = mser(&late).unwrap();
+        assert!((15..=22).contains(&cut), "{cut}");
+        let growing: Vec<f64> = (0..60).map(|i| i as f64).collect();
+        assert_eq!(mser(&growing), None);
+        assert_eq!(mser(&[1.0; 60]), Some(0));
+        assert_eq!((mser(&[]), mser(&[3.0])), (None, Some(0)));
     }
 
     #[test]

@@ -20,7 +20,7 @@ fn the_verb_prints_the_agreed_json_on_any_number_of_threads() {
     assert!(rate * report["end_lower_bound_s"].as_f64().unwrap() >= 60.0 * 50.0 - 1e-6);
     let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
     assert_eq!(read("bound.json"), printed);
-    assert_eq!(read("prices.csv").lines().count(), 51);
+    assert_eq!(common::csv_rows(&read("prices.csv")).len(), 51);
     for threads in ["1", "2", "7"] {
         let again = text(&["bound", "-q", "--format", "json", "--threads", threads]);
         assert_eq!(again, printed);
@@ -92,13 +92,9 @@ fn compare_holds_every_run_against_the_bound() {
     assert!(table.contains("bound: no strategy beats") && table.contains("certified [%]"));
     assert_eq!(run(&["--threads", "1"]), table);
     let bounds = |runs: &str| -> Vec<(usize, String)> {
-        let mut runs = csv::Reader::from_reader(runs.as_bytes());
-        let header = runs.headers().unwrap().clone();
-        let column = |name: &str| header.iter().position(|h| h == name).unwrap();
-        let (picked, bound) = (column("picked"), column("bound"));
-        let rows = runs.records().map(Result::unwrap);
-        rows.map(|row| (row[picked].parse().unwrap(), row[bound].to_owned()))
-            .collect()
+        let picked = common::csv_column(runs, "picked").into_iter();
+        let bounds = common::csv_column(runs, "picks_upper_bound");
+        picked.map(|p| p.parse().unwrap()).zip(bounds).collect()
     };
     let with = bounds(&read("runs.csv"));
     assert_eq!(with.len(), 2 * (1 + 1 + 2 + 2));

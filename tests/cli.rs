@@ -132,11 +132,8 @@ fn the_trace_has_every_event_in_order_of_time() {
     let file = folder.path().join("trace.csv");
     text(&["simulate", "-q", "--trace", file.to_str().unwrap()]);
     let trace = std::fs::read_to_string(&file).unwrap();
-    let rows: Vec<Vec<&str>> = trace
-        .lines()
-        .skip(1)
-        .map(|l| l.split(',').collect())
-        .collect();
+    assert!(trace.starts_with("# pickline simulate\n"), "{trace}");
+    let rows = common::csv_rows(&trace)[1..].to_vec();
     let count = |event: &str| rows.iter().filter(|row| row[1] == event).count();
     assert_eq!(count("decide"), 44);
     assert_eq!(count("grasp"), 44);
@@ -236,7 +233,7 @@ fn result_files_are_written_and_equal_the_output() {
         printed
     );
     let ranking = std::fs::read_to_string(out.join("ranking.csv")).unwrap();
-    assert_eq!(ranking.lines().count(), 1 + pairs());
+    assert_eq!(common::csv_rows(&ranking).len(), 1 + pairs());
     assert_eq!(std::fs::read_dir(&out).unwrap().count(), 2);
 }
 

@@ -144,13 +144,11 @@ fn a_run_of_compare_is_that_of_simulate() {
     ];
     text(&with(&compare, &flags));
     let runs = std::fs::read_to_string(folder.path().join("runs.csv")).unwrap();
-    let mut rows = csv::Reader::from_reader(runs.as_bytes());
-    let header = rows.headers().unwrap().clone();
-    let column = |name: &str| header.iter().position(|h| h == name).unwrap();
+    let rows = common::csv_rows(&runs);
+    let column = |name: &str| rows[0].iter().position(|h| h == name).unwrap();
     let (seed, picked) = (column("pattern_seed"), column("picked"));
     let grid: Vec<_> = rows
-        .records()
-        .map(Result::unwrap)
+        .iter()
         .filter(|row| row.iter().any(|cell| cell == "grid 0.15, 50 items"))
         .collect();
     assert_eq!(grid.len(), 3);

@@ -332,7 +332,7 @@ fn result_files_are_written() {
     let read = |path: &Path| std::fs::read_to_string(path).unwrap();
     assert_eq!(read(&out.join("game.json")), printed);
     assert_eq!(read(&out.join("game.nfg")), read(&nfg));
-    assert_eq!(read(&out.join("payoffs.csv")).lines().count(), 37);
+    assert_eq!(common::csv_rows(&read(&out.join("payoffs.csv"))).len(), 37);
     assert_eq!(std::fs::read_dir(&out).unwrap().count(), 3);
     assert_eq!(
         text(&[&arguments[..], &["--nfg", "-"]].concat()),

@@ -81,16 +81,11 @@ fn tables_and_files_have_them_on_any_number_of_threads() {
     let run = |threads: &str| {
         let flags = ["--out", out, "--threads", threads];
         let printed = text(&[&SMALL[..], &strategies, &flags].concat());
-        let rows = |text: String| -> Vec<String> {
-            let mut reader = csv::Reader::from_reader(text.as_bytes());
-            let row = |row: csv::StringRecord| row.iter().take(8).collect::<Vec<_>>().join(",");
-            reader.records().map(|r| row(r.unwrap())).collect()
-        };
         let file = std::fs::read_to_string(folder.path().join("strategies.csv")).unwrap();
-        (printed, rows(file))
+        (printed, common::csv_rows(&file))
     };
     let (printed, rows) = run("1");
-    assert_eq!(rows.len(), 3);
+    assert_eq!(rows.len(), 1 + 3);
     for part in [
         "beside    the winner, other strategies on the same patterns",
         "rules:SD,FIFO",

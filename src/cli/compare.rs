@@ -16,7 +16,8 @@ use crate::strategies::{self, Parsed, policy_file};
 use std::path::Path;
 
 /// What is written into the folder for result files.
-const FILES: [&str; 4] = [
+const FILES: [&str; 5] = [
+    "throughput.csv",
     "picked_time.csv",
     "picking_rate.csv",
     "runs.csv",
@@ -153,11 +154,16 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
         Format::Json => json(&report)?,
         Format::Csv => report.picking_rate_csv(),
     };
-    args.common.write_out(FILES[0], &report.picked_time_csv())?;
-    args.common
-        .write_out(FILES[1], &report.picking_rate_csv())?;
-    args.common.write_out(FILES[2], &report.runs_csv())?;
-    args.common.write_out(FILES[3], &json(&report)?)?;
+    let texts = [
+        report.throughput_csv(),
+        report.picked_time_csv(),
+        report.picking_rate_csv(),
+        report.runs_csv(),
+        json(&report)?,
+    ];
+    for (name, text) in FILES.iter().zip(texts) {
+        args.common.write_out(name, &text)?;
+    }
     args.pictures
         .write(chart, &report, &report.made, || comparison_page(&report))?;
     session.print(text.as_bytes())

@@ -38,7 +38,7 @@ pub fn run(args: &OptimizeArgs, session: &Session) -> Result<()> {
     args.common.write_out(FILES[0], &json(&report)?)?;
     args.common.write_out(FILES[1], &report.to_csv())?;
     if let Some(beside) = &report.beside {
-        let text = beside.to_csv(&report.made.one_line());
+        let text = beside.to_csv(&report);
         args.common.write_out(FILES[2], &text)?;
     }
     let top = args.top;

@@ -81,7 +81,7 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
         common.seed,
     )
     .under(&conditions);
-    let mut report = RunReport::new(strategy.name(), &station, &pattern, &outcome, made);
+    let mut report = RunReport::new(strategy.name(), &scene, &outcome, made);
     if args.check {
         checker::check(&station, &pattern, &outcome)?;
         report.checked = Some(true);
@@ -91,7 +91,8 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
         report.bound = Some(CertifiedReport::new(&outcome.figures, &bound));
     }
     if let (Some(file), Some(trace)) = (&args.trace, &trace) {
-        files::write_whole(file, trace.to_csv().as_bytes())?;
+        let text = report.made.csv_comment() + &trace.to_csv();
+        files::write_whole(file, text.as_bytes())?;
     }
     if let Some(file) = &args.html {
         files::write_whole(file, replay_page(&scene, &report).as_bytes())?;

@@ -10,6 +10,7 @@ use crate::pattern::Pattern;
 use crate::sim::{Conditions, Scene};
 use crate::station::Station;
 use crate::stats::{self, Interval};
+use crate::throughput::Throughput;
 use rayon::prelude::*;
 
 /// One method on one case.
@@ -23,6 +24,8 @@ pub struct MethodResult {
     pub picked_share_interval: Option<Interval>,
     /// Mean end of the run [s].
     pub end: f64,
+    /// What it picks per minute in its steady state.
+    pub throughput: Throughput,
     /// Mean picking rate [1/min].
     pub picking_rate: f64,
     /// Its 95 % interval.
@@ -47,6 +50,8 @@ pub struct CaseResult {
     pub methods: Vec<MethodResult>,
     /// What no strategy can do better, where it was asked for.
     pub bound: Option<CaseBound>,
+    /// Whether items have attributes, so that weights say more than counts.
+    pub weighs: bool,
 }
 
 /// All methods on all cases.
@@ -58,6 +63,8 @@ pub struct Comparison {
     pub cases: Vec<CaseResult>,
     /// How many cases there are in all.
     pub planned: usize,
+    /// The seed of the first pattern of each random case.
+    pub first_seed: u64,
 }
 
 /// Runs `methods` on `cases`; random ones on `replicates` patterns under the seeds
@@ -115,6 +122,7 @@ pub fn compare(
             seeds,
             methods: summarise(&by_pattern, methods.len()),
             bound: None,
+            weighs: patterns.iter().any(Pattern::has_attributes),
         });
     }
     environment.progress.end();
@@ -122,6 +130,7 @@ pub fn compare(
         methods,
         cases: results,
         planned: cases.len(),
+        first_seed,
     })
 }
 
@@ -186,6 +195,7 @@ fn summarise(by_pattern: &[Vec<MethodRun>], methods: usize) -> Vec<MethodResult>
                 picked_share: stats::mean(&shares),
                 picked_share_interval: stats::mean_interval(&shares),
                 end: stats::mean(&figure(method, &|f| f.end)),
+                throughput: Throughput::of(by_pattern.iter().map(|runs| &runs[method].steady)),
                 picking_rate,
                 picking_rate_interval: stats::mean_interval(&rates),
                 weighted_rate: stats::mean(&figure(method, &Figures::weighted_rate)),

@@ -1,10 +1,11 @@
 //! The ways of picking that are compared.
 
-use crate::decision::Figures;
+use crate::decision::{Figures, Outcome};
 use crate::dispatch::{RULES, RuleAssignment};
 use crate::error::{Error, Result};
-use crate::sim::{AssignmentTree, Scene, simulate};
+use crate::sim::{AssignmentTree, Scene, simulate, simulate_rules};
 use crate::strategies::{Blueprint, POLICY};
+use crate::throughput::{SteadyState, Unsteady, steady_state};
 
 /// One column of a comparison.
 #[derive(Debug, Clone)]
@@ -22,8 +23,20 @@ pub enum Method {
 pub struct MethodRun {
     /// The run.
     pub figures: Figures,
+    /// Its steady state.
+    pub steady: std::result::Result<SteadyState, Unsteady>,
     /// The assignment that greedy GT chose.
     pub chosen: Option<RuleAssignment>,
+}
+
+impl MethodRun {
+    fn of(scene: &Scene, outcome: &Outcome, chosen: Option<RuleAssignment>) -> Self {
+        Self {
+            figures: outcome.figures,
+            steady: steady_state(scene, outcome),
+            chosen,
+        }
+    }
 }
 
 /// Robots up to which greedy GT enumerates all assignments of every pattern.
@@ -73,10 +86,7 @@ impl Method {
     /// A strategy that acts illegally.
     pub fn run(&self, scene: &Scene) -> Result<MethodRun> {
         match self {
-            Self::Robust(rules) => Ok(MethodRun {
-                figures: crate::sim::simulate_rules(scene, rules)?.figures,
-                chosen: None,
-            }),
+            Self::Robust(rules) => Ok(MethodRun::of(scene, &simulate_rules(scene, rules)?, None)),
             Self::Greedy(tree) => {
                 let mut best: Option<(usize, Figures)> = None;
                 // Ties go to the first in registry order.
@@ -89,16 +99,15 @@ impl Method {
                     }
                 })?;
                 // A line has a robot, so its tree has an assignment.
-                let (place, figures) = best.ok_or(Error::Interrupted)?;
-                Ok(MethodRun {
-                    figures,
-                    chosen: Some(tree.assignments()[place].clone()),
-                })
+                let (place, _) = best.ok_or(Error::Interrupted)?;
+                let chosen = tree.assignments()[place].clone();
+                let outcome = simulate_rules(scene, &chosen)?;
+                Ok(MethodRun::of(scene, &outcome, Some(chosen)))
             }
-            Self::Strategy(blueprint) => Ok(MethodRun {
-                figures: simulate(scene, blueprint.make().as_mut())?.figures,
-                chosen: None,
-            }),
+            Self::Strategy(blueprint) => {
+                let outcome = simulate(scene, blueprint.make().as_mut())?;
+                Ok(MethodRun::of(scene, &outcome, None))
+            }
         }
     }
 }

@@ -12,4 +12,4 @@ pub use bounds::{CaseBound, add_bounds};
 pub use case::{Case, CaseSource, DENSE, PAPER, load_cases};
 pub use compare::{CaseResult, Comparison, Draws, MethodResult, compare};
 pub use method::{Method, policy_title};
-pub use sweep::{Axis, Limit, Range, Setting, Sweep, SweepBound, SweepPoint, sweep};
+pub use sweep::{AS_GOOD, Axis, Limit, Range, Setting, Sweep, SweepBound, SweepPoint, sweep};

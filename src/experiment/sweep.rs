@@ -1,6 +1,6 @@
 //! One quantity of the line varied: belt speed, robots, spacing or reach.
 
-use super::method::Method;
+use super::method::{Method, MethodRun};
 use crate::decision::Figures;
 use crate::error::{Error, Result, known_names, shown};
 use crate::optimize::{Environment, bound_beside};
@@ -9,6 +9,7 @@ use crate::planning::bound::{Bound, certified_percent};
 use crate::sim::{Conditions, Scene};
 use crate::station::Station;
 use crate::stats::{self, Interval};
+use crate::throughput::Throughput;
 use rayon::prelude::*;
 
 /// What is varied.
@@ -85,6 +86,10 @@ pub struct Range {
     pub step: f64,
 }
 
+/// A throughput of at least this share of the highest counts as good as it: nobody buys a
+/// robot or a longer belt for less.
+pub const AS_GOOD: f64 = 0.99;
+
 /// More values than this in one sweep are taken for a slip of the pen.
 const MOST_VALUES: f64 = 10_000.0;
 
@@ -146,6 +151,8 @@ pub struct SweepPoint {
     pub picked_share: f64,
     /// Its 95 % interval; none of a single pattern, as the next.
     pub picked_share_interval: Option<Interval>,
+    /// What it picks per minute in its steady state.
+    pub throughput: Throughput,
     /// Mean picking rate [1/min].
     pub picking_rate: f64,
     /// Its 95 % interval.
@@ -192,6 +199,10 @@ pub struct Sweep {
     pub points: Vec<Vec<SweepPoint>>,
     /// For each value what no strategy can do better, where that was asked for.
     pub bounds: Option<Vec<SweepBound>>,
+    /// For each value whether arms can meet.
+    pub arms_meet: Vec<bool>,
+    /// Whether items have attributes, so that weights say more than counts.
+    pub weighs: bool,
 }
 
 /// How far up a sweep something held.
@@ -231,6 +242,18 @@ impl Sweep {
     pub fn complete(&self, method: usize) -> Limit {
         let whole = |i: usize| self.points[i][method].complete.iter().all(|c| *c);
         Limit::of(&self.values, whole)
+    }
+
+    /// The least value, of those at which no arms can meet, with which a method's throughput
+    /// is at least [`AS_GOOD`] of the highest; none where there is no throughput, or where
+    /// arms can meet at every value.
+    pub fn recommended(&self, method: usize) -> Option<f64> {
+        let throughput = |i: usize| self.points[i][method].throughput.mean;
+        let may = (0..self.values.len()).filter(|&i| !self.arms_meet[i]);
+        let fits: Vec<(usize, f64)> = may.filter_map(|i| Some((i, throughput(i)?))).collect();
+        let best = fits.iter().map(|fit| fit.1).fold(0.0, f64::max);
+        let good = fits.iter().find(|fit| fit.1 >= AS_GOOD * best);
+        good.map(|fit| self.values[fit.0])
     }
 
     /// Up to which value at least `share` of the patterns were picked to at least 99 %.
@@ -280,11 +303,10 @@ pub fn sweep(
             }
             let seed = conditions.disturbances.seed.wrapping_add(place as u64);
             let scene = Scene::under(&setting.station, pattern, conditions.with_seed(seed))?;
-            let figures = |method: &Method| method.run(&scene).map(|run| run.figures);
-            let figures: Vec<Figures> =
-                setting.methods.iter().map(figures).collect::<Result<_>>()?;
+            let runs = setting.methods.iter().map(|method| method.run(&scene));
+            let runs: Vec<MethodRun> = runs.collect::<Result<_>>()?;
             let bound = if bounded {
-                let picked = figures.iter().map(|figures| figures.picked).max();
+                let picked = runs.iter().map(|run| run.figures.picked).max();
                 Some(bound_beside(
                     &scene,
                     picked.unwrap_or_default(),
@@ -293,7 +315,7 @@ pub fn sweep(
             } else {
                 None
             };
-            Ok(Runs { figures, bound })
+            Ok(Runs { runs, bound })
         };
         let by_pattern: Result<Vec<Runs>> = patterns.par_iter().enumerate().map(run).collect();
         let by_pattern = match by_pattern {
@@ -305,7 +327,7 @@ pub fn sweep(
             .map(|runs| runs.bound.as_ref().map(|bound| bound.value))
             .sum();
         let point = |(i, method): (usize, &Method)| {
-            let runs: Vec<Figures> = by_pattern.iter().map(|runs| runs.figures[i]).collect();
+            let runs: Vec<&MethodRun> = by_pattern.iter().map(|runs| &runs.runs[i]).collect();
             summarise(method.title(), &runs, most)
         };
         bounds.extend(summarise_bounds(&by_pattern));
@@ -315,23 +337,27 @@ pub fn sweep(
     environment.progress.end();
     let done = settings.iter().take(points.len());
     Ok(Sweep {
-        values: done.map(|setting| setting.value).collect(),
+        values: done.clone().map(|setting| setting.value).collect(),
         planned: settings.len(),
         points,
         bounds: bounded.then_some(bounds),
+        arms_meet: done
+            .map(|setting| setting.station.arms_can_meet())
+            .collect(),
+        weighs: patterns.iter().any(Pattern::has_attributes),
     })
 }
 
 /// All methods on one pattern at one value.
 struct Runs {
-    figures: Vec<Figures>,
+    runs: Vec<MethodRun>,
     bound: Option<Bound>,
 }
 
 fn summarise_bounds(by_pattern: &[Runs]) -> Option<SweepBound> {
     let bounds = by_pattern.iter().map(|runs| runs.bound.as_ref());
     let bounds: Vec<&Bound> = bounds.collect::<Option<_>>()?;
-    let items = by_pattern.iter().map(|runs| runs.figures[0].items);
+    let items = by_pattern.iter().map(|runs| runs.runs[0].figures.items);
     let rates: Option<Vec<f64>> = bounds.iter().map(|bound| bound.rate).collect();
     let shares = bounds.iter().zip(items.clone());
     let shares: Vec<f64> = shares.map(|(b, items)| b.value / items as f64).collect();
@@ -342,27 +368,29 @@ fn summarise_bounds(by_pattern: &[Runs]) -> Option<SweepBound> {
 }
 
 /// The figures of `runs`, with which together no strategy picks more than `most` items.
-fn summarise(title: String, runs: &[Figures], most: Option<f64>) -> SweepPoint {
-    let all = |of: &dyn Fn(&Figures) -> f64| -> Vec<f64> { runs.iter().map(of).collect() };
+fn summarise(title: String, runs: &[&MethodRun], most: Option<f64>) -> SweepPoint {
+    let figures: Vec<Figures> = runs.iter().map(|run| run.figures).collect();
+    let all = |of: &dyn Fn(&Figures) -> f64| -> Vec<f64> { figures.iter().map(of).collect() };
     let shares = all(&Figures::picked_share);
     let rates = all(&Figures::picking_rate);
     let of_patterns = |holds: &dyn Fn(&Figures) -> bool| {
-        runs.iter().filter(|run| holds(run)).count() as f64 / runs.len() as f64
+        figures.iter().filter(|run| holds(run)).count() as f64 / runs.len() as f64
     };
     SweepPoint {
         title,
         picked_share: stats::mean(&shares),
         picked_share_interval: stats::mean_interval(&shares),
+        throughput: Throughput::of(runs.iter().map(|run| &run.steady)),
         picking_rate: stats::mean(&rates),
         picking_rate_interval: stats::mean_interval(&rates),
         weighted_rate: stats::mean(&all(&Figures::weighted_rate)),
         complete_share: of_patterns(&Figures::complete),
         nearly_complete_share: of_patterns(&|run| run.picked_share() >= 0.99),
         certified: most.map(|most| {
-            let picked: usize = runs.iter().map(|run| run.picked).sum();
+            let picked: usize = figures.iter().map(|run| run.picked).sum();
             certified_percent(picked as f64, most)
         }),
-        complete: runs.iter().map(Figures::complete).collect(),
+        complete: figures.iter().map(Figures::complete).collect(),
     }
 }
 

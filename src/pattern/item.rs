@@ -144,6 +144,16 @@ pub struct Pattern {
 }
 
 impl Pattern {
+    /// Whether some item has an attribute that its weight follows from; without, weights say
+    /// no more than counts.
+    pub fn has_attributes(&self) -> bool {
+        let has = |item: &Item| {
+            let attributes = [item.area_cm2, item.p_detection, item.p_grasp, item.weight];
+            attributes.iter().any(Option::is_some)
+        };
+        self.items.iter().any(has)
+    }
+
     /// Checks and sorts the items.
     ///
     /// # Errors

@@ -181,73 +181,50 @@ impl BoundReport {
         }
     }
 
-    /// The figures with their units; empty where there is none.
-    fn rows(&self) -> Vec<(&'static str, Option<String>, &'static str)> {
+    /// The figures by their names in files; empty where there is none.
+    fn rows(&self) -> Vec<(&'static str, Option<String>)> {
         let text = |value: Option<f64>| value.map(|value| value.to_string());
+        let of = |figure: fn(&ScheduleReport) -> f64| text(self.schedule.as_ref().map(figure));
         vec![
             (
                 "picks_upper_bound",
                 Some(self.picks_upper_bound.to_string()),
-                "items",
             ),
-            ("picks_relaxed", text(Some(self.picks_relaxed)), "items"),
-            ("weight_upper_bound", text(self.weight_upper_bound), ""),
+            ("picks_relaxed", text(Some(self.picks_relaxed))),
+            ("weight_upper_bound", text(self.weight_upper_bound)),
             (
-                "picking_rate_upper_bound",
+                "picking_rate_upper_bound_per_min",
                 text(self.picking_rate_upper_bound_per_min),
-                "1/min",
             ),
             (
-                "weighted_rate_upper_bound",
+                "weighted_rate_upper_bound_per_min",
                 text(self.weighted_rate_upper_bound_per_min),
-                "1/min",
             ),
-            ("end_lower_bound", text(Some(self.end_lower_bound_s)), "s"),
+            ("end_lower_bound_s", text(Some(self.end_lower_bound_s))),
             (
-                "all_picked_end_lower_bound",
+                "all_picked_end_lower_bound_s",
                 text(self.all_picked_end_lower_bound_s),
-                "s",
             ),
-            (
-                "schedule_picked",
-                self.schedule.as_ref().map(|s| s.picked.to_string()),
-                "items",
-            ),
-            (
-                "schedule_weight",
-                text(self.schedule.as_ref().map(|s| s.weight)),
-                "",
-            ),
-            (
-                "schedule_end",
-                text(self.schedule.as_ref().map(|s| s.end_s)),
-                "s",
-            ),
+            ("schedule_picked", of(|s| s.picked as f64)),
+            ("schedule_weight", of(|s| s.weight)),
+            ("schedule_end_s", of(|s| s.end_s)),
         ]
     }
 
     /// The figures as CSV, one line each.
     pub fn to_csv(&self) -> String {
-        let made = self.made.one_line();
-        let header = ["figure", "value", "unit", "made"].map(str::to_owned);
-        let rows = self.rows().into_iter().map(|(name, value, unit)| {
-            [
-                name.to_owned(),
-                value.unwrap_or_default(),
-                unit.to_owned(),
-                made.clone(),
-            ]
-        });
-        crate::files::csv_text(std::iter::once(header).chain(rows))
+        let header = ["figure", "value"].map(str::to_owned);
+        let rows = self.rows().into_iter();
+        let rows = rows.map(|(name, value)| [name.to_owned(), value.unwrap_or_default()]);
+        self.made.csv(std::iter::once(header).chain(rows))
     }
 
     /// The price of every item as CSV: what taking it costs the others.
     pub fn prices_csv(&self) -> String {
-        let made = self.made.one_line();
-        let header = ["item", "price", "made"].map(str::to_owned);
+        let header = ["item", "price"].map(str::to_owned);
         let rows = self.prices.iter();
-        let rows = rows.map(|(id, price)| [id.clone(), price.to_string(), made.clone()]);
-        crate::files::csv_text(std::iter::once(header).chain(rows))
+        let rows = rows.map(|(id, price)| [id.clone(), price.to_string()]);
+        self.made.csv(std::iter::once(header).chain(rows))
     }
 
     /// The bound for a terminal.
@@ -366,18 +343,19 @@ impl CaseBoundReport {
         }
     }
 
-    /// Its row in a comparison of `columns` columns.
-    pub(super) fn row(&self, columns: usize) -> Vec<String> {
+    /// Its row in a comparison of `columns` columns, with `before` columns behind the
+    /// methods' names that it says nothing of.
+    pub(super) fn row(&self, before: usize, columns: usize) -> Vec<String> {
         let up = |value: Option<f64>| value.map_or(String::new(), |value| rounded_up(value, 1));
-        let mut row = vec![
-            String::new(),
-            "bound: no strategy beats".to_owned(),
+        let mut row = vec![String::new(), "bound: no strategy beats".to_owned()];
+        row.resize(2 + before, String::new());
+        row.extend([
             rounded_up(100.0 * self.picked_share, 1),
             String::new(),
             up(self.picking_rate_per_min),
             interval(self.difference.map(|d| (d.low, d.high)), 2),
             up(self.benefit_percent),
-        ];
+        ]);
         row.resize(columns, String::new());
         row
     }

@@ -3,6 +3,7 @@
 use super::bound::CaseBoundReport;
 use super::provenance::Provenance;
 use super::table::{Table, cell, fixed, interval};
+use super::throughput::ThroughputReport;
 use crate::experiment::paper::{self, Printed};
 use crate::experiment::{CaseResult, Comparison, Method};
 use crate::stats::Interval;
@@ -49,7 +50,16 @@ pub struct CaseReport {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bound: Option<CaseBoundReport>,
     #[serde(skip)]
-    runs: Vec<[String; 10]>,
+    pub(super) weighs: bool,
+    #[serde(skip)]
+    runs: Vec<Run>,
+}
+
+/// One run as a row of a CSV file; what is told only where items have attributes apart.
+#[derive(Debug, Clone)]
+struct Run {
+    cells: [String; 11],
+    weighted_rate: f64,
 }
 
 /// One method on one case.
@@ -57,6 +67,9 @@ pub struct CaseReport {
 pub struct ResultReport {
     /// The method's name in files.
     pub method: String,
+    /// What is picked per minute in the steady state.
+    #[serde(flatten)]
+    pub throughput: ThroughputReport,
     /// Mean share of the items picked.
     pub picked_share: f64,
     /// Lower end of its 95 % interval; none of a single pattern, as of all that follow.
@@ -114,9 +127,10 @@ impl ComparisonReport {
         let methods = &comparison.methods;
         let cases = comparison.cases.iter().enumerate().map(|(i, case)| {
             let printed = paper_cases.then(|| paper::CASES.get(i)).flatten();
-            case_report(case, methods, printed)
+            case_report(case, comparison, printed)
         });
-        let cases = cases.collect();
+        let cases: Vec<CaseReport> = cases.collect();
+        notes.extend(throughput_note(&cases));
         if with_paper {
             notes.extend(paper::REMARKS.map(str::to_owned));
         }
@@ -137,21 +151,24 @@ impl ComparisonReport {
 
     /// All methods and cases for a terminal.
     pub fn to_table(&self) -> String {
-        let mut header = vec![
-            "<case",
-            "<method",
+        let mut header = vec!["<case", "<method"];
+        let steady = self.is_steady();
+        if steady {
+            header.extend(["throughput [1/min]", "95 %", "flow [1/min]"]);
+        }
+        header.extend([
             "picked [%]",
             "time [s]",
-            "rate [1/min]",
+            "picking rate [1/min]",
             "minus the first, 95 %",
             "benefit [%]",
-        ];
+        ]);
         let with_bound = self.cases.iter().any(|case| case.bound.is_some());
         if with_bound {
             header.push("certified [%]");
         }
         if self.with_paper {
-            header.extend(["paper: picked [%]", "time [s]", "rate [1/min]"]);
+            header.extend(["paper: picked [%]", "time [s]", "picking rate [1/min]"]);
         }
         let mut table = Table::new(&header);
         for case in &self.cases {
@@ -164,6 +181,16 @@ impl ComparisonReport {
                         String::new()
                     },
                     self.methods[i].title.clone(),
+                ];
+                if steady {
+                    let throughput = &result.throughput;
+                    row.extend([
+                        throughput.shown(1),
+                        throughput.interval(1),
+                        throughput.flow(1),
+                    ]);
+                }
+                row.extend([
                     fixed(100.0 * result.picked_share, 1),
                     fixed(result.end_s, 1),
                     fixed(result.picking_rate_per_min, 1),
@@ -177,7 +204,7 @@ impl ComparisonReport {
                     } else {
                         fixed(result.benefit_percent, 1)
                     },
-                ];
+                ]);
                 if with_bound {
                     let percent = result.certified_percent;
                     row.push(percent.map_or(String::new(), |percent| fixed(percent, 1)));
@@ -195,7 +222,7 @@ impl ComparisonReport {
                 table.row(row);
             }
             if let Some(bound) = &case.bound {
-                table.row(bound.row(header.len()));
+                table.row(bound.row(if steady { 3 } else { 0 }, header.len()));
             }
         }
         let counts: Vec<String> = self
@@ -222,76 +249,93 @@ impl ComparisonReport {
         )
     }
 
+    /// Whether items of some case have attributes, so that weights say more than counts.
+    pub(super) fn weighs(&self) -> bool {
+        self.cases.iter().any(|case| case.weighs)
+    }
+
+    /// Whether some method has a steady state on some case.
+    pub(super) fn is_steady(&self) -> bool {
+        let mut results = self.cases.iter().flat_map(|case| &case.results);
+        results.any(|result| result.throughput.throughput_per_min.is_some())
+    }
+
+    /// Throughput as CSV: what every method picks per minute in the steady state of every
+    /// case.
+    pub fn throughput_csv(&self) -> String {
+        let mut header = vec!["case", "method"];
+        header.extend(ThroughputReport::COLUMNS);
+        header.extend(["steady_patterns", "patterns"]);
+        let mut rows = vec![header.into_iter().map(str::to_owned).collect::<Vec<_>>()];
+        for case in &self.cases {
+            for result in &case.results {
+                let mut row = vec![case.name.clone(), result.method.clone()];
+                row.extend(result.throughput.cells());
+                row.push(result.throughput.steady_patterns.to_string());
+                row.push(case.patterns.to_string());
+                rows.push(row);
+            }
+        }
+        self.made.csv(rows)
+    }
+
     /// Table 2 of the paper as CSV: items picked and the time that it took.
     pub fn picked_time_csv(&self) -> String {
-        let header = [
-            "case",
-            "method",
-            "picked_percent",
-            "time_s",
-            "patterns",
-            "made",
-        ];
+        let header = ["case", "method", "picked_share", "end_s", "patterns"];
         let mut rows = vec![header.map(str::to_owned)];
         for case in &self.cases {
             for result in &case.results {
                 rows.push([
                     case.name.clone(),
                     result.method.clone(),
-                    (100.0 * result.picked_share).to_string(),
+                    result.picked_share.to_string(),
                     result.end_s.to_string(),
                     case.patterns.to_string(),
-                    self.made.one_line(),
                 ]);
             }
         }
-        crate::files::csv_text(rows)
+        self.made.csv(rows)
     }
 
-    /// Table 3 of the paper as CSV: picks per minute, one column a method, and how much
-    /// more than the first method each other picks.
+    /// Table 3 of the paper as CSV: the picking rate of every method on every case, how much
+    /// more than the first method it picks, and what no strategy can do better.
     pub fn picking_rate_csv(&self) -> String {
-        let ids = || self.methods.iter().map(|method| method.id.clone());
-        let mut header = vec!["case".to_owned()];
-        header.extend(ids());
-        for id in ids().skip(1) {
-            header.extend([
-                format!("benefit_percent {id}"),
-                format!("diff_low {id}"),
-                format!("diff_high {id}"),
-            ]);
-        }
-        let with_bound = self.cases.iter().any(|case| case.bound.is_some());
-        if with_bound {
-            header.push("bound".into());
-        }
-        header.push("made".into());
-        let mut rows = vec![header];
+        let header = [
+            "case",
+            "method",
+            "picking_rate_per_min",
+            "picking_rate_low_per_min",
+            "picking_rate_high_per_min",
+            "benefit_percent",
+            "diff_low_per_min",
+            "diff_high_per_min",
+            "picking_rate_upper_bound_per_min",
+            "patterns",
+        ];
+        let mut rows = vec![header.map(str::to_owned)];
         for case in &self.cases {
-            let mut row = vec![case.name.clone()];
-            row.extend(
-                case.results
-                    .iter()
-                    .map(|r| r.picking_rate_per_min.to_string()),
-            );
-            for result in &case.results[1..] {
-                row.extend([
-                    result.benefit_percent.to_string(),
-                    cell(result.diff_low),
-                    cell(result.diff_high),
+            let bound = case.bound.as_ref().and_then(|b| b.picking_rate_per_min);
+            for (place, result) in case.results.iter().enumerate() {
+                // The first has nothing to differ from.
+                let other = |value: Option<f64>| cell(value.filter(|_| place > 0));
+                rows.push([
+                    case.name.clone(),
+                    result.method.clone(),
+                    result.picking_rate_per_min.to_string(),
+                    cell(result.picking_rate_low),
+                    cell(result.picking_rate_high),
+                    other(Some(result.benefit_percent)),
+                    other(result.diff_low),
+                    other(result.diff_high),
+                    cell(bound),
+                    case.patterns.to_string(),
                 ]);
             }
-            if with_bound {
-                let rate = case.bound.as_ref().and_then(|b| b.picking_rate_per_min);
-                row.push(cell(rate));
-            }
-            row.push(self.made.one_line());
-            rows.push(row);
         }
-        crate::files::csv_text(rows)
+        self.made.csv(rows)
     }
 
-    /// Every run as CSV. `bound` is the most that any strategy can pick.
+    /// Every run as CSV.
     pub fn runs_csv(&self) -> String {
         let header = [
             "case",
@@ -300,26 +344,45 @@ impl ComparisonReport {
             "items",
             "picked",
             "end_s",
+            "throughput_per_min",
+            "flow_per_min",
             "picking_rate_per_min",
-            "weighted_rate_per_min",
-            "bound",
+            "picks_upper_bound",
             "assignment",
-            "made",
         ];
-        let made = self.made.one_line();
+        let weighs = self.weighs();
+        let mut header = header.map(str::to_owned).to_vec();
+        header.extend(weighs.then(|| "weighted_rate_per_min".to_owned()));
         let rows = self.cases.iter().flat_map(|case| &case.runs).map(|run| {
-            let mut row = run.to_vec();
-            row.push(made.clone());
+            let mut row = run.cells.to_vec();
+            row.extend(weighs.then(|| run.weighted_rate.to_string()));
             row
         });
-        let header = header.map(str::to_owned).to_vec();
-        crate::files::csv_text(std::iter::once(header).chain(rows))
+        self.made.csv(std::iter::once(header).chain(rows))
     }
+}
+
+/// On which cases there is no throughput, and why.
+fn throughput_note(cases: &[CaseReport]) -> Option<String> {
+    let missing = |case: &&CaseReport| {
+        let mut results = case.results.iter();
+        results.any(|result| result.throughput.no_throughput.is_some())
+    };
+    let without: Vec<&CaseReport> = cases.iter().filter(missing).collect();
+    let results = without.first()?.results.iter();
+    let why = results
+        .filter_map(|r| r.throughput.no_throughput.as_ref())
+        .next()?;
+    let names: Vec<&str> = without.iter().map(|case| case.name.as_str()).collect();
+    Some(format!(
+        "no throughput on {}; on the first of these {why}",
+        names.join("; ")
+    ))
 }
 
 fn case_report(
     result: &CaseResult,
-    methods: &[Method],
+    comparison: &Comparison,
     printed: Option<&paper::PaperCase>,
 ) -> CaseReport {
     let paper = |method: &Method| -> Option<PrintedReport> {
@@ -336,6 +399,7 @@ fn case_report(
             picking_rate_per_min: rate,
         })
     };
+    let methods = &comparison.methods;
     let items = result.methods[0].runs[0].figures.items;
     let mut runs = Vec::new();
     for (i, seed) in result.seeds.iter().enumerate() {
@@ -346,15 +410,19 @@ fn case_report(
                 Method::Robust(rules) => Some(rules),
                 _ => run.chosen.as_ref(),
             };
-            runs.push([
+            let steady = run.steady.as_ref();
+            let flow = steady.map_or_else(|no| no.flow, |steady| Some(steady.flow));
+            let cells = [
                 result.case.name.clone(),
-                seed.map(|seed| seed.to_string()).unwrap_or_default(),
+                // Also where nothing is random, so that the column is one of whole numbers.
+                seed.unwrap_or(comparison.first_seed).to_string(),
                 method.id().to_owned(),
                 f.items.to_string(),
                 f.picked.to_string(),
                 f.end.to_string(),
+                cell(steady.ok().map(|steady| steady.throughput)),
+                cell(flow),
                 f.picking_rate().to_string(),
-                f.weighted_rate().to_string(),
                 result
                     .bound
                     .as_ref()
@@ -362,13 +430,18 @@ fn case_report(
                 assignment
                     .map(|rules| rules.names().join(" "))
                     .unwrap_or_default(),
-            ]);
+            ];
+            runs.push(Run {
+                cells,
+                weighted_rate: f.weighted_rate(),
+            });
         }
     }
     CaseReport {
         name: result.case.name.clone(),
         items,
         patterns: result.seeds.len(),
+        weighs: result.weighs,
         bound: result.bound.as_ref().map(CaseBoundReport::new),
         results: methods
             .iter()
@@ -382,6 +455,7 @@ fn case_report(
                 let (diff_low, diff_high) = Interval::ends(of.difference);
                 ResultReport {
                     method: method.id().to_owned(),
+                    throughput: ThroughputReport::new(&of.throughput),
                     picked_share: of.picked_share,
                     picked_share_low,
                     picked_share_high,

@@ -3,6 +3,7 @@
 use super::game_table;
 use super::nfg::nfg_text;
 use super::provenance::Provenance;
+use super::table::column;
 use crate::optimize::game::{
     Change, End, Equilibrium, LineGame, Payoff, PayoffKind, Price, dominance, dominant, equilibria,
     equivalent, optimum, play, prices,
@@ -300,17 +301,20 @@ impl GameReport {
 
     /// All assignments with their payoffs as CSV.
     pub fn to_csv(&self) -> String {
+        let robots = robot_columns(&self.robots);
         let each = |what: &str| {
-            let name = |robot: &String| format!("{what}_{robot}");
-            self.robots.iter().map(name).collect::<Vec<_>>()
+            let name = |robot: &String| column(&format!("{what}_{robot}"), self.unit);
+            robots.iter().map(name).collect::<Vec<_>>()
         };
         let header = [
             vec!["assignment".to_owned()],
             each("payoff"),
             each("rate"),
-            ["welfare", "equilibrium", "leads_to"]
-                .map(str::to_owned)
-                .to_vec(),
+            vec![
+                column("welfare", self.unit),
+                "equilibrium".to_owned(),
+                "leads_to".to_owned(),
+            ],
         ]
         .concat();
         let rows = self.profiles.iter().map(|profile| {
@@ -327,8 +331,31 @@ impl GameReport {
             ]
             .concat()
         });
-        crate::files::csv_text(std::iter::once(header).chain(rows))
+        self.made.csv(std::iter::once(header).chain(rows))
     }
+}
+
+/// The robots' names as parts of the names of columns; their numbers, upstream first, where
+/// the names do not stay apart.
+fn robot_columns(names: &[String]) -> Vec<String> {
+    let snake = |name: &String| {
+        let part = |c: char| {
+            if c.is_alphanumeric() {
+                c.to_ascii_lowercase()
+            } else {
+                '_'
+            }
+        };
+        name.chars().map(part).collect::<String>()
+    };
+    let parts: Vec<String> = names.iter().map(snake).collect();
+    let distinct: std::collections::BTreeSet<&String> = parts.iter().collect();
+    if distinct.len() == parts.len() {
+        return parts;
+    }
+    (1..=names.len())
+        .map(|number| format!("robot_{number}"))
+        .collect()
 }
 
 fn kind(equilibrium: &Equilibrium) -> &'static str {

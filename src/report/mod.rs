@@ -19,6 +19,7 @@ mod run;
 mod station_picture;
 mod sweep;
 mod table;
+mod throughput;
 
 pub use bound::{BoundReport, CertifiedReport};
 #[cfg(feature = "onnx")]
@@ -38,3 +39,4 @@ pub use run::RunReport;
 pub use station_picture::station_picture;
 pub use sweep::SweepReport;
 pub use table::{Table, fixed};
+pub use throughput::ThroughputReport;

@@ -2,7 +2,7 @@
 
 use super::provenance::Provenance;
 use super::rivals::RivalsReport;
-use super::table::{Table, cell, fixed, interval};
+use super::table::{Table, cell, column, fixed, interval};
 use crate::dispatch::RULES;
 use crate::optimize::{
     FRONT_RUNNERS, Objective, Optimum, Ranked, Risk, Search, SearchKind, StopReason, Validation,
@@ -284,6 +284,14 @@ impl OptimumReport {
         }
     }
 
+    /// The name in CSV files of a figure in the objective's unit.
+    pub(super) fn column(&self, figure: &str) -> String {
+        match self.unit {
+            "1" => format!("{figure}_share"),
+            unit => column(figure, unit),
+        }
+    }
+
     /// Digits behind the point that the objective's unit asks for.
     pub(super) fn digits(&self) -> usize {
         match self.unit {
@@ -448,20 +456,18 @@ impl OptimumReport {
     /// The whole ranking as CSV.
     pub fn to_csv(&self) -> String {
         let header = [
-            "rank",
-            "assignment",
-            "mean",
-            "value",
-            "diff_low",
-            "diff_high",
-            "tied",
-            "picked_share",
-            "worst",
-            "worst_pattern",
-            "max_speed",
-            "made",
+            "rank".into(),
+            "assignment".into(),
+            self.column("mean"),
+            self.column("value"),
+            self.column("diff_low"),
+            self.column("diff_high"),
+            "tied".into(),
+            "picked_share".into(),
+            self.column("worst"),
+            "worst_pattern".into(),
+            "max_speed_m_per_s".into(),
         ];
-        let made = self.made.one_line();
         let rows = self.ranking.iter().enumerate().map(|(i, line)| {
             [
                 (i + 1).to_string(),
@@ -475,10 +481,9 @@ impl OptimumReport {
                 line.worst.to_string(),
                 line.worst_pattern.clone(),
                 line.max_speed.map(|v| v.to_string()).unwrap_or_default(),
-                made.clone(),
             ]
         });
-        crate::files::csv_text(std::iter::once(header.map(str::to_owned)).chain(rows))
+        self.made.csv(std::iter::once(header).chain(rows))
     }
 }
 

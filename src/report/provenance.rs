@@ -1,7 +1,7 @@
 //! How a result was made: enough to make it again, nothing that changes from run to
 //! run, so that equal inputs give equal bytes.
 
-use crate::files::fingerprint;
+use crate::files::{csv_comment, csv_text, fingerprint};
 use crate::sim::Conditions;
 use crate::station::{Station, to_toml};
 use serde::Serialize;
@@ -64,7 +64,31 @@ impl Provenance {
         self
     }
 
-    /// Everything on one line, for the last column of a CSV file.
+    /// `rows` as a CSV file whose comment lines at its head say how it was made.
+    pub fn csv<R, F>(&self, rows: impl IntoIterator<Item = R>) -> String
+    where
+        R: IntoIterator<Item = F>,
+        F: AsRef<[u8]>,
+    {
+        self.csv_comment() + &csv_text(rows)
+    }
+
+    /// The comment lines at the head of a CSV file, one a fact; the command comes first, so
+    /// that a file shows at once which verb wrote it.
+    pub fn csv_comment(&self) -> String {
+        let facts = format!(
+            "{}\nprogram: {}\nstation: {} (hash {})\npatterns: {}\n",
+            self.command, self.program, self.station, self.station_hash, self.patterns
+        );
+        let conditions = self.conditions.iter().map(|c| format!("under: {c}\n"));
+        let partial = self.partial.iter().map(|p| format!("partial: {p}\n"));
+        let seed = format!("seed: {}\n", self.seed);
+        csv_comment(
+            &(facts + &conditions.collect::<String>() + &seed + &partial.collect::<String>()),
+        )
+    }
+
+    /// Everything on one line, for the description of a picture.
     pub fn one_line(&self) -> String {
         let partial = match &self.partial {
             Some(partial) => format!("; {partial}"),

@@ -2,7 +2,6 @@
 
 use super::optimum::{OptimumReport, bracketed};
 use super::table::{Table, cell, fixed, interval};
-use crate::files::csv_text;
 use crate::optimize::Rival;
 use crate::stats::Interval;
 use serde::Serialize;
@@ -112,18 +111,17 @@ impl RivalsReport {
         format!("beside    the winner, other strategies on {patterns}\n{table}")
     }
 
-    /// All figures as CSV; `made` is a line that says how they were made.
-    pub fn to_csv(&self, made: &str) -> String {
+    /// All figures as CSV; `report` is that of the winner.
+    pub fn to_csv(&self, report: &OptimumReport) -> String {
         let header = [
-            "strategy",
-            "mean",
-            "value",
-            "diff_low",
-            "diff_high",
-            "picked_share",
-            "worst",
-            "patterns",
-            "made",
+            "strategy".into(),
+            report.column("mean"),
+            report.column("value"),
+            report.column("diff_low"),
+            report.column("diff_high"),
+            "picked_share".into(),
+            report.column("worst"),
+            "patterns".into(),
         ];
         let rows = self.strategies.iter().map(|line| {
             [
@@ -135,9 +133,8 @@ impl RivalsReport {
                 line.picked_share.to_string(),
                 line.worst.to_string(),
                 self.count.to_string(),
-                made.to_owned(),
             ]
         });
-        csv_text(std::iter::once(header.map(str::to_owned)).chain(rows))
+        report.made.csv(std::iter::once(header).chain(rows))
     }
 }

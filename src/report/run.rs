@@ -3,9 +3,10 @@
 use super::bound::CertifiedReport;
 use super::provenance::Provenance;
 use super::table::{Table, fixed};
+use super::throughput::ThroughputReport;
 use crate::decision::{MissReason, Outcome, Pick};
-use crate::pattern::Pattern;
-use crate::station::Station;
+use crate::sim::Scene;
+use crate::throughput::{Throughput, steady_state};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -14,6 +15,9 @@ use std::collections::BTreeMap;
 pub struct RunReport {
     /// The strategy as it is written on the command line.
     pub strategy: String,
+    /// What is picked per minute in the steady state.
+    #[serde(flatten)]
+    pub throughput: ThroughputReport,
     /// Items of the pattern.
     pub items: usize,
     /// Items picked.
@@ -45,6 +49,9 @@ pub struct RunReport {
     pub bound: Option<CertifiedReport>,
     /// How it was made.
     pub made: Provenance,
+    /// Whether items have attributes, so that weights say more than picks.
+    #[serde(skip)]
+    weighs: bool,
 }
 
 /// What one robot did.
@@ -62,6 +69,9 @@ pub struct RobotReport {
     pub busy_s: f64,
     /// Busy time over the end of the run.
     pub utilisation: f64,
+    /// Share of the time in which it is busy while the items of the steady state pass it;
+    /// none where there is no steady state.
+    pub utilisation_steady: Option<f64>,
 }
 
 /// One pick.
@@ -101,14 +111,10 @@ pub struct MissReport {
 }
 
 impl RunReport {
-    /// The report of `outcome`.
-    pub fn new(
-        strategy: String,
-        station: &Station,
-        pattern: &Pattern,
-        outcome: &Outcome,
-        made: Provenance,
-    ) -> Self {
+    /// The report of `outcome`, a run on `scene`.
+    pub fn new(strategy: String, scene: &Scene, outcome: &Outcome, made: Provenance) -> Self {
+        let (station, pattern) = (scene.station(), scene.pattern());
+        let steady = Throughput::of([&steady_state(scene, outcome)]);
         let figures = &outcome.figures;
         let id = |item: u32| pattern.items()[item as usize].id.clone();
         let mut missed_by_reason: BTreeMap<_, _> =
@@ -127,6 +133,7 @@ impl RunReport {
         };
         Self {
             strategy,
+            throughput: ThroughputReport::new(&steady),
             items: figures.items,
             picked: figures.picked,
             picked_share: figures.picked_share(),
@@ -134,7 +141,8 @@ impl RunReport {
             picking_rate_per_min: figures.picking_rate(),
             weighted_rate_per_min: figures.weighted_rate(),
             robots: robots
-                .map(|(robot, did)| RobotReport {
+                .enumerate()
+                .map(|(place, (robot, did))| RobotReport {
                     name: robot.name.clone(),
                     picked: did.picked,
                     weight: did.weight,
@@ -145,6 +153,7 @@ impl RunReport {
                     } else {
                         0.0
                     },
+                    utilisation_steady: steady.utilisation.get(place).copied(),
                 })
                 .collect(),
             picks: outcome.picks.iter().map(pick).collect(),
@@ -168,19 +177,29 @@ impl RunReport {
             checked: None,
             bound: None,
             made,
+            weighs: pattern.has_attributes(),
         }
     }
 
     /// The run for a terminal.
     pub fn to_table(&self) -> String {
-        let mut robots = Table::new(&["<robot", "picked", "busy [s]", "utilisation [%]"]);
+        let steady = self.throughput.throughput_per_min.is_some();
+        let mut header = vec!["<robot", "picked", "busy [s]", "utilisation [%]"];
+        header.extend(steady.then_some("in the steady state [%]"));
+        let mut robots = Table::new(&header);
         for robot in &self.robots {
-            robots.row([
+            let mut row = vec![
                 robot.name.clone(),
                 robot.picked.to_string(),
                 fixed(robot.busy_s, 1),
                 fixed(100.0 * robot.utilisation, 1),
-            ]);
+            ];
+            row.extend(
+                robot
+                    .utilisation_steady
+                    .map(|share| fixed(100.0 * share, 1)),
+            );
+            robots.row(row);
         }
         let reasons: Vec<String> = self
             .missed_by_reason
@@ -208,9 +227,15 @@ impl RunReport {
                 format!("failed    {count} attempts ({by_robot})\n")
             }
         };
+        let weighted = match self.weighs {
+            true => format!(", weighted {} /min", fixed(self.weighted_rate_per_min, 2)),
+            false => String::new(),
+        };
         format!(
-            "{}strategy  {}\npicked    {} of {} ({} %) in {} s\nrate      {} picks/min, weighted {} /min\n\
+            "{}{}strategy  {}\npicked    {} of {} ({} %) in {} s\n\
+             rate      {} picks/min over the whole run{weighted}\n\
              missed    {missed}\n{failed}{checked}{}{}",
+            self.throughput.line(),
             robots.render(),
             self.strategy,
             self.picked,
@@ -218,7 +243,6 @@ impl RunReport {
             fixed(100.0 * self.picked_share, 1),
             fixed(self.end_s, 1),
             fixed(self.picking_rate_per_min, 2),
-            fixed(self.weighted_rate_per_min, 2),
             self.bound
                 .as_ref()
                 .map_or(String::new(), CertifiedReport::line),
@@ -235,12 +259,10 @@ impl RunReport {
             "decide_s",
             "grasp_s",
             "release_s",
-            "meet_x",
-            "meet_y",
+            "meet_x_m",
+            "meet_y_m",
             "failure",
-            "made",
         ];
-        let made = self.made.one_line();
         let failures = self.failures.iter().map(|f| (&f.attempt, f.cause));
         let mut attempts: Vec<_> = self.picks.iter().map(|pick| (pick, "")).collect();
         attempts.extend(failures);
@@ -258,9 +280,9 @@ impl RunReport {
                 pick.meet[0].to_string(),
                 pick.meet[1].to_string(),
                 failure.to_owned(),
-                made.clone(),
             ]
         });
-        crate::files::csv_text(std::iter::once(header.map(str::to_owned)).chain(rows))
+        self.made
+            .csv(std::iter::once(header.map(str::to_owned)).chain(rows))
     }
 }

@@ -2,8 +2,9 @@
 
 use super::bound::rounded_up;
 use super::provenance::Provenance;
-use super::table::{Table, cell, fixed, interval};
-use crate::experiment::{Axis, Limit, Sweep, SweepBound, paper};
+use super::table::{Table, cell, column, fixed, interval};
+use super::throughput::ThroughputReport;
+use crate::experiment::{AS_GOOD, Axis, Limit, Sweep, SweepBound, paper};
 use crate::stats::{self, Interval};
 use serde::Serialize;
 
@@ -30,8 +31,12 @@ pub struct SweepReport {
     pub notes: Vec<String>,
     /// How it was made.
     pub made: Provenance,
+    /// The values at which arms can meet.
+    pub arms_can_meet: Vec<f64>,
     #[serde(skip)]
     pub(super) helps: bool,
+    #[serde(skip)]
+    pub(super) weighs: bool,
 }
 
 /// One method at one value.
@@ -43,6 +48,13 @@ pub struct PointReport {
     pub method: String,
     /// Its name in tables at this value.
     pub title: String,
+    /// What is picked per minute in the steady state.
+    #[serde(flatten)]
+    pub throughput: ThroughputReport,
+    /// Throughput minus that at the value before, a robot; absent elsewhere than in a sweep
+    /// of robots.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub added_per_robot_per_min: Option<f64>,
     /// Mean share of the items picked.
     pub picked_share: f64,
     /// Lower end of its 95 % interval; none of a single pattern, as of the rate.
@@ -162,6 +174,9 @@ pub struct LimitReport {
     pub all_of_patterns: Vec<f64>,
     /// How much higher than the first method's limit [%].
     pub benefit_percent: Option<f64>,
+    /// The value to choose; none in a sweep of the belt speed, where there is no throughput,
+    /// and where arms can meet at every value.
+    pub recommended: Option<f64>,
 }
 
 /// The paper's belt speed limits on the grid of 0.15 m.
@@ -186,9 +201,17 @@ impl SweepReport {
         notes: Vec<String>,
         made: Provenance,
     ) -> Self {
-        let points = sweep.values.iter().zip(&sweep.points);
-        let points = points.flat_map(|(&value, points)| {
-            ids.iter().zip(points).map(move |(id, point)| {
+        let added = |place: usize, method: usize| {
+            let before = place.checked_sub(1).filter(|_| axis == Axis::Robots)?;
+            let throughput = |place: usize| sweep.points[place][method].throughput.mean;
+            let robots = sweep.values[place] - sweep.values[before];
+            Some((throughput(place)? - throughput(before)?) / robots)
+        };
+        let added = &added;
+        let points = sweep.values.iter().zip(&sweep.points).enumerate();
+        let points = points.flat_map(|(place, (&value, points))| {
+            let methods = ids.iter().zip(points).enumerate();
+            methods.map(move |(method, (id, point))| {
                 let (picked_share_low, picked_share_high) =
                     Interval::ends(point.picked_share_interval);
                 let (picking_rate_low, picking_rate_high) =
@@ -197,6 +220,8 @@ impl SweepReport {
                     value,
                     method: id.clone(),
                     title: point.title.clone(),
+                    throughput: ThroughputReport::new(&point.throughput),
+                    added_per_robot_per_min: added(place, method),
                     picked_share: point.picked_share,
                     picked_share_low,
                     picked_share_high,
@@ -236,15 +261,29 @@ impl SweepReport {
                     .zip(highest)
                     .filter(|_| method > 0 && !axis.helps())
                     .map(|(first, this)| 100.0 * (this / first - 1.0)),
+                recommended: match axis {
+                    Axis::Speed => None,
+                    _ => sweep.recommended(method),
+                },
             }
         };
+        let points: Vec<PointReport> = points.collect();
+        let throughputs = points.iter().map(|point| &point.throughput);
+        let mut notes = notes;
+        notes.extend(ThroughputReport::note(throughputs));
+        let meet = sweep.values.iter().zip(&sweep.arms_meet);
         let (robust_gt, rl) = paper::SPEED_LIMITS;
         Self {
             helps: axis.helps(),
             sweep: axis.name(),
             unit: axis.unit(),
             patterns: sweep.limits(0).len(),
-            points: points.collect(),
+            points,
+            arms_can_meet: meet
+                .filter(|(_, meet)| **meet)
+                .map(|(value, _)| *value)
+                .collect(),
+            weighs: sweep.weighs,
             limits: ids.iter().enumerate().map(limit).collect(),
             bounds: sweep
                 .bounds
@@ -267,19 +306,20 @@ impl SweepReport {
             unit => format!("{} [{unit}]", self.sweep),
         };
         let many = self.patterns > 1;
-        let mut header = vec![
-            varied.as_str(),
-            "<method",
-            "picked [%]",
-            "rate [1/min]",
-            "weighted [1/min]",
-        ];
+        let mut header = vec![varied.as_str(), "<method"];
+        let (steady, adds) = (self.is_steady(), self.adds());
+        if steady {
+            header.extend(["throughput [1/min]", "95 %", "flow [1/min]"]);
+        }
+        header.extend(adds.then_some("added a robot [1/min]"));
+        header.extend(["picked [%]", "picking rate [1/min]"]);
+        header.extend(self.weighs.then_some("weighted [1/min]"));
         if many {
-            header.extend(["rate, 95 %", "complete [%]", "to 99 % [%]"]);
+            header.extend(["picking rate, 95 %", "complete [%]", "to 99 % [%]"]);
         }
         let mut bounds = self.bounds.as_ref().map(|bounds| bounds.points.iter());
         if bounds.is_some() {
-            header.extend(["certified [%]", "bound: picked [%]", "rate [1/min]"]);
+            header.extend(["certified [%]", "bound: picked [%]", "picking rate [1/min]"]);
         }
         let mut table = Table::new(&header);
         let mut before = None;
@@ -291,10 +331,22 @@ impl SweepReport {
                     point.value.to_string()
                 },
                 point.title.clone(),
+            ];
+            if steady {
+                let throughput = &point.throughput;
+                row.extend([
+                    throughput.shown(1),
+                    throughput.interval(1),
+                    throughput.flow(1),
+                ]);
+            }
+            let added = point.added_per_robot_per_min;
+            row.extend(adds.then(|| added.map_or(String::new(), |added| fixed(added, 1))));
+            row.extend([
                 fixed(100.0 * point.picked_share, 1),
                 fixed(point.picking_rate_per_min, 2),
-                fixed(point.weighted_rate_per_min, 2),
-            ];
+            ]);
+            row.extend(self.weighs.then(|| fixed(point.weighted_rate_per_min, 2)));
             if many {
                 row.extend([
                     interval(point.picking_rate_low.zip(point.picking_rate_high), 2),
@@ -322,6 +374,9 @@ impl SweepReport {
         for limit in &self.limits {
             text += &self.limit_line(limit, many);
         }
+        for words in self.recommendations() {
+            text += &format!("choose    {words}\n");
+        }
         if let Some(bounds) = &self.bounds {
             text += &format!("bound     {}\n", bounds.words(self.helps, self.unit_word()));
         }
@@ -337,6 +392,62 @@ impl SweepReport {
             text += &format!("note      {note}\n");
         }
         text + &self.made.lines()
+    }
+
+    /// Whether there is a throughput somewhere.
+    pub(super) fn is_steady(&self) -> bool {
+        let mut points = self.points.iter();
+        points.any(|point| point.throughput.throughput_per_min.is_some())
+    }
+
+    /// Whether it is known what a further robot adds.
+    pub(super) fn adds(&self) -> bool {
+        let mut points = self.points.iter();
+        points.any(|point| point.added_per_robot_per_min.is_some())
+    }
+
+    /// What to choose, in words, a sentence for each method; none in a sweep of the belt
+    /// speed, which is for the user to choose.
+    pub(super) fn recommendations(&self) -> Vec<String> {
+        if self.sweep == "speed" {
+            return Vec::new();
+        }
+        let unit = self.unit_word();
+        let least = match self.sweep {
+            "robots" => "the fewest",
+            _ => "the least",
+        };
+        let line = |(j, limit): (usize, &LimitReport)| match limit.recommended {
+            Some(value) => {
+                let mut of_method = self.points.iter().skip(j).step_by(self.limits.len());
+                let point = of_method.find(|point| point.value == value);
+                let throughput = point.map_or("-".into(), |point| point.throughput.shown(1));
+                format!(
+                    "{}: {value} {unit}, {least} with at least {} % of the highest throughput; \
+                     {throughput} picks/min",
+                    limit.method,
+                    100.0 * AS_GOOD
+                )
+            }
+            None if !self.is_steady() => format!(
+                "{}: nothing is recommended without a throughput (see the note)",
+                limit.method
+            ),
+            None => format!(
+                "{}: nothing is recommended, arms can meet at every value",
+                limit.method
+            ),
+        };
+        let mut lines: Vec<String> = self.limits.iter().enumerate().map(line).collect();
+        let meet = &self.arms_can_meet;
+        if let (Some(first), Some(last)) = (meet.first(), meet.last()) {
+            lines.push(format!(
+                "left out: workspaces overlap at {} of the values ({first} to {last} {unit}), so \
+                 that arms can meet",
+                meet.len()
+            ));
+        }
+        lines
     }
 
     /// The unit as it stands behind a value.
@@ -399,24 +510,30 @@ impl SweepReport {
 
     /// Every point as CSV.
     pub fn to_csv(&self) -> String {
-        let header = [
-            self.sweep,
-            "method",
+        let varied = match self.sweep {
+            "speed" => "belt_speed",
+            other => other,
+        };
+        let varied = column(varied, self.unit);
+        let mut header = vec![varied.as_str(), "method"];
+        header.extend(ThroughputReport::COLUMNS);
+        let adds = self.adds();
+        header.extend(adds.then_some("added_per_robot_per_min"));
+        header.extend([
             "picked_share",
             "picked_share_low",
             "picked_share_high",
             "picking_rate_per_min",
-            "picking_rate_low",
-            "picking_rate_high",
-            "weighted_rate_per_min",
+            "picking_rate_low_per_min",
+            "picking_rate_high_per_min",
             "complete_share",
             "nearly_complete_share",
             "certified_percent",
             "picked_share_upper_bound",
             "picking_rate_upper_bound_per_min",
-            "made",
-        ];
-        let made = self.made.one_line();
+        ]);
+        header.extend(self.weighs.then_some("weighted_rate_per_min"));
+        let header: Vec<String> = header.into_iter().map(str::to_owned).collect();
         let methods = self.limits.len();
         let rows = self.points.iter().enumerate().map(|(i, point)| {
             let bound = self.bounds.as_ref().map(|b| &b.points[i / methods]);
@@ -428,18 +545,18 @@ impl SweepReport {
                 Some(point.picking_rate_per_min),
                 point.picking_rate_low,
                 point.picking_rate_high,
-                Some(point.weighted_rate_per_min),
                 Some(point.complete_share),
                 Some(point.nearly_complete_share),
                 point.certified_percent,
                 bound.map(|bound| bound.picked_share),
                 bound.and_then(|bound| bound.picking_rate_per_min),
             ];
+            row.extend(point.throughput.cells());
+            row.extend(adds.then(|| cell(point.added_per_robot_per_min)));
             row.extend(figures.map(cell));
-            row.push(made.clone());
+            row.extend(self.weighs.then(|| point.weighted_rate_per_min.to_string()));
             row
         });
-        let header = header.map(str::to_owned).to_vec();
-        crate::files::csv_text(std::iter::once(header).chain(rows))
+        self.made.csv(std::iter::once(header).chain(rows))
     }
 }

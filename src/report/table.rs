@@ -74,6 +74,18 @@ pub fn interval(ends: Option<(f64, f64)>, digits: usize) -> String {
     })
 }
 
+/// The name of a column of a CSV file: the figure's in snake case, its unit behind it.
+pub fn column(figure: &str, unit: &str) -> String {
+    let suffix = match unit {
+        "1/min" => "_per_min",
+        "m/s" => "_m_per_s",
+        "m" => "_m",
+        "s" => "_s",
+        _ => "",
+    };
+    format!("{figure}{suffix}")
+}
+
 /// A number as a field of a CSV file, empty where there is none.
 pub fn cell(value: Option<f64>) -> String {
     value.map_or(String::new(), |value| value.to_string())

@@ -23,6 +23,24 @@ pub fn text(arguments: &[&str]) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
+/// The rows of a CSV file, its header first, without the comment lines at its head.
+pub fn csv_rows(text: &str) -> Vec<Vec<String>> {
+    let mut reader = csv::ReaderBuilder::new()
+        .comment(Some(b'#'))
+        .has_headers(false)
+        .from_reader(text.as_bytes());
+    let row = |row: csv::StringRecord| row.iter().map(str::to_owned).collect();
+    reader.records().map(|r| row(r.unwrap())).collect()
+}
+
+/// The cells of one column of a CSV file.
+pub fn csv_column(text: &str, name: &str) -> Vec<String> {
+    let rows = csv_rows(text);
+    let place = rows[0].iter().position(|column| column == name);
+    let place = place.unwrap_or_else(|| panic!("no column {name} in {:?}", rows[0]));
+    rows[1..].iter().map(|row| row[place].clone()).collect()
+}
+
 /// Random stations of 1 to 6 unlike robots, with overlapping and disjoint windows,
 /// bins anywhere near the belt, dwell times of 0 included.
 pub fn stations() -> impl Strategy<Value = Station> {

@@ -12,8 +12,8 @@ const AGAIN: &str = "; may be given several times";
 /// Robust GT is the assignment that is best over a training set, greedy GT the best for
 /// every single pattern; the third column is the trained policy that ships with the
 /// program. Differences to robust GT are paired over patterns, with 95 % intervals. With
-/// --out DIR writes picked_time.csv, picking_rate.csv (the paper's Tables 2 and 3),
-/// runs.csv (every run) and compare.json.
+/// --out DIR writes throughput.csv (the steady state), picked_time.csv and picking_rate.csv
+/// (the paper's Tables 2 and 3), runs.csv (every run) and compare.json.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
 Examples:
@@ -24,7 +24,8 @@ Examples:
   pickline compare --grasp-failures 0.9 --position-noise 0.005
 
 Charts for --chart: rate (the main one), the picking rate of every method on every case;
-difference, how much more each picks than robust GT; picked, the picked share.
+difference, how much more each picks than robust GT; throughput, the picks per minute in the steady
+state; picked, the picked share.
 
 A case file is TOML, one [[case]] each:
   [[case]]
@@ -105,7 +106,7 @@ Examples:
   pickline sweep --patterns poisson:0.15:100 --html sweep.html --svg limits.svg --chart limits
 
 Charts for --chart: picked (the main one), the picked share over the sweep with the
-limits; rate, the picking rate; limits, the share of the patterns of which everything is
+limits; throughput, the picks per minute in the steady state; rate, the picking rate; limits, the share of the patterns of which everything is
 picked (several patterns; speed or spacing).")]
 pub struct SweepArgs {
     #[command(flatten)]

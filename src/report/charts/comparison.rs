@@ -20,6 +20,11 @@ pub const COMPARISON_CHARTS: &[ChartKind<ComparisonReport>] = &[
         needs: "a second method: greedy GT or a --strategy",
     },
     ChartKind {
+        name: "throughput",
+        chart: throughput,
+        needs: "patterns that are long enough for a steady state",
+    },
+    ChartKind {
         name: "picked",
         chart: picked,
         needs: "nothing",
@@ -43,6 +48,23 @@ fn rate(report: &ComparisonReport) -> Option<Chart> {
         printed,
         |bound| bound.picking_rate_per_min,
     ))
+}
+
+fn throughput(report: &ComparisonReport) -> Option<Chart> {
+    let value = |result: &ResultReport| Figure {
+        value: result.throughput.throughput_per_min.unwrap_or_default(),
+        interval: result.throughput.ends(),
+    };
+    let mut chart = bars(
+        report,
+        "Throughput",
+        ("throughput [1/min]", "/min", 1),
+        value,
+        |_| None,
+        |_| None,
+    );
+    chart.caption += " Picks per minute in the steady state; no bar: there is none.";
+    report.is_steady().then_some(chart)
 }
 
 fn picked(report: &ComparisonReport) -> Option<Chart> {

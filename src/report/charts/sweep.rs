@@ -16,6 +16,11 @@ pub const SWEEP_CHARTS: &[ChartKind<SweepReport>] = &[
         needs: "nothing",
     },
     ChartKind {
+        name: "throughput",
+        chart: throughput,
+        needs: "patterns that are long enough for a steady state",
+    },
+    ChartKind {
         name: "rate",
         chart: rate,
         needs: "nothing",
@@ -38,11 +43,11 @@ const SPREAD: f64 = 0.12;
 fn picked(report: &SweepReport) -> Option<Chart> {
     let figure = |point: &PointReport| {
         let ends = point.picked_share_low.zip(point.picked_share_high);
-        (
+        Some((
             100.0 * point.picked_share,
             // An interval of a mean may pass 1, shares cannot.
             ends.map(|(low, high)| (100.0 * low, 100.0 * high.min(1.0))),
-        )
+        ))
     };
     let bound = |bound: &BoundPoint| Some(100.0 * bound.picked_share);
     let mut chart = lines(report, "picked share [%]", " %", figure, bound);
@@ -104,10 +109,10 @@ fn marks_entry(ink: Ink, words: &str) -> Entry {
 
 fn rate(report: &SweepReport) -> Option<Chart> {
     let figure = |point: &PointReport| {
-        (
+        Some((
             point.picking_rate_per_min,
             point.picking_rate_low.zip(point.picking_rate_high),
-        )
+        ))
     };
     let bound = |bound: &BoundPoint| bound.picking_rate_per_min;
     let mut chart = lines(report, "picking rate [1/min]", "/min", figure, bound);
@@ -115,12 +120,40 @@ fn rate(report: &SweepReport) -> Option<Chart> {
     Some(chart)
 }
 
+fn throughput(report: &SweepReport) -> Option<Chart> {
+    let figure = |point: &PointReport| {
+        let throughput = point.throughput.throughput_per_min?;
+        Some((throughput, point.throughput.ends()))
+    };
+    let mut chart = lines(report, "throughput [1/min]", "/min", figure, |_| None);
+    chart.title = "Throughput".into();
+    chart.caption = format!("Picks per minute in the steady state. {}", chart.caption);
+    if report.patterns == 1 {
+        chart.caption = "Picks per minute in the steady state of one pattern, with 95 % intervals \
+                         by batch means."
+            .into();
+    }
+    for (j, limit) in report.limits.iter().enumerate() {
+        let chosen = limit.recommended;
+        let chosen = chosen.map(|at| mark(at, None, Ink::Series(j), at.to_string()));
+        chart.marks.extend(chosen);
+    }
+    if !chart.marks.is_empty() {
+        let words = "recommended: the least value with the highest throughput, or nearly";
+        chart.legend.push(marks_entry(Ink::Text, words));
+    }
+    report.is_steady().then_some(chart)
+}
+
+/// A figure and its interval.
+type Measured = (f64, Option<(f64, f64)>);
+
 /// A line a method of a figure with its interval, and one of its bound.
 fn lines(
     report: &SweepReport,
     axis: &str,
     unit: &str,
-    figure: impl Fn(&PointReport) -> (f64, Option<(f64, f64)>),
+    figure: impl Fn(&PointReport) -> Option<Measured>,
     bound: impl Fn(&BoundPoint) -> Option<f64>,
 ) -> Chart {
     let (x, style) = across(report);
@@ -130,14 +163,14 @@ fn lines(
     for (j, limit) in report.limits.iter().enumerate() {
         let of_method = report.points.iter().skip(j).step_by(report.limits.len());
         let point = |point: &PointReport| {
-            let (y, ends) = figure(point);
+            let (y, ends) = figure(point)?;
             let ends = ends.filter(|(low, high)| low < high);
             all.push(y);
             all.extend(ends.iter().flat_map(|(low, high)| [low, high]));
             let words = ends.map_or(String::new(), |ends| {
                 format!(", 95 % interval {}", interval(Some(ends), 2))
             });
-            Point {
+            Some(Point {
                 x: point.value + aside(j),
                 y,
                 along: ends,
@@ -149,13 +182,13 @@ fn lines(
                     fixed(y, 2)
                 ),
                 ..Point::default()
-            }
+            })
         };
         debug_assert!(of_method.clone().all(|point| point.method == limit.method));
         layers.push(Layer::Points {
             ink: Ink::Series(j),
             style,
-            points: of_method.map(point).collect(),
+            points: of_method.filter_map(point).collect(),
         });
     }
     let mut caption = match (report.patterns, style) {
@@ -182,18 +215,20 @@ fn lines(
                 ..Point::default()
             })
         };
-        let points = bounds.points.iter().filter_map(point).collect();
-        layers.push(Layer::Points {
-            ink: Ink::Text,
-            style: Style::Bare,
-            points,
-        });
-        legend.push(Entry {
-            label: "bound: no strategy is above".into(),
-            ink: Ink::Text,
-            swatch: Swatch::Bare,
-        });
-        caption += " The line without points: the certified bound of what any strategy can do.";
+        let points: Vec<Point> = bounds.points.iter().filter_map(point).collect();
+        if !points.is_empty() {
+            layers.push(Layer::Points {
+                ink: Ink::Text,
+                style: Style::Bare,
+                points,
+            });
+            legend.push(Entry {
+                label: "bound: no strategy is above".into(),
+                ink: Ink::Text,
+                swatch: Swatch::Bare,
+            });
+            caption += " The line without points: the certified bound of what any strategy can do.";
+        }
     }
     Chart {
         title: String::new(),

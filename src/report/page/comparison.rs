@@ -168,10 +168,15 @@ fn table(header: &[&str], rows: Vec<(bool, Vec<Cell>)>) -> PageTable {
 }
 
 fn figures(report: &ComparisonReport) -> PageTable {
+    let (steady, weighs) = (report.is_steady(), report.weighs());
     let cells = |_: &CaseReport, result: &ResultReport, path: &dyn Fn(&str) -> String| {
         let percent = |field: &str, share| Figure::percent(path(field), share);
         let rate = |field: &str, value| Figure::new(path(field), value, 2);
-        Some(vec![
+        let mut cells = match steady {
+            true => Cell::throughput(&result.throughput, path),
+            false => Vec::new(),
+        };
+        cells.extend([
             percent("picked_share", result.picked_share).into(),
             Cell::interval(
                 ("picked_share_low", "picked_share_high"),
@@ -185,17 +190,21 @@ fn figures(report: &ComparisonReport) -> PageTable {
                 result.picking_rate_low.zip(result.picking_rate_high),
                 rate,
             ),
-            rate("weighted_rate_per_min", result.weighted_rate_per_min).into(),
-        ])
+        ]);
+        let weighted = rate("weighted_rate_per_min", result.weighted_rate_per_min);
+        cells.extend(weighs.then(|| weighted.into()));
+        Some(cells)
     };
-    let header = [
+    let mut header = Vec::new();
+    header.extend(steady.then_some(Cell::THROUGHPUT).into_iter().flatten());
+    header.extend([
         "picked [%]",
         "95 %",
         "time [s]",
-        "rate [1/min]",
+        "picking rate [1/min]",
         "95 %",
-        "weighted [1/min]",
-    ];
+    ]);
+    header.extend(weighs.then_some("weighted [1/min]"));
     table(&header, rows(report, 0, cells))
 }
 
@@ -210,7 +219,10 @@ fn differences(report: &ComparisonReport) -> PageTable {
             Figure::new(path("benefit_percent"), result.benefit_percent, 1).into(),
         ])
     };
-    let header = ["rate minus the first's, 95 % [1/min]", "benefit [%]"];
+    let header = [
+        "picking rate minus the first's, 95 % [1/min]",
+        "benefit [%]",
+    ];
     table(&header, rows(report, 1, cells))
 }
 
@@ -252,7 +264,7 @@ fn certified(report: &ComparisonReport) -> PageTable {
     }
     let header = [
         "picked [%]",
-        "rate [1/min]",
+        "picking rate [1/min]",
         "certified: picks [%]",
         "rate [%]",
     ];
@@ -277,7 +289,7 @@ fn printed(report: &ComparisonReport) -> PageTable {
         "paper",
         "time [s]: ours",
         "paper",
-        "rate [1/min]: ours",
+        "picking rate [1/min]: ours",
         "paper",
     ];
     table(&header, rows(report, 0, cells))

@@ -87,6 +87,12 @@ fn answer(report: &SweepReport) -> Vec<String> {
         text + "."
     };
     let mut lines: Vec<String> = report.limits.iter().enumerate().map(line).collect();
+    lines.extend(
+        report
+            .recommendations()
+            .iter()
+            .map(|words| format!("Choose for {}.", escape(words))),
+    );
     if let Some(bounds) = &report.bounds {
         let words = bounds.words(report.helps, unit);
         let mut letters = words.chars();
@@ -178,16 +184,24 @@ fn points(report: &SweepReport) -> PageTable {
         "1" => report.sweep.to_owned(),
         unit => format!("{} [{unit}]", report.sweep),
     };
-    let mut header = vec![varied, "<method".into(), "picked [%]".into()];
+    let mut header = vec![varied, "<method".into()];
+    let (steady, adds) = (report.is_steady(), report.adds());
+    if steady {
+        header.extend(Cell::THROUGHPUT.map(str::to_owned));
+    }
+    header.extend(adds.then(|| "added a robot [1/min]".to_owned()));
+    header.push("picked [%]".into());
     header.extend(many.then(|| "95 %".to_owned()));
-    header.push("rate [1/min]".into());
+    header.push("picking rate [1/min]".into());
     header.extend(many.then(|| "95 %".to_owned()));
-    header.push("weighted [1/min]".into());
+    header.extend(report.weighs.then(|| "weighted [1/min]".to_owned()));
     if many {
         header.extend(["complete [%]".into(), "to 99 % [%]".into()]);
     }
     if report.bounds.is_some() {
-        header.extend(["certified [%]", "bound: picked [%]", "rate [1/min]"].map(str::to_owned));
+        header.extend(
+            ["certified [%]", "bound: picked [%]", "picking rate [1/min]"].map(str::to_owned),
+        );
     }
     let methods = report.limits.len();
     let rows = report.points.iter().enumerate().map(|(i, point)| {
@@ -201,8 +215,14 @@ fn points(report: &SweepReport) -> PageTable {
                 false => Cell::empty(),
             },
             Cell::Words(point.title.clone()),
-            percent("picked_share", point.picked_share).into(),
         ];
+        if steady {
+            row.extend(Cell::throughput(&point.throughput, &path));
+        }
+        let added = point.added_per_robot_per_min;
+        let added = added.map(|added| Figure::new(path("added_per_robot_per_min"), added, 1));
+        row.extend(adds.then(|| Cell::or_empty(added)));
+        row.push(percent("picked_share", point.picked_share).into());
         if many {
             row.push(Cell::interval(
                 ("picked_share_low", "picked_share_high"),
@@ -218,7 +238,8 @@ fn points(report: &SweepReport) -> PageTable {
                 rate,
             ));
         }
-        row.push(rate("weighted_rate_per_min", point.weighted_rate_per_min).into());
+        let weighted = rate("weighted_rate_per_min", point.weighted_rate_per_min);
+        row.extend(report.weighs.then(|| weighted.into()));
         if many {
             row.extend([
                 percent("complete_share", point.complete_share).into(),

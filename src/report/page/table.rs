@@ -3,6 +3,7 @@
 
 use super::html::escape;
 use crate::report::table::fixed;
+use crate::report::throughput::ThroughputReport;
 use std::fmt::Write as _;
 
 /// A cell.
@@ -79,6 +80,23 @@ impl Cell {
     /// The figure, or an empty cell.
     pub fn or_empty(figure: Option<Figure>) -> Self {
         figure.map_or_else(Self::empty, Self::Figure)
+    }
+
+    /// The headers of [`Cell::throughput`].
+    pub const THROUGHPUT: [&'static str; 3] = ["throughput [1/min]", "95 %", "flow [1/min]"];
+
+    /// Throughput, its interval and the flow, at `path`; a dash for what there is not.
+    pub fn throughput(of: &ThroughputReport, path: &dyn Fn(&str) -> String) -> Vec<Self> {
+        let figure = |field: &str, value| Figure::new(path(field), value, 1);
+        let or_dash = |field: &str, value: Option<f64>| match value {
+            Some(value) => figure(field, value).into(),
+            None => Self::Text("\u{2013}".into()),
+        };
+        vec![
+            or_dash("throughput_per_min", of.throughput_per_min),
+            Self::interval(("throughput_low", "throughput_high"), of.ends(), figure),
+            or_dash("flow_per_min", of.flow_per_min),
+        ]
     }
 
     /// The interval from figures that are named `low` and `high`, or a dash where there is

@@ -1,0 +1,123 @@
+//! Throughput as it stands in the reports of all verbs.
+
+use super::table::{cell, fixed, interval};
+use crate::stats::Interval;
+use crate::throughput::Throughput;
+use serde::Serialize;
+
+/// What is picked per minute in the steady state; the JSON field names are the product's
+/// format.
+#[derive(Debug, Clone, Serialize)]
+pub struct ThroughputReport {
+    /// Mean picks per minute in the steady state; none where there is no steady state.
+    pub throughput_per_min: Option<f64>,
+    /// Lower end of its 95 % interval.
+    pub throughput_low: Option<f64>,
+    /// Upper end.
+    pub throughput_high: Option<f64>,
+    /// Items that arrive per minute.
+    pub flow_per_min: Option<f64>,
+    /// For each robot, upstream first, the share of the time in which it is busy while the
+    /// items of the steady state pass it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub utilisation_steady: Vec<f64>,
+    /// Patterns on which the run has a steady state.
+    pub steady_patterns: usize,
+    /// Why there is no throughput, and the cure.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub no_throughput: Option<String>,
+    #[serde(skip)]
+    pub(in crate::report) note: Option<String>,
+}
+
+impl ThroughputReport {
+    /// The columns of CSV files.
+    pub const COLUMNS: [&'static str; 4] = [
+        "throughput_per_min",
+        "throughput_low_per_min",
+        "throughput_high_per_min",
+        "flow_per_min",
+    ];
+
+    /// The report of `throughput`.
+    pub fn new(throughput: &Throughput) -> Self {
+        let (throughput_low, throughput_high) = Interval::ends(throughput.interval);
+        let reason = throughput.missing.as_ref();
+        let note = reason.map(|reason| match throughput.runs {
+            1 => reason.to_string(),
+            runs => format!(
+                "{} of {runs} patterns have no steady state, one of them since {reason}",
+                runs - throughput.steady
+            ),
+        });
+        Self {
+            throughput_per_min: throughput.mean,
+            throughput_low,
+            throughput_high,
+            flow_per_min: throughput.flow,
+            utilisation_steady: throughput.utilisation.clone(),
+            steady_patterns: throughput.steady,
+            no_throughput: note.clone().filter(|_| throughput.mean.is_none()),
+            note,
+        }
+    }
+
+    /// Both ends of the interval.
+    pub(in crate::report) fn ends(&self) -> Option<(f64, f64)> {
+        self.throughput_low.zip(self.throughput_high)
+    }
+
+    /// The cells of [`ThroughputReport::COLUMNS`].
+    pub(in crate::report) fn cells(&self) -> [String; 4] {
+        [
+            self.throughput_per_min,
+            self.throughput_low,
+            self.throughput_high,
+            self.flow_per_min,
+        ]
+        .map(cell)
+    }
+
+    /// The figure in a table; a dash where there is none.
+    pub(in crate::report) fn shown(&self, digits: usize) -> String {
+        let value = self.throughput_per_min;
+        value.map_or("-".to_owned(), |value| fixed(value, digits))
+    }
+
+    /// The interval in a table.
+    pub(in crate::report) fn interval(&self, digits: usize) -> String {
+        interval(self.ends(), digits)
+    }
+
+    /// The flow in a table.
+    pub(in crate::report) fn flow(&self, digits: usize) -> String {
+        let value = self.flow_per_min;
+        value.map_or("-".to_owned(), |value| fixed(value, digits))
+    }
+
+    /// One line for a terminal.
+    pub(in crate::report) fn line(&self) -> String {
+        let flow = self.flow_per_min.map(|flow| fixed(flow, 1));
+        match (self.throughput_per_min, &self.no_throughput) {
+            (Some(throughput), _) => {
+                let ends = self.ends();
+                let interval = ends.map_or(String::new(), |ends| {
+                    format!(" (95 % interval {})", interval(Some(ends), 1))
+                });
+                format!(
+                    "throughput {} picks/min{interval} of a flow of {} items/min, in the steady state\n",
+                    fixed(throughput, 1),
+                    flow.unwrap_or_default()
+                )
+            }
+            (None, Some(reason)) => format!("throughput none: {reason}\n"),
+            (None, None) => String::new(),
+        }
+    }
+
+    /// What a reader of a table with these should know of those without a figure: a note.
+    pub(in crate::report) fn note<'r>(of: impl IntoIterator<Item = &'r Self>) -> Option<String> {
+        let note = of.into_iter().find_map(|report| report.note.as_ref());
+        note.map(|note| format!("throughput: {note}"))
+    }
+}

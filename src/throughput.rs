@@ -1,0 +1,372 @@
+//! Throughput: what a line picks per minute in its steady state, without run-in, run-out
+//! and idle belt. `docs/model.md` states the rule that is coded here.
+
+use crate::decision::{Outcome, Pick};
+use crate::pattern::Item;
+use crate::sim::Scene;
+use crate::station::Station;
+use crate::stats::{self, Interval};
+use std::fmt;
+use std::ops::Range;
+
+/// The steady state of one run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SteadyState {
+    /// Its items, as indices of the pattern.
+    pub items: Range<usize>,
+    /// When the first of them passes the belt's start [s].
+    pub start: f64,
+    /// When the first item behind them does [s].
+    pub end: f64,
+    /// How many of them are picked.
+    pub picked: usize,
+    /// Picks per minute: the picked share of these items times their flow [1/min].
+    pub throughput: f64,
+    /// Its 95 % interval by batch means [1/min]; none of a single batch.
+    pub interval: Option<Interval>,
+    /// Items that arrive per minute [1/min].
+    pub flow: f64,
+    /// For each robot, upstream first, the share of the time in which it is busy while these
+    /// items pass its base.
+    pub utilisation: Vec<f64>,
+}
+
+/// A run that shows no steady state.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unsteady {
+    /// Items that arrive per minute over the whole pattern [1/min]; none where all arrive at
+    /// once.
+    pub flow: Option<f64>,
+    /// Why.
+    pub reason: UnsteadyReason,
+}
+
+/// Why a run shows no steady state. Displays as a sentence with the cure.
+#[derive(Debug, Clone, PartialEq)]
+pub enum UnsteadyReason {
+    /// All of the pattern belongs to run-in and run-out, as its items arrive within
+    /// `lasts` [s] and the longest departure window is `window` [s]; as many `items` of
+    /// this density would do, where a density can be told.
+    Short {
+        /// From the first arrival to the last [s].
+        lasts: f64,
+        /// The longest departure window [s].
+        window: f64,
+        /// A number of items that is enough.
+        items: Option<usize>,
+    },
+    /// Run-in or run-out take half of what is left of the pattern or more.
+    Drifting {
+        /// A number of items that may be enough.
+        items: usize,
+    },
+}
+
+/// The pattern must last this many of the longest departure windows: one is left out at
+/// either end, and two is the least that batches can be made of.
+const WINDOWS: f64 = 4.0;
+/// A pattern that lasts this many is recommended.
+const ENOUGH_WINDOWS: f64 = 12.0;
+/// Most batches that the interval is computed from: more would be shorter, and with that
+/// correlated, and narrow it by little (Schmeiser 1982, DOI 10.1287/opre.30.3.556).
+const MOST_BATCHES: usize = 20;
+/// Items in a batch of the truncation rule (the 5 in MSER-5).
+const MSER_BATCH: usize = 5;
+
+impl fmt::Display for UnsteadyReason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Short {
+                lasts,
+                window,
+                items,
+            } => {
+                write!(
+                    f,
+                    "the pattern is too short for a steady state: its items arrive within {lasts:.1} s, \
+                     and it takes {:.1} s, {WINDOWS} of the longest departure window; ",
+                    WINDOWS * window
+                )?;
+                match items {
+                    Some(items) => write!(f, "give {items} items or more of this density"),
+                    None => write!(f, "give a longer one"),
+                }
+            }
+            Self::Drifting { items } => write!(
+                f,
+                "run-in and run-out take half of the pattern or more; give {items} items or more"
+            ),
+        }
+    }
+}
+
+/// The steady state of the run `outcome` on `scene`.
+///
+/// Left out are the items that arrive within the longest departure window of the first or of
+/// the last one, since some robot has its window not yet or no longer full when it meets
+/// them; then what MSER-5 truncates at either end of what is left (White 1997,
+/// DOI 10.1177/003754979706900601).
+///
+/// # Errors
+/// A run that is too short or has not settled.
+pub fn steady_state(scene: &Scene, outcome: &Outcome) -> Result<SteadyState, Unsteady> {
+    let arrivals = Arrivals::of(scene);
+    let unsteady = |reason| {
+        Err(Unsteady {
+            flow: arrivals.flow(0..arrivals.starts.len() - 1),
+            reason,
+        })
+    };
+    let window = longest_window(scene);
+    let groups = arrivals.starts.len();
+    let (first, last) = (arrivals.time(0), arrivals.time(groups - 1));
+    let lasts = last - first;
+    if groups < 2 || lasts < WINDOWS * window {
+        let density = arrivals.flow(0..groups - 1);
+        let items = density.map(|flow| round_up(ENOUGH_WINDOWS * window * flow / 60.0));
+        return unsteady(UnsteadyReason::Short {
+            lasts,
+            window,
+            items: items.filter(|&items| items > scene.pattern().len()),
+        });
+    }
+    let begin = (0..groups).find(|&g| arrivals.time(g) >= first + window);
+    let end = (0..groups).rfind(|&g| arrivals.time(g) <= last - window);
+    let (begin, end) = (begin.unwrap_or(0), end.unwrap_or(groups - 1));
+    let whole = arrivals.starts[begin]..arrivals.starts[end];
+    let left = truncate(&whole, &pick_series(scene, outcome));
+    // The cuts fall on times of arrival, so that items that arrive together stay together.
+    let begin = arrivals.starts.partition_point(|&start| start < left.start);
+    let end = arrivals.starts.partition_point(|&start| start <= left.end) - 1;
+    if left.is_empty() || begin >= end {
+        return unsteady(UnsteadyReason::Drifting {
+            items: 2 * scene.pattern().len(),
+        });
+    }
+    Ok(arrivals.summarise(begin..end, window, scene.station(), outcome))
+}
+
+/// The items by their times of arrival at the belt's start; those of one column of a grid
+/// arrive together.
+struct Arrivals<'s> {
+    items: &'s [Item],
+    speed: f64,
+    /// The first item of each time of arrival.
+    starts: Vec<usize>,
+}
+
+impl<'s> Arrivals<'s> {
+    fn of(scene: &Scene<'s>) -> Self {
+        let items = scene.pattern().items();
+        let later = |&i: &usize| i == 0 || items[i].x0 < items[i - 1].x0;
+        Self {
+            items,
+            speed: scene.station().belt().speed,
+            starts: (0..items.len()).filter(later).collect(),
+        }
+    }
+
+    /// When the items of `group` arrive [s].
+    fn time(&self, group: usize) -> f64 {
+        -self.items[self.starts[group]].x0 / self.speed
+    }
+
+    /// How long it takes the groups to arrive, until the one behind them does [s].
+    fn lasts(&self, groups: &Range<usize>) -> f64 {
+        self.time(groups.end) - self.time(groups.start)
+    }
+
+    /// The flow of these groups [1/min]; the one behind them must exist.
+    fn flow(&self, groups: Range<usize>) -> Option<f64> {
+        let items = self.starts[groups.end] - self.starts[groups.start];
+        (items > 0).then(|| 60.0 * items as f64 / self.lasts(&groups))
+    }
+
+    fn summarise(
+        &self,
+        groups: Range<usize>,
+        window: f64,
+        station: &Station,
+        outcome: &Outcome,
+    ) -> SteadyState {
+        let mut picked_before = vec![0; self.items.len() + 1];
+        for pick in &outcome.picks {
+            picked_before[pick.item as usize + 1] = 1;
+        }
+        for i in 0..self.items.len() {
+            picked_before[i + 1] += picked_before[i];
+        }
+        let picked = |groups: &Range<usize>| -> usize {
+            picked_before[self.starts[groups.end]] - picked_before[self.starts[groups.start]]
+        };
+        let rate = |groups: &Range<usize>| 60.0 * picked(groups) as f64 / self.lasts(groups);
+        let throughput = rate(&groups);
+        let squares = self.batches(&groups, window).into_iter().map(|batch| {
+            let distance = rate(&batch) - throughput;
+            distance * distance
+        });
+        let squares: Vec<f64> = squares.collect();
+        let (start, end) = (self.time(groups.start), self.time(groups.end));
+        let busy = |robot: usize| {
+            let passes = station.robots()[robot].base.x / self.speed;
+            let failed = outcome.failures.iter().map(|failure| &failure.attempt);
+            let attempts = outcome.picks.iter().chain(failed);
+            let overlap = |pick: &Pick| {
+                (pick.release.min(end + passes) - pick.decide.max(start + passes)).max(0.0)
+            };
+            attempts
+                .filter(|pick| pick.robot == robot)
+                .map(overlap)
+                .sum::<f64>()
+        };
+        let robots = 0..station.robots().len();
+        SteadyState {
+            items: self.starts[groups.start]..self.starts[groups.end],
+            start,
+            end,
+            picked: picked(&groups),
+            throughput,
+            interval: stats::interval_of(squares.len(), throughput, squares.iter().sum())
+                .map(Interval::not_negative),
+            flow: self.flow(groups).unwrap_or_default(),
+            utilisation: robots.map(|robot| busy(robot) / (end - start)).collect(),
+        }
+    }
+
+    /// Batches of the groups that last about equally long, each at least `window` [s] as far
+    /// as there is time for two.
+    fn batches(&self, groups: &Range<usize>, window: f64) -> Vec<Range<usize>> {
+        let lasts = self.lasts(groups);
+        let count = ((lasts / window) as usize)
+            .clamp(2, MOST_BATCHES)
+            .min(groups.len());
+        let start = self.time(groups.start);
+        let mut cuts: Vec<usize> = (0..count)
+            .map(|k| {
+                let time = start + lasts * k as f64 / count as f64;
+                groups.start + groups.clone().take_while(|&g| self.time(g) < time).count()
+            })
+            .collect();
+        cuts.push(groups.end);
+        // Where gaps in the pattern put two cuts onto one group.
+        cuts.dedup();
+        cuts.windows(2).map(|pair| pair[0]..pair[1]).collect()
+    }
+}
+
+/// The longest departure window of any robot and item [s].
+fn longest_window(scene: &Scene) -> f64 {
+    let robots = 0..scene.station().robots().len();
+    let windows = robots.flat_map(|robot| scene.queue(robot));
+    windows
+        .map(|item| item.close - item.open)
+        .fold(0.0, f64::max)
+}
+
+/// What shows whether a run has settled, item by item: whether it is picked [1], and where it
+/// leaves the belt [m], at the end of the last workspace at the latest. The second tells a
+/// line on which a queue still grows from one that keeps up.
+fn pick_series(scene: &Scene, outcome: &Outcome) -> [Vec<f64>; 2] {
+    let items = scene.pattern().len();
+    let station = scene.station();
+    let ends = station.robots().iter().map(|r| r.base.x + r.reach);
+    let end = ends.fold(0.0, f64::max).min(station.belt().length);
+    let mut picked = vec![0.0; items];
+    let mut left = vec![end; items];
+    for pick in &outcome.picks {
+        picked[pick.item as usize] = 1.0;
+        left[pick.item as usize] = pick.meet.x.min(end);
+    }
+    [picked, left]
+}
+
+/// What the truncation rule leaves of the items `whole` at both ends; empty where it cuts
+/// half of them or more at one.
+fn truncate(whole: &Range<usize>, series: &[Vec<f64>]) -> Range<usize> {
+    let cuts = |backwards: bool| {
+        let cut = series.iter().map(|values| {
+            let values = &values[whole.clone()];
+            let mut batched: Vec<f64> = match backwards {
+                false => values.chunks_exact(MSER_BATCH).map(stats::mean).collect(),
+                true => values.rchunks_exact(MSER_BATCH).map(stats::mean).collect(),
+            };
+            // A remainder belongs to no batch, but few items have one.
+            if batched.is_empty() {
+                batched = values.to_vec();
+            }
+            stats::mser(&batched).map(|cut| MSER_BATCH * cut)
+        });
+        cut.collect::<Option<Vec<_>>>()
+            .map(|cuts| cuts.into_iter().max().unwrap_or(0))
+    };
+    match (cuts(false), cuts(true)) {
+        (Some(front), Some(back)) if front + back < whole.len() => {
+            whole.start + front..whole.end - back
+        }
+        _ => whole.start..whole.start,
+    }
+}
+
+/// A count that a user would write: rounded up to two digits.
+fn round_up(count: f64) -> usize {
+    let unit = 10f64.powf((count.max(10.0).log10()).floor() - 1.0);
+    ((count / unit).ceil() * unit) as usize
+}
+
+/// Throughput over several runs, one a pattern.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Throughput {
+    /// Mean [1/min]; none where fewer than half of the runs have a steady state.
+    pub mean: Option<f64>,
+    /// Its 95 % interval: over the patterns, or by batch means where there is only one.
+    pub interval: Option<Interval>,
+    /// Mean of the items that arrive per minute [1/min]: in the steady state, or over the
+    /// whole pattern where there is none.
+    pub flow: Option<f64>,
+    /// For each robot the mean share of the time in which it is busy while the items of the
+    /// steady state pass it; empty where there is none.
+    pub utilisation: Vec<f64>,
+    /// How many runs have a steady state.
+    pub steady: usize,
+    /// How many runs there are.
+    pub runs: usize,
+    /// Why there is none, said of the first run that has none.
+    pub missing: Option<UnsteadyReason>,
+}
+
+impl Throughput {
+    /// Of these runs.
+    pub fn of<'r>(runs: impl IntoIterator<Item = &'r Result<SteadyState, Unsteady>>) -> Self {
+        let runs: Vec<_> = runs.into_iter().collect();
+        let steady: Vec<&SteadyState> = runs.iter().filter_map(|run| run.as_ref().ok()).collect();
+        let missing = runs.iter().find_map(|run| run.as_ref().err());
+        let enough = !steady.is_empty() && 2 * steady.len() >= runs.len();
+        let flows = runs.iter().map(|run| match run {
+            Ok(steady) => Some(steady.flow),
+            Err(unsteady) => unsteady.flow,
+        });
+        let flows: Option<Vec<f64>> = flows.collect();
+        let rates: Vec<f64> = steady.iter().map(|run| run.throughput).collect();
+        let robots = steady.first().map_or(0, |run| run.utilisation.len());
+        let utilisation = |robot: usize| {
+            let shares: Vec<f64> = steady.iter().map(|run| run.utilisation[robot]).collect();
+            stats::mean(&shares)
+        };
+        let interval = match &steady[..] {
+            [one] => one.interval,
+            _ => stats::mean_interval(&rates),
+        };
+        Self {
+            mean: enough.then(|| stats::mean(&rates)),
+            interval: interval.filter(|_| enough),
+            flow: flows.map(|flows| stats::mean(&flows)),
+            utilisation: match enough {
+                true => (0..robots).map(utilisation).collect(),
+                false => Vec::new(),
+            },
+            steady: steady.len(),
+            runs: runs.len(),
+            missing: missing.map(|unsteady| unsteady.reason.clone()),
+        }
+    }
+}
