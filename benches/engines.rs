@@ -16,7 +16,12 @@ fn station(robots: usize) -> Station {
 /// A few patterns spread over the balanced set.
 fn patterns() -> Vec<Pattern> {
     let recipe = Recipe {
-        width: 1.05,
+        belt: pickline::station::Belt {
+            speed: 0.05,
+            length: 4.2,
+            width: 1.05,
+        },
+        shape: Default::default(),
         items: 150,
         attributes: Default::default(),
         seed: 1,

@@ -156,7 +156,7 @@ fn coverage(replicates: usize) {
     for name in ["paper", "paper-narrow"] {
         let station = built_in(name).unwrap().station(Some(2)).unwrap();
         for case in load_cases("dense").unwrap() {
-            let patterns = case.patterns(station.belt().width, replicates, 1).unwrap();
+            let patterns = case.patterns(station.belt(), replicates, 1).unwrap();
             let mut covered = Covered {
                 inner: read_alone("lookahead", 2).unwrap().make(),
                 encoders: Vec::new(),

@@ -48,6 +48,7 @@ pub mod error;
 pub mod kinematics;
 pub mod files;
 mod toml_file;
+mod csv_file;
 pub mod station;
 pub mod pattern;
 pub mod stats;

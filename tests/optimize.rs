@@ -33,7 +33,8 @@ fn search(station: &Station, patterns: &[Pattern], objective: Objective, how: &S
 
 fn balanced(station: &Station, items: usize, seed: u64) -> Vec<Pattern> {
     let recipe = Recipe {
-        width: station.belt().width,
+        belt: *station.belt(),
+        shape: Default::default(),
         items,
         attributes: Default::default(),
         seed,

@@ -15,7 +15,12 @@ use std::sync::atomic::AtomicBool;
 fn speed_limits_are_those_of_a_brute_force_scan() {
     let station = built_in("paper").unwrap().station(None).unwrap();
     let recipe = Recipe {
-        width: 1.05,
+        belt: pickline::station::Belt {
+            speed: 0.05,
+            length: 4.2,
+            width: 1.05,
+        },
+        shape: Default::default(),
         items: 40,
         attributes: Default::default(),
         seed: 5,

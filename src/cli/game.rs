@@ -23,14 +23,14 @@ pub fn run(args: &GameArgs, session: &Session) -> Result<()> {
     files::check_target(args.nfg.as_deref())?;
     let station = args.station.load()?;
     check_size(&station)?;
-    let source: PatternSource = args.set.patterns.parse()?;
+    let (source, shape) = args.set.feed.source(&args.set.patterns)?;
     let nfg = [(
         "--nfg",
         args.nfg.as_deref().filter(|file| *file != Path::new("-")),
     )];
     pattern_set::check_apart(&args.common, &FILES, &args.station, &source, &nfg)?;
-    let (items, seed) = (args.set.items, args.common.seed);
-    let recipe = pattern_set::recipe(items, &args.set.attributes, seed, &source, &station)?;
+    let seed = args.common.seed;
+    let recipe = pattern_set::recipe(&args.set, seed, &source, shape, &station)?;
     let solve = || report(args, session, &station, &source, &recipe);
     let report = args.common.on_threads(solve)?;
     args.common.write_out(FILES[0], &json(&report)?)?;

@@ -64,7 +64,7 @@ struct Job<'a> {
 impl<'a> Job<'a> {
     fn new(args: &'a OptimizeArgs) -> Result<Self> {
         let station = args.station.load()?;
-        let source: PatternSource = args.set.patterns.parse()?;
+        let (source, shape) = args.set.feed.source(&args.set.patterns)?;
         pattern_set::check_apart(
             &args.common,
             &FILES,
@@ -72,8 +72,8 @@ impl<'a> Job<'a> {
             &source,
             &args.pictures.files(),
         )?;
-        let (items, seed) = (args.set.items, args.common.seed);
-        let recipe = pattern_set::recipe(items, &args.set.attributes, seed, &source, &station)?;
+        let seed = args.common.seed;
+        let recipe = pattern_set::recipe(&args.set, seed, &source, shape, &station)?;
         source.check_fresh(&recipe, args.validate)?;
         let scan = SpeedScan::new(args.speed_step, &station)?;
         let robots = station.robots().len();

@@ -2,18 +2,24 @@
 
 use super::args::{
     AxisArg, DescribeArgs, Format, GenerateArgs, ImportCommand, MotArgs, PatternCommand,
-    PatternKind,
+    PatternKind, StationChoice,
 };
 use super::session::{Session, tell};
 use super::settings::{DEFAULT_GRID, json, load_pattern};
 use crate::error::{Error, Result, shown_number};
 use crate::files;
-use crate::pattern::{describe, grid, mot, poisson_disk, random_stream, to_csv};
-use crate::report::description_table;
+use crate::pattern::{
+    Feed, Feeder, Pattern, describe, grid, mot, poisson_disk, random_stream, to_csv,
+};
+use crate::report::{DescriptionReport, description_table};
+use rand::rngs::ChaCha8Rng;
+use std::path::Path;
 
 /// Radius [m] and number of items of a Poisson disk pattern when none are given: a
 /// case of the paper.
 const DEFAULT_POISSON: (f64, usize) = (0.2, 29);
+/// Flow [1/min] of a feed that has no length of its own, when none is given.
+const DEFAULT_FLOW: f64 = 60.0;
 
 pub fn run(command: PatternCommand, session: &Session) -> Result<()> {
     match command {
@@ -27,8 +33,9 @@ fn generate(args: &GenerateArgs, session: &Session) -> Result<()> {
     files::check_target(args.output.as_deref())?;
     // Even where the width does not come from it: a wrong one must not pass unnoticed.
     let station = args.station.load()?;
-    let width = match args.width {
-        Some(width) if (1e-6..=1e3).contains(&width) => width,
+    let mut belt = *station.belt();
+    match args.width {
+        Some(width) if (1e-6..=1e3).contains(&width) => belt.width = width,
         Some(width) => {
             return Err(Error::input(
                 "--width",
@@ -36,69 +43,156 @@ fn generate(args: &GenerateArgs, session: &Session) -> Result<()> {
                 "give metres, from 1e-6 to 1000",
             ));
         }
-        None => station.belt().width,
-    };
+        None => {}
+    }
     let attributes = args.attributes.resolve()?;
     let mut rng = random_stream(args.seed, 0);
-    let foreign = |flag: &str, kind: &str| {
-        Error::input(
-            flag,
-            format!("has no meaning for a {kind} pattern"),
-            "leave it out",
-        )
-    };
-    let remark = |what: &str| {
+    let kind = args.kind.feed(args.profile.as_deref())?;
+    let lengths = [
+        ("--spacing", args.spacing, Feed::Grid),
+        ("--radius", args.radius, Feed::PoissonDisk),
+    ];
+    for (flag, length, own) in &lengths {
+        if length.is_some() && kind != *own {
+            return Err(foreign(flag, &kind));
+        }
+        if length.is_some() && args.feed.flow.is_some() {
+            return Err(Error::input(
+                "--flow",
+                format!("{flag} sets the flow already"),
+                "give one of the two",
+            ));
+        }
+    }
+    let shape = args.feed.shape(&[&kind])?;
+    let by_length = args.feed.flow.is_none() && matches!(kind, Feed::Grid | Feed::PoissonDisk);
+    let pattern = if by_length {
+        by_distance(args, &kind, belt.width, &mut rng)?
+    } else {
+        let usual = kind.file().is_none().then_some(DEFAULT_FLOW);
+        let feeder = Feeder::new(&kind, args.feed.flow.or(usual), &belt, shape)?;
+        let usual = match kind.file() {
+            Some(_) => usize::MAX,
+            None => DEFAULT_GRID.1,
+        };
+        let pattern = feeder.draw(args.count.unwrap_or(usual), &mut rng)?;
         if !args.quiet {
-            tell(&format!("generating {what}"));
+            tell(&format!(
+                "generating the feed {kind} of {} items/min at {} m/s: {}",
+                shown_number(feeder.flow()),
+                shown_number(belt.speed),
+                achieved(&pattern, belt.speed)
+            ));
         }
-    };
-    let pattern = match args.kind {
-        PatternKind::Grid => {
-            if args.radius.is_some() {
-                return Err(foreign("--radius", "grid"));
-            }
-            let (spacing, count) = DEFAULT_GRID;
-            let (own, count) = (args.spacing, args.count.unwrap_or(count));
-            let spacing = own.unwrap_or(spacing);
-            if own.is_none() || args.count.is_none() {
-                remark(&format!("the grid of {spacing} m, {count} items"));
-            }
-            grid(width, spacing, count)?
-        }
-        PatternKind::Poisson => {
-            if args.spacing.is_some() {
-                return Err(foreign("--spacing", "Poisson disk"));
-            }
-            let (radius, count) = DEFAULT_POISSON;
-            let (own, count) = (args.radius, args.count.unwrap_or(count));
-            let radius = own.unwrap_or(radius);
-            if own.is_none() || args.count.is_none() {
-                remark(&format!(
-                    "a Poisson disk pattern of {radius} m, {count} items"
-                ));
-            }
-            poisson_disk(width, radius, count, &mut rng)?
-        }
+        pattern
     };
     let pattern = attributes.apply(pattern, &mut rng)?;
     session.print_or_write(args.output.as_deref(), to_csv(&pattern).as_bytes())
 }
 
+/// A grid or a Poisson disk pattern by the distance between its items.
+fn by_distance(
+    args: &GenerateArgs,
+    kind: &Feed,
+    width: f64,
+    rng: &mut ChaCha8Rng,
+) -> Result<Pattern> {
+    let remark = |what: String, open: bool| {
+        if open && !args.quiet {
+            tell(&format!("generating {what}"));
+        }
+    };
+    if *kind == Feed::Grid {
+        let (spacing, count) = DEFAULT_GRID;
+        let (own, count) = (args.spacing, args.count.unwrap_or(count));
+        let spacing = own.unwrap_or(spacing);
+        remark(
+            format!("the grid of {spacing} m, {count} items"),
+            own.is_none() || args.count.is_none(),
+        );
+        return grid(width, spacing, count);
+    }
+    let (radius, count) = DEFAULT_POISSON;
+    let (own, count) = (args.radius, args.count.unwrap_or(count));
+    let radius = own.unwrap_or(radius);
+    remark(
+        format!("a Poisson disk pattern of {radius} m, {count} items"),
+        own.is_none() || args.count.is_none(),
+    );
+    poisson_disk(width, radius, count, rng)
+}
+
+/// The flow that a pattern came to.
+fn achieved(pattern: &Pattern, belt_speed: f64) -> String {
+    let count = crate::error::counted(pattern.len(), "item");
+    match DescriptionReport::new(describe(pattern), Some(belt_speed)).flow_per_min {
+        Some(flow) => format!("{count}, {flow:.1} items/min over its length"),
+        None => count,
+    }
+}
+
+fn foreign(flag: &str, kind: &Feed) -> Error {
+    let name = match kind {
+        Feed::PoissonDisk => "Poisson disk",
+        other => other.name(),
+    };
+    Error::input(
+        flag,
+        format!("has no meaning for a {name} pattern"),
+        "leave it out",
+    )
+}
+
+impl PatternKind {
+    /// The feed of this kind.
+    fn feed(self, profile: Option<&Path>) -> Result<Feed> {
+        let feed = match self {
+            Self::Grid => Feed::Grid,
+            Self::Poisson => Feed::PoissonDisk,
+            Self::Random => Feed::Random,
+            Self::Clustered => Feed::Clustered,
+            Self::Gaps => Feed::Gaps,
+            Self::Profile => Feed::Profile(profile.unwrap_or(Path::new("")).to_owned()),
+        };
+        match (self, profile) {
+            (Self::Profile, None) => Err(Error::input(
+                "--profile",
+                "a profile pattern needs a file",
+                "give a CSV file with the columns time_s,flow_per_min",
+            )),
+            (Self::Profile, Some(_)) | (_, None) => Ok(feed),
+            (_, Some(_)) => Err(foreign("--profile", &feed)),
+        }
+    }
+}
+
 fn describe_pattern(args: &DescribeArgs, session: &Session) -> Result<()> {
-    if !(args.belt_speed > 0.0 && args.belt_speed.is_finite()) {
+    if let Some(speed) = args.belt_speed
+        && !(speed > 0.0 && speed.is_finite())
+    {
         return Err(Error::input(
             "--belt-speed",
-            format!("{} is not a belt speed", args.belt_speed),
+            format!("{speed} is not a belt speed"),
             "give m/s, above 0",
         ));
     }
-    let width = crate::station::BUILT_INS[0].belt_width;
+    let station = args.station.as_ref().map(|station| {
+        let choice = StationChoice {
+            station: station.clone(),
+            robots: None,
+            belt_speed: args.belt_speed,
+        };
+        choice.load()
+    });
+    let belt = station.transpose()?.map(|station| *station.belt());
+    let width = belt.map_or(crate::station::BUILT_INS[0].belt_width, |belt| belt.width);
     let (pattern, name) = load_pattern(args.file.as_deref(), width)?;
-    let description = describe(&pattern);
-    let table = description_table(&description, args.belt_speed);
+    let speed = belt.map(|belt| belt.speed).or(args.belt_speed);
+    let report = DescriptionReport::new(describe(&pattern), speed);
+    let table = description_table(&report);
     let text = match args.format {
         Format::Table => format!("{}pattern   {name}\n", table.render()),
-        Format::Json => json(&description)?,
+        Format::Json => json(&report)?,
         Format::Csv => table.to_csv(),
     };
     session.print(text.as_bytes())

@@ -1,9 +1,9 @@
 //! The set of patterns that a verb is judged on, for every verb that takes `--patterns`.
 
-use super::args::{AttributeArgs, Common, StationChoice};
+use super::args::{Common, PatternSetArgs, StationChoice};
 use crate::error::{Error, Result};
 use crate::files::Named;
-use crate::pattern::{PatternSet, PatternSource, Recipe};
+use crate::pattern::{FeedShape, PatternSet, PatternSource, Recipe};
 use crate::station::Station;
 
 /// Items in a generated pattern, as in the balanced set of `docs/model.md`.
@@ -14,16 +14,16 @@ const DEFAULT_ITEMS: usize = 150;
 /// # Errors
 /// A distribution that is none, a flag that has no meaning for recorded patterns.
 pub fn recipe(
-    items: Option<usize>,
-    attributes: &AttributeArgs,
+    args: &PatternSetArgs,
     seed: u64,
     source: &PatternSource,
+    shape: FeedShape,
     station: &Station,
 ) -> Result<Recipe> {
-    let attributes = attributes.resolve()?;
+    let attributes = args.attributes.resolve()?;
     if matches!(source, PatternSource::Files(_)) {
         let given = [
-            ("--items", items.is_some()),
+            ("--items", args.items.is_some()),
             ("--area", attributes.area_cm2.is_some()),
             ("--p-detection", attributes.p_detection.is_some()),
             ("--p-grasp", attributes.p_grasp.is_some()),
@@ -37,8 +37,9 @@ pub fn recipe(
         }
     }
     Ok(Recipe {
-        width: station.belt().width,
-        items: items.unwrap_or(DEFAULT_ITEMS),
+        belt: *station.belt(),
+        items: source.items(args.items, DEFAULT_ITEMS),
+        shape,
         attributes,
         seed,
     })

@@ -1,10 +1,14 @@
 //! Arguments resolved to what the library works with.
 
-use super::args::{AttributeArgs, Common, ConditionArgs, Format, StationChoice, TrainingArgs};
+use super::args::{
+    AttributeArgs, Common, ConditionArgs, FeedArgs, Format, StationChoice, TrainingArgs,
+};
 use super::session::tell;
 use crate::error::{Error, Result};
 use crate::files::{self, Named};
-use crate::pattern::{self, Attributes, Distribution, Pattern, grid};
+use crate::pattern::{
+    self, Attributes, Distribution, Feed, FeedShape, Pattern, PatternSource, grid,
+};
 use crate::sim::{Conditions, Disturbances};
 use crate::station::{self, Overrides, Station};
 use serde::Serialize;
@@ -27,6 +31,49 @@ impl StationChoice {
             belt_speed: self.belt_speed,
         };
         station::load(&self.station, overrides)
+    }
+}
+
+impl FeedArgs {
+    /// The shape of feeds, of which the call makes those of `feeds`.
+    ///
+    /// # Errors
+    /// A figure out of its range, or a flag that has no meaning for any of them.
+    pub fn shape(&self, feeds: &[&Feed]) -> Result<FeedShape> {
+        for (flag, given, own) in [
+            ("--cluster-size", self.cluster_size, Feed::Clustered),
+            ("--cluster-spread", self.cluster_spread, Feed::Clustered),
+            ("--gap-length", self.gap_length, Feed::Gaps),
+            ("--gap-share", self.gap_share, Feed::Gaps),
+        ] {
+            if given.is_some() && !feeds.contains(&&own) {
+                return Err(Error::input(
+                    flag,
+                    format!("has a meaning for the feed {own} only"),
+                    format!("leave it out, or use the feed {own}"),
+                ));
+            }
+        }
+        let usual = FeedShape::default();
+        let shape = FeedShape {
+            cluster_size: self.cluster_size.unwrap_or(usual.cluster_size),
+            cluster_spread: self.cluster_spread.unwrap_or(usual.cluster_spread),
+            gap_length: self.gap_length.unwrap_or(usual.gap_length),
+            gap_share: self.gap_share.unwrap_or(usual.gap_share),
+        };
+        shape.check()?;
+        Ok(shape)
+    }
+
+    /// The patterns that `--patterns` and `--flow` name, and the shape of their feeds.
+    ///
+    /// # Errors
+    /// A text that is no source, flags that have no meaning for it.
+    pub fn source(&self, patterns: &str) -> Result<(PatternSource, FeedShape)> {
+        let source = patterns.parse::<PatternSource>()?.with_flow(self.flow)?;
+        let feeds: Vec<&Feed> = source.feed().into_iter().collect();
+        let shape = self.shape(&feeds)?;
+        Ok((source, shape))
     }
 }
 
@@ -185,14 +232,14 @@ pub fn load_pattern(file: Option<&str>, width: f64) -> Result<(Pattern, String)>
                 .read_to_end(&mut bytes)
                 .map_err(|error| Error::read(Path::new("stdin"), error))?;
             let text = files::utf8(bytes, "stdin")?;
-            let pattern = pattern::parse(&text, "stdin")?;
-            let hash = files::fingerprint(pattern::to_csv(&pattern));
-            Ok((pattern, format!("read from stdin (hash {hash})")))
+            let loaded = pattern::read(&text, "stdin")?;
+            let description = format!("read from stdin ({})", loaded.describe());
+            Ok((loaded.pattern, description))
         }
         Some(file) => {
-            let pattern = pattern::load(Path::new(file))?;
-            let hash = files::fingerprint(pattern::to_csv(&pattern));
-            Ok((pattern, format!("{file} (hash {hash})")))
+            let loaded = pattern::load(Path::new(file))?;
+            let description = format!("{file} ({})", loaded.describe());
+            Ok((loaded.pattern, description))
         }
     }
 }

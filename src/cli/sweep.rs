@@ -34,7 +34,7 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
             strategy.alone(line.robots().len())?;
         }
     }
-    let source: PatternSource = args.patterns.parse()?;
+    let (source, shape) = args.feed.source(&args.patterns)?;
     if matches!(source, PatternSource::Files(_)) && args.items.is_some() {
         return Err(Error::input(
             "--items",
@@ -49,8 +49,9 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
     args.common
         .check_apart(&FILES, &read, &args.pictures.files())?;
     let recipe = Recipe {
-        width: station.belt().width,
-        items: args.items.unwrap_or(DEFAULT_GRID.1),
+        belt: *station.belt(),
+        items: source.items(args.items, DEFAULT_GRID.1),
+        shape,
         attributes: Default::default(),
         // Another seed than the training set's.
         seed: args.common.seed.wrapping_add(1),

@@ -204,7 +204,7 @@ fn trials(stations: &[(String, Station)]) -> Result<Vec<(String, Vec<Course>)>> 
             if list.iter().any(|(known, _)| *known == title) {
                 continue;
             }
-            let patterns = case.patterns(station.belt().width, TRIALS, TRIAL_SEED)?;
+            let patterns = case.patterns(station.belt(), TRIALS, TRIAL_SEED)?;
             let course = |(_, pattern)| Course {
                 station: station.clone(),
                 pattern,

@@ -57,8 +57,9 @@ impl<'a> Line<'a> {
         scan: Option<SpeedScan>,
     ) -> Result<(Optimum, String)> {
         let recipe = Recipe {
-            width: self.station.belt().width,
+            belt: *self.station.belt(),
             items,
+            shape: Default::default(),
             attributes: Default::default(),
             seed: self.seed,
         };

@@ -2,8 +2,12 @@
 
 use crate::error::{Error, Result};
 use crate::files::read_text;
-use crate::pattern::{self, Pattern, grid, poisson_disk, random_stream};
+use crate::pattern::{
+    self, FEEDS, Feed, FeedShape, Feeder, Pattern, grid, poisson_disk, random_stream,
+};
+use crate::station::Belt;
 use crate::toml_file::{File, Section};
+use rand::rngs::ChaCha8Rng;
 use std::path::{Path, PathBuf};
 
 /// What a case's patterns are.
@@ -13,6 +17,8 @@ pub enum CaseSource {
     Grid(f64),
     /// Poisson disk patterns of this radius [m].
     Poisson(f64),
+    /// A feed of this flow [1/min]; a profile may have its own.
+    Feed(Feed, Option<f64>),
     /// A recorded pattern.
     File(PathBuf),
 }
@@ -24,7 +30,7 @@ pub struct Case {
     pub name: String,
     /// Where its patterns come from.
     pub source: CaseSource,
-    /// Items a pattern; a recorded one holds its own.
+    /// Items a pattern, of a profile at most so many; a recorded one holds its own.
     pub items: usize,
 }
 
@@ -76,7 +82,8 @@ fn parse(text: &str, name: &str, folder: Option<&Path>) -> Result<Vec<Case>> {
         root.only(&["case"])?;
         let cases = root.tables("case")?;
         if cases.is_empty() {
-            let cure = "add a [[case]] with a name and one of grid, poisson, pattern";
+            let cure =
+                "add a [[case]] with a name and one of grid, poisson, feed, profile, pattern";
             return Err(Error::input(name, "the file has no case", cure));
         }
         let mut list: Vec<Case> = Vec::new();
@@ -96,9 +103,12 @@ fn parse(text: &str, name: &str, folder: Option<&Path>) -> Result<Vec<Case>> {
 }
 
 fn read_case(section: &Section, folder: Option<&Path>) -> Result<Case> {
-    section.only(&["name", "grid", "poisson", "pattern", "items"])?;
+    section.only(&[
+        "name", "grid", "poisson", "feed", "profile", "pattern", "flow", "items",
+    ])?;
     let name = section.text("name")?;
-    let given = ["grid", "poisson", "pattern"].map(|key| section.table.get(key).is_some());
+    let given = ["grid", "poisson", "feed", "profile", "pattern"]
+        .map(|key| section.table.get(key).is_some());
     if given.iter().filter(|given| **given).count() != 1 {
         return Err(section.wrong(
             "name",
@@ -106,7 +116,9 @@ fn read_case(section: &Section, folder: Option<&Path>) -> Result<Case> {
                 "case `{}` does not say what it is",
                 crate::error::shown(&name)
             ),
-            "give exactly one of grid = SPACING, poisson = RADIUS, pattern = \"FILE\"".into(),
+            "give exactly one of grid = SPACING, poisson = RADIUS, feed = \"NAME\", \
+             profile = \"FILE\", pattern = \"FILE\""
+                .into(),
         ));
     }
     let length = |key: &str| {
@@ -123,17 +135,32 @@ fn read_case(section: &Section, folder: Option<&Path>) -> Result<Case> {
             "give metres, from 0.0001 to 1000".into(),
         ))
     };
+    // Relative to the case file, so that the two can be moved together.
+    let file = |key: &str| {
+        let file = PathBuf::from(section.text(key)?);
+        Result::Ok(folder.map_or(file.clone(), |folder| folder.join(&file)))
+    };
+    let flow = || match section.table.get("flow").is_some() {
+        true => section.number("flow").map(Some),
+        false => Ok(None),
+    };
     let source = match given {
         [true, ..] => CaseSource::Grid(length("grid")?),
-        [_, true, _] => CaseSource::Poisson(length("poisson")?),
-        _ => {
-            let file = PathBuf::from(section.text("pattern")?);
-            // Relative to the case file, so that the two can be moved together.
-            CaseSource::File(folder.map_or(file.clone(), |folder| folder.join(&file)))
-        }
+        [_, true, ..] => CaseSource::Poisson(length("poisson")?),
+        [_, _, true, ..] => CaseSource::Feed(read_feed(section)?, Some(section.number("flow")?)),
+        [_, _, _, true, _] => CaseSource::Feed(Feed::Profile(file("profile")?), flow()?),
+        _ => CaseSource::File(file("pattern")?),
     };
+    if flow()?.is_some() && !matches!(source, CaseSource::Feed(..)) {
+        return Err(section.wrong(
+            "flow",
+            "only a feed or a profile has a flow of its own".into(),
+            "leave the key out, or write feed = \"grid\" or feed = \"poisson\"".into(),
+        ));
+    }
     let items = match (&source, section.optional_count("items")?) {
         (CaseSource::File(_), None) => 0,
+        (CaseSource::Feed(Feed::Profile(_), _), None) => usize::MAX,
         (CaseSource::File(_), Some(_)) => {
             return Err(section.wrong(
                 "items",
@@ -158,6 +185,22 @@ fn read_case(section: &Section, folder: Option<&Path>) -> Result<Case> {
     })
 }
 
+fn read_feed(section: &Section) -> Result<Feed> {
+    let name = section.text("feed")?;
+    Feed::named(&name).ok_or_else(|| {
+        let known: Vec<&str> = FEEDS
+            .iter()
+            .map(|f| f.0)
+            .filter(|n| *n != "profile")
+            .collect();
+        section.wrong(
+            "feed",
+            format!("`{}` is no feed", crate::error::shown(&name)),
+            crate::error::known_names(&name, &known),
+        )
+    })
+}
+
 impl Case {
     fn built_in((is_grid, size, items): (bool, f64, usize)) -> Self {
         Self {
@@ -174,10 +217,11 @@ impl Case {
         }
     }
 
-    /// The file of its recorded pattern.
+    /// The file that it reads: a recorded pattern or a profile.
     pub fn file(&self) -> Option<&Path> {
         match &self.source {
             CaseSource::File(path) => Some(path),
+            CaseSource::Feed(feed, _) => feed.file(),
             _ => None,
         }
     }
@@ -187,29 +231,41 @@ impl Case {
         !matches!(self.source, CaseSource::File(_))
     }
 
-    /// The patterns on a belt of `width` [m], each with the seed that
+    /// The patterns on `belt`, each with the seed that
     /// `pickline pattern generate --seed` makes it from; none where nothing is random.
     /// Random cases are replicated under the seeds `first_seed`, `first_seed + 1`, ...
     ///
     /// # Errors
-    /// A recorded pattern that cannot be read.
+    /// A recorded pattern or a profile that cannot be read, a flow that is none.
     pub fn patterns(
         &self,
-        width: f64,
+        belt: &Belt,
         replicates: usize,
         first_seed: u64,
     ) -> Result<Vec<(Option<u64>, Pattern)>> {
+        let replicated = |draw: &dyn Fn(&mut ChaCha8Rng) -> Result<Pattern>| {
+            let seeds = (0..replicates as u64).map(|r| first_seed.wrapping_add(r));
+            let drawn = seeds.map(|seed| Ok((Some(seed), draw(&mut random_stream(seed, 0))?)));
+            drawn.collect()
+        };
         match &self.source {
-            CaseSource::Grid(spacing) => Ok(vec![(None, grid(width, *spacing, self.items)?)]),
-            CaseSource::File(path) => Ok(vec![(None, pattern::load(path)?)]),
-            CaseSource::Poisson(radius) => (0..replicates as u64)
-                .map(|replicate| {
-                    let seed = first_seed.wrapping_add(replicate);
-                    let mut rng = random_stream(seed, 0);
-                    let pattern = poisson_disk(width, *radius, self.items, &mut rng)?;
-                    Ok((Some(seed), pattern))
-                })
-                .collect(),
+            CaseSource::Grid(spacing) => Ok(vec![(None, grid(belt.width, *spacing, self.items)?)]),
+            CaseSource::File(path) => Ok(vec![(None, pattern::load(path)?.pattern)]),
+            CaseSource::Poisson(radius) => {
+                replicated(&|rng| poisson_disk(belt.width, *radius, self.items, rng))
+            }
+            CaseSource::Feed(feed, flow) => {
+                let shape = FeedShape::default();
+                let feeder = Feeder::new(feed, *flow, belt, shape);
+                let feeder = feeder.map_err(|error| error.inside(&self.name))?;
+                match feed.is_random() {
+                    true => replicated(&|rng| feeder.draw(self.items, rng)),
+                    false => {
+                        let pattern = feeder.draw(self.items, &mut random_stream(0, 0))?;
+                        Ok(vec![(None, pattern)])
+                    }
+                }
+            }
         }
     }
 }
@@ -223,12 +279,17 @@ mod tests {
         let cases = load_cases("all").unwrap();
         assert_eq!(cases.len(), 8);
         assert_eq!(cases[2].name, "poisson 0.2, 29 items");
-        let drawn = cases[2].patterns(1.05, 3, 7).unwrap();
+        let belt = Belt {
+            speed: 0.05,
+            length: 4.2,
+            width: 1.05,
+        };
+        let drawn = cases[2].patterns(&belt, 3, 7).unwrap();
         assert_eq!(
             drawn.iter().map(|d| d.0).collect::<Vec<_>>(),
             [Some(7), Some(8), Some(9)]
         );
-        assert_eq!(cases[0].patterns(1.05, 3, 7).unwrap().len(), 1);
+        assert_eq!(cases[0].patterns(&belt, 3, 7).unwrap().len(), 1);
         assert!(
             load_cases("papre")
                 .unwrap_err()

@@ -152,8 +152,7 @@ impl Draws<'_> {
         case: &Case,
         station: &Station,
     ) -> Result<Vec<(Option<u64>, Pattern)>> {
-        let width = station.belt().width;
-        let patterns = case.patterns(width, self.replicates, self.first_seed)?;
+        let patterns = case.patterns(station.belt(), self.replicates, self.first_seed)?;
         let random = patterns.iter().any(|(seed, _)| seed.is_some());
         if random || !self.conditions.disturbances.any() {
             return Ok(patterns);

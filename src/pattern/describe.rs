@@ -16,7 +16,8 @@ pub struct Description {
     pub width_m: f64,
     /// Smallest and largest position across the belt [m].
     pub y_range_m: [f64; 2],
-    /// Items per metre of belt [1/m]; none for a single place along the belt.
+    /// Items per metre of belt [1/m], those at the last place not counted, so that whole
+    /// columns over whole distances give a grid's density; none for a single place.
     pub items_per_m: Option<f64>,
     /// Smallest distance between two items [m]; none for a single item.
     pub nearest_min_m: Option<f64>,
@@ -49,6 +50,8 @@ pub fn describe(pattern: &Pattern) -> Description {
     };
     let y_range_m = range(&mut items.iter().map(|item| item.y));
     let length_m = items[0].x0 - items[items.len() - 1].x0;
+    let last = items[items.len() - 1].x0;
+    let before_last = items.iter().filter(|item| item.x0 > last).count();
     let nearest = nearest_neighbours(pattern);
     let rewards: Vec<f64> = items.iter().map(|item| item.reward()).collect();
     let [reward_low, reward_high] = range(&mut rewards.iter().copied());
@@ -63,7 +66,7 @@ pub fn describe(pattern: &Pattern) -> Description {
         length_m,
         width_m: y_range_m[1] - y_range_m[0],
         y_range_m,
-        items_per_m: (length_m > 0.0).then(|| n / length_m),
+        items_per_m: (length_m > 0.0).then(|| before_last as f64 / length_m),
         nearest_min_m: nearest.iter().copied().reduce(f64::min),
         nearest_mean_m: (!nearest.is_empty()).then(|| nearest.iter().sum::<f64>() / n),
         reward: [reward_low, reward_sum / n, reward_high],
@@ -103,6 +106,7 @@ mod tests {
         assert_eq!(d.items, 48);
         assert!((d.length_m - 0.75).abs() < 1e-12);
         assert!((d.width_m - 1.05).abs() < 1e-12);
+        assert!((d.items_per_m.unwrap() - 8.0 / 0.15).abs() < 1e-9);
         assert!((d.nearest_min_m.unwrap() - 0.15).abs() < 1e-12);
         assert!((d.nearest_mean_m.unwrap() - 0.15).abs() < 1e-12);
         assert_eq!(d.reward, [0.5; 3]);

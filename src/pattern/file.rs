@@ -1,7 +1,8 @@
 //! The pattern file: CSV with a header, one item a line.
 
 use super::item::{Item, Pattern};
-use crate::error::{Error, Result, known_names, shown};
+use crate::csv_file::CsvFile;
+use crate::error::{Error, Result, known_names, nearest, shown};
 use std::path::Path;
 
 const REQUIRED: [&str; 3] = ["id", "x", "y"];
@@ -16,119 +17,102 @@ const COLUMNS: [&str; 8] = [
     "class",
 ];
 
+/// A pattern, and what of its file was not used.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Loaded {
+    /// The pattern.
+    pub pattern: Pattern,
+    /// Columns that mean nothing here, by name.
+    pub ignored: Vec<String>,
+}
+
+impl Loaded {
+    /// For provenance: `hash 0123456789abcdef, column timestamp ignored`.
+    pub fn describe(&self) -> String {
+        let hash = crate::files::fingerprint(to_csv(&self.pattern));
+        match self.ignored.as_slice() {
+            [] => format!("hash {hash}"),
+            [one] => format!("hash {hash}, column {one} ignored"),
+            more => format!("hash {hash}, columns {} ignored", more.join(", ")),
+        }
+    }
+}
+
 /// Reads a pattern file.
 ///
 /// # Errors
 /// A file that cannot be read, or whatever [`parse`] finds.
-pub fn load(path: &Path) -> Result<Pattern> {
-    parse(&crate::files::read_text(path)?, &path.display().to_string())
+pub fn load(path: &Path) -> Result<Loaded> {
+    read(&crate::files::read_text(path)?, &path.display().to_string())
 }
 
-/// Parses a pattern file; `name` is how messages call it. Line ends may be Unix's or
-/// Windows', a byte order mark is passed over.
+/// The pattern that `text` holds, as [`read`] reads it.
 ///
 /// # Errors
 /// Whatever is wrong, with its line and column, the value found and the cure.
 pub fn parse(text: &str, name: &str) -> Result<Pattern> {
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let mut records = Records::new(text, name);
-    let mut header = csv::StringRecord::new();
-    let line = records.next(&mut header)?.unwrap_or(1);
-    let columns = read_header(&header, name, line)?;
+    Ok(read(text, name)?.pattern)
+}
+
+/// Reads the text of a pattern file as [`CsvFile`] reads CSV; `name` is how messages call
+/// it. Columns are known by their names in any case. `x` and `y` may carry their unit,
+/// `x_mm` or `x [cm]`. Columns of other names are ignored.
+///
+/// # Errors
+/// Whatever is wrong, with its line and column, the value found and the cure. A column
+/// whose name is nearly that of a known one is wrong.
+pub fn read(text: &str, name: &str) -> Result<Loaded> {
+    let mut file = CsvFile::new(text, name);
+    let (header, line) = file.header()?;
+    let (columns, ignored) = read_header(&header, name, line)?;
+    let [x, y] = [1, 2].map(|column| columns[column].map_or(0, |(place, _)| place));
+    let is_item = |file: &mut CsvFile, fields: &[&str]| {
+        [x, y]
+            .iter()
+            .all(|&place| file.number(fields[place]).is_some())
+    };
+    if let Some((line, row)) = file.commented_row(is_item) {
+        return Err(Error::input(
+            format!("{name}:{line}"),
+            format!("`{}` is a comment that looks like an item", shown(row)),
+            "put the id that starts with # into quotes, or remove the line",
+        ));
+    }
     let mut items = Vec::new();
     let mut lines = Vec::new();
     let mut record = csv::StringRecord::new();
-    while let Some(line) = records.next(&mut record)? {
-        if record.len() != header.len() {
-            let fields: Vec<&str> = record.iter().collect();
-            return Err(Error::input(
-                format!("{name}:{line}"),
-                format!(
-                    "{} fields where the header has {}: `{}`",
-                    record.len(),
-                    header.len(),
-                    shown(&fields.join(","))
-                ),
-                "give every line one field per column of the header",
-            ));
-        }
-        items.push(read_item(&record, &columns, name, line)?);
+    while let Some(line) = file.next(&mut record)? {
+        items.push(read_item(&mut file, &record, &columns, name, line)?);
         lines.push(line);
     }
-    Pattern::checked(items, name, &|i| format!("{name}:{}", lines[i]))
+    let pattern = Pattern::checked(items, name, &|i| format!("{name}:{}", lines[i]))?;
+    Ok(Loaded { pattern, ignored })
 }
 
-/// The records of a file, each with the line it stands on. The csv crate knows a line
-/// only up to blank lines and Windows' line ends before it.
-struct Records<'a> {
-    reader: csv::Reader<&'a [u8]>,
-    name: &'a str,
-    bytes: &'a [u8],
-    /// First byte that is not counted into `line` yet.
-    counted: usize,
+/// For each known column, its place in this file and the metres in its unit.
+type Columns = [Option<(usize, f64)>; COLUMNS.len()];
+
+/// The known column that is called `name`, and the metres in its unit.
+fn known_column(name: &str) -> Option<(usize, f64)> {
+    if let Some(known) = COLUMNS.iter().position(|&column| column == name) {
+        return Some((known, 1.0));
+    }
+    let (column, unit) = name.split_once(['_', ' ', '[', '('])?;
+    let known = ["x", "y"].iter().position(|&c| c == column.trim())?;
+    let metres = match unit.trim_matches([' ', '[', ']', '(', ')']) {
+        "m" => 1.0,
+        "cm" => 0.01,
+        "mm" => 0.001,
+        _ => return None,
+    };
+    Some((known + 1, metres))
+}
+
+fn read_header(
+    header: &csv::StringRecord,
+    name: &str,
     line: usize,
-}
-
-impl<'a> Records<'a> {
-    fn new(text: &'a str, name: &'a str) -> Self {
-        Self {
-            reader: csv::ReaderBuilder::new()
-                .has_headers(false)
-                .flexible(true)
-                .from_reader(text.as_bytes()),
-            name,
-            bytes: text.as_bytes(),
-            counted: 0,
-            line: 1,
-        }
-    }
-
-    /// Reads the next record, trimmed, and returns its line; none at the end.
-    fn next(&mut self, record: &mut csv::StringRecord) -> Result<Option<usize>> {
-        let more = self.reader.read_record(record).map_err(|error| {
-            Error::input(
-                format!("{}:{}", self.name, self.line),
-                format!("not valid CSV: {error}"),
-                "give every line one field per column of the header",
-            )
-        })?;
-        if !more {
-            return Ok(None);
-        }
-        let start = record.position().map_or(0, csv::Position::byte);
-        let line = self.line_at(start as usize);
-        // Else a quote that is never closed would swallow all items after it.
-        if let Some(field) = record.iter().find(|field| field.contains(['\n', '\r'])) {
-            return Err(Error::input(
-                format!("{}:{line}", self.name),
-                format!("the field `{}` goes on past the line's end", shown(field)),
-                "close its quote: an item stands on one line",
-            ));
-        }
-        record.trim();
-        Ok(Some(line))
-    }
-
-    /// The line of the record that is read from byte `start` on.
-    fn line_at(&mut self, start: usize) -> usize {
-        while let Some(&byte) = self.bytes.get(self.counted) {
-            let ends_line = byte == b'\n' || byte == b'\r';
-            if self.counted >= start && !ends_line {
-                break;
-            }
-            // Windows' two characters end one line.
-            let in_pair = byte == b'\r' && self.bytes.get(self.counted + 1) == Some(&b'\n');
-            self.line += usize::from(ends_line && !in_pair);
-            self.counted += 1;
-        }
-        self.line
-    }
-}
-
-/// For each known column, its place in this file.
-type Columns = [Option<usize>; COLUMNS.len()];
-
-fn read_header(header: &csv::StringRecord, name: &str, line: usize) -> Result<Columns> {
+) -> Result<(Columns, Vec<String>)> {
     let mut columns = Columns::default();
     if header.is_empty() {
         return Err(Error::input(
@@ -137,35 +121,56 @@ fn read_header(header: &csv::StringRecord, name: &str, line: usize) -> Result<Co
             "start it with the header `id,x,y`; `pickline pattern generate` writes one",
         ));
     }
+    let wrong = |place: usize, problem: String, cure: String| {
+        Error::input(
+            format!("{name}:{line}: column {}", place + 1),
+            problem,
+            cure,
+        )
+    };
+    let mut ignored = Vec::new();
     for (place, column) in header.iter().enumerate() {
-        let Some(known) = COLUMNS.iter().position(|&c| c == column) else {
-            return Err(Error::input(
-                format!("{name}:{line}: column {}", place + 1),
-                format!("unknown column `{}`", shown(column)),
-                known_names(column, &COLUMNS),
-            ));
+        let Some((known, metres)) = known_column(column) else {
+            // One letter is near to `x` and `y` whatever it is.
+            let meant = nearest(column, COLUMNS).filter(|_| column.chars().count() > 1);
+            if meant.is_some() {
+                let problem = format!("unknown column `{}`", shown(column));
+                return Err(wrong(place, problem, known_names(column, &COLUMNS)));
+            }
+            ignored.push((place, shown(column)));
+            continue;
         };
-        if columns[known].replace(place).is_some() {
-            return Err(Error::input(
-                format!("{name}:{line}: column {}", place + 1),
-                format!("the column `{column}` is there twice"),
-                "keep one of them",
+        if columns[known].replace((place, metres)).is_some() {
+            return Err(wrong(
+                place,
+                format!("the column `{}` is there twice", COLUMNS[known]),
+                "keep one of them".into(),
             ));
         }
     }
     for (known, column) in REQUIRED.iter().enumerate() {
         if columns[known].is_none() {
-            return Err(Error::input(
-                format!("{name}:{line}"),
-                format!("the column `{column}` is missing"),
-                "the header needs id, x [m] and y [m]",
-            ));
+            let cure = "the header needs id, x [m] and y [m]";
+            // Of a file of something else, the first name says most.
+            return Err(match ignored.first() {
+                Some((place, other)) if columns.iter().all(Option::is_none) => wrong(
+                    *place,
+                    format!("unknown column `{other}`"),
+                    format!("{cure}; known: {}", COLUMNS.join(", ")),
+                ),
+                _ => Error::input(
+                    format!("{name}:{line}"),
+                    format!("the column `{column}` is missing"),
+                    cure,
+                ),
+            });
         }
     }
-    Ok(columns)
+    Ok((columns, ignored.into_iter().map(|(_, name)| name).collect()))
 }
 
 fn read_item(
+    file: &mut CsvFile,
     record: &csv::StringRecord,
     columns: &Columns,
     name: &str,
@@ -173,28 +178,29 @@ fn read_item(
 ) -> Result<Item> {
     let field = |column: usize| {
         columns[column]
-            .and_then(|place| record.get(place))
+            .and_then(|(place, _)| record.get(place))
             .unwrap_or("")
     };
-    let optional = |column: usize| -> Result<Option<f64>> {
+    let mut optional = |column: usize| -> Result<Option<f64>> {
         let text = field(column);
         if text.is_empty() {
             return Ok(None);
         }
-        // `nan` and `inf` are numbers that the item refuses; 1e400 is neither infinite
-        // nor a number that can be worked with.
-        let fits = |n: &f64| n.is_finite() || !text.contains(|c: char| c.is_ascii_digit());
-        match text.parse().ok().filter(fits) {
-            Some(number) => Ok(Some(number)),
+        match file.number(text) {
+            // Not even by 1: a metre stays the number that was written.
+            Some(number) => Ok(Some(match columns[column] {
+                Some((_, metres)) if metres != 1.0 => number * metres,
+                _ => number,
+            })),
             None => Err(Error::input(
                 format!("{name}:{line}: {}", COLUMNS[column]),
                 format!("`{}` is not a number", shown(text)),
-                "write it with a decimal point and no unit, for example -0.15",
+                file.number_cure(),
             )),
         }
     };
-    let number = |column: usize| -> Result<f64> {
-        optional(column)?.ok_or_else(|| {
+    let required = |column: usize, value: Option<f64>| {
+        value.ok_or_else(|| {
             Error::input(
                 format!("{name}:{line}: {}", COLUMNS[column]),
                 "the field is empty",
@@ -204,8 +210,8 @@ fn read_item(
     };
     Ok(Item {
         id: field(0).to_owned(),
-        x0: number(1)?,
-        y: number(2)?,
+        x0: required(1, optional(1)?)?,
+        y: required(2, optional(2)?)?,
         area_cm2: optional(3)?,
         p_detection: optional(4)?,
         p_grasp: optional(5)?,

@@ -1,5 +1,6 @@
 //! The grid pattern.
 
+use super::feed::numbered;
 use super::item::{Item, LARGEST, MOST_ITEMS, Pattern};
 use crate::error::{Error, Result, shown_number};
 
@@ -27,6 +28,25 @@ pub fn grid(width: f64, spacing: f64, count: usize) -> Result<Pattern> {
         })
         .collect();
     Pattern::new(items)
+}
+
+/// `count` items of `density` [1/m] in columns over the whole width [m], the first at
+/// x0 = 0. With as many rows as a square lattice of that density would have; the distance
+/// between columns then gives the density exactly, which a square lattice could not.
+pub(super) fn lattice(width: f64, density: f64, count: usize) -> Result<Pattern> {
+    // r rows at W / (r - 1) in columns as far apart: r (r - 1) / W items a metre.
+    let rows = (0.5 + (0.25 + density * width).sqrt()).round().max(1.0) as usize;
+    let between_columns = rows as f64 / density;
+    let between_rows = width / (rows.max(2) - 1) as f64;
+    let middle = (rows - 1) as f64 / 2.0;
+    let item = |i: usize| {
+        let (column, row) = (i / rows, i % rows);
+        (
+            -(column as f64) * between_columns,
+            (row as f64 - middle) * between_rows,
+        )
+    };
+    numbered((0..count).map(item).collect())
 }
 
 /// Spacing and radius alike must be a length that a belt can hold.

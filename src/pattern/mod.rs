@@ -1,17 +1,22 @@
 //! Patterns: the items on the belt, generated or recorded.
 
 mod attributes;
+mod clustered;
 mod describe;
+mod feed;
 mod file;
+mod gaps;
 mod grid;
 mod item;
 pub mod mot;
 mod poisson;
+mod profile;
 mod set;
 
 pub use attributes::{Attributes, Distribution};
 pub use describe::{Description, describe};
-pub use file::{load, parse, to_csv};
+pub use feed::{FEEDS, Feed, FeedShape, Feeder};
+pub use file::{Loaded, load, parse, read, to_csv};
 pub use grid::grid;
 pub use item::{Item, Pattern, sigmoid};
 pub use poisson::poisson_disk;

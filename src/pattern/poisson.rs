@@ -23,6 +23,9 @@ const DARTS: usize = 4;
 /// How often they are quartered: what is left then is smaller than a hundredth of
 /// the radius, for the corners to settle.
 const QUARTERINGS: usize = 8;
+/// Items per square radius of a wide belt, and per radius of a narrow one.
+const PER_SQUARE_RADIUS: f64 = 0.6965;
+const PER_RADIUS: f64 = 0.7476;
 /// Items keep this much more than the radius, so that shifting the whole pattern
 /// cannot round a distance to below it.
 const MARGIN: f64 = 1.0 + 1e-9;
@@ -76,6 +79,18 @@ pub fn poisson_disk(
         .map(|(i, p)| Item::at((i + 1).to_string(), p[0] - first, p[1] - width / 2.0))
         .collect();
     Pattern::new(items)
+}
+
+/// The radius [m] at which [`poisson_disk`] has about `density` items per metre of a belt
+/// of `width` [m]. A maximal sample has `A W / r^2 + B / r` items per metre: A is the
+/// density of the plane in items per square radius, B that of a line of items r apart at
+/// least (Renyi's parking constant), which is what a narrow belt holds. The random
+/// sequential packing of discs covers 0.547 of the plane (Feder, "Random sequential
+/// adsorption", Journal of Theoretical Biology 87, 1980, DOI
+/// 10.1016/0022-5193(80)90358-6), so A = 0.547 4 / pi.
+pub(super) fn radius_of(width: f64, density: f64) -> f64 {
+    let line = PER_RADIUS;
+    (line + (line * line + 4.0 * density * PER_SQUARE_RADIUS * width).sqrt()) / (2.0 * density)
 }
 
 type Point = [f64; 2];

@@ -1,13 +1,16 @@
 //! Sets of patterns: what a strategy is judged on.
 
 use super::attributes::Attributes;
+use super::feed::{FEEDS, Feed, FeedShape, Feeder, check_flow};
 use super::grid::{check_count, grid};
 use super::item::{MOST_ITEMS, Pattern};
 use super::poisson::poisson_disk;
 use super::random_stream;
 use crate::error::{Error, Result, known_names, shown, shown_number};
+use crate::station::Belt;
 use rand::RngExt;
 use rayon::prelude::*;
+use std::collections::BTreeSet;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -28,13 +31,25 @@ pub enum PatternSource {
     Grid(f64),
     /// `poisson:R[:N]`: N Poisson disk patterns of radius R [m].
     Poisson(f64, usize),
+    /// `FEED[:F/min][:N]`: N patterns of a feed of flow F [1/min]; one of a grid.
+    Feed {
+        /// How the items arrive.
+        feed: Feed,
+        /// How many a minute; none where `--flow` says it, or a profile.
+        flow: Option<f64>,
+        /// How many patterns.
+        count: usize,
+    },
     /// A pattern file, or a folder of them.
     Files(PathBuf),
 }
 
-/// How every source is written, for help texts and messages.
-const FORMS: &str =
-    "balanced[:N], grid:SPACING, poisson:RADIUS[:N], a CSV file or a folder of them";
+/// How every source is written, for messages; the help of `--patterns` says the same.
+const FORMS: &str = "balanced[:N], grid:SPACING, poisson:RADIUS[:N], a CSV file or a folder of \
+     them; or by flow FEED[:F/min][:N], FEED being grid, poisson, random, clustered, gaps or \
+     profile:FILE";
+/// What ends a flow in the form of a source.
+const PER_MINUTE: &str = "/min";
 
 impl FromStr for PatternSource {
     type Err = Error;
@@ -56,7 +71,47 @@ impl FromStr for PatternSource {
                 .filter(|&n: &usize| (1..=1_000_000).contains(&n))
                 .ok_or_else(|| wrong(format!("`{}` is not a count", shown(part)), forms()))
         };
+        let flow = |part: &str| {
+            let number = part.strip_suffix(PER_MINUTE).map(str::parse);
+            let flow = number
+                .and_then(|n| n.ok())
+                .filter(|&f| check_flow(f).is_ok());
+            flow.ok_or_else(|| wrong(format!("`{}` is not a flow", shown(part)), forms()))
+        };
         let parts: Vec<&str> = text.split(':').collect();
+        if let ["profile", file @ ..] = parts.as_slice() {
+            let (file, count) = match file {
+                [file @ .., last] if !file.is_empty() && last.parse::<u64>().is_ok() => {
+                    (file, count(last)?)
+                }
+                _ => (file, BALANCED_EACH),
+            };
+            let (file, flow) = match file {
+                [file @ .., last] if !file.is_empty() && last.ends_with(PER_MINUTE) => {
+                    (file, Some(flow(last)?))
+                }
+                _ => (file, None),
+            };
+            if file.iter().all(|part| part.is_empty()) {
+                return Err(wrong("profile needs a file".into(), forms()));
+            }
+            let feed = Feed::Profile(file.join(":").into());
+            return Ok(Self::Feed { feed, flow, count });
+        }
+        if let [name, rest @ ..] = parts.as_slice()
+            && let Some(feed) = Feed::named(name)
+            && (!has_length(&feed) || rest.first().is_none_or(|p| p.ends_with(PER_MINUTE)))
+        {
+            let usual = if feed.is_random() { BALANCED_EACH } else { 1 };
+            let (flow, count) = match rest {
+                [] => (None, usual),
+                [f] if f.ends_with(PER_MINUTE) => (Some(flow(f)?), usual),
+                [n] if feed.is_random() => (None, count(n)?),
+                [f, n] if feed.is_random() => (Some(flow(f)?), count(n)?),
+                _ => return Err(wrong(format!("too many parts for {name}"), forms())),
+            };
+            return Ok(Self::Feed { feed, flow, count });
+        }
         match parts.as_slice() {
             ["balanced"] => Ok(Self::Balanced(BALANCED_EACH)),
             ["balanced", n] => Ok(Self::Balanced(count(n)?)),
@@ -64,15 +119,13 @@ impl FromStr for PatternSource {
             ["poisson", r] => Ok(Self::Poisson(length(r)?, BALANCED_EACH)),
             ["poisson", r, n] => Ok(Self::Poisson(length(r)?, count(n)?)),
             _ if Path::new(text).exists() => Ok(Self::Files(text.into())),
-            [name @ ("grid" | "poisson")] => Err(wrong(format!("{name} needs a length"), forms())),
-            [name, ..] => Err(wrong(
-                "neither a kind of pattern nor an existing file or folder".into(),
-                format!(
-                    "{}; {}",
-                    forms(),
-                    known_names(name, &["balanced", "grid", "poisson"])
-                ),
-            )),
+            [name, ..] => {
+                let known: Vec<&str> = FEEDS.iter().map(|f| f.0).chain(["balanced"]).collect();
+                Err(wrong(
+                    "neither a kind of pattern nor an existing file or folder".into(),
+                    format!("{}; {}", forms(), known_names(name, &known)),
+                ))
+            }
             [] => Err(wrong("empty".into(), forms())),
         }
     }
@@ -84,9 +137,24 @@ impl fmt::Display for PatternSource {
             Self::Balanced(n) => write!(f, "balanced:{n}"),
             Self::Grid(s) => write!(f, "grid:{}", shown_number(*s)),
             Self::Poisson(r, n) => write!(f, "poisson:{}:{n}", shown_number(*r)),
+            Self::Feed { feed, flow, count } => {
+                write!(f, "{feed}")?;
+                if let Some(flow) = flow {
+                    write!(f, ":{}{PER_MINUTE}", shown_number(*flow))?;
+                }
+                if feed.is_random() {
+                    write!(f, ":{count}")?;
+                }
+                Ok(())
+            }
             Self::Files(path) => write!(f, "{}", path.display()),
         }
     }
+}
+
+/// Whether a feed's name is also that of a pattern made by a length.
+fn has_length(feed: &Feed) -> bool {
+    matches!(feed, Feed::Grid | Feed::PoissonDisk)
 }
 
 /// Patterns with a label each, and how they were made.
@@ -103,10 +171,12 @@ pub struct PatternSet {
 /// What generated patterns have in common.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Recipe {
-    /// Belt width [m].
-    pub width: f64,
-    /// Items a pattern.
+    /// The belt: its width, and for feeds the speed at which their flow is meant.
+    pub belt: Belt,
+    /// Items a pattern; of a profile at most so many.
     pub items: usize,
+    /// What shapes feeds besides their flow.
+    pub shape: FeedShape,
     /// What the items carry.
     pub attributes: Attributes,
     /// Master seed.
@@ -121,8 +191,62 @@ impl PatternSource {
     pub fn files(&self) -> Result<Vec<PathBuf>> {
         match self {
             Self::Files(path) => files_of(path),
+            Self::Feed { feed, .. } => Ok(feed.file().map(Path::to_owned).into_iter().collect()),
             _ => Ok(Vec::new()),
         }
+    }
+
+    /// The feed that makes it.
+    pub fn feed(&self) -> Option<&Feed> {
+        match self {
+            Self::Feed { feed, .. } => Some(feed),
+            _ => None,
+        }
+    }
+
+    /// The source with the flow [1/min] that `--flow` gives. `poisson:N` then means N
+    /// patterns, as it does for the other feeds.
+    ///
+    /// # Errors
+    /// A flow that is none, a source that has one already or can have none.
+    pub fn with_flow(self, flow: Option<f64>) -> Result<Self> {
+        let Some(flow) = flow else { return Ok(self) };
+        let flow = Some(check_flow(flow)?);
+        let refused = |problem: String, cure: &str| Err(Error::input("--flow", problem, cure));
+        match self {
+            Self::Feed {
+                feed,
+                flow: None,
+                count,
+            } => Ok(Self::Feed { feed, flow, count }),
+            Self::Poisson(n, BALANCED_EACH) if n.fract() == 0.0 => Ok(Self::Feed {
+                feed: Feed::PoissonDisk,
+                flow,
+                count: n as usize,
+            }),
+            Self::Feed { .. } => refused(
+                format!("--patterns {self} has a flow already"),
+                "give one of the two",
+            ),
+            Self::Grid(_) | Self::Poisson(..) => refused(
+                format!("--patterns {self} has a flow already, by its distance between items"),
+                "leave --flow out, or write grid or poisson[:N] without the distance",
+            ),
+            Self::Balanced(_) => refused(
+                "the balanced set covers a range of flows".into(),
+                "leave it out, or choose one feed, for example --patterns random:100",
+            ),
+            Self::Files(_) => refused(
+                "has no meaning for recorded patterns".into(),
+                "leave it out; recorded patterns hold their own items",
+            ),
+        }
+    }
+
+    /// How many items a pattern has: `given`, else `usual`, else what a profile brings.
+    pub fn items(&self, given: Option<usize>, usual: usize) -> usize {
+        let whole = matches!(self, Self::Feed { feed, .. } if feed.file().is_some());
+        given.unwrap_or(if whole { MOST_ITEMS } else { usual })
     }
 
     /// The set this source stands for. The same recipe makes the same set.
@@ -135,12 +259,7 @@ impl PatternSource {
             labels: Vec::new(),
             patterns: Vec::new(),
         };
-        let made = format!(
-            "{} items a pattern, {}, seed {}",
-            recipe.items,
-            recipe.attributes.describe(),
-            recipe.seed
-        );
+        let made = recipe.describe();
         match self {
             Self::Balanced(n) => {
                 let (low, high) = BALANCED_RANGE;
@@ -165,6 +284,18 @@ impl PatternSource {
                 set.draw(recipe, vec![Draw::Poisson(*radius); *n], self)?;
                 set.description = format!("{n} Poisson disk patterns of {radius} m, {made}");
             }
+            Self::Feed { feed, flow, count } => {
+                let feeder = Feeder::new(feed, *flow, &recipe.belt, recipe.shape)
+                    .map_err(|error| error.inside(&self.flag()))?;
+                let expected = *count as f64 * feeder.expected_items(recipe.items);
+                self.check_items(recipe, *count as f64, expected, &self.flag())?;
+                set.draw(recipe, vec![Draw::Feed(&feeder); *count], self)?;
+                set.description = format!(
+                    "{count} pattern(s) of the feed {feed}, {} items/min at {} m/s, {made}",
+                    shown_number(feeder.flow()),
+                    shown_number(recipe.belt.speed),
+                );
+            }
             Self::Files(path) => set.add_files(path)?,
         }
         Ok(set)
@@ -172,8 +303,13 @@ impl PatternSource {
 
     /// Refuses what would not fit into memory with comfort, before it is made.
     fn check_size(&self, recipe: &Recipe, patterns: f64, flag: &str) -> Result<()> {
+        self.check_items(recipe, patterns, patterns * recipe.items as f64, flag)
+    }
+
+    /// The same for patterns of `items` in all.
+    fn check_items(&self, recipe: &Recipe, patterns: f64, items: f64, flag: &str) -> Result<()> {
         check_count(recipe.items).map_err(|error| error.at("--items"))?;
-        if patterns * recipe.items as f64 <= MOST_ITEMS as f64 {
+        if items <= MOST_ITEMS as f64 {
             return Ok(());
         }
         Err(Error::input(
@@ -212,10 +348,8 @@ impl PatternSource {
                 let mut set = PatternSet {
                     description: format!(
                         "{count} fresh patterns, grid and Poisson disk in turn, spacing and \
-                         radius at random over [{low}, {high}] m, {} items a pattern, {}, seed {}",
-                        recipe.items,
-                        recipe.attributes.describe(),
-                        recipe.seed
+                         radius at random over [{low}, {high}] m, {}",
+                        recipe.describe()
                     ),
                     labels: Vec::new(),
                     patterns: Vec::new(),
@@ -234,16 +368,36 @@ impl PatternSource {
                 Ok(Some(set))
             }
             Self::Poisson(radius, _) => Self::Poisson(*radius, count).build(recipe).map(Some),
-            Self::Grid(_) | Self::Files(_) => Ok(None),
+            Self::Feed { feed, flow, .. } if feed.is_random() => {
+                let (feed, flow) = (feed.clone(), *flow);
+                Self::Feed { feed, flow, count }.build(recipe).map(Some)
+            }
+            Self::Grid(_) | Self::Feed { .. } | Self::Files(_) => Ok(None),
         }
+    }
+}
+
+impl Recipe {
+    /// For provenance: what does not depend on the source.
+    fn describe(&self) -> String {
+        let items = match self.items {
+            MOST_ITEMS => "every item of the profile".to_owned(),
+            items => format!("{items} items a pattern"),
+        };
+        format!(
+            "{items}, {}, seed {}",
+            self.attributes.describe(),
+            self.seed
+        )
     }
 }
 
 /// A generated pattern that is to be drawn, with its spacing or radius [m].
 #[derive(Debug, Clone, Copy)]
-enum Draw {
+enum Draw<'a> {
     Grid(f64),
     Poisson(f64),
+    Feed(&'a Feeder),
 }
 
 impl PatternSet {
@@ -252,8 +406,11 @@ impl PatternSet {
         let draw = |(place, draw): (usize, &Draw)| {
             let mut rng = random_stream(recipe.seed, place as u64);
             let pattern = match *draw {
-                Draw::Grid(spacing) => grid(recipe.width, spacing, recipe.items),
-                Draw::Poisson(radius) => poisson_disk(recipe.width, radius, recipe.items, &mut rng),
+                Draw::Grid(spacing) => grid(recipe.belt.width, spacing, recipe.items),
+                Draw::Poisson(radius) => {
+                    poisson_disk(recipe.belt.width, radius, recipe.items, &mut rng)
+                }
+                Draw::Feed(feeder) => feeder.draw(recipe.items, &mut rng),
             };
             let pattern = pattern.map_err(|error| error.at(&source.flag()))?;
             recipe.attributes.apply(pattern, &mut rng)
@@ -263,6 +420,7 @@ impl PatternSet {
         let label = |(place, draw): (usize, &Draw)| match draw {
             Draw::Grid(spacing) => format!("grid s={spacing:.4}"),
             Draw::Poisson(radius) => format!("poisson r={radius:.4} #{}", place + 1),
+            Draw::Feed(feeder) => feeder.label(place),
         };
         self.labels = draws.iter().enumerate().map(label).collect();
         Ok(())
@@ -277,8 +435,11 @@ impl PatternSet {
                 "put pattern files into it, or name one file",
             ));
         }
+        let mut ignored = BTreeSet::new();
         for file in &files {
-            self.patterns.push(super::file::load(file)?);
+            let loaded = super::file::load(file)?;
+            self.patterns.push(loaded.pattern);
+            ignored.extend(loaded.ignored);
             let name = file.file_name().unwrap_or_default().to_string_lossy();
             self.labels.push(name.into_owned());
         }
@@ -289,6 +450,11 @@ impl PatternSet {
             path.display(),
             crate::files::fingerprint(&all)
         );
+        if !ignored.is_empty() {
+            let names: Vec<String> = ignored.into_iter().collect();
+            self.description
+                .push_str(&format!(", columns ignored: {}", names.join(", ")));
+        }
         Ok(())
     }
 }
@@ -318,8 +484,18 @@ mod tests {
     use super::*;
 
     const RECIPE: Recipe = Recipe {
-        width: 1.05,
+        belt: Belt {
+            speed: 0.05,
+            length: 4.2,
+            width: 1.05,
+        },
         items: 20,
+        shape: FeedShape {
+            cluster_size: 5.0,
+            cluster_spread: 0.1,
+            gap_length: 1.0,
+            gap_share: 0.3,
+        },
         attributes: Attributes {
             area_cm2: None,
             p_detection: None,
@@ -377,13 +553,31 @@ mod tests {
 
     #[test]
     fn sources_are_read_and_shown() {
-        for text in ["balanced:3", "grid:0.15", "poisson:0.2:7"] {
+        for text in [
+            "balanced:3",
+            "grid:0.15",
+            "poisson:0.2:7",
+            "grid",
+            "grid:600/min",
+            "poisson:600/min:7",
+            "random:7",
+            "random:600/min:7",
+            "clustered:0.5/min:1",
+            "gaps:120",
+            "profile:a/b.csv:7",
+            "profile:c:/b.csv:60/min:7",
+        ] {
             assert_eq!(text.parse::<PatternSource>().unwrap().to_string(), text);
         }
         for bad in [
             "",
             "balanced:0",
-            "grid",
+            "grid:600/min:7",
+            "random:0.2",
+            "random:600:7",
+            "random:0/min",
+            "profile",
+            "profile:",
             "grid:-1",
             "gird:0.1",
             "no-such.csv",

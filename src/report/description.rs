@@ -2,10 +2,35 @@
 
 use super::table::{Table, fixed};
 use crate::pattern::Description;
+use serde::Serialize;
 
-/// The figures of a pattern, with the items per minute that it brings at
-/// `belt_speed` [m/s].
-pub fn description_table(d: &Description, belt_speed: f64) -> Table {
+/// The figures of a pattern, and of its flow where the belt's speed is known.
+#[derive(Debug, Clone, Serialize)]
+pub struct DescriptionReport {
+    /// What needs no belt.
+    #[serde(flatten)]
+    pub pattern: Description,
+    /// The belt's speed [m/s].
+    pub belt_speed: Option<f64>,
+    /// Items that pass a place in a minute at that speed [1/min].
+    pub flow_per_min: Option<f64>,
+}
+
+impl DescriptionReport {
+    /// The figures of `pattern` on a belt of this speed [m/s], if it is known.
+    pub fn new(pattern: Description, belt_speed: Option<f64>) -> Self {
+        let flow = |speed: f64| Some(60.0 * pattern.items_per_m? * speed);
+        Self {
+            flow_per_min: belt_speed.and_then(flow),
+            belt_speed,
+            pattern,
+        }
+    }
+}
+
+/// The figures as a table.
+pub fn description_table(report: &DescriptionReport) -> Table {
+    let d = &report.pattern;
     let optional = |value: Option<f64>| value.map_or("-".into(), |v| fixed(v, 4));
     let mut table = Table::new(&["<figure", "value", "<unit"]);
     table.row(["items".to_owned(), d.items.to_string(), String::new()]);
@@ -33,11 +58,13 @@ pub fn description_table(d: &Description, belt_speed: f64) -> Table {
         optional(d.items_per_m),
         "items/m".to_owned(),
     ]);
-    table.row([
-        format!("arrival at {belt_speed} m/s"),
-        optional(d.items_per_m.map(|density| 60.0 * density * belt_speed)),
-        "items/min".into(),
-    ]);
+    if let Some(speed) = report.belt_speed {
+        table.row([
+            format!("flow at {speed} m/s"),
+            optional(report.flow_per_min),
+            "items/min".into(),
+        ]);
+    }
     table.row([
         "nearest neighbour, least".into(),
         optional(d.nearest_min_m),

@@ -27,7 +27,7 @@ pub use charts::curve_chart;
 pub use charts::{COMPARISON_CHARTS, ChartKind, OPTIMUM_CHARTS, SWEEP_CHARTS};
 pub use comparison::ComparisonReport;
 pub use dashboard::{DASHBOARD_PAGE, dashboard_line, dashboard_script, dashboard_style};
-pub use description::description_table;
+pub use description::{DescriptionReport, description_table};
 pub use game::GameReport;
 pub use nfg::nfg_text;
 pub use optimum::{OptimumReport, ValidationReport};

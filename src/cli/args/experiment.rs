@@ -1,6 +1,6 @@
 //! What `pickline compare` and `pickline sweep` are given.
 
-use super::{Common, ConditionArgs, Pictures, StationChoice, strategy_help};
+use super::{Common, ConditionArgs, FeedArgs, Pictures, StationChoice, strategy_help};
 use clap::Args;
 
 /// What stands before and behind the forms of a strategy.
@@ -31,7 +31,13 @@ A case file is TOML, one [[case]] each:
   [[case]]
   name = \"dense\"
   poisson = 0.12        # radius [m]; or grid = SPACING, or pattern = \"FILE.csv\"
-  items = 150")]
+  items = 150
+or, by flow:
+  [[case]]
+  name = \"random\"
+  feed = \"random\"       # or grid, poisson, clustered, gaps; or profile = \"FILE.csv\"
+  flow = 60             # [items/min] at the station's belt speed; a profile needs none
+  items = 150           # a profile needs none")]
 pub struct CompareArgs {
     #[command(flatten)]
     pub station: StationChoice,
@@ -103,6 +109,7 @@ Examples:
   pickline sweep
   pickline sweep --patterns poisson:0.15:100 --items 150 --strategy SPT,SPT --out results/
   pickline sweep --sweep robots --patterns balanced:20 --items 150
+  pickline sweep --sweep robots --patterns random:20 --flow 80 --items 300
   pickline sweep --patterns poisson:0.15:100 --html sweep.html --svg limits.svg --chart limits
 
 Charts for --chart: picked (the main one), the picked share over the sweep with the
@@ -130,9 +137,11 @@ pub struct SweepArgs {
     /// Patterns, written as for optimize
     #[arg(long, value_name = "SET", default_value = "grid:0.15")]
     pub patterns: String,
-    /// Items in each generated pattern [default: 50]
+    /// Items in each generated pattern [default: 50; of a profile all]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub items: Option<usize>,
+    #[command(flatten)]
+    pub feed: FeedArgs,
     #[arg(long, value_name = "STRATEGY", help = strategy_help(FURTHER, AGAIN))]
     pub strategy: Vec<String>,
     /// With greedy GT, the assignment of the highest picking rate at every value

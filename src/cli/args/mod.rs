@@ -169,17 +169,44 @@ pub struct AttributeArgs {
     pub p_grasp: Option<String>,
 }
 
+/// Flow and shape of generated feeds.
+#[derive(Debug, Clone, Default, Args)]
+#[command(next_help_heading = "Feed")]
+pub struct FeedArgs {
+    /// Flow of the feed [items/min] at the station's belt speed; the pattern is fixed in
+    /// space, so at another belt speed it is another
+    #[arg(long, value_name = "F", allow_negative_numbers = true)]
+    pub flow: Option<f64>,
+    /// clustered: mean number of items in a cluster [default: 5]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub cluster_size: Option<f64>,
+    /// clustered: standard deviation of an item's distance from its cluster's centre, along
+    /// and across [m] [default: 0.1]
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    pub cluster_spread: Option<f64>,
+    /// gaps: mean length of an empty stretch of belt [m] [default: 1]
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    pub gap_length: Option<f64>,
+    /// gaps: share of the belt that lies in empty stretches [default: 0.3]
+    #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
+    pub gap_share: Option<f64>,
+}
+
 /// The patterns that assignments are judged on.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Patterns")]
 pub struct PatternSetArgs {
     /// Patterns: balanced[:N] (N grids and N Poisson disk patterns over 0.15 to 0.4 m),
-    /// grid:SPACING, poisson:RADIUS[:N], a CSV file or a folder of them
+    /// grid:SPACING, poisson:RADIUS[:N], a CSV file or a folder of them; with --flow: grid,
+    /// poisson[:N], random[:N], clustered[:N], gaps[:N], profile:FILE[:N] (FILE is CSV:
+    /// time_s,flow_per_min)
     #[arg(long, value_name = "SET", default_value = "balanced:120")]
     pub patterns: String,
-    /// Items in each generated pattern [default: 150]
+    /// Items in each generated pattern [default: 150; of a profile all]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub items: Option<usize>,
+    #[command(flatten)]
+    pub feed: FeedArgs,
     #[command(flatten)]
     pub attributes: AttributeArgs,
 }

@@ -1,6 +1,6 @@
 //! What `pickline pattern` is given.
 
-use super::{AttributeArgs, Format, StationChoice};
+use super::{AttributeArgs, FeedArgs, Format, StationChoice};
 use clap::{Args, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
@@ -21,10 +21,15 @@ pub enum PatternCommand {
     /// Write a generated pattern as CSV
     #[command(after_long_help = "\
 Example:
-  pickline pattern generate poisson --radius 0.2 --count 29 --area lognormal:80,0.5")]
+  pickline pattern generate poisson --radius 0.2 --count 29 --area lognormal:80,0.5
+  pickline pattern generate random --flow 60 --count 300 --output p.csv
+  pickline pattern generate profile --profile shift.csv --output p.csv")]
     Generate(Box<GenerateArgs>),
     /// Print the figures of a pattern
-    #[command(after_long_help = "Example:\n  pickline pattern describe items.csv --format json")]
+    #[command(after_long_help = "\
+Examples:
+  pickline pattern describe items.csv --format json
+  pickline pattern describe items.csv --station my-line.toml")]
     Describe(DescribeArgs),
     /// Turn a recording of another program into a pattern
     #[command(subcommand)]
@@ -36,7 +41,8 @@ impl Default for PatternCommand {
     fn default() -> Self {
         Self::Describe(DescribeArgs {
             file: None,
-            belt_speed: 0.05,
+            station: None,
+            belt_speed: None,
             format: Format::Table,
         })
     }
@@ -48,6 +54,14 @@ pub enum PatternKind {
     Grid,
     /// A maximal Poisson disk sample
     Poisson,
+    /// A Poisson process: items arrive at random and may overlap
+    Random,
+    /// Clusters at random places
+    Clustered,
+    /// Random items with stretches of empty belt
+    Gaps,
+    /// Random items whose flow follows --profile
+    Profile,
 }
 
 #[derive(Debug, Args)]
@@ -55,7 +69,7 @@ pub struct GenerateArgs {
     /// Which kind
     #[arg(value_enum, default_value_t = PatternKind::Grid)]
     pub kind: PatternKind,
-    /// Number of items [default: 50 for a grid, 29 for Poisson disk]
+    /// Number of items [default: 50, of a Poisson disk pattern 29, of a profile all]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub count: Option<usize>,
     /// Grid: spacing [m] [default: 0.15]
@@ -64,6 +78,12 @@ pub struct GenerateArgs {
     /// Poisson disk: least distance between two items [m] [default: 0.2]
     #[arg(long, value_name = "R", allow_negative_numbers = true)]
     pub radius: Option<f64>,
+    /// Profile: CSV with the flow over time, time_s,flow_per_min; straight lines between
+    /// its rows
+    #[arg(long, value_name = "FILE")]
+    pub profile: Option<PathBuf>,
+    #[command(flatten)]
+    pub feed: FeedArgs,
     /// Belt width [m] [default: the station's]
     #[arg(long, value_name = "W", allow_negative_numbers = true)]
     pub width: Option<f64>,
@@ -91,14 +111,12 @@ pub struct GenerateArgs {
 pub struct DescribeArgs {
     /// Pattern file (CSV), `-` for stdin; the grid of 0.15 m with 50 items when not given
     pub file: Option<String>,
-    /// Belt speed [m/s] for the arrival rate
-    #[arg(
-        long,
-        value_name = "V",
-        default_value_t = 0.05,
-        allow_negative_numbers = true
-    )]
-    pub belt_speed: f64,
+    /// Also print the flow, on the belt of this station: file (TOML) or built-in
+    #[arg(long, value_name = "FILE|NAME")]
+    pub station: Option<String>,
+    /// Also print the flow, on a belt of this speed [m/s]
+    #[arg(long, value_name = "V", allow_negative_numbers = true)]
+    pub belt_speed: Option<f64>,
     /// How the figures are printed
     #[arg(long, value_enum, default_value_t = Format::Table)]
     pub format: Format,

@@ -1,0 +1,358 @@
+//! CSV as spreadsheets, notebooks and other programs write it, read so that every error
+//! names the line.
+//!
+//! Fields are separated by commas, semicolons or tabs, whichever the header has most of.
+//! Where commas do not separate, a number may have a decimal comma. A byte order mark, a
+//! first line `sep=;`, lines that start with `#`, rows without any text, separators at a
+//! line's end and Windows' line ends are passed over.
+
+use crate::error::{Error, Result, shown};
+
+/// A number's decimal mark, so that a file with both is not guessed at.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Mark {
+    Point,
+    Comma,
+}
+
+/// The rows of a file, each with the line it stands on.
+pub struct CsvFile<'a> {
+    reader: csv::Reader<&'a [u8]>,
+    name: &'a str,
+    bytes: &'a [u8],
+    separator: char,
+    mark: Option<Mark>,
+    /// First byte that is not counted into `line` yet. The csv crate knows a line only up
+    /// to blank lines and Windows' line ends before it.
+    counted: usize,
+    line: usize,
+    /// How many columns the header has, once it was read.
+    columns: Option<usize>,
+}
+
+impl<'a> CsvFile<'a> {
+    /// Reads `text`; `name` is how messages call it.
+    pub fn new(text: &'a str, name: &'a str) -> Self {
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let mut lines = text.split_inclusive(['\n', '\r']);
+        let first = lines
+            .clone()
+            .find(|line| !line.trim().is_empty() && !line.starts_with('#'))
+            .unwrap_or_default();
+        // A spreadsheet's own way to say what separates.
+        let said = first
+            .trim()
+            .strip_prefix("sep=")
+            .and_then(|rest| rest.chars().next())
+            .filter(|c| SEPARATORS.contains(c));
+        let mut skipped = 0;
+        if said.is_some() {
+            for line in lines.by_ref() {
+                skipped += line.len();
+                if line.trim() == first.trim() {
+                    break;
+                }
+            }
+        }
+        let separator = said.unwrap_or_else(|| separator_of(first));
+        let reader = csv::ReaderBuilder::new()
+            .has_headers(false)
+            .flexible(true)
+            .delimiter(separator as u8)
+            .comment(Some(b'#'))
+            .from_reader(&text.as_bytes()[skipped..]);
+        let mut file = Self {
+            reader,
+            name,
+            bytes: text.as_bytes(),
+            separator,
+            mark: None,
+            counted: 0,
+            line: 1,
+            columns: None,
+        };
+        file.line_at(skipped);
+        file.bytes = &file.bytes[skipped..];
+        file.counted -= skipped;
+        file
+    }
+
+    /// The names of the columns in lower case, and the header's line; no name in a file
+    /// without a row.
+    ///
+    /// # Errors
+    /// A row that is no CSV, a column without a name.
+    pub fn header(&mut self) -> Result<(csv::StringRecord, usize)> {
+        let mut record = csv::StringRecord::new();
+        let line = self.next_row(&mut record)?.unwrap_or(1);
+        trim_end(&mut record, 0);
+        if let Some(place) = record.iter().position(str::is_empty) {
+            return Err(Error::input(
+                format!("{}:{line}: column {}", self.name, place + 1),
+                "the column has no name",
+                "name it, or remove it",
+            ));
+        }
+        self.columns = Some(record.len());
+        let names = record.iter().map(str::to_lowercase).collect();
+        Ok((names, line))
+    }
+
+    /// Reads the next row with some text, trimmed and as long as the header, and returns
+    /// its line; none at the end.
+    ///
+    /// # Errors
+    /// A row that is no CSV, or that has more or fewer fields than the header.
+    pub fn next(&mut self, record: &mut csv::StringRecord) -> Result<Option<usize>> {
+        let columns = self.columns.unwrap_or_default();
+        while let Some(line) = self.next_row(record)? {
+            if record.iter().all(str::is_empty) {
+                continue;
+            }
+            trim_end(record, columns);
+            if record.len() == columns {
+                return Ok(Some(line));
+            }
+            let separator = self.separator.to_string();
+            let fields: Vec<&str> = record.iter().collect();
+            return Err(Error::input(
+                format!("{}:{line}", self.name),
+                format!(
+                    "{} fields where the header has {columns}: `{}`",
+                    record.len(),
+                    shown(&fields.join(&separator))
+                ),
+                "give every line one field per column of the header",
+            ));
+        }
+        Ok(None)
+    }
+
+    fn next_row(&mut self, record: &mut csv::StringRecord) -> Result<Option<usize>> {
+        let more = self.reader.read_record(record).map_err(|error| {
+            Error::input(
+                format!("{}:{}", self.name, self.line),
+                format!("not valid CSV: {error}"),
+                "give every line one field per column of the header",
+            )
+        })?;
+        if !more {
+            return Ok(None);
+        }
+        let start = record.position().map_or(0, csv::Position::byte);
+        let line = self.line_at(start as usize);
+        // Else a quote that is never closed would swallow all rows after it.
+        if let Some(field) = record.iter().find(|field| field.contains(['\n', '\r'])) {
+            return Err(Error::input(
+                format!("{}:{line}", self.name),
+                format!("the field `{}` goes on past the line's end", shown(field)),
+                "close its quote: an item stands on one line",
+            ));
+        }
+        record.trim();
+        Ok(Some(line))
+    }
+
+    /// The line of the row that is read from byte `start` on, comments passed over.
+    fn line_at(&mut self, start: usize) -> usize {
+        let mut in_comment = false;
+        let mut at_start = true;
+        while let Some(&byte) = self.bytes.get(self.counted) {
+            let ends_line = byte == b'\n' || byte == b'\r';
+            if self.counted >= start && !ends_line && !in_comment && !(at_start && byte == b'#') {
+                break;
+            }
+            in_comment = (in_comment || (at_start && byte == b'#')) && !ends_line;
+            at_start = ends_line;
+            // Windows' two characters end one line.
+            let in_pair = byte == b'\r' && self.bytes.get(self.counted + 1) == Some(&b'\n');
+            self.line += usize::from(ends_line && !in_pair);
+            self.counted += 1;
+        }
+        self.line
+    }
+
+    /// The first comment below the header that has as many fields as the header and of
+    /// which `is_row` says that it is a row: it may be one whose first field begins with
+    /// `#`. Its line, and itself.
+    pub fn commented_row(
+        &mut self,
+        is_row: impl Fn(&mut Self, &[&str]) -> bool,
+    ) -> Option<(usize, &'a str)> {
+        let text = std::str::from_utf8(self.bytes).unwrap_or_default();
+        let mut line = self.line_at(0);
+        let below = &text[self.counted..];
+        if !below.contains("\n#") && !below.contains("\r#") {
+            return None;
+        }
+        let mut rest = below;
+        while let Some(end) = rest.find(['\n', '\r']) {
+            rest = rest[end..].strip_prefix("\r\n").unwrap_or(&rest[end + 1..]);
+            line += 1;
+            if rest.starts_with('#') {
+                let row = rest.split(['\n', '\r']).next().unwrap_or_default();
+                let fields: Vec<&str> = row.split(self.separator).map(str::trim).collect();
+                if Some(fields.len()) == self.columns && is_row(self, &fields) {
+                    return Some((line, row));
+                }
+            }
+        }
+        None
+    }
+
+    /// The number that `field` is, with a decimal point, or with a decimal comma where
+    /// commas do not separate and no other number of the file has a point.
+    pub fn number(&mut self, field: &str) -> Option<f64> {
+        let mark = match (field.contains('.'), field.contains(',')) {
+            (true, false) => Some(Mark::Point),
+            (false, true) if self.separator != ',' => Some(Mark::Comma),
+            (_, true) => return None,
+            (false, false) => None,
+        };
+        if mark.is_some() && *self.mark.get_or_insert(mark?) != mark? {
+            return None;
+        }
+        let number: f64 = match mark {
+            Some(Mark::Comma) => field.replacen(',', ".", 1).parse().ok()?,
+            _ => field.parse().ok()?,
+        };
+        // `nan` and `inf` are numbers that whoever asks refuses; 1e400 is neither infinite
+        // nor a number that can be worked with.
+        let fits = number.is_finite() || !field.contains(|c: char| c.is_ascii_digit());
+        fits.then_some(number)
+    }
+
+    /// How a number is to be written, the cure where a field is none.
+    pub fn number_cure(&self) -> &'static str {
+        match (self.separator, self.mark) {
+            (',', _) => {
+                "write it with a decimal point and no unit, for example -0.15 (decimal commas \
+                 need semicolons or tabs between the fields)"
+            }
+            (_, Some(Mark::Comma)) => {
+                "write it with a decimal comma like the others, without thousands separators \
+                 and without a unit, for example -0,15"
+            }
+            _ => "write it with a decimal point and no unit, for example -0.15",
+        }
+    }
+}
+
+/// What may stand between fields.
+const SEPARATORS: [char; 3] = [',', ';', '\t'];
+
+/// What separates the fields of this line: what it has most of outside of quotes.
+fn separator_of(line: &str) -> char {
+    let mut counts = [0; SEPARATORS.len()];
+    let mut quoted = false;
+    for character in line.chars() {
+        quoted ^= character == '"';
+        if let Some(place) = SEPARATORS.iter().position(|&c| c == character)
+            && !quoted
+        {
+            counts[place] += 1;
+        }
+    }
+    // The first of equals, which is the comma.
+    let most = counts.iter().copied().max().unwrap_or_default();
+    let place = counts.iter().position(|&count| count == most);
+    SEPARATORS[place.unwrap_or_default()]
+}
+
+/// Removes empty fields at the end of `record` while it has more than `least`.
+fn trim_end(record: &mut csv::StringRecord, least: usize) {
+    let empty = record.iter().rev().take_while(|field| field.is_empty());
+    let kept = (record.len() - empty.count()).max(least.min(record.len()));
+    record.truncate(kept);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rows(text: &str) -> Vec<(usize, Vec<String>)> {
+        let mut file = CsvFile::new(text, "t");
+        let (header, line) = file.header().unwrap();
+        let owned = |record: &csv::StringRecord| record.iter().map(str::to_owned).collect();
+        let mut rows = vec![(line, owned(&header))];
+        let mut record = csv::StringRecord::new();
+        while let Some(line) = file.next(&mut record).unwrap() {
+            rows.push((line, owned(&record)));
+        }
+        rows
+    }
+
+    #[test]
+    fn what_separates_is_found() {
+        for text in [
+            "id,x\na,1\n",
+            "id;x\na;1\n",
+            "ID\tX\na\t1\n",
+            "\u{feff}id;x\r\na;1\r\n",
+            "id,x,\na,1,\n",
+            "id,x,,\na,1\n",
+            "id,x\na,1,,\n",
+            "\"id\";\"x\"\n\"a\";1\n",
+        ] {
+            let rows = rows(text);
+            assert_eq!(rows[0], (1, vec!["id".into(), "x".into()]), "{text:?}");
+            assert_eq!(rows[1], (2, vec!["a".into(), "1".into()]), "{text:?}");
+        }
+    }
+
+    #[test]
+    fn lines_are_counted_past_what_is_skipped() {
+        for (text, header, row) in [
+            ("# by pickline\nid,x\na,1\n", 2, 3),
+            ("sep=;\r\nid;x\r\na;1\r\n", 2, 3),
+            (
+                "# one\r\n# two, with \"\r\n\r\nid,x\r\n# three\r\n;\r\n",
+                4,
+                0,
+            ),
+            ("id,x\n,\n# more\n\na,1\n", 1, 5),
+            ("#\n#\n\n#\nid,x\n,\na,1", 5, 7),
+        ] {
+            let rows = match row {
+                0 => continue,
+                _ => rows(text),
+            };
+            assert_eq!((rows[0].0, rows[1].0), (header, row), "{text:?}");
+        }
+    }
+
+    #[test]
+    fn numbers_have_one_kind_of_decimal_mark() {
+        let mut file = CsvFile::new("id;x\n", "t");
+        assert_eq!(file.number("12"), Some(12.0));
+        assert_eq!(file.number("-0,15"), Some(-0.15));
+        assert_eq!(file.number("0.15"), None);
+        assert_eq!(file.number("1.234,5"), None);
+        assert_eq!(file.number("1,234,5"), None);
+        assert!(file.number_cure().contains("decimal comma"));
+        let mut file = CsvFile::new("id;x\n", "t");
+        assert_eq!(file.number("0.15"), Some(0.15));
+        assert_eq!(file.number("0,15"), None);
+        let mut file = CsvFile::new("id,x\n", "t");
+        assert_eq!(file.number("0,15"), None);
+        assert_eq!(file.number("1e400"), None);
+    }
+
+    #[test]
+    fn rows_of_another_length_are_named() {
+        for (text, words) in [
+            ("id,x\na\n", &["t:2", "1 fields", "has 2"][..]),
+            ("id;x\na;1;2\n", &["t:2", "3 fields", "`a;1;2`"]),
+            ("id,,x\n", &["t:1: column 2", "no name"]),
+            ("id,x\n\"a,1\nb,2\n", &["t:2", "past the line's end"]),
+        ] {
+            let mut file = CsvFile::new(text, "t");
+            let mut record = csv::StringRecord::new();
+            let error = file.header().and_then(|_| file.next(&mut record));
+            let message = error.unwrap_err().to_string();
+            for word in words {
+                assert!(message.contains(word), "{word} not in {message}");
+            }
+        }
+    }
+}

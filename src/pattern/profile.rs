@@ -1,0 +1,148 @@
+//! Profiles: the flow over a shift.
+
+use crate::csv_file::CsvFile;
+use crate::error::{Error, Result, known_names, shown, shown_number};
+use rand::RngExt;
+use rand::rngs::ChaCha8Rng;
+use rand_distr::Exp1;
+use std::path::Path;
+
+const COLUMNS: [&str; 2] = ["time_s", "flow_per_min"];
+/// More seconds than a year are a slip of the pen.
+const LONGEST: f64 = 4e7;
+
+/// The flow [1/min] over time [s], straight lines between its rows.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Profile {
+    name: String,
+    /// Time [s] from the first row on, and flow [1/min]; at least two, in order of time,
+    /// two of the same time where the flow steps.
+    points: Vec<(f64, f64)>,
+}
+
+impl Profile {
+    /// Reads a profile: CSV with the columns `time_s` and `flow_per_min`.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or whatever is wrong with it, with the line.
+    pub fn load(path: &Path) -> Result<Self> {
+        Self::parse(&crate::files::read_text(path)?, &path.display().to_string())
+    }
+
+    pub fn parse(text: &str, name: &str) -> Result<Self> {
+        let mut file = CsvFile::new(text, name);
+        let (header, line) = file.header()?;
+        let mut places = [None; COLUMNS.len()];
+        for (place, column) in header.iter().enumerate() {
+            let Some(known) = COLUMNS.iter().position(|&known| known == column) else {
+                return Err(Error::input(
+                    format!("{name}:{line}: column {}", place + 1),
+                    format!("unknown column `{}`", shown(column)),
+                    known_names(column, &COLUMNS),
+                ));
+            };
+            places[known] = Some(place);
+        }
+        let [Some(time), Some(flow)] = places else {
+            return Err(Error::input(
+                format!("{name}:{line}"),
+                "a profile has two columns",
+                "start it with the header `time_s,flow_per_min`",
+            ));
+        };
+        let mut points: Vec<(f64, f64)> = Vec::new();
+        let mut record = csv::StringRecord::new();
+        while let Some(line) = file.next(&mut record)? {
+            let mut read = |place: usize, column: &str, most: f64| {
+                let text = record.get(place).unwrap_or_default();
+                let number = file.number(text).filter(|n| (0.0..=most).contains(n));
+                number.ok_or_else(|| {
+                    Error::input(
+                        format!("{name}:{line}: {column}"),
+                        format!("`{}` is not a number from 0 to {most:e}", shown(text)),
+                        file.number_cure(),
+                    )
+                })
+            };
+            let (time, flow) = (
+                read(time, COLUMNS[0], LONGEST)?,
+                read(flow, COLUMNS[1], 1e9)?,
+            );
+            if let Some((before, _)) = points.last().filter(|(before, _)| *before > time) {
+                return Err(Error::input(
+                    format!("{name}:{line}: time_s"),
+                    format!(
+                        "{} s comes after {} s",
+                        shown_number(time),
+                        shown_number(*before)
+                    ),
+                    "sort the rows by time; two rows of the same time are a step",
+                ));
+            }
+            points.push((time, flow));
+        }
+        let start = points.first().map_or(0.0, |point| point.0);
+        points.iter_mut().for_each(|point| point.0 -= start);
+        let profile = Self {
+            name: name.to_owned(),
+            points,
+        };
+        if profile.duration() <= 0.0 || profile.mean_flow() <= 0.0 {
+            return Err(Error::input(
+                name,
+                "the profile has no duration or no flow",
+                "give at least two rows of different times, one with a flow above 0",
+            ));
+        }
+        Ok(profile)
+    }
+
+    /// How messages call it.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// From the first row to the last [s].
+    pub fn duration(&self) -> f64 {
+        self.points.last().map_or(0.0, |point| point.0)
+    }
+
+    /// The mean flow over the duration [1/min].
+    pub fn mean_flow(&self) -> f64 {
+        let piece = |pair: &[(f64, f64)]| (pair[1].0 - pair[0].0) * (pair[0].1 + pair[1].1) / 2.0;
+        self.points.windows(2).map(piece).sum::<f64>() / self.duration()
+    }
+
+    /// At most `count` arrivals of the inhomogeneous Poisson process of `scale` times this
+    /// flow, by thinning: the arrivals of the highest flow, each kept with the share that
+    /// the flow then is of it (Lewis and Shedler, "Simulation of nonhomogeneous Poisson
+    /// processes by thinning", Naval Research Logistics Quarterly 26, 1979, DOI
+    /// 10.1002/nav.3800260304). `place` says where an arrival [s] is.
+    pub fn arrivals(
+        &self,
+        scale: f64,
+        count: usize,
+        rng: &mut ChaCha8Rng,
+        place: impl Fn(f64, &mut ChaCha8Rng) -> (f64, f64),
+    ) -> Vec<(f64, f64)> {
+        let highest = self.points.iter().map(|point| point.1).fold(0.0, f64::max);
+        let mean_step = 60.0 / (scale * highest);
+        let mut places = Vec::new();
+        let (mut time, mut piece) = (0.0, 0);
+        while places.len() < count {
+            time += mean_step * rng.sample::<f64, _>(Exp1);
+            if time > self.duration() {
+                break;
+            }
+            while self.points[piece + 1].0 < time {
+                piece += 1;
+            }
+            let [(from, low), (to, high)] = [self.points[piece], self.points[piece + 1]];
+            let flow = low + (high - low) * (time - from) / (to - from);
+            if rng.random::<f64>() * highest < flow {
+                places.push(place(time, rng));
+            }
+        }
+        places
+    }
+}
