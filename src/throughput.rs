@@ -122,12 +122,10 @@ pub fn steady_state(scene: &Scene, outcome: &Outcome) -> Result<SteadyState, Uns
     let (first, last) = (arrivals.time(0), arrivals.time(groups - 1));
     let lasts = last - first;
     if groups < 2 || lasts < WINDOWS * window {
-        let density = arrivals.flow(0..groups - 1);
-        let items = density.map(|flow| round_up(ENOUGH_WINDOWS * window * flow / 60.0));
         return unsteady(UnsteadyReason::Short {
             lasts,
             window,
-            items: items.filter(|&items| items > scene.pattern().len()),
+            items: enough_items(scene).filter(|&items| items > scene.pattern().len()),
         });
     }
     let begin = (0..groups).find(|&g| arrivals.time(g) >= first + window);
@@ -144,6 +142,14 @@ pub fn steady_state(scene: &Scene, outcome: &Outcome) -> Result<SteadyState, Uns
         });
     }
     Ok(arrivals.summarise(begin..end, window, scene.station(), outcome))
+}
+
+/// A number of items, of the density of the pattern on `scene`, that is enough for a steady
+/// state; none where the density cannot be told.
+pub fn enough_items(scene: &Scene) -> Option<usize> {
+    let arrivals = Arrivals::of(scene);
+    let flow = arrivals.flow(0..arrivals.starts.len() - 1);
+    flow.map(|flow| round_up(ENOUGH_WINDOWS * longest_window(scene) * flow / 60.0))
 }
 
 /// The items by their times of arrival at the belt's start; those of one column of a grid

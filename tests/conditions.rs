@@ -52,7 +52,7 @@ fn simulate_shows_what_failed_in_every_form() {
     assert_eq!(picked + missed as usize, 50);
     assert_eq!(run["made"]["conditions"].as_array().unwrap().len(), 3);
     let csv = text(&with(&with(&verb, &DISTURBED), &["--format", "csv"]));
-    assert_eq!(csv.lines().count(), 1 + picked + failures.len());
+    assert_eq!(common::csv_rows(&csv).len(), 1 + picked + failures.len());
     let events = std::fs::read_to_string(trace).unwrap();
     assert_eq!(events.matches(",grasp_failed,").count(), failures.len());
     let table = text(&with(&verb, &DISTURBED));

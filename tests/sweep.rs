@@ -101,8 +101,109 @@ fn the_default_is_the_papers_case() {
     assert_eq!(report["paper"]["rl"], 0.047);
     let benefit = report["paper"]["benefit_percent"].as_f64().unwrap();
     assert!((benefit - 11.9).abs() < 0.05);
-    assert_eq!(report["points"].as_array().unwrap().len(), 61);
+    // About thirty rows around the limit, which is one of them, as is the first miss.
+    let points = report["points"].as_array().unwrap();
+    let values: Vec<f64> = points
+        .iter()
+        .map(|p| p["value"].as_f64().unwrap())
+        .collect();
+    assert!((20..=33).contains(&values.len()), "{values:?}");
+    assert!(values[0] < 0.03 && values.contains(&0.043) && values.contains(&0.044));
+    assert!(values.is_sorted() && *values.last().unwrap() > 0.06);
     assert_eq!(report["made"]["command"], "pickline sweep");
+}
+
+/// A belt far above what the line can do: the sweep begins below the limit, and has no
+/// thousands of rows.
+#[test]
+fn a_fast_belt_is_swept_around_its_limit() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("fast.toml");
+    let station = "[belt]\nspeed = 2.0\nwidth = 0.6\n[line]\nrobots = 2\nfirst_base_x = 1.0\n\
+                   spacing = 1.6\nbase_offset = 0.1\nbin_offset = 0.0\ntail = 0.5\nreach = 0.7\n\
+                   speed = 5.0\ngrasp_time = 0.1\nrelease_time = 0.1\n";
+    std::fs::write(&file, station).unwrap();
+    let fast = ["--station", file.to_str().unwrap(), "--robust", "SPT,FIFO"];
+    let report = json(&[&fast[..], &["--no-bound"]].concat());
+    let rows = report["points"].as_array().unwrap();
+    assert!((10..=33).contains(&rows.len()), "{}", rows.len());
+    let limit = &report["limits"][0];
+    let (highest, miss) = (
+        limit["highest"].as_f64().unwrap(),
+        limit["first_miss"].as_f64(),
+    );
+    assert!(rows[0]["value"].as_f64().unwrap() < highest);
+    assert!(miss.unwrap() - highest <= highest / 9.0, "{limit}");
+    // The limit is that of a scan in the same steps, all of them verified.
+    let step = ((miss.unwrap() - highest) * 1e9).round() / 1e9;
+    let (from, to) = (step.to_string(), miss.unwrap().to_string());
+    let scan = ["--from", &from, "--to", &to, "--step", &from, "--no-bound"];
+    let scan = json(&[&fast[..], &scan].concat());
+    assert_eq!(scan["limits"][0]["highest"], limit["highest"]);
+}
+
+/// Where the workspaces are apart the spacing makes no difference, so the least such one is
+/// recommended and none at which arms can meet.
+#[test]
+fn no_spacing_is_recommended_at_which_arms_meet() {
+    let spacing = ["--sweep", "spacing", "--robust", "SPT,FIFO", "--no-bound"];
+    let report = json(&spacing);
+    let points = report["points"].as_array().unwrap();
+    assert!((15..=31).contains(&points.len()));
+    let throughput = |point: &Value| point["throughput_per_min"].as_f64().unwrap();
+    for point in points {
+        assert!(
+            (throughput(point) / throughput(&points[0]) - 1.0).abs() < 0.01,
+            "{point}"
+        );
+    }
+    // Bases on either side are 1.25 m apart across the belt, reaches are 0.8 m.
+    let apart = (1.6f64 * 1.6 - 1.25 * 1.25).sqrt();
+    let recommended = report["limits"][0]["recommended"].as_f64().unwrap();
+    assert!((apart..apart + 0.1).contains(&recommended), "{recommended}");
+    let meet = report["arms_can_meet"].as_array().unwrap();
+    assert_eq!(
+        meet.len(),
+        points
+            .iter()
+            .filter(|p| p["value"].as_f64().unwrap() < apart)
+            .count()
+    );
+    // The paper's rate says that the shorter line is better.
+    let rate = |point: &Value| point["picking_rate_per_min"].as_f64().unwrap();
+    assert!(rate(&points[0]) > rate(&points[points.len() - 1]));
+}
+
+/// On a line that has more to pick than it can, a further robot is worth about what the
+/// others are.
+#[test]
+fn a_further_robot_is_worth_its_own_capacity() {
+    let robots = [
+        "--sweep",
+        "robots",
+        "--to",
+        "5",
+        "--no-bound",
+        "--patterns",
+        "poisson:0.1:1",
+    ];
+    let report = json(&[&robots[..], &["--train-items", "20"]].concat());
+    let points = report["points"].as_array().unwrap();
+    let added = |robots: usize| {
+        points[robots - 1]["added_per_robot_per_min"]
+            .as_f64()
+            .unwrap()
+    };
+    let first = points[0]["throughput_per_min"].as_f64().unwrap();
+    assert!(points[0]["added_per_robot_per_min"].is_null());
+    for robots in 2..=5 {
+        assert!(
+            (0.5..1.2).contains(&(added(robots) / first)),
+            "{robots}: {} of {first}",
+            added(robots)
+        );
+    }
+    assert_eq!(report["limits"][0]["recommended"], 5.0);
 }
 
 #[test]

@@ -26,6 +26,7 @@ mod settings;
 mod simulate;
 mod station;
 mod sweep;
+mod sweep_values;
 #[cfg(feature = "onnx")]
 mod train;
 mod training;

@@ -1,13 +1,13 @@
 //! `pickline sweep`.
 
 use super::args::SweepArgs;
-use super::pictures;
 use super::progress::Bar;
 use super::session::Session;
 use super::settings::{DEFAULT_GRID, condition_notes, json};
 use super::training::{Line, Robust};
+use super::{pictures, sweep_values};
 use crate::error::{Error, Result};
-use crate::experiment::{Axis, Method, Range, Setting, sweep};
+use crate::experiment::{Axis, Method, Setting, sweep};
 use crate::optimize::Environment;
 use crate::pattern::{PatternSource, Recipe};
 use crate::planning::Allowance;
@@ -25,8 +25,7 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
     let conditions = args.conditions.resolve(&args.common)?;
     let axis = Axis::named(&args.sweep)?;
     let station = args.station.load()?;
-    let values = range(args, axis, &station).values()?;
-    let lines = lines(args, axis, &station, &values)?;
+    let lines = sweep_values::lines(args, axis, &station)?;
     let strategies = args.strategy.iter().map(|text| strategies::parse(text));
     let strategies: Vec<Parsed> = strategies.collect::<Result<_>>()?;
     for strategy in &strategies {
@@ -48,7 +47,7 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
     read.extend(args.strategy.iter().map(|s| ("--strategy", policy_file(s))));
     args.common
         .check_apart(&FILES, &read, &args.pictures.files())?;
-    let recipe = Recipe {
+    let mut recipe = Recipe {
         belt: *station.belt(),
         items: source.items(args.items, DEFAULT_GRID.1),
         shape,
@@ -56,14 +55,20 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
         // Another seed than the training set's.
         seed: args.common.seed.wrapping_add(1),
     };
-    let set = source.build(&recipe)?;
+    let mut set = source.build(&recipe)?;
+    let generated = !matches!(source, PatternSource::Files(_));
+    let usual = args.items.is_none() && recipe.items == DEFAULT_GRID.1;
+    if generated && usual && axis != Axis::Speed {
+        // These are judged by what they pick in the steady state.
+        recipe.items = sweep_values::items(&lines, &set.patterns, recipe.items)?;
+        set = source.build(&recipe)?;
+    }
     if chart.name == "limits" && (axis.helps() || set.patterns.len() < 2) {
         return Err(chart.missing());
     }
     args.common.remark(&format!(
-        "sweeping {} over {} values on station {}, on {}",
+        "sweeping {} on station {}, on {}",
         axis.name(),
-        values.len(),
         args.station.station,
         set.description
     ));
@@ -73,8 +78,15 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
         progress: &bar,
     };
     let report = args.common.on_threads(|| {
-        let settings = settings(args, &strategies, axis, &station, lines, &environment)?;
         let luck = conditions.with_seed(recipe.seed);
+        let trained = |lines| settings(args, &strategies, axis, &station, lines, &environment);
+        let settings = match axis {
+            Axis::Speed => {
+                let own = trained(vec![(station.belt().speed, station.clone())])?;
+                sweep_values::speeds(args, &own[0], &set.patterns, &luck, &environment)?
+            }
+            _ => trained(lines)?,
+        };
         let result = sweep(
             &settings,
             &set.patterns,
@@ -100,7 +112,6 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
         )
         .under(&conditions)
         .of_parts(result.values.len(), result.planned, "values");
-        let generated = !matches!(source, PatternSource::Files(_));
         let notes = [
             notes(args, axis),
             condition_notes(&conditions, &args.training, generated),
@@ -123,60 +134,6 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
         .common
         .render(|| report.to_table(), || report.to_csv(), &report)?;
     session.print(text.as_bytes())
-}
-
-/// The range asked for; what was not given follows from the station.
-fn range(args: &SweepArgs, axis: Axis, station: &Station) -> Range {
-    let around = |value: f64, step: f64| {
-        let on_grid = |value: f64| (value / step).round() * step;
-        (on_grid(0.4 * value), on_grid(1.6 * value), step)
-    };
-    let robots = station.robots();
-    let (from, to, step) = match axis {
-        Axis::Speed => around(station.belt().speed, 0.001),
-        Axis::Robots => (1.0, 6.0, 1.0),
-        Axis::Spacing => match robots {
-            [first, second, ..] => around(second.base.x - first.base.x, 0.1),
-            _ => (1.0, 3.0, 0.1),
-        },
-        Axis::Reach => around(robots[0].reach, 0.05),
-    };
-    Range {
-        from: args.from.unwrap_or(from),
-        to: args.to.unwrap_or(to),
-        step: args.step.unwrap_or(step),
-    }
-}
-
-/// The line at every value.
-fn lines(
-    args: &SweepArgs,
-    axis: Axis,
-    station: &Station,
-    values: &[f64],
-) -> Result<Vec<(f64, Station)>> {
-    let line = |&value: &f64| {
-        let line = match axis {
-            Axis::Speed => station.with_belt_speed(value),
-            Axis::Spacing => station.with_spacing(value),
-            Axis::Reach => station.with_reach(value),
-            Axis::Robots if value.fract() == 0.0 && value <= 100.0 => {
-                let mut choice = args.station.clone();
-                choice.robots = Some(value as usize);
-                choice.load()
-            }
-            Axis::Robots => Err(Error::input(
-                "--sweep robots",
-                format!("{value} is not a number of robots"),
-                "give whole numbers for --from, --to and --step, up to 100",
-            )),
-        };
-        // It is the range that asked for this value.
-        let place = format!("--sweep {} at {value}", axis.name());
-        line.map(|line| (value, line))
-            .map_err(|error| error.at(&place))
-    };
-    values.iter().map(line).collect()
 }
 
 /// The methods at every value. Robust GT is found once for a belt speed sweep, at the

@@ -6,10 +6,12 @@ mod case;
 mod compare;
 mod method;
 pub mod paper;
+mod range;
 mod sweep;
 
 pub use bounds::{CaseBound, add_bounds};
 pub use case::{Case, CaseSource, DENSE, PAPER, load_cases};
 pub use compare::{CaseResult, Comparison, Draws, MethodResult, compare};
 pub use method::{Method, policy_title};
-pub use sweep::{AS_GOOD, Axis, Limit, Range, Setting, Sweep, SweepBound, SweepPoint, sweep};
+pub use range::{Range, ValueLimit, find_limits, round_step, step_between};
+pub use sweep::{AS_GOOD, Axis, Limit, Setting, Sweep, SweepBound, SweepPoint, sweep};

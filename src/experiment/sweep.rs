@@ -75,61 +75,9 @@ impl Axis {
     }
 }
 
-/// The values of a sweep.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Range {
-    /// First value.
-    pub from: f64,
-    /// Last value, included.
-    pub to: f64,
-    /// Between two values.
-    pub step: f64,
-}
-
 /// A throughput of at least this share of the highest counts as good as it: nobody buys a
 /// robot or a longer belt for less.
 pub const AS_GOOD: f64 = 0.99;
-
-/// More values than this in one sweep are taken for a slip of the pen.
-const MOST_VALUES: f64 = 10_000.0;
-
-impl Range {
-    /// The values, as the decimal numbers that a user would write.
-    ///
-    /// # Errors
-    /// A range that is empty, backwards or far too fine.
-    pub fn values(&self) -> Result<Vec<f64>> {
-        let Self { from, to, step } = *self;
-        let flag = |flag: &str, problem: String, cure: &str| Err(Error::input(flag, problem, cure));
-        if !(from > 0.0 && from.is_finite()) {
-            return flag(
-                "--from",
-                format!("{from} is no start of a sweep"),
-                "give a number above 0",
-            );
-        }
-        if !(to >= from && to.is_finite()) {
-            return flag(
-                "--to",
-                format!("{to} is no end of a sweep from {from}"),
-                "give --from or more",
-            );
-        }
-        if !(step > 0.0 && step.is_finite() && (to - from) / step <= MOST_VALUES) {
-            let problem = format!("{step} is no step from {from} to {to}");
-            let cure = format!(
-                "give a number above 0, at least {}",
-                (to - from) / MOST_VALUES
-            );
-            return flag("--step", problem, &cure);
-        }
-        // A range that is a whole number of steps ends at its end whatever the rounding.
-        let count = ((to - from) / step + 1e-9).floor() as u32;
-        Ok((0..=count)
-            .map(|k| ((from + f64::from(k) * step) * 1e9).round() / 1e9)
-            .collect())
-    }
-}
 
 /// One value of the sweep: the line there, and the methods on it.
 #[derive(Debug, Clone)]
@@ -397,30 +345,6 @@ fn summarise(title: String, runs: &[&MethodRun], most: Option<f64>) -> SweepPoin
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn ranges_are_decimal_and_end_at_their_end() {
-        let range = |from, to, step| Range { from, to, step }.values();
-        assert_eq!(
-            range(0.04, 0.044, 0.001).unwrap(),
-            [0.04, 0.041, 0.042, 0.043, 0.044]
-        );
-        assert_eq!(range(1.0, 3.0, 1.0).unwrap(), [1.0, 2.0, 3.0]);
-        assert_eq!(range(1.0, 1.0, 1.0).unwrap(), [1.0]);
-        for (from, to, step) in [
-            (0.0, 1.0, 0.1),
-            (-1.0, 1.0, 0.1),
-            (f64::NAN, 1.0, 0.1),
-            (2.0, 1.0, 0.1),
-            (1.0, f64::INFINITY, 0.1),
-            (1.0, 2.0, 0.0),
-            (1.0, 2.0, -0.1),
-            (1.0, 2.0, 1e-9),
-            (1.0, 2.0, f64::NAN),
-        ] {
-            assert!(range(from, to, step).is_err(), "{from} {to} {step}");
-        }
-    }
 
     #[test]
     fn a_limit_is_where_it_first_fails_not_where_it_last_holds() {

@@ -49,6 +49,9 @@ pub struct BoundReport {
     pub made: Provenance,
     #[serde(skip)]
     prices: Vec<(String, f64)>,
+    /// Whether weights say more than counts, or were asked for.
+    #[serde(skip)]
+    weighs: bool,
 }
 
 /// A schedule that the independent checker confirmed.
@@ -172,6 +175,7 @@ impl BoundReport {
             iterations: picks.iterations + weight.map_or(0, |bound| bound.iterations),
             stop_reason: main.stop.name(),
             made,
+            weighs: weight.is_some() || pattern.has_attributes(),
             prices: pattern
                 .items()
                 .iter()
@@ -242,7 +246,7 @@ impl BoundReport {
             of(&|s| s.picked.to_string()),
             format!("of {}", self.items),
         ]);
-        if self.weight_upper_bound.is_some() {
+        if self.weighs && self.weight_upper_bound.is_some() {
             table.row([
                 "weight picked, at most".to_owned(),
                 up(self.weight_upper_bound, 3),
@@ -256,7 +260,7 @@ impl BoundReport {
             of(&|s| fixed(s.picking_rate_per_min, 2)),
             "1/min".into(),
         ]);
-        if self.weighted_rate_upper_bound_per_min.is_some() {
+        if self.weighs && self.weighted_rate_upper_bound_per_min.is_some() {
             table.row([
                 "weighted rate, at most".to_owned(),
                 up(self.weighted_rate_upper_bound_per_min, 2),

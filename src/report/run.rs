@@ -50,8 +50,8 @@ pub struct RunReport {
     /// How it was made.
     pub made: Provenance,
     /// Whether items have attributes, so that weights say more than picks.
-    #[serde(skip)]
-    weighs: bool,
+    #[serde(rename = "items_have_attributes")]
+    pub weighs: bool,
 }
 
 /// What one robot did.

@@ -422,6 +422,10 @@ impl SweepReport {
                 let mut of_method = self.points.iter().skip(j).step_by(self.limits.len());
                 let point = of_method.find(|point| point.value == value);
                 let throughput = point.map_or("-".into(), |point| point.throughput.shown(1));
+                let unit = match (unit, value) {
+                    ("robots", 1.0) => "robot",
+                    (unit, _) => unit,
+                };
                 format!(
                     "{}: {value} {unit}, {least} with at least {} % of the highest throughput; \
                      {throughput} picks/min",

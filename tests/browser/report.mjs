@@ -100,7 +100,7 @@ function has(paths, expected) {
 }
 
 async function checkComparison(page, report, paths) {
-  const fields = ["picked_share", "end_s", "picking_rate_per_min", "weighted_rate_per_min"];
+  const fields = ["picked_share", "end_s", "picking_rate_per_min"];
   const between = ["picked_share_low", "picked_share_high", "picking_rate_low", "picking_rate_high"];
   report.cases.forEach((one, i) => {
     has(paths, all(one.results, fields, `cases.${i}.results`));
@@ -123,7 +123,7 @@ async function checkComparison(page, report, paths) {
 }
 
 async function checkSweep(page, report, paths) {
-  const fields = ["picked_share", "picking_rate_per_min", "weighted_rate_per_min"];
+  const fields = ["picked_share", "picking_rate_per_min"];
   has(paths, all(report.points, fields, "points"));
   for (const chart of ["picked", "rate"]) {
     const said = await tips(page, chart);

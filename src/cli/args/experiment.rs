@@ -100,9 +100,12 @@ pub struct TrainingArgs {
 /// Vary belt speed, robots, spacing or reach, and say how far up everything is picked
 ///
 /// Answers how fast the belt may run, and whether one more robot or a slower belt is the
-/// better buy. Prints picked share and rates at every value and, for each strategy, the
-/// highest value up to which everything is picked, the first that misses an item and the
-/// values above it at which everything is picked again.
+/// better buy. Prints throughput, picked share and picking rate at every value and, for each
+/// strategy, the highest value up to which everything is picked, the first that misses an
+/// item and the values above it at which everything is picked again. A sweep of the belt
+/// speed finds that limit first and lays its values around it. Sweeps of robots, spacing and
+/// reach recommend the least value with the highest throughput, of those at which arms
+/// cannot meet.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
 Examples:
@@ -125,19 +128,20 @@ pub struct SweepArgs {
     /// What is varied: speed, robots, spacing, reach
     #[arg(long, value_name = "NAME", default_value = "speed")]
     pub sweep: String,
-    /// First value [default: from the station]
+    /// First value [default: half of the limit found; from the station]
     #[arg(long, value_name = "X", allow_negative_numbers = true)]
     pub from: Option<f64>,
-    /// Last value [default: from the station]
+    /// Last value [default: half above the limit found; from the station]
     #[arg(long, value_name = "X", allow_negative_numbers = true)]
     pub to: Option<f64>,
-    /// Between two values [default: from the station]
+    /// Between two values [default: a round step that makes up to 30 rows]
     #[arg(long, value_name = "X", allow_negative_numbers = true)]
     pub step: Option<f64>,
     /// Patterns, written as for optimize
     #[arg(long, value_name = "SET", default_value = "grid:0.15")]
     pub patterns: String,
-    /// Items in each generated pattern [default: 50; of a profile all]
+    /// Items in each generated pattern [default: 50 for the belt speed, otherwise as many as
+    /// a steady state takes; of a profile all]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub items: Option<usize>,
     #[command(flatten)]

@@ -10,12 +10,18 @@ function fillFigures(run) {
   const n = (name, digits, factor) => figure(name, report[name], digits, factor);
   const missed = figure("missed", report.missed.length, 0);
   const rows = [
+    ...(report.throughput_per_min === null ? [] : [
+      ["throughput", [n("throughput_per_min", 1), unit("/min")]],
+      ["flow", [n("flow_per_min", 1), unit("/min")]],
+    ]),
     ["picked", [n("picked", 0), unit("of "), n("items", 0)]],
     ["picked share", [n("picked_share", 1, 100), unit("%")]],
     ["missed", [missed]],
     ["end of the run", [n("end_s", 1), unit("s")]],
     ["picking rate", [n("picking_rate_per_min", 2), unit("/min")]],
-    ["weighted rate", [n("weighted_rate_per_min", 2), unit("/min")]],
+    ...(report.items_have_attributes
+      ? [["weighted rate", [n("weighted_rate_per_min", 2), unit("/min")]]]
+      : []),
   ];
   const { bound } = report;
   if (bound) {
@@ -38,6 +44,7 @@ function fillFigures(run) {
 
 function fillTables(run) {
   const { report } = run;
+  const steady = report.throughput_per_min !== null;
   const robots = report.robots.map((robot, i) => {
     const swatch = element("span", "", "swatch");
     swatch.style.background = run.robots[i].colour;
@@ -49,9 +56,11 @@ function fillTables(run) {
       of("failed", 0),
       of("busy_s", 1),
       of("utilisation", 1, 100),
+      ...(steady ? [of("utilisation_steady", 1, 100)] : []),
     ];
   });
   const header = ["robot", "picked", "weight", "failed", "busy [s]", "utilisation [%]"];
+  if (steady) header.push("in the steady state [%]");
   fillTable(byName("robots"), header, robots);
   const reasons = Object.entries(report.missed_by_reason);
   fillTable(

@@ -1,0 +1,226 @@
+//! The values of a sweep: those asked for, or about thirty around what the line can do.
+
+use super::sweep::Setting;
+use crate::error::{Error, Result};
+use crate::optimize::Environment;
+use crate::pattern::Pattern;
+use crate::sim::{Conditions, Scene};
+use rayon::prelude::*;
+
+/// The values of a sweep.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Range {
+    /// First value.
+    pub from: f64,
+    /// Last value, included.
+    pub to: f64,
+    /// Between two values.
+    pub step: f64,
+}
+
+/// More values than this in one sweep are taken for a slip of the pen.
+const MOST_VALUES: f64 = 10_000.0;
+
+impl Range {
+    /// The values, as the decimal numbers that a user would write.
+    ///
+    /// # Errors
+    /// A range that is empty, backwards or far too fine.
+    pub fn values(&self) -> Result<Vec<f64>> {
+        let Self { from, to, step } = *self;
+        let flag = |flag: &str, problem: String, cure: &str| Err(Error::input(flag, problem, cure));
+        if !(from > 0.0 && from.is_finite()) {
+            return flag(
+                "--from",
+                format!("{from} is no start of a sweep"),
+                "give a number above 0",
+            );
+        }
+        if !(to >= from && to.is_finite()) {
+            return flag(
+                "--to",
+                format!("{to} is no end of a sweep from {from}"),
+                "give --from or more",
+            );
+        }
+        if !(step > 0.0 && step.is_finite() && (to - from) / step <= MOST_VALUES) {
+            let problem = format!("{step} is no step from {from} to {to}");
+            let cure = format!(
+                "give a number above 0, at least {}",
+                (to - from) / MOST_VALUES
+            );
+            return flag("--step", problem, &cure);
+        }
+        // A range that is a whole number of steps ends at its end whatever the rounding.
+        let count = ((to - from) / step + 1e-9).floor() as u32;
+        Ok((0..=count)
+            .map(|k| ((from + f64::from(k) * step) * 1e9).round() / 1e9)
+            .collect())
+    }
+}
+
+/// Rows that a sweep has at most where its step was not asked for.
+pub const ROWS: f64 = 30.0;
+
+/// The greatest of the steps 1, 2, 5, 10, ... and their decimal fractions that is not above
+/// `most`.
+pub fn round_step(most: f64) -> f64 {
+    // A step that is one already stays one whatever the rounding.
+    let most = most * (1.0 + 1e-9);
+    let decade = 10f64.powf(most.log10().floor());
+    let step = [5.0, 2.0, 1.0]
+        .map(|m| m * decade)
+        .into_iter()
+        .find(|step| *step <= most);
+    decimal(step.unwrap_or(decade))
+}
+
+/// The least of those steps with which a sweep from `from` to `to` has no more than [`ROWS`]
+/// rows.
+pub fn step_between(from: f64, to: f64) -> f64 {
+    let least = (to - from) / (ROWS - 1.0);
+    if least <= 0.0 {
+        return to.max(f64::MIN_POSITIVE);
+    }
+    let below = round_step(least);
+    // The next one, unless the step is one itself.
+    let steps = [1.0, 2.0, 2.5, 5.0].map(|m| decimal(m * below));
+    let fits = |step: &&f64| **step * (1.0 + 1e-9) >= least && is_round(**step);
+    steps
+        .iter()
+        .find(fits)
+        .copied()
+        .unwrap_or(decimal(5.0 * below))
+}
+
+fn is_round(step: f64) -> bool {
+    (round_step(step) / step - 1.0).abs() < 1e-6
+}
+
+/// `value` as the decimal number that a user would write.
+fn decimal(value: f64) -> f64 {
+    let digits = (11.0 - value.abs().log10().ceil()).clamp(0.0, 18.0) as usize;
+    // A number that was just printed can be read.
+    format!("{value:.digits$}").parse().unwrap_or(value)
+}
+
+impl Range {
+    /// From `low` to `high` on multiples of a round step, with about [`ROWS`] values.
+    pub fn around(low: f64, high: f64) -> Self {
+        let step = step_between(low, high);
+        let from = decimal((low / step).floor().max(1.0) * step);
+        let to = decimal((high / step).ceil().max(1.0) * step);
+        Self { from, to, step }
+    }
+}
+
+/// Up to which value a method picks everything.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ValueLimit {
+    /// The highest value below the first miss; none where the first value misses.
+    pub highest: Option<f64>,
+    /// The first value that misses an item; none where none does.
+    pub first_miss: Option<f64>,
+}
+
+/// How far up each method picks everything of every pattern: the values `step`, `2 step`, ...
+/// are run one after the other up to `most`, since a line may miss an item at one speed and
+/// pick everything at a higher one; each method is run until it first misses.
+///
+/// # Errors
+/// A line that `setting` refuses, an illegal action, [`Error::Interrupted`].
+pub fn find_limits(
+    setting: impl Fn(f64) -> Result<Setting>,
+    (step, most): (f64, f64),
+    patterns: &[Pattern],
+    conditions: &Conditions,
+    environment: &Environment,
+) -> Result<Vec<ValueLimit>> {
+    let steps = (most / step + 1e-9).floor() as u64;
+    environment
+        .progress
+        .begin("finding limits", steps, "values");
+    let methods = setting(step)?.methods.len();
+    let mut limits = vec![ValueLimit::default(); methods];
+    for k in 1..=steps {
+        let value = decimal(k as f64 * step);
+        let setting = setting(value)?;
+        let holds = |method: &super::Method| -> Result<bool> {
+            let whole = |(place, pattern): (usize, &Pattern)| -> Result<bool> {
+                if environment.stopped() {
+                    return Err(Error::Interrupted);
+                }
+                let seed = conditions.disturbances.seed.wrapping_add(place as u64);
+                let scene = Scene::under(&setting.station, pattern, conditions.with_seed(seed))?;
+                Ok(method.run(&scene)?.figures.complete())
+            };
+            let all: Result<Vec<bool>> = patterns.par_iter().enumerate().map(whole).collect();
+            Ok(all?.into_iter().all(|whole| whole))
+        };
+        for (method, limit) in setting.methods.iter().zip(&mut limits) {
+            if limit.first_miss.is_none() {
+                match holds(method)? {
+                    true => limit.highest = Some(value),
+                    false => limit.first_miss = Some(value),
+                }
+            }
+        }
+        environment.progress.advance(1);
+        if limits.iter().all(|limit| limit.first_miss.is_some()) {
+            break;
+        }
+    }
+    environment.progress.end();
+    Ok(limits)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_are_decimal_and_end_at_their_end() {
+        let range = |from, to, step| Range { from, to, step }.values();
+        assert_eq!(
+            range(0.04, 0.044, 0.001).unwrap(),
+            [0.04, 0.041, 0.042, 0.043, 0.044]
+        );
+        assert_eq!(range(1.0, 3.0, 1.0).unwrap(), [1.0, 2.0, 3.0]);
+        assert_eq!(range(1.0, 1.0, 1.0).unwrap(), [1.0]);
+        for (from, to, step) in [
+            (0.0, 1.0, 0.1),
+            (-1.0, 1.0, 0.1),
+            (f64::NAN, 1.0, 0.1),
+            (2.0, 1.0, 0.1),
+            (1.0, f64::INFINITY, 0.1),
+            (1.0, 2.0, 0.0),
+            (1.0, 2.0, -0.1),
+            (1.0, 2.0, 1e-9),
+            (1.0, 2.0, f64::NAN),
+        ] {
+            assert!(range(from, to, step).is_err(), "{from} {to} {step}");
+        }
+    }
+
+    #[test]
+    fn steps_are_round_and_rows_about_thirty() {
+        for (most, step) in [(0.0019, 0.001), (0.002, 0.002), (7.0, 5.0), (0.049, 0.02)] {
+            assert_eq!(round_step(most), step, "{most}");
+        }
+        for (low, high) in [
+            (0.02, 0.08),
+            (0.8, 3.2),
+            (0.0004, 0.0007),
+            (0.32, 1.28),
+            (1.0, 1.1),
+        ] {
+            let range = Range::around(low, high);
+            let values = range.values().unwrap();
+            assert!(
+                (11..=32).contains(&values.len()),
+                "{low} to {high}: {range:?}"
+            );
+            assert!(values[0] <= low && *values.last().unwrap() >= high * (1.0 - 1e-9));
+        }
+    }
+}
