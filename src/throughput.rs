@@ -132,14 +132,17 @@ pub fn steady_state(scene: &Scene, outcome: &Outcome) -> Result<SteadyState, Uns
     let end = (0..groups).rfind(|&g| arrivals.time(g) <= last - window);
     let (begin, end) = (begin.unwrap_or(0), end.unwrap_or(groups - 1));
     let whole = arrivals.starts[begin]..arrivals.starts[end];
-    let left = truncate(&whole, &pick_series(scene, outcome));
+    let drifting = UnsteadyReason::Drifting {
+        items: 2 * scene.pattern().len(),
+    };
+    let Some(left) = truncate(whole, &pick_series(scene, outcome)) else {
+        return unsteady(drifting);
+    };
     // The cuts fall on times of arrival, so that items that arrive together stay together.
     let begin = arrivals.starts.partition_point(|&start| start < left.start);
     let end = arrivals.starts.partition_point(|&start| start <= left.end) - 1;
-    if left.is_empty() || begin >= end {
-        return unsteady(UnsteadyReason::Drifting {
-            items: 2 * scene.pattern().len(),
-        });
+    if begin >= end {
+        return unsteady(drifting);
     }
     Ok(arrivals.summarise(begin..end, window, scene.station(), outcome))
 }
@@ -235,7 +238,9 @@ impl<'s> Arrivals<'s> {
             interval: stats::interval_of(squares.len(), throughput, squares.iter().sum())
                 .map(Interval::not_negative),
             flow: self.flow(groups).unwrap_or_default(),
-            utilisation: robots.map(|robot| busy(robot) / (end - start)).collect(),
+            utilisation: robots
+                .map(|robot| (busy(robot) / (end - start)).min(1.0))
+                .collect(),
         }
     }
 
@@ -286,31 +291,27 @@ fn pick_series(scene: &Scene, outcome: &Outcome) -> [Vec<f64>; 2] {
     [picked, left]
 }
 
-/// What the truncation rule leaves of the items `whole` at both ends; empty where it cuts
-/// half of them or more at one.
-fn truncate(whole: &Range<usize>, series: &[Vec<f64>]) -> Range<usize> {
-    let cuts = |backwards: bool| {
-        let cut = series.iter().map(|values| {
-            let values = &values[whole.clone()];
-            let mut batched: Vec<f64> = match backwards {
+/// What the truncation rule leaves of the items `whole`: first it cuts the run-in, then the
+/// run-out of what is left. None where less than half of them is left, or where it does not
+/// come to an end.
+fn truncate(whole: Range<usize>, series: &[Vec<f64>]) -> Option<Range<usize>> {
+    // The longest cut of any series, in batches from the front or from the back.
+    let cut = |items: &Range<usize>, backwards: bool| -> Option<usize> {
+        let cuts = series.iter().map(|values| {
+            let values = &values[items.clone()];
+            // A remainder belongs to no batch.
+            let batches: Vec<f64> = match backwards {
                 false => values.chunks_exact(MSER_BATCH).map(stats::mean).collect(),
                 true => values.rchunks_exact(MSER_BATCH).map(stats::mean).collect(),
             };
-            // A remainder belongs to no batch, but few items have one.
-            if batched.is_empty() {
-                batched = values.to_vec();
-            }
-            stats::mser(&batched).map(|cut| MSER_BATCH * cut)
+            stats::mser(&batches).map(|cut| MSER_BATCH * cut)
         });
-        cut.collect::<Option<Vec<_>>>()
-            .map(|cuts| cuts.into_iter().max().unwrap_or(0))
+        cuts.collect::<Option<Vec<_>>>()?.into_iter().max()
     };
-    match (cuts(false), cuts(true)) {
-        (Some(front), Some(back)) if front + back < whole.len() => {
-            whole.start + front..whole.end - back
-        }
-        _ => whole.start..whole.start,
-    }
+    let mut left = whole.clone();
+    left.start += cut(&left, false)?;
+    left.end -= cut(&left, true)?;
+    (2 * left.len() >= whole.len()).then_some(left)
 }
 
 /// A count that a user would write: rounded up to two digits.

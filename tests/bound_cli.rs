@@ -167,7 +167,13 @@ fn a_sweep_is_certified_and_says_what_no_strategy_does() {
     let robots = [
         "--sweep", "robots", "--from", "1", "--to", "3", "--step", "1",
     ];
-    let table = text(&[&["sweep", "-q", "--train-items", "30"], &robots[..]].concat());
+    let table = text(
+        &[
+            &["sweep", "-q", "--train-items", "30", "--items", "50"],
+            &robots[..],
+        ]
+        .concat(),
+    );
     assert!(
         table.contains("no strategy picks everything at 1 robots; that is proven"),
         "{table}"

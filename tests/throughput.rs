@@ -3,10 +3,13 @@
 
 mod common;
 
+use pickline::experiment::{Method, Setting, sweep};
+use pickline::optimize::{Environment, Silent};
 use pickline::pattern::{Item, Pattern, grid, poisson_disk, random_stream};
 use pickline::sim::{Conditions, Disturbances, Scene, simulate_rules};
 use pickline::station::{Belt, Station, built_in};
 use pickline::throughput::{SteadyState, Throughput, Unsteady, UnsteadyReason, steady_state};
+use std::sync::atomic::AtomicBool;
 
 fn run(station: &Station, pattern: &Pattern, rules: &str) -> Result<SteadyState, Unsteady> {
     let scene = Scene::new(station, pattern).unwrap();
@@ -69,6 +72,51 @@ fn the_length_of_the_pattern_makes_no_difference() {
             );
         }
     }
+}
+
+/// On a line that has more to pick than it can, a further robot is worth what the others are,
+/// though the paper's rate, which counts the longer belt, says less and less.
+#[test]
+fn a_further_robot_is_worth_its_own_capacity() {
+    let narrow = |robots| {
+        built_in("paper-narrow")
+            .unwrap()
+            .station(Some(robots))
+            .unwrap()
+    };
+    let width = narrow(1).belt().width;
+    let patterns = [poisson_disk(width, 0.06, 4000, &mut random_stream(1, 0)).unwrap()];
+    let setting = |robots: usize| Setting {
+        value: robots as f64,
+        station: narrow(robots),
+        methods: vec![Method::Robust(
+            vec!["SPT"; robots].join(",").parse().unwrap(),
+        )],
+    };
+    let settings: Vec<Setting> = (1..=5).map(setting).collect();
+    let stop = AtomicBool::new(false);
+    let environment = Environment {
+        stop: &stop,
+        progress: &Silent,
+    };
+    let swept = sweep(
+        &settings,
+        &patterns,
+        &Conditions::default(),
+        false,
+        &environment,
+    )
+    .unwrap();
+    let throughput: Vec<f64> = swept
+        .points
+        .iter()
+        .map(|p| p[0].throughput.mean.unwrap())
+        .collect();
+    for pair in throughput.windows(2) {
+        let added = pair[1] - pair[0];
+        assert!((added / throughput[0] - 1.0).abs() < 0.1, "{throughput:?}");
+    }
+    assert_eq!(swept.recommended(0), Some(5.0));
 }
 
 /// A line that picks everything makes what arrives; the columns of a grid are counted whole.

@@ -17,7 +17,7 @@ const FURTHEST: f64 = 4.0;
 /// A limit of fewer steps than this is looked for again with finer ones.
 const FEWEST_STEPS: f64 = 10.0;
 /// So many patterns tell how long they must be.
-const FEW: usize = 8;
+const FEW: usize = 100;
 
 /// The values of a sweep and the line at each.
 pub type Lines = Vec<(f64, Station)>;

@@ -111,8 +111,8 @@ pub struct TrainingArgs {
 Examples:
   pickline sweep
   pickline sweep --patterns poisson:0.15:100 --items 150 --strategy SPT,SPT --out results/
-  pickline sweep --sweep robots --patterns balanced:20 --items 150
-  pickline sweep --sweep robots --patterns random:20 --flow 80 --items 300
+  pickline sweep --sweep robots --patterns poisson:0.12:10
+  pickline sweep --sweep robots --patterns random:20 --flow 80
   pickline sweep --patterns poisson:0.15:100 --html sweep.html --svg limits.svg --chart limits
 
 Charts for --chart: picked (the main one), the picked share over the sweep with the
