@@ -74,7 +74,7 @@ fn the_length_of_the_pattern_makes_no_difference() {
     }
 }
 
-/// On a line that has more to pick than it can, a further robot is worth what the others are,
+/// On a line that has more to pick than it can, a further robot is worth nearly what the first is,
 /// though the paper's rate, which counts the longer belt, says less and less.
 #[test]
 fn a_further_robot_is_worth_its_own_capacity() {
@@ -113,8 +113,9 @@ fn a_further_robot_is_worth_its_own_capacity() {
         .map(|p| p[0].throughput.mean.unwrap())
         .collect();
     for pair in throughput.windows(2) {
-        let added = pair[1] - pair[0];
-        assert!((added / throughput[0] - 1.0).abs() < 0.1, "{throughput:?}");
+        // SPT leaves the later robots the items that are further from their bins.
+        let worth = (pair[1] - pair[0]) / throughput[0];
+        assert!((0.7..1.05).contains(&worth), "{throughput:?}");
     }
     assert_eq!(swept.recommended(0), Some(5.0));
 }
