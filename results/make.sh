@@ -23,15 +23,15 @@ for station in paper paper-narrow; do
     if [ $station = paper-narrow ]; then train=(--station $station --train-items 50); fi
     for cases in paper dense; do
         mkdir -p "$out/compare/$station-$cases"
-        "$PICKLINE" compare --quiet --paper --cases $cases "${train[@]}" \
+        "$PICKLINE" compare --quiet --force --paper --cases $cases "${train[@]}" \
             --svg "$out/compare/$station-$cases/rate.svg" \
             --out "$out/compare/$station-$cases" > "$out/compare/$station-$cases/table.txt"
     done
     mkdir -p "$out/lookahead/$station"
-    "$PICKLINE" compare --quiet --cases all --strategy lookahead "${train[@]}" \
+    "$PICKLINE" compare --quiet --force --cases all --strategy lookahead "${train[@]}" \
         --svg "$out/lookahead/$station/rate.svg" \
         --out "$out/lookahead/$station" > "$out/lookahead/$station/table.txt"
     mkdir -p "$out/sweep/$station"
-    "$PICKLINE" sweep --quiet "${train[@]}" --strategy SPT,SPT --out "$out/sweep/$station" \
+    "$PICKLINE" sweep --quiet --force "${train[@]}" --strategy SPT,SPT --out "$out/sweep/$station" \
         --svg "$out/sweep/$station/picked.svg" > "$out/sweep/$station/table.txt"
 done

@@ -53,8 +53,7 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<()> {
 }
 
 fn write_by_rename(path: &Path, content: &[u8]) -> std::io::Result<()> {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let temporary = path.with_file_name(format!(".{name}.{}.part", std::process::id()));
+    let temporary = temporary(path);
     let written = std::fs::File::create(&temporary)
         .and_then(|mut file| {
             file.write_all(content)?;
@@ -91,23 +90,19 @@ pub fn sync_folder(path: &Path) {
 }
 
 /// The folder that `path` is in.
-fn folder_of(path: &Path) -> &Path {
+pub fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(folder) if folder != Path::new("") => folder,
         _ => Path::new("."),
     }
 }
 
-/// Checks that a file could be written to `path`, if there is one, without writing it:
+/// Checks that a file could be written to `path` by what there is to see, without a trace:
 /// so that work is not done, nor another file written, for a slip in a path.
 ///
 /// # Errors
 /// A path that is a folder, or in a folder that does not exist.
-pub fn check_target(path: Option<&Path>) -> Result<()> {
-    // `-` is stdout.
-    let Some(path) = path.filter(|path| *path != Path::new("-")) else {
-        return Ok(());
-    };
+pub fn check_target(path: &Path) -> Result<()> {
     let folder = folder_of(path);
     let kind = std::fs::metadata(folder).map_err(|source| Error::write(path, source))?;
     if !kind.is_dir() {
@@ -119,16 +114,47 @@ pub fn check_target(path: Option<&Path>) -> Result<()> {
     Ok(())
 }
 
-/// Checks that `folder` exists or could be made, without making it.
+/// Tries whether [`write_whole`] could write `path`: makes the temporary file that it would
+/// make, and removes it. Special files are left alone.
 ///
 /// # Errors
-/// A path that is no folder, or that lies below a file.
-pub fn check_folder(folder: &Path) -> Result<()> {
-    let there = folder.ancestors().find(|path| path.exists());
-    if there.is_none_or(Path::is_dir) {
+/// A folder or file that cannot be written.
+pub fn try_target(path: &Path) -> Result<()> {
+    let real = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    if real.exists() && !real.is_file() {
         return Ok(());
     }
-    Err(Error::write(folder, ErrorKind::NotADirectory.into()))
+    try_file(&temporary(&real)).map_err(|source| Error::write(path, source))
+}
+
+fn try_file(temporary: &Path) -> std::io::Result<()> {
+    std::fs::File::create(temporary)?;
+    std::fs::remove_file(temporary)
+}
+
+/// Where the content of `path` is written first.
+fn temporary(path: &Path) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!(".{name}.{}.part", std::process::id()))
+}
+
+/// Checks that `folder` exists or could be made, without making it: a file is made in what
+/// there is of it, and removed.
+///
+/// # Errors
+/// A path that is no folder, that lies below a file, or that must not be written to.
+pub fn check_folder(folder: &Path) -> Result<()> {
+    let there = folder.ancestors().find(|path| path.exists());
+    let there = match there {
+        Some(there) if !there.is_dir() => {
+            return Err(Error::write(folder, ErrorKind::NotADirectory.into()));
+        }
+        Some(there) => there,
+        // A relative path of which nothing exists yet.
+        None => Path::new("."),
+    };
+    let temporary = there.join(format!(".pickline.{}.part", std::process::id()));
+    try_file(&temporary).map_err(|source| Error::write(folder, source))
 }
 
 /// Makes `folder` and its parents.
@@ -226,11 +252,11 @@ mod tests {
         assert!(check_folder(Path::new("new")).is_ok());
         assert!(check_folder(&path("file")).is_err());
         assert!(check_folder(&path("file/below")).is_err());
-        assert!(check_target(Some(&path("new"))).is_ok());
-        assert!(check_target(Some(&path("file"))).is_ok());
-        assert!(check_target(Some(Path::new("new"))).is_ok());
+        assert!(check_target(&path("new")).is_ok());
+        assert!(check_target(&path("file")).is_ok());
+        assert!(check_target(Path::new("new")).is_ok());
         for bad in ["file/below", "no-folder/file", ""] {
-            assert!(check_target(Some(&path(bad))).is_err(), "{bad}");
+            assert!(check_target(&path(bad)).is_err(), "{bad}");
         }
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
     }

@@ -46,6 +46,7 @@
 
 pub mod error;
 pub mod kinematics;
+pub mod plausible;
 pub mod files;
 mod toml_file;
 mod csv_file;

@@ -22,8 +22,9 @@ pub struct StrategyKind {
     pub options: &'static [(&'static str, &'static str)],
     /// Whether a decision has a budget.
     budgeted: bool,
-    /// Reads what stands after the colon, none where there is no colon.
-    read: fn(Option<&str>) -> Result<Maker>,
+    /// Reads what stands after the colon, none where there is no colon; with what a user
+    /// should know of how it was read, if anything.
+    read: fn(Option<&str>) -> Result<(Maker, Option<String>)>,
 }
 
 /// Puts a strategy that was read on a line.
@@ -39,12 +40,13 @@ pub static STRATEGIES: &[StrategyKind] = &[
         budgeted: false,
         read: |text| {
             let rules: RuleAssignment = text.unwrap_or_default().parse()?;
-            Ok(Box::new(move |setup| {
+            let make: Maker = Box::new(move |setup| {
                 let strategy = RuleStrategy(rules.clone().for_robots(setup.robots)?);
                 Ok(Blueprint::new(strategy.name(), move || {
                     Box::new(strategy.clone())
                 }))
-            }))
+            });
+            Ok((make, None))
         },
     },
     StrategyKind {
@@ -55,7 +57,7 @@ pub static STRATEGIES: &[StrategyKind] = &[
         budgeted: true,
         read: |text| {
             let text = text.unwrap_or_default().to_owned();
-            Ok(Box::new(move |setup| {
+            let make: Maker = Box::new(move |setup| {
                 let mut options = Options::parse(&text, setup.robots, setup.allowance)?;
                 let name = options.written();
                 if options.bases.is_empty() {
@@ -64,7 +66,8 @@ pub static STRATEGIES: &[StrategyKind] = &[
                 Ok(Blueprint::new(name, move || {
                     Box::new(Lookahead::new(options.clone()))
                 }))
-            }))
+            });
+            Ok((make, None))
         },
     },
     StrategyKind {
@@ -74,8 +77,8 @@ pub static STRATEGIES: &[StrategyKind] = &[
         options: &[],
         budgeted: false,
         read: |file| {
-            let policy = read_policy(file)?;
-            Ok(Box::new(move |_| Ok(policy.clone())))
+            let (policy, remark) = read_policy(file)?;
+            Ok((Box::new(move |_| Ok(policy.clone())), remark))
         },
     },
 ];
@@ -101,7 +104,7 @@ const BOUND: &str = "bound";
 
 /// The policy in `file`, or the shipped one.
 #[cfg(feature = "onnx")]
-fn read_policy(file: Option<&str>) -> Result<Blueprint> {
+fn read_policy(file: Option<&str>) -> Result<(Blueprint, Option<String>)> {
     let (policy, name) = match file {
         None => (Policy::shipped()?, POLICY.to_owned()),
         // A variable of a script that is not set, say: another policy than was meant.
@@ -114,14 +117,15 @@ fn read_policy(file: Option<&str>) -> Result<Blueprint> {
         }
         Some(file) => (Policy::load(Path::new(file))?, format!("{POLICY}:{file}")),
     };
-    let written = name.clone();
-    Ok(Blueprint::new(name, move || {
+    let (written, remark) = (name.clone(), policy.remark().map(str::to_owned));
+    let blueprint = Blueprint::new(name, move || {
         Box::new(PolicyStrategy::new(written.clone(), &policy))
-    }))
+    });
+    Ok((blueprint, remark))
 }
 
 #[cfg(not(feature = "onnx"))]
-fn read_policy(_: Option<&str>) -> Result<Blueprint> {
+fn read_policy(_: Option<&str>) -> Result<(Blueprint, Option<String>)> {
     Err(Error::input(
         "--strategy onnx",
         "this program was built without ONNX",
@@ -178,9 +182,15 @@ impl fmt::Debug for Blueprint {
 pub struct Parsed {
     kind: &'static StrategyKind,
     make: Maker,
+    remark: Option<String>,
 }
 
 impl Parsed {
+    /// What a user should know of how it was read, if anything.
+    pub fn remark(&self) -> Option<&str> {
+        self.remark.as_deref()
+    }
+
     /// The strategy on a line.
     ///
     /// # Errors
@@ -233,8 +243,8 @@ pub fn parse(text: &str) -> Result<Parsed> {
         None => ("rules", Some(text)),
     };
     if let Some(kind) = STRATEGIES.iter().find(|kind| kind.name == name) {
-        let make = (kind.read)(rest)?;
-        return Ok(Parsed { kind, make });
+        let (make, remark) = (kind.read)(rest)?;
+        return Ok(Parsed { kind, make, remark });
     }
     if name == BOUND {
         return Err(Error::input(

@@ -1,6 +1,7 @@
 //! `pickline bound`.
 
 use super::args::{BoundArgs, ObjectiveArg};
+use super::outputs::Outputs;
 use super::progress::Bar;
 use super::session::Session;
 use super::settings::{json, load_pattern};
@@ -8,6 +9,7 @@ use crate::checker;
 use crate::error::{Error, Result};
 use crate::optimize::Progress as _;
 use crate::planning::bound::{Bound, Objective, Options, upper_bound};
+use crate::plausible::SLOT;
 use crate::report::{BoundReport, Provenance};
 use crate::sim::Scene;
 use std::path::Path;
@@ -30,9 +32,13 @@ pub fn run(args: &BoundArgs, session: &Session) -> Result<()> {
         ));
     }
     let pattern = args.pattern.as_deref().map(Path::new);
-    common.check_apart(&FILES, &[args.station.file(), ("--pattern", pattern)], &[])?;
+    let read = [args.station.file(), ("--pattern", pattern)];
+    common.check_outputs("bound", &FILES, &read, &[])?;
     let station = args.station.load()?;
     let (pattern, pattern_name) = load_pattern(args.pattern.as_deref(), station.belt().width)?;
+    let named = args.pattern.as_deref().unwrap_or(&pattern_name);
+    args.station.check_pattern(named, &pattern)?;
+    args.station.check_values(&[("--slot", &SLOT, args.slot)])?;
     if args.pattern.is_none() {
         common.remark(&format!(
             "bounding {pattern_name}, station {}",
@@ -60,10 +66,12 @@ pub fn run(args: &BoundArgs, session: &Session) -> Result<()> {
         common.seed,
     );
     let report = BoundReport::new(&pattern, &picks, weight.as_ref(), made);
-    common.write_out(FILES[0], &json(&report)?)?;
-    common.write_out(FILES[1], &report.prices_csv())?;
+    let mut outputs = Outputs::default();
+    let whole = json(&report)?;
+    outputs.add_out(common, FILES[0], || whole);
+    outputs.add_out(common, FILES[1], || report.prices_csv());
     let text = common.render(|| report.to_table(), || report.to_csv(), &report)?;
-    session.print(text.as_bytes())
+    outputs.deliver(session, &text)
 }
 
 fn bound(

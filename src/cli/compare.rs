@@ -1,10 +1,11 @@
 //! `pickline compare`.
 
 use super::args::{CompareArgs, Format};
+use super::outputs::Outputs;
 use super::pictures;
 use super::progress::Bar;
 use super::session::Session;
-use super::settings::{condition_notes, json};
+use super::settings::{condition_notes, json, parse_strategy};
 use super::training::{Line, full_name};
 use crate::error::{Error, Result, known_names, shown};
 use crate::experiment::{Case, Draws, Method, add_bounds, compare, load_cases};
@@ -41,6 +42,14 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
     let station = args.station.load()?;
     let robots = station.robots().len();
     let cases = load_cases(&args.cases)?;
+    args.conditions.check_on(&args.station, &station)?;
+    for case in &cases {
+        // The patterns of a case are alike.
+        let patterns = case.patterns(station.belt(), 1, args.common.seed)?;
+        for (_, pattern) in &patterns {
+            args.station.check_pattern(&case.name, pattern)?;
+        }
+    }
     let mut read = vec![
         args.station.file(),
         ("--cases", Some(Path::new(&args.cases))),
@@ -48,7 +57,7 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
     read.extend(cases.iter().map(|case| ("--cases", case.file())));
     read.extend(args.strategy.iter().map(|s| ("--strategy", policy_file(s))));
     args.common
-        .check_apart(&FILES, &read, &args.pictures.files())?;
+        .check_outputs("compare", &FILES, &read, &args.pictures.files())?;
     // A file of one's own is known by what is in it, not by its name.
     let case_file = match Path::new(&args.cases) {
         file if file.is_file() => {
@@ -65,7 +74,7 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
     }
     let strategies: Vec<Parsed> = texts
         .iter()
-        .map(|t| strategies::parse(t))
+        .map(|text| parse_strategy(text, args.common.quiet))
         .collect::<Result<_>>()?;
     for strategy in &strategies {
         // A slip is told before the long search for robust GT.
@@ -161,12 +170,15 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
         report.runs_csv(),
         json(&report)?,
     ];
+    let mut outputs = Outputs::default();
     for (name, text) in FILES.iter().zip(texts) {
-        args.common.write_out(name, &text)?;
+        outputs.add_out(&args.common, name, || text);
     }
-    args.pictures
-        .write(chart, &report, &report.made, || comparison_page(&report))?;
-    session.print(text.as_bytes())
+    let page = || comparison_page(&report);
+    let drawn = args
+        .pictures
+        .draw(&mut outputs, chart, &report, &report.made, page);
+    outputs.deliver(session, &text).and(drawn)
 }
 
 /// The place of the method that the others are measured against.

@@ -21,6 +21,8 @@ pub fn run(args: &EmulateArgs, _session: &Session) -> Result<()> {
         return Err(Error::input("--pattern", "stdin carries the tasks", cure));
     }
     let (pattern, name) = load_pattern(file.as_deref(), width)?;
+    let named = file.as_deref().unwrap_or(&name);
+    args.station.check_pattern(named, &pattern)?;
     let trouble = args.trouble.resolve()?;
     let items = pattern.len();
     let emulator = Emulator::new(station, pattern, trouble)?;

@@ -1,12 +1,12 @@
 //! `pickline game`.
 
 use super::args::{GameArgs, PayoffArg};
+use super::outputs::Outputs;
 use super::pattern_set;
 use super::progress::Bar;
 use super::session::Session;
 use super::settings::json;
 use crate::error::Result;
-use crate::files;
 use crate::optimize::Environment;
 use crate::optimize::game::{LineGame, PayoffKind, check_size};
 use crate::pattern::{PatternSource, Recipe};
@@ -20,7 +20,6 @@ const FILES: [&str; 3] = ["game.json", "payoffs.csv", "game.nfg"];
 pub fn run(args: &GameArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
     args.common.check()?;
-    files::check_target(args.nfg.as_deref())?;
     let station = args.station.load()?;
     check_size(&station)?;
     let (source, shape) = args.set.feed.source(&args.set.patterns)?;
@@ -28,25 +27,28 @@ pub fn run(args: &GameArgs, session: &Session) -> Result<()> {
         "--nfg",
         args.nfg.as_deref().filter(|file| *file != Path::new("-")),
     )];
-    pattern_set::check_apart(&args.common, &FILES, &args.station, &source, &nfg)?;
+    let patterns = source.files()?;
+    let mut read = vec![args.station.file()];
+    read.extend(patterns.iter().map(|file| ("--patterns", Some(&**file))));
+    args.common.check_outputs("game", &FILES, &read, &nfg)?;
     let seed = args.common.seed;
     let recipe = pattern_set::recipe(&args.set, seed, &source, shape, &station)?;
     let solve = || report(args, session, &station, &source, &recipe);
     let report = args.common.on_threads(solve)?;
-    args.common.write_out(FILES[0], &json(&report)?)?;
-    args.common.write_out(FILES[1], &report.to_csv())?;
-    args.common.write_out(FILES[2], &report.nfg)?;
-    if let Some(file) = &args.nfg {
-        session.print_or_write(Some(file), report.nfg.as_bytes())?;
-        if file.as_path() == Path::new("-") {
-            // What is piped to Gambit must be the game alone.
-            return Ok(());
+    let mut outputs = Outputs::default();
+    let (common, whole) = (&args.common, json(&report)?);
+    outputs.add_out(common, FILES[0], || whole);
+    outputs.add_out(common, FILES[1], || report.to_csv());
+    outputs.add_out(common, FILES[2], || report.nfg.clone());
+    let text = match nfg[0].1 {
+        // What is piped to Gambit must be the game alone.
+        None if args.nfg.is_some() => report.nfg.clone(),
+        file => {
+            outputs.add(file, || report.nfg.clone());
+            common.render(|| report.to_table(args.top), || report.to_csv(), &report)?
         }
-    }
-    let text = args
-        .common
-        .render(|| report.to_table(args.top), || report.to_csv(), &report)?;
-    session.print(text.as_bytes())
+    };
+    outputs.deliver(session, &text)
 }
 
 fn report(
@@ -61,6 +63,7 @@ fn report(
         PayoffArg::Total => PayoffKind::Total,
     };
     let set = pattern_set::build(source, recipe, station)?;
+    args.station.check_set(&set)?;
     args.common.remark(&format!(
         "solving the game of station {} ({} robots, belt at {} m/s), payoff {}\non {}",
         args.station.station,

@@ -5,6 +5,7 @@ use super::live::unix_now;
 use super::session::Session;
 use crate::decision::Strategy;
 use crate::error::Result;
+use crate::files;
 use crate::live::journal::{Found, Journal, Owner};
 use crate::live::protocol::{Incoming, Outgoing};
 use crate::live::recording::Event;
@@ -13,6 +14,7 @@ use crate::live::recording::{Heading, Recorder};
 use crate::live::{ClockKind, Config, Controller};
 use crate::report::station_hash;
 use crate::station::Station;
+use crate::strategies::policy_file;
 use std::path::Path;
 
 /// The program and its version.
@@ -38,6 +40,32 @@ pub struct Kept {
 struct Recording {
     recorder: Option<Recorder>,
     failure: Option<crate::error::Error>,
+}
+
+/// Checks, before the work begins, that what a run keeps can be written and is none of
+/// what it reads. What stands in the files already is looked at when they are opened: a
+/// journal has to be this line's, and a recording replaces nothing.
+///
+/// # Errors
+/// A file that cannot be written, or has two uses.
+pub fn check(args: &RunArgs) -> Result<()> {
+    let read = [
+        args.station.file(),
+        ("--strategy", args.strategy.as_deref().and_then(policy_file)),
+    ];
+    #[cfg(feature = "mcap")]
+    let record = args.kept.record.as_deref();
+    #[cfg(not(feature = "mcap"))]
+    let record = None;
+    let written = [
+        ("--journal", args.kept.journal.as_deref()),
+        ("--record", record),
+    ];
+    for file in written.iter().filter_map(|(_, file)| *file) {
+        files::check_target(file)?;
+        files::try_target(file)?;
+    }
+    files::check_apart(&read, &written)
 }
 
 impl Kept {
@@ -66,14 +94,6 @@ impl Kept {
         };
         #[cfg(not(feature = "mcap"))]
         let _ = session;
-        #[cfg(feature = "mcap")]
-        crate::files::check_apart(
-            &[],
-            &[
-                ("--journal", args.kept.journal.as_deref()),
-                ("--record", args.kept.record.as_deref()),
-            ],
-        )?;
         let owner = Owner {
             station: station_hash(&station),
             clock: config.clock,

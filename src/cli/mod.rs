@@ -12,6 +12,7 @@ mod live;
 mod mqtt;
 mod node;
 mod optimize;
+mod outputs;
 mod pattern;
 mod pattern_set;
 mod pictures;
@@ -30,6 +31,7 @@ mod sweep_values;
 #[cfg(feature = "onnx")]
 mod train;
 mod training;
+mod warnings;
 
 use crate::error::{Error, Result};
 use args::{Cli, Command};

@@ -195,6 +195,9 @@ impl Node<'_> {
 
     /// Sends what the controller has to say, once the journal has what it follows from.
     fn speak(&mut self) -> Result<()> {
+        if let Some(complaint) = self.controller.take_complaint() {
+            self.transport.remark(&complaint);
+        }
         let output = self.controller.take_output();
         self.kept.keep(&mut self.controller, !output.is_empty())?;
         for message in output {

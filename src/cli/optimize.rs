@@ -1,11 +1,12 @@
 //! `pickline optimize`.
 
 use super::args::{OptimizeArgs, SearchArg};
+use super::outputs::Outputs;
 use super::pattern_set;
 use super::pictures;
 use super::progress::Bar;
 use super::session::Session;
-use super::settings::json;
+use super::settings::{json, parse_strategy};
 use super::training::slow;
 use crate::error::Result;
 use crate::optimize::{
@@ -13,11 +14,12 @@ use crate::optimize::{
     StopReason, chosen_flow, optimize, rivals, validate,
 };
 use crate::pattern::{PatternSet, PatternSource, Recipe};
+use crate::plausible::SPEED_STEP;
 use crate::report::{
     OPTIMUM_CHARTS, OptimumReport, Provenance, RivalsReport, ValidationReport, optimum_page,
 };
 use crate::station::Station;
-use crate::strategies::{Blueprint, read_alone};
+use crate::strategies::{Blueprint, policy_file};
 
 /// What is written into the folder for result files.
 const FILES: [&str; 3] = ["optimize.json", "ranking.csv", "strategies.csv"];
@@ -35,19 +37,19 @@ pub fn run(args: &OptimizeArgs, session: &Session) -> Result<()> {
     let report = args
         .common
         .on_threads(|| job.report(session, &environment))?;
-    args.common.write_out(FILES[0], &json(&report)?)?;
-    args.common.write_out(FILES[1], &report.to_csv())?;
+    let mut outputs = Outputs::default();
+    let (common, top, whole) = (&args.common, args.top, json(&report)?);
+    outputs.add_out(common, FILES[0], || whole);
+    outputs.add_out(common, FILES[1], || report.to_csv());
     if let Some(beside) = &report.beside {
-        let text = beside.to_csv(&report);
-        args.common.write_out(FILES[2], &text)?;
+        outputs.add_out(common, FILES[2], || beside.to_csv(&report));
     }
-    let top = args.top;
-    args.pictures
-        .write(chart, &report, &report.made, || optimum_page(&report, top))?;
-    let text = args
-        .common
-        .render(|| report.to_table(top), || report.to_csv(), &report)?;
-    session.print(text.as_bytes())
+    let page = || optimum_page(&report, top);
+    let drawn = args
+        .pictures
+        .draw(&mut outputs, chart, &report, &report.made, page);
+    let text = common.render(|| report.to_table(top), || report.to_csv(), &report)?;
+    outputs.deliver(session, &text).and(drawn)
 }
 
 /// The arguments resolved.
@@ -65,19 +67,23 @@ impl<'a> Job<'a> {
     fn new(args: &'a OptimizeArgs) -> Result<Self> {
         let station = args.station.load()?;
         let (source, shape) = args.set.feed.source(&args.set.patterns)?;
-        pattern_set::check_apart(
-            &args.common,
-            &FILES,
-            &args.station,
-            &source,
-            &args.pictures.files(),
-        )?;
+        let patterns = source.files()?;
+        let mut read = vec![args.station.file()];
+        read.extend(patterns.iter().map(|file| ("--patterns", Some(&**file))));
+        read.extend(args.strategy.iter().map(|s| ("--strategy", policy_file(s))));
+        args.common
+            .check_outputs("optimize", &FILES, &read, &args.pictures.files())?;
         let seed = args.common.seed;
         let recipe = pattern_set::recipe(&args.set, seed, &source, shape, &station)?;
         source.check_fresh(&recipe, args.validate)?;
         let scan = SpeedScan::new(args.speed_step, &station)?;
+        let values = [("--speed-step", &SPEED_STEP, Some(args.speed_step))];
+        args.station.check_values(&values)?;
         let robots = station.robots().len();
-        let strategies = args.strategy.iter().map(|text| read_alone(text, robots));
+        let strategies = args
+            .strategy
+            .iter()
+            .map(|text| parse_strategy(text, args.common.quiet)?.alone(robots));
         let grasp = Grasp {
             starts: args.starts,
             alpha: args.alpha,
@@ -107,6 +113,7 @@ impl<'a> Job<'a> {
     fn report(&self, session: &Session, environment: &Environment) -> Result<OptimumReport> {
         let args = self.args;
         let set = pattern_set::build(&self.source, &self.recipe, &self.station)?;
+        args.station.check_set(&set)?;
         args.common.remark(&format!(
             "optimizing {} for station {} ({} robots, belt at {} m/s)\non {}",
             self.objective.name(),

@@ -4,15 +4,19 @@ use super::args::{
     AxisArg, DescribeArgs, Format, GenerateArgs, ImportCommand, MotArgs, PatternCommand,
     PatternKind, StationChoice,
 };
+use super::outputs::{self, Outputs};
 use super::session::{Session, tell};
 use super::settings::{DEFAULT_GRID, json, load_pattern};
+use super::warnings::warn;
 use crate::error::{Error, Result, shown_number};
 use crate::files;
 use crate::pattern::{
     Feed, Feeder, Pattern, describe, grid, mot, poisson_disk, random_stream, to_csv,
 };
-use crate::report::{DescriptionReport, description_table};
+use crate::plausible::{BELT_SPEED, BELT_WIDTH};
+use crate::report::{DescriptionReport, description_table, origin_comment};
 use rand::rngs::ChaCha8Rng;
+use serde::Serialize;
 use std::path::Path;
 
 /// Radius [m] and number of items of a Poisson disk pattern when none are given: a
@@ -30,12 +34,23 @@ pub fn run(command: PatternCommand, session: &Session) -> Result<()> {
 }
 
 fn generate(args: &GenerateArgs, session: &Session) -> Result<()> {
-    files::check_target(args.output.as_deref())?;
+    let output = written(args.output.as_deref());
+    let read = [args.station.file()];
+    outputs::check(
+        "pattern generate",
+        args.force,
+        &read,
+        &[("--output", output)],
+    )?;
     // Even where the width does not come from it: a wrong one must not pass unnoticed.
     let station = args.station.load()?;
     let mut belt = *station.belt();
     match args.width {
-        Some(width) if (1e-6..=1e3).contains(&width) => belt.width = width,
+        Some(width) if (1e-6..=1e3).contains(&width) => {
+            let values = [("--width", &BELT_WIDTH, Some(width))];
+            args.station.check_values(&values)?;
+            belt.width = width;
+        }
         Some(width) => {
             return Err(Error::input(
                 "--width",
@@ -87,7 +102,25 @@ fn generate(args: &GenerateArgs, session: &Session) -> Result<()> {
         pattern
     };
     let pattern = attributes.apply(pattern, &mut rng)?;
-    session.print_or_write(args.output.as_deref(), to_csv(&pattern).as_bytes())
+    args.station.check_pattern("the pattern", &pattern)?;
+    write_pattern(output, &pattern, session)
+}
+
+/// The file of `--output`, if it is not stdout.
+fn written(output: Option<&Path>) -> Option<&Path> {
+    output.filter(|file| *file != Path::new("-"))
+}
+
+/// Writes `pattern` into `file`, with the call that it comes from, or prints it.
+fn write_pattern(file: Option<&Path>, pattern: &Pattern, session: &Session) -> Result<()> {
+    let text = to_csv(pattern);
+    match file {
+        Some(file) => {
+            let origin = origin_comment(&session.command());
+            files::write_whole(file, (origin + &text).as_bytes())
+        }
+        None => session.print(text.as_bytes()),
+    }
 }
 
 /// A grid or a Poisson disk pattern by the distance between its items.
@@ -181,12 +214,20 @@ fn describe_pattern(args: &DescribeArgs, session: &Session) -> Result<()> {
             station: station.clone(),
             robots: None,
             belt_speed: args.belt_speed,
+            strict: args.strict,
         };
         choice.load()
     });
     let belt = station.transpose()?.map(|station| *station.belt());
     let width = belt.map_or(crate::station::BUILT_INS[0].belt_width, |belt| belt.width);
     let (pattern, name) = load_pattern(args.file.as_deref(), width)?;
+    let named = args.file.as_deref().unwrap_or(&name);
+    let given = args.belt_speed.filter(|_| args.station.is_none());
+    let unlikely = given.and_then(|speed| BELT_SPEED.check("--belt-speed", speed));
+    warn(
+        args.strict,
+        unlikely.into_iter().chain(pattern.warnings(named)),
+    )?;
     let speed = belt.map(|belt| belt.speed).or(args.belt_speed);
     let report = DescriptionReport::new(describe(&pattern), speed);
     let table = description_table(&report);
@@ -198,9 +239,19 @@ fn describe_pattern(args: &DescribeArgs, session: &Session) -> Result<()> {
     session.print(text.as_bytes())
 }
 
+/// What `--report` writes: the report and the call that it comes from.
+#[derive(Serialize)]
+struct Imported<'a> {
+    command: &'a str,
+    #[serde(flatten)]
+    report: &'a mot::Report,
+}
+
 fn import_mot(args: &MotArgs, session: &Session) -> Result<()> {
-    files::check_target(args.output.as_deref())?;
-    files::check_target(args.report.as_deref())?;
+    let output = written(args.output.as_deref());
+    let targets = [("--output", output), ("--report", args.report.as_deref())];
+    let read = [("the recording", Some(args.file.as_path()))];
+    outputs::check("pattern import", args.force, &read, &targets)?;
     let options = mot::Options {
         reverse: args.reverse,
         centre_px: args.centre_px,
@@ -219,13 +270,24 @@ fn import_mot(args: &MotArgs, session: &Session) -> Result<()> {
     };
     let text = files::read_text(&args.file)?;
     let import = mot::import(&text, &args.file.display().to_string(), &options)?;
+    let speed = BELT_SPEED.check("--belt-speed", args.belt_speed);
+    warn(
+        args.strict,
+        speed
+            .into_iter()
+            .chain(import.pattern.warnings("the pattern")),
+    )?;
     if !args.quiet {
         for line in import.report.lines() {
             tell(&line);
         }
     }
-    if let Some(file) = &args.report {
-        files::write_whole(file, json(&import.report)?.as_bytes())?;
-    }
-    session.print_or_write(args.output.as_deref(), to_csv(&import.pattern).as_bytes())
+    let command = session.command();
+    let report = json(&Imported {
+        command: &command,
+        report: &import.report,
+    })?;
+    let mut outputs = Outputs::default();
+    outputs.add(args.report.as_deref(), || report);
+    write_pattern(output, &import.pattern, session).and(outputs.write())
 }

@@ -1,8 +1,7 @@
 //! The set of patterns that a verb is judged on, for every verb that takes `--patterns`.
 
-use super::args::{Common, PatternSetArgs, StationChoice};
+use super::args::PatternSetArgs;
 use crate::error::{Error, Result};
-use crate::files::Named;
 use crate::pattern::{FeedShape, PatternSet, PatternSource, Recipe};
 use crate::station::Station;
 
@@ -43,24 +42,6 @@ pub fn recipe(
         attributes,
         seed,
     })
-}
-
-/// Checks that nothing that a verb on `source` writes, `written` and the files `names` in
-/// the folder for result files, overwrites what it reads or something else of that.
-///
-/// # Errors
-/// The first pair that is one file.
-pub fn check_apart(
-    common: &Common,
-    names: &[&str],
-    station: &StationChoice,
-    source: &PatternSource,
-    written: &Named,
-) -> Result<()> {
-    let patterns = source.files()?;
-    let mut read = vec![station.file()];
-    read.extend(patterns.iter().map(|file| ("--patterns", Some(&**file))));
-    common.check_apart(names, &read, written)
 }
 
 /// The set, every pattern of it checked to lie on the belt.

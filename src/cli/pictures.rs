@@ -1,23 +1,19 @@
 //! The pictures of a result: a page, a chart.
 
 use super::args::Pictures;
+use super::outputs::Outputs;
 use crate::error::Result;
-use crate::files;
 use crate::report::{ChartKind, Provenance};
 use std::path::Path;
 
-/// The chart that was asked for among `kinds`, once everything asked of pictures is
-/// known to be possible: a long computation must not end in a slip of the pen.
+/// The chart that was asked for among `kinds`, found before the work begins.
 ///
 /// # Errors
-/// An unknown chart, a file that cannot be written, one file for two pictures.
+/// An unknown chart.
 pub fn checked<R>(
     pictures: &Pictures,
     kinds: &'static [ChartKind<R>],
 ) -> Result<&'static ChartKind<R>> {
-    files::check_target(pictures.html.as_deref())?;
-    files::check_target(pictures.svg.as_deref())?;
-    files::check_apart(&[], &pictures.files())?;
     ChartKind::named(kinds, pictures.chart.as_deref())
 }
 
@@ -30,27 +26,22 @@ impl Pictures {
         ]
     }
 
-    /// Writes the pictures of `report` that were asked for.
+    /// Adds the pictures of `report` that were asked for to `outputs`.
     ///
     /// # Errors
-    /// A report that has nothing for `chart`, a file that cannot be written.
-    pub fn write<R>(
+    /// A report that has nothing for `chart`.
+    pub fn draw<R>(
         &self,
+        outputs: &mut Outputs,
         chart: &ChartKind<R>,
         report: &R,
         made: &Provenance,
         page: impl FnOnce() -> String,
     ) -> Result<()> {
-        // Drawn before either is written, so that nothing is left of a call that failed.
-        let svg = match &self.svg {
-            Some(file) => Some((file, chart.svg(report, made)?)),
-            None => None,
-        };
-        if let Some(file) = &self.html {
-            files::write_whole(file, page().as_bytes())?;
-        }
-        if let Some((file, svg)) = svg {
-            files::write_whole(file, svg.as_bytes())?;
+        outputs.add(self.html.as_deref(), page);
+        if self.svg.is_some() {
+            let svg = chart.svg(report, made)?;
+            outputs.add(self.svg.as_deref(), || svg);
         }
         Ok(())
     }

@@ -2,12 +2,12 @@
 
 use super::args::{Common, Format, RunArgs};
 use super::dashboard::Screen;
-use super::kept::Kept;
+use super::kept::{self, Kept};
 use super::live::{PATIENCE, check_range, is_same_place, stop_flag};
 use super::node::Node;
 use super::progress::Bar;
 use super::session::Session;
-use super::settings::json;
+use super::settings::{json, parse_strategy};
 use super::training::{Line, budget};
 use crate::error::{Error, Result, shown};
 use crate::live::protocol::schema;
@@ -15,6 +15,7 @@ use crate::live::transport::Side;
 use crate::live::{ClockKind, Config};
 use crate::optimize::Environment;
 use crate::planning::{Allowance, Budget};
+use crate::plausible::{DECISION_TIME, TIMEOUT, TOLERANCE};
 use crate::station::Station;
 use crate::strategies::{self, Blueprint};
 use std::cell::OnceCell;
@@ -40,7 +41,14 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
         let unit = "s, or 0 for the last one only";
         check_range("--status-every", args.status_every, least, 1e6, unit)?;
     }
+    args.station.check_values(&[
+        ("--tolerance", &TOLERANCE, Some(args.tolerance)),
+        ("--ack-timeout", &TIMEOUT, Some(args.ack_timeout)),
+        ("--result-timeout", &TIMEOUT, Some(args.result_timeout)),
+        ("--budget-ms", &DECISION_TIME, args.budget_ms),
+    ])?;
     check_addresses(args)?;
+    kept::check(args)?;
     let allowance = allowance(args.budget_ms, args.transport.clock())?;
     let station = args.station.load()?;
     let text = match &args.strategy {
@@ -141,6 +149,7 @@ pub fn blueprint(
         threads: None,
         format: Format::Table,
         out: None,
+        force: false,
         quiet,
     };
     let bar = Bar::new(common.quiet);
@@ -149,6 +158,6 @@ pub fn blueprint(
         progress: &bar,
     };
     let line = Line::new(&common, station, &environment);
-    let strategy = strategies::parse(text)?;
+    let strategy = parse_strategy(text, quiet)?;
     common.on_threads(|| line.put(&strategy, &OnceCell::new(), allowance))
 }

@@ -15,7 +15,7 @@ pub struct Session {
 
 /// Flags that cannot change a result, and whether they take a value; they are left
 /// out of the recorded command line.
-const WITHOUT_EFFECT: [(&str, bool); 11] = [
+const WITHOUT_EFFECT: [(&str, bool); 16] = [
     ("--threads", true),
     ("--format", true),
     ("--out", true),
@@ -25,6 +25,11 @@ const WITHOUT_EFFECT: [(&str, bool); 11] = [
     ("--chart", true),
     ("--nfg", true),
     ("--top", true),
+    ("--output", true),
+    ("-o", true),
+    ("--report", true),
+    ("--force", false),
+    ("--strict", false),
     ("--quiet", false),
     ("-q", false),
 ];
@@ -134,8 +139,7 @@ mod tests {
 
     #[test]
     fn the_recorded_command_leaves_out_what_has_no_effect() {
-        let words =
-            "optimize --robots 3 --threads 2 -q --format=json --out d --strategy [SPT;FIFO]";
+        let words = "optimize --robots 3 --threads 2 -q --format=json --out d --force --strategy [SPT;FIFO]";
         let session = Session::new(words.split(' ').map(str::to_owned).collect());
         assert_eq!(
             session.command(),

@@ -4,16 +4,19 @@ use super::args::{
     AttributeArgs, Common, ConditionArgs, FeedArgs, Format, StationChoice, TrainingArgs,
 };
 use super::session::tell;
+use super::warnings::warn;
 use crate::error::{Error, Result};
-use crate::files::{self, Named};
+use crate::files;
 use crate::pattern::{
     self, Attributes, Distribution, Feed, FeedShape, Pattern, PatternSource, grid,
 };
+use crate::plausible::POSITION_NOISE;
 use crate::sim::{Conditions, Disturbances};
 use crate::station::{self, Overrides, Station};
+use crate::strategies::{self, Parsed};
 use serde::Serialize;
 use std::io::Read as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 impl StationChoice {
     /// Where the station comes from, as a file.
@@ -21,11 +24,11 @@ impl StationChoice {
         ("--station", Some(Path::new(&self.station)))
     }
 
-    /// The station.
+    /// The station, of which nothing is said.
     ///
     /// # Errors
     /// As for [`station::load`].
-    pub fn load(&self) -> Result<Station> {
+    pub fn resolve(&self) -> Result<Station> {
         let overrides = Overrides {
             robots: self.robots,
             belt_speed: self.belt_speed,
@@ -99,6 +102,17 @@ impl AttributeArgs {
 }
 
 impl ConditionArgs {
+    /// Says what of the conditions is not plausible on `station`.
+    ///
+    /// # Errors
+    /// As for [`warn`].
+    pub fn check_on(&self, choice: &StationChoice, station: &Station) -> Result<()> {
+        let camera = self.camera_x;
+        let camera = camera.and_then(|x| station.check_camera("--camera-x", x));
+        let noise = POSITION_NOISE.check("--position-noise", self.position_noise);
+        warn(choice.strict, camera.into_iter().chain(noise))
+    }
+
     /// The conditions, their luck under the master seed.
     ///
     /// # Errors
@@ -136,21 +150,6 @@ impl Common {
         }
     }
 
-    /// Checks that nothing that a call writes, the files `names` in the folder for result
-    /// files among them, overwrites what it reads or something else that it writes.
-    ///
-    /// # Errors
-    /// The first pair that is one file.
-    pub fn check_apart(&self, names: &[&str], read: &Named, written: &Named) -> Result<()> {
-        let out = self.out.iter();
-        let out: Vec<PathBuf> = out
-            .flat_map(|folder| names.iter().map(|name| folder.join(name)))
-            .collect();
-        let out = out.iter().map(|file| ("--out", Some(file.as_path())));
-        let written: Vec<_> = written.iter().copied().chain(out).collect();
-        files::check_apart(read, &written)
-    }
-
     /// Runs `work` on the chosen number of threads.
     ///
     /// # Errors
@@ -184,21 +183,18 @@ impl Common {
             Format::Json => json(value)?,
         })
     }
+}
 
-    /// Writes `content` as `name` into the folder for result files, if there is one.
-    /// The folder is made only now, so that nothing is left of a call that failed.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
-    pub fn write_out(&self, name: &str, content: &str) -> Result<()> {
-        match &self.out {
-            Some(folder) => {
-                files::make_folder(folder)?;
-                files::write_whole(&folder.join(name), content.as_bytes())
-            }
-            None => Ok(()),
-        }
+/// The strategy that `text` names; says how it was read, unless `quiet`.
+///
+/// # Errors
+/// As for [`strategies::parse`].
+pub fn parse_strategy(text: &str, quiet: bool) -> Result<Parsed> {
+    let strategy = strategies::parse(text)?;
+    if let Some(remark) = strategy.remark().filter(|_| !quiet) {
+        tell(remark);
     }
+    Ok(strategy)
 }
 
 /// `value` as JSON text with a line end.

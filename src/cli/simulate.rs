@@ -1,18 +1,20 @@
 //! `pickline simulate`.
 
 use super::args::SimulateArgs;
+use super::outputs::Outputs;
 use super::progress::Bar;
 use super::session::Session;
-use super::settings::{NOTHING_FAILS, json, load_pattern};
+use super::settings::{NOTHING_FAILS, json, load_pattern, parse_strategy};
 use super::training::{Line, budget};
+use crate::checker;
 use crate::decision::Observer;
 use crate::error::Result;
 use crate::optimize::{Environment, bound_beside};
 use crate::planning::Allowance;
+use crate::plausible::DECISION_TIME;
 use crate::report::{CertifiedReport, Provenance, RunReport, check_replay, replay_page};
 use crate::sim::{Scene, Trace, simulate_observed};
 use crate::strategies::{self, policy_file};
-use crate::{checker, files};
 use std::cell::OnceCell;
 use std::path::Path;
 
@@ -23,8 +25,6 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
     let common = &args.common;
     common.check()?;
     let conditions = args.conditions.resolve(common)?;
-    files::check_target(args.trace.as_deref())?;
-    files::check_target(args.html.as_deref())?;
     let read = [
         args.station.file(),
         ("--pattern", args.pattern.as_deref().map(Path::new)),
@@ -34,7 +34,7 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
         ("--trace", args.trace.as_deref()),
         ("--html", args.html.as_deref()),
     ];
-    common.check_apart(&FILES, &read, &written)?;
+    common.check_outputs("simulate", &FILES, &read, &written)?;
     let allowance = Allowance {
         asked: budget(args.budget_ms)?,
         ..Allowance::default()
@@ -42,6 +42,11 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
     let station = args.station.load()?;
     let robots = station.robots().len();
     let (pattern, pattern_name) = load_pattern(args.pattern.as_deref(), station.belt().width)?;
+    args.conditions.check_on(&args.station, &station)?;
+    let values = [("--budget-ms", &DECISION_TIME, args.budget_ms)];
+    args.station.check_values(&values)?;
+    args.station
+        .check_pattern(args.pattern.as_deref().unwrap_or(&pattern_name), &pattern)?;
     if args.html.is_some() {
         check_replay(&pattern)?;
     }
@@ -55,7 +60,7 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
         progress: &bar,
     };
     let line = Line::new(common, &station, &environment);
-    let strategy = strategies::parse(&text)?;
+    let strategy = parse_strategy(&text, common.quiet)?;
     let put = || line.put(&strategy, &OnceCell::new(), allowance);
     let mut strategy = common.on_threads(put)?.make();
     if args.pattern.is_none() || args.strategy.is_none() {
@@ -90,15 +95,15 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
         let bound = bound_beside(&scene, outcome.figures.picked, &environment)?;
         report.bound = Some(CertifiedReport::new(&outcome.figures, &bound));
     }
-    if let (Some(file), Some(trace)) = (&args.trace, &trace) {
-        let text = report.made.csv_comment() + &trace.to_csv();
-        files::write_whole(file, text.as_bytes())?;
+    let mut outputs = Outputs::default();
+    let whole = json(&report)?;
+    if let Some(trace) = &trace {
+        let origin = report.made.csv_comment();
+        outputs.add(args.trace.as_deref(), || origin + &trace.to_csv());
     }
-    if let Some(file) = &args.html {
-        files::write_whole(file, replay_page(&scene, &report).as_bytes())?;
-    }
-    common.write_out(FILES[0], &json(&report)?)?;
-    common.write_out(FILES[1], &report.to_csv())?;
+    outputs.add(args.html.as_deref(), || replay_page(&scene, &report));
+    outputs.add_out(common, FILES[0], || whole);
+    outputs.add_out(common, FILES[1], || report.to_csv());
     let text = common.render(|| report.to_table(), || report.to_csv(), &report)?;
-    session.print(text.as_bytes())
+    outputs.deliver(session, &text)
 }

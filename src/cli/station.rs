@@ -1,13 +1,14 @@
 //! `pickline station`.
 
 use super::args::{StationChoice, StationCommand};
+use super::outputs::{self, Outputs};
 use super::session::Session;
 use super::settings::load_pattern;
 use crate::error::{Error, Result};
 use crate::files;
 use crate::kinematics;
 use crate::pattern::{Pattern, poisson_disk, random_stream};
-use crate::report::{Table, fixed, station_hash, station_picture};
+use crate::report::{Table, fixed, station_hash, station_picture, with_origin};
 use crate::station::{Robot, Station, commented_example, to_toml};
 use std::path::Path;
 
@@ -17,8 +18,14 @@ pub fn run(command: StationCommand, session: &Session) -> Result<()> {
             station,
             svg,
             pattern,
-        } => show(&station, svg.as_deref(), pattern.as_deref(), session),
-        StationCommand::Check { file } => check(file, session),
+            force,
+        } => {
+            let named = pattern.as_deref().map(Path::new);
+            let read = [station.file(), ("--pattern", named)];
+            outputs::check("station show", force, &read, &[("--svg", svg.as_deref())])?;
+            show(&station, svg.as_deref(), pattern.as_deref(), session)
+        }
+        StationCommand::Check { file, strict } => check(file, strict, session),
         StationCommand::Init { file, force } => init(file.as_deref(), force, session),
     }
 }
@@ -30,18 +37,21 @@ fn show(
     session: &Session,
 ) -> Result<()> {
     let station = choice.load()?;
-    if let Some(file) = svg {
+    let mut outputs = Outputs::default();
+    if svg.is_some() {
         let pattern = match pattern {
             Some(name) => {
                 let (items, _) = load_pattern(pattern, station.belt().width)?;
+                choice.check_pattern(name, &items)?;
                 items.check_on(&station).map_err(|e| e.inside(name))?;
                 items
             }
             None => covering(&station)?,
         };
-        files::write_whole(file, station_picture(&station, &pattern).as_bytes())?;
+        let picture = station_picture(&station, &pattern);
+        outputs.add(svg, || with_origin(&picture, &session.command()));
     }
-    session.print(to_toml(&station).as_bytes())
+    outputs.deliver(session, &to_toml(&station))
 }
 
 /// A pattern that covers the whole belt, for a picture without one of its own.
@@ -59,13 +69,19 @@ fn covering(station: &Station) -> Result<Pattern> {
     )
 }
 
-fn check(file: String, session: &Session) -> Result<()> {
+fn check(file: String, strict: bool, session: &Session) -> Result<()> {
     let choice = StationChoice {
         station: file,
         robots: None,
         belt_speed: None,
+        strict,
     };
     let station = choice.load()?;
+    let verdict = if station.warnings(&choice.station).is_empty() {
+        "ok"
+    } else {
+        "doubtful"
+    };
     let belt = station.belt();
     let mut table = Table::new(&[
         "<robot",
@@ -96,7 +112,7 @@ fn check(file: String, session: &Session) -> Result<()> {
         ]);
     }
     let text = format!(
-        "{}belt      {} m long, {} m wide, {} m/s\n{}ok        {} ({} robots, hash {})\n",
+        "{}belt      {} m long, {} m wide, {} m/s\n{}{verdict:<10}{} ({} robots, hash {})\n",
         table.render(),
         belt.length,
         belt.width,
@@ -147,6 +163,10 @@ impl Reach {
 }
 
 fn init(file: Option<&Path>, force: bool, session: &Session) -> Result<()> {
+    if let Some(file) = file.filter(|file| *file != Path::new("-")) {
+        files::check_target(file)?;
+        files::try_target(file)?;
+    }
     if let Some(file) = file
         && file.exists()
         && !force

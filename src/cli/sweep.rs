@@ -1,10 +1,12 @@
 //! `pickline sweep`.
 
 use super::args::SweepArgs;
+use super::outputs::Outputs;
 use super::progress::Bar;
 use super::session::Session;
-use super::settings::{DEFAULT_GRID, condition_notes, json};
+use super::settings::{DEFAULT_GRID, condition_notes, json, parse_strategy};
 use super::training::{Line, Robust};
+use super::warnings::warn;
 use super::{pictures, sweep_values};
 use crate::error::{Error, Result};
 use crate::experiment::{Axis, Method, Setting, sweep};
@@ -13,7 +15,7 @@ use crate::pattern::{PatternSource, Recipe};
 use crate::planning::Allowance;
 use crate::report::{Provenance, SWEEP_CHARTS, SweepReport, sweep_page};
 use crate::station::Station;
-use crate::strategies::{self, Parsed, policy_file};
+use crate::strategies::{Parsed, policy_file};
 
 /// What is written into the folder for result files.
 const FILES: [&str; 2] = ["sweep.csv", "sweep.json"];
@@ -26,7 +28,8 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
     let axis = Axis::named(&args.sweep)?;
     let station = args.station.load()?;
     let lines = sweep_values::lines(args, axis, &station)?;
-    let strategies = args.strategy.iter().map(|text| strategies::parse(text));
+    let parse = |text: &String| parse_strategy(text, args.common.quiet);
+    let strategies = args.strategy.iter().map(parse);
     let strategies: Vec<Parsed> = strategies.collect::<Result<_>>()?;
     for strategy in &strategies {
         for (_, line) in &lines {
@@ -46,7 +49,7 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
     read.extend(patterns.iter().map(|file| ("--patterns", Some(&**file))));
     read.extend(args.strategy.iter().map(|s| ("--strategy", policy_file(s))));
     args.common
-        .check_apart(&FILES, &read, &args.pictures.files())?;
+        .check_outputs("sweep", &FILES, &read, &args.pictures.files())?;
     let mut recipe = Recipe {
         belt: *station.belt(),
         items: source.items(args.items, DEFAULT_GRID.1),
@@ -62,6 +65,16 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
         // These are judged by what they pick in the steady state.
         recipe.items = sweep_values::items(&lines, &set.patterns, recipe.items)?;
         set = source.build(&recipe)?;
+    }
+    args.station.check_set(&set)?;
+    args.conditions.check_on(&args.station, &station)?;
+    // The ends of the range; what lies between them is no worse.
+    if let [(_, first), .., (value, last)] = &lines[..] {
+        let place = format!("--sweep {} at {value}", axis.name());
+        let ends = [last, first].map(|line| line.warnings(&place));
+        let known = station.warnings(&place);
+        let new = ends.into_iter().find(|w| !w.is_empty() && *w != known);
+        warn(args.station.strict, new.unwrap_or_default())?;
     }
     if chart.name == "limits" && (axis.helps() || set.patterns.len() < 2) {
         return Err(chart.missing());
@@ -126,14 +139,16 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
             made,
         ))
     })?;
-    args.common.write_out(FILES[0], &report.to_csv())?;
-    args.common.write_out(FILES[1], &json(&report)?)?;
-    args.pictures
-        .write(chart, &report, &report.made, || sweep_page(&report))?;
-    let text = args
-        .common
-        .render(|| report.to_table(), || report.to_csv(), &report)?;
-    session.print(text.as_bytes())
+    let mut outputs = Outputs::default();
+    let (common, whole) = (&args.common, json(&report)?);
+    outputs.add_out(common, FILES[0], || report.to_csv());
+    outputs.add_out(common, FILES[1], || whole);
+    let page = || sweep_page(&report);
+    let drawn = args
+        .pictures
+        .draw(&mut outputs, chart, &report, &report.made, page);
+    let text = common.render(|| report.to_table(), || report.to_csv(), &report)?;
+    outputs.deliver(session, &text).and(drawn)
 }
 
 /// The methods at every value. Robust GT is found once for a belt speed sweep, at the

@@ -70,7 +70,7 @@ fn at(args: &SweepArgs, axis: Axis, station: &Station, values: &[f64]) -> Result
             Axis::Robots if value.fract() == 0.0 && value <= 100.0 => {
                 let mut choice = args.station.clone();
                 choice.robots = Some(value as usize);
-                choice.load()
+                choice.resolve()
             }
             Axis::Robots => Err(Error::input(
                 "--sweep robots",

@@ -1,9 +1,11 @@
 //! `pickline train`.
 
 use super::args::{Common, Format, TrainArgs};
+use super::outputs;
 use super::progress::Bar;
 use super::session::Session;
 use super::settings::json;
+use super::warnings::warn;
 use crate::dispatch::RULES;
 use crate::error::{Error, Result};
 use crate::experiment::load_cases;
@@ -13,9 +15,9 @@ use crate::report::{Provenance, curve_chart};
 use crate::rl::domain::{Course, scenes};
 use crate::rl::{Checkpoint, Imitation, Judged, Kept, PRESETS, Plan, Round, Score, Trainer, Trial};
 use crate::station::{self, Overrides, Station};
-use crate::strategies::{Parsed, default_strategy, parse};
+use crate::strategies::{Parsed, default_strategy, parse, policy_file};
 use serde::{Deserialize, Serialize};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Patterns of each random case that the policy is judged on while it is trained.
@@ -35,11 +37,10 @@ pub fn run(args: &TrainArgs, session: &Session) -> Result<()> {
         threads: args.threads,
         format: Format::Table,
         out: None,
+        force: args.force,
         quiet: args.quiet,
     };
     common.check()?;
-    files::check_target(Some(&args.out))?;
-    check_files(args)?;
     let plan = plan(args)?;
     let resumed = args.resume.as_deref().map(|path| {
         let text = files::read_text(path)?;
@@ -52,7 +53,8 @@ pub fn run(args: &TrainArgs, session: &Session) -> Result<()> {
     let names = resumed
         .as_ref()
         .map_or(&args.station, |saved| &saved.stations);
-    let stations = stations(names)?;
+    check_files(args, &plan, names)?;
+    let stations = stations(names, args.strict)?;
     let lines: Vec<Station> = stations
         .iter()
         .map(|(_, station)| station.clone())
@@ -84,8 +86,9 @@ pub fn run(args: &TrainArgs, session: &Session) -> Result<()> {
     session.print(text.as_bytes())
 }
 
-/// Checks that the files beside the policy are none that is read, nor the policy itself.
-fn check_files(args: &TrainArgs) -> Result<()> {
+/// Checks that policy and the files beside it can be written, and are none that is read. A
+/// checkpoint that is taken up may be: the training continues in it.
+fn check_files(args: &TrainArgs, plan: &Plan, stations: &[String]) -> Result<()> {
     if args.out.extension().is_none_or(|name| name != "onnx") {
         let problem = format!("{} does not end in .onnx", args.out.display());
         let cure =
@@ -93,10 +96,17 @@ fn check_files(args: &TrainArgs) -> Result<()> {
         return Err(Error::input("--out", problem, cure));
     }
     let beside = BESIDE.map(|ending| args.out.with_extension(ending));
-    let written = beside
-        .each_ref()
-        .map(|path| ("--out", Some(path.as_path())));
-    files::check_apart(&[("--plan", args.plan.as_deref())], &written)
+    let written: Vec<_> = std::iter::once(&args.out)
+        .chain(&beside)
+        .map(|path| ("--out", Some(path.as_path())))
+        .collect();
+    let mut read = vec![("--plan", args.plan.as_deref())];
+    let stations = stations.iter().map(|text| station_name(text).0);
+    read.extend(stations.map(|name| ("--station", Some(Path::new(name)))));
+    let expert = plan.imitation.as_ref();
+    let expert = expert.and_then(|imitation| policy_file(&imitation.strategy));
+    read.push(("--imitate", expert));
+    outputs::check("train", args.force, &read, &written)
 }
 
 /// The plan that the arguments ask for.
@@ -165,18 +175,24 @@ fn expert(plan: &Plan, lines: &[Station]) -> Result<Option<Parsed>> {
     Ok(expert)
 }
 
+/// A station's name or file, and its number of robots where that is given.
+fn station_name(text: &str) -> (&str, Option<usize>) {
+    match text.rsplit_once(':') {
+        Some((name, count)) if count.parse::<usize>().is_ok() => (name, count.parse().ok()),
+        _ => (text, None),
+    }
+}
+
 /// The stations as they are written, and made.
-fn stations(names: &[String]) -> Result<Vec<(String, Station)>> {
+fn stations(names: &[String], strict: bool) -> Result<Vec<(String, Station)>> {
     let load = |text: &String| {
-        let (name, robots) = match text.rsplit_once(':') {
-            Some((name, count)) if count.parse::<usize>().is_ok() => (name, count.parse().ok()),
-            _ => (text.as_str(), None),
-        };
+        let (name, robots) = station_name(text);
         let overrides = Overrides {
             robots,
             belt_speed: None,
         };
         let station = station::load(name, overrides)?;
+        warn(strict, station.warnings(name))?;
         let count = station.robots().len();
         if count > MOST_ROBOTS {
             return Err(Error::input(

@@ -43,6 +43,28 @@ impl<'a> Snapshot<'a> {
         Moment::new(self.station, self.robot, self.time)
     }
 
+    /// The decision in words, for messages: who decides between what.
+    pub fn in_words(&self) -> String {
+        const MOST: usize = 8;
+        let moment = self.moment();
+        let shown = self.candidates.iter().take(MOST);
+        let shown = shown.map(|candidate| {
+            let (x, y) = (moment.x(candidate), candidate.y);
+            format!("item {} at ({x:.4}, {y:.4}) m", candidate.item)
+        });
+        let mut text = format!(
+            "robot `{}` at t = {} s, {} candidates: {}",
+            moment.robot.name,
+            self.time,
+            self.candidates.len(),
+            shown.collect::<Vec<_>>().join(", ")
+        );
+        if self.candidates.len() > MOST {
+            text += ", ...";
+        }
+        text
+    }
+
     /// Time until robot `index` is free [s]; 0 for an idle one.
     pub fn time_until_free(&self, index: usize) -> f64 {
         (self.free_at[index] - self.time).max(0.0)

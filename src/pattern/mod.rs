@@ -9,6 +9,7 @@ mod gaps;
 mod grid;
 mod item;
 pub mod mot;
+mod plausible;
 mod poisson;
 mod profile;
 mod set;

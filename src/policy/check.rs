@@ -1,9 +1,11 @@
 //! Looks a file over before tract builds anything from it.
 
+use super::external::gather;
 use super::seal::check_seal;
 use crate::error::{Error, Result, shown};
 use prost::Message as _;
 use std::collections::HashSet;
+use std::path::Path;
 use tract_onnx::pb::{
     GraphProto, ModelProto, TensorProto, ValueInfoProto,
     tensor_proto::{DataLocation, DataType},
@@ -15,11 +17,12 @@ use tract_onnx::pb::{
 const MOST_BYTES: usize = 256 << 20;
 
 /// The model in `bytes`, checked: an ONNX file, whole, its weights finite, every value
-/// that is used defined, nothing changed since it was exported.
+/// that is used defined, nothing changed since it was exported. Weights that stand in other
+/// files are read from `folder`, if it is known.
 ///
 /// # Errors
 /// What is wrong, at `place`.
-pub fn read(bytes: &[u8], place: &str) -> Result<ModelProto> {
+pub fn read(bytes: &[u8], folder: Option<&Path>, place: &str) -> Result<ModelProto> {
     let wrong = |problem: String| {
         let cure = "give a policy as `pickline train` or torch's ONNX exporter writes it";
         Error::input(place, problem, cure)
@@ -30,15 +33,18 @@ pub fn read(bytes: &[u8], place: &str) -> Result<ModelProto> {
             bytes.len()
         )));
     }
-    let model = ModelProto::decode(bytes)
+    let mut model = ModelProto::decode(bytes)
         .map_err(|error| wrong(format!("not an ONNX file, or cut short ({error})")))?;
     let Some(graph) = model.graph.as_ref().filter(|graph| !graph.node.is_empty()) else {
         return Err(wrong("not an ONNX file: it holds no graph".into()));
     };
-    for tensor in &graph.initializer {
+    check_names(graph).map_err(wrong)?;
+    if let (Some(folder), Some(graph)) = (folder, &mut model.graph) {
+        gather(graph, folder, MOST_BYTES, place)?;
+    }
+    for tensor in model.graph.iter().flat_map(|graph| &graph.initializer) {
         check_tensor(tensor).map_err(wrong)?;
     }
-    check_names(graph).map_err(wrong)?;
     // Last, as it tells least of what is wrong.
     check_seal(&model, place)?;
     Ok(model)
@@ -59,13 +65,23 @@ fn check_tensor(tensor: &TensorProto) -> std::result::Result<(), String> {
             tensor.dims
         ));
     };
-    if tensor.data_type != DataType::Float as i32 {
-        return Ok(());
-    }
-    let raw = tensor.raw_data.chunks_exact(4);
-    let raw = raw.map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
-    let values: Vec<f32> = raw.chain(tensor.float_data.iter().copied()).collect();
-    if values.len() as i64 != count || !tensor.raw_data.len().is_multiple_of(4) {
+    let raw = &tensor.raw_data;
+    let (values, size): (Vec<f64>, usize) = match DataType::try_from(tensor.data_type) {
+        Ok(DataType::Float) => {
+            let raw = raw.chunks_exact(4);
+            let raw = raw.map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+            let values = raw.chain(tensor.float_data.iter().copied());
+            (values.map(f64::from).collect(), 4)
+        }
+        Ok(DataType::Double) => {
+            let raw = raw.chunks_exact(8);
+            let raw =
+                raw.map(|b| f64::from_le_bytes([b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]]));
+            (raw.chain(tensor.double_data.iter().copied()).collect(), 8)
+        }
+        _ => return Ok(()),
+    };
+    if values.len() as i64 != count || !raw.len().is_multiple_of(size) {
         let found = values.len();
         return Err(format!(
             "the weights `{name}` hold {found} numbers of {count}"

@@ -7,6 +7,8 @@
 #[cfg(feature = "onnx")]
 mod check;
 #[cfg(feature = "onnx")]
+mod external;
+#[cfg(feature = "onnx")]
 mod graph;
 mod metadata;
 #[cfg(feature = "onnx")]

@@ -5,6 +5,7 @@ use super::graph::OUTPUT;
 use super::metadata::Metadata;
 use crate::decision::observation::{Layout, View};
 use crate::error::{Error, Result, shown};
+use crate::files::folder_of;
 use std::fmt;
 use std::path::Path;
 use std::sync::Arc;
@@ -29,20 +30,37 @@ pub struct Policy {
     inputs: Vec<Input>,
     /// Which of its outputs the logits are.
     output: usize,
+    /// What is to be said of that, where there are several.
+    remark: Option<String>,
     plan: Arc<TypedRunnableModel>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Input {
-    Observation,
-    /// With the type that the file gives it.
+    /// In the type that the file gives it.
+    Observation(Part, Real),
     Mask(MaskKind),
+}
+
+/// What an input takes of the observation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Part {
+    Whole,
+    /// What comes before the slots.
+    Globals,
+    Slots,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Real {
+    Single,
+    Double,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum MaskKind {
     Bool,
-    Float,
+    Real(Real),
     Int64,
 }
 
@@ -62,7 +80,8 @@ impl Policy {
     /// A file that cannot be read or is no policy, saying what was expected.
     pub fn load(path: &Path) -> Result<Self> {
         let bytes = std::fs::read(path).map_err(|source| Error::read(path, source))?;
-        Self::from_bytes(&bytes, &path.display().to_string())
+        let place = path.display().to_string();
+        Self::from_model(check::read(&bytes, Some(folder_of(path)), &place)?, &place)
     }
 
     /// The policy that ships with the program; `policies/README.md` says how it was
@@ -77,9 +96,12 @@ impl Policy {
     /// The policy in `bytes`; `place` is what messages call it.
     ///
     /// # Errors
-    /// As for [`Policy::load`].
+    /// As for [`Policy::load`], and weights that stand in another file.
     pub fn from_bytes(bytes: &[u8], place: &str) -> Result<Self> {
-        let model = check::read(bytes, place)?;
+        Self::from_model(check::read(bytes, None, place)?, place)
+    }
+
+    fn from_model(model: ModelProto, place: &str) -> Result<Self> {
         let entries = model.metadata_props.iter();
         let entries = entries.map(|entry| (entry.key.as_str(), entry.value.as_str()));
         let metadata = Metadata::from_file(entries);
@@ -104,6 +126,7 @@ impl Policy {
             rows: ports.rows,
             inputs: ports.inputs.iter().map(|input| input.kind).collect(),
             output: 0,
+            remark: None,
             plan,
         };
         policy.find_output(&graph)?;
@@ -122,6 +145,13 @@ impl Policy {
         match found.or_else(|| outputs.iter().position(fits)) {
             Some(place) => {
                 self.output = place;
+                let names = graph.output.iter();
+                let names: Vec<String> = names.map(|o| format!("`{}`", shown(&o.name))).collect();
+                self.remark = (names.len() > 1).then(|| {
+                    let (file, taken) = (&self.place, &names[place]);
+                    let all = names.join(", ");
+                    format!("{file}: of the outputs {all} takes {taken} for the logits")
+                });
                 Ok(())
             }
             None => Err(Error::input(
@@ -143,6 +173,11 @@ impl Policy {
     /// What the file says about itself.
     pub fn metadata(&self) -> &Metadata {
         &self.metadata
+    }
+
+    /// What a user should know of how the file was read, if anything.
+    pub fn remark(&self) -> Option<&str> {
+        self.remark.as_deref()
     }
 
     /// A state to run it in, for one thread.
@@ -181,8 +216,11 @@ impl PolicyState {
     pub fn logits(&mut self, observation: &[f32], mask: &[bool], to: &mut [f32]) -> Result<()> {
         let outputs = self.run(observation, mask)?;
         let view = outputs[self.policy.output].try_as_plain_ram();
-        let values = view.and_then(|view| view.as_slice::<f32>().map(<[f32]>::to_vec));
-        let values = values.map_err(|error| self.policy.failed(&error))?;
+        let values = view.and_then(|view| match view.as_slice::<f64>() {
+            Ok(values) => Ok(values.iter().map(|value| *value as f32).collect()),
+            Err(_) => view.as_slice::<f32>().map(<[f32]>::to_vec),
+        });
+        let values: Vec<f32> = values.map_err(|error| self.policy.failed(&error))?;
         to.copy_from_slice(&values[..to.len()]);
         Ok(())
     }
@@ -192,11 +230,19 @@ impl PolicyState {
         let mut inputs: TVec<TValue> = tvec!();
         for input in &self.policy.inputs {
             let tensor = match input {
-                Input::Observation => repeated(observation, rows),
+                Input::Observation(part, real) => {
+                    let globals = self.policy.layout.globals();
+                    let numbers = match part {
+                        Part::Whole => observation,
+                        Part::Globals => &observation[..globals],
+                        Part::Slots => &observation[globals..],
+                    };
+                    reals(numbers, *real, rows)
+                }
                 Input::Mask(MaskKind::Bool) => repeated(mask, rows),
-                Input::Mask(MaskKind::Float) => {
+                Input::Mask(MaskKind::Real(real)) => {
                     let mask: Vec<f32> = mask.iter().map(|m| f32::from(u8::from(*m))).collect();
-                    repeated(&mask, rows)
+                    reals(&mask, *real, rows)
                 }
                 Input::Mask(MaskKind::Int64) => {
                     let mask: Vec<i64> = mask.iter().map(|m| i64::from(*m)).collect();
@@ -212,6 +258,17 @@ impl PolicyState {
         self.state
             .run(inputs)
             .map_err(|error| self.policy.failed(&error))
+    }
+}
+
+/// As [`repeated`], in the type that the network takes.
+fn reals(row: &[f32], real: Real, rows: usize) -> TractResult<Tensor> {
+    match real {
+        Real::Single => repeated(row, rows),
+        Real::Double => {
+            let row: Vec<f64> = row.iter().map(|value| f64::from(*value)).collect();
+            repeated(&row, rows)
+        }
     }
 }
 
@@ -256,34 +313,50 @@ impl Ports {
                 ));
             };
             rows = batch.unwrap_or(rows);
-            let is_mask =
-                value.name.contains("mask") || (index > 0 && kind != DataType::Float as i32);
-            let kind = match (is_mask, DataType::try_from(kind)) {
-                (false, Ok(DataType::Float)) => Input::Observation,
-                (true, Ok(DataType::Bool)) => Input::Mask(MaskKind::Bool),
-                (true, Ok(DataType::Float)) => Input::Mask(MaskKind::Float),
-                (true, Ok(DataType::Int64)) => Input::Mask(MaskKind::Int64),
+            let kind = DataType::try_from(kind);
+            let real = match kind {
+                Ok(DataType::Float) => Some(Real::Single),
+                Ok(DataType::Double) => Some(Real::Double),
+                _ => None,
+            };
+            let is_mask = value.name.contains("mask") || (index > 0 && real.is_none());
+            let kind = match (is_mask, real, kind) {
+                (false, Some(real), _) => Input::Observation(Part::Whole, real),
+                (true, Some(real), _) => Input::Mask(MaskKind::Real(real)),
+                (true, _, Ok(DataType::Bool)) => Input::Mask(MaskKind::Bool),
+                (true, _, Ok(DataType::Int64)) => Input::Mask(MaskKind::Int64),
                 _ => {
                     return Err(wrong(
                         format!("the input `{name}` has a type that is not known here"),
-                        "use f32 for observations and bool, f32 or int64 for masks".into(),
+                        "use f32 or f64 for observations and bool, f32, f64 or int64 for masks"
+                            .into(),
                     ));
                 }
             };
             found.push(Port { kind, width });
         }
-        let width_of = |mask: bool| {
-            let is_mask = |port: &&Port| (port.kind != Input::Observation) == mask;
-            let mut ports = found.iter().filter(is_mask).map(|port| port.width);
-            (ports.next(), ports.next())
+        let widths = |mask: bool| -> Vec<usize> {
+            let is_mask = |port: &&Port| matches!(port.kind, Input::Mask(_)) == mask;
+            found
+                .iter()
+                .filter(is_mask)
+                .map(|port| port.width)
+                .collect()
         };
-        let ((Some(observation), None), (mask, None)) = (width_of(false), width_of(true)) else {
+        let (parts, masks) = (widths(false), widths(true));
+        let (1 | 2, mask @ ([] | [_])) = (parts.len(), &masks[..]) else {
             return Err(wrong(
-                format!("the network has {} inputs", found.len()),
-                "give one for the observation and at most one for the mask, named with `mask`"
+                format!(
+                    "the network has {} inputs for observations and {} for masks",
+                    parts.len(),
+                    masks.len()
+                ),
+                "give one for the observation, or one for its globals and one for its slots, and \
+                 at most one for the mask, named with `mask`"
                     .into(),
             ));
         };
+        let (observation, mask) = (parts.iter().sum::<usize>(), mask.first().copied());
         let outputs = graph.output.iter().filter_map(check::shape);
         let outputs: Vec<usize> = outputs.filter_map(|(dims, _)| *dims.last()?).collect();
         let layout = match told {
@@ -315,12 +388,49 @@ impl Ports {
                 "export it again with `pickline train`".into(),
             ));
         }
+        split(&mut found, &parts, &layout).map_err(|problem| {
+            wrong(
+                problem,
+                format!(
+                    "export inputs of the widths {} (globals) and {} (slots), or one of all {}",
+                    layout.globals(),
+                    layout.observation() - layout.globals(),
+                    layout.observation()
+                ),
+            )
+        })?;
         Ok(Self {
             layout,
             rows,
             inputs: found,
         })
     }
+}
+
+/// Finds out which of two inputs, `parts` wide, takes which part of the observation: they
+/// are told apart by their widths.
+fn split(ports: &mut [Port], parts: &[usize], layout: &Layout) -> std::result::Result<(), String> {
+    let globals = layout.globals();
+    let slots = layout.observation() - globals;
+    if parts.len() == 1 {
+        return Ok(());
+    }
+    if globals == slots || ![[globals, slots], [slots, globals]].contains(&[parts[0], parts[1]]) {
+        return Err(format!(
+            "its inputs of the widths {} and {} cannot be told for the parts of an observation",
+            parts[0], parts[1]
+        ));
+    }
+    for port in ports {
+        if let Input::Observation(part, _) = &mut port.kind {
+            *part = if port.width == globals {
+                Part::Globals
+            } else {
+                Part::Slots
+            };
+        }
+    }
+    Ok(())
 }
 
 /// The size of a view's observation, for messages.
@@ -372,7 +482,12 @@ fn build(model: &ModelProto, ports: &Ports) -> TractResult<Arc<TypedRunnableMode
     let mut network = framework.model_for_proto_model(model)?;
     for (place, port) in ports.inputs.iter().enumerate() {
         let kind = match port.kind {
-            Input::Observation | Input::Mask(MaskKind::Float) => f32::datum_type(),
+            Input::Observation(_, Real::Single) | Input::Mask(MaskKind::Real(Real::Single)) => {
+                f32::datum_type()
+            }
+            Input::Observation(_, Real::Double) | Input::Mask(MaskKind::Real(Real::Double)) => {
+                f64::datum_type()
+            }
             Input::Mask(MaskKind::Bool) => bool::datum_type(),
             Input::Mask(MaskKind::Int64) => i64::datum_type(),
         };

@@ -3,10 +3,13 @@
 use super::model::{Policy, PolicyState};
 use crate::decision::observation::Encoder;
 use crate::decision::{Action, Snapshot, Strategy};
-use crate::error::Result;
+
+/// Numbers of an observation that a message shows.
+const MOST_SHOWN: usize = 40;
 
 /// Takes the allowed action of the largest logit; the mask is applied here as well, as a
-/// graph need not have one.
+/// graph need not have one. A logit of an allowed action that is no finite number is no
+/// answer.
 #[derive(Debug)]
 pub struct PolicyStrategy {
     name: String,
@@ -16,6 +19,9 @@ pub struct PolicyStrategy {
     observation: Vec<f32>,
     mask: Vec<bool>,
     logits: Vec<f32>,
+    /// Decisions so far.
+    decisions: u64,
+    trouble: Option<String>,
 }
 
 impl PolicyStrategy {
@@ -29,35 +35,67 @@ impl PolicyStrategy {
             observation: vec![0.0; layout.observation()],
             mask: vec![false; layout.actions()],
             logits: vec![0.0; layout.actions()],
+            decisions: 0,
+            trouble: None,
         }
+    }
+
+    /// The action of the largest logit, or what is wrong with the logits.
+    fn answer(&mut self, snapshot: &Snapshot) -> std::result::Result<Action, String> {
+        let (observation, mask) = (&self.observation, &self.mask);
+        let state = self.state.as_mut().ok_or("the network has no state")?;
+        let ran = state.logits(observation, mask, &mut self.logits);
+        ran.map_err(|error| error.to_string())?;
+        let mut best: Option<usize> = None;
+        for action in (0..self.mask.len()).filter(|action| self.mask[*action]) {
+            let logit = self.logits[action];
+            if !logit.is_finite() {
+                return Err(format!("its logit for action {action} is {logit}"));
+            }
+            if best.is_none_or(|best| logit > self.logits[best]) {
+                best = Some(action);
+            }
+        }
+        let best = best.ok_or("no action is allowed")?;
+        let action = self.encoder.action(snapshot, best);
+        action.map_err(|error| error.to_string())
+    }
+
+    /// `problem` with the decision and the observation that it came of.
+    fn report(&self, problem: &str) -> String {
+        let shown = self.observation.iter().take(MOST_SHOWN);
+        let shown: Vec<String> = shown.map(f32::to_string).collect();
+        let rest = match self.observation.len().saturating_sub(MOST_SHOWN) {
+            0 => String::new(),
+            rest => format!(", and {rest} more"),
+        };
+        format!(
+            "{problem} in its decision number {}\n  observation: [{}{rest}]",
+            self.decisions,
+            shown.join(", "),
+        )
     }
 }
 
 impl Strategy for PolicyStrategy {
     fn decide(&mut self, snapshot: &Snapshot) -> Action {
+        self.decisions += 1;
         self.encoder
             .encode(snapshot, &mut self.observation, &mut self.mask);
-        // A network that ran when it was loaded runs; if it should not, its robot takes
-        // the item furthest downstream rather than nothing.
-        let ran = self.state.as_mut().is_some_and(|state| {
-            let (observation, mask) = (&self.observation, &self.mask);
-            state.logits(observation, mask, &mut self.logits).is_ok()
-        });
-        if !ran {
-            return Action::Pick(0);
-        }
-        let mut best: Option<usize> = None;
-        for action in (0..self.mask.len()).filter(|action| self.mask[*action]) {
-            if best.is_none_or(|best| self.logits[action] > self.logits[best]) {
-                best = Some(action);
+        match self.answer(snapshot) {
+            Ok(action) => action,
+            Err(problem) => {
+                self.trouble = Some(self.report(&problem));
+                Action::NoAnswer
             }
         }
-        let action = best.map(|best| self.encoder.action(snapshot, best));
-        // Allowed actions are legal.
-        action.and_then(Result::ok).unwrap_or(Action::Pick(0))
     }
 
     fn name(&self) -> String {
         self.name.clone()
+    }
+
+    fn trouble(&self) -> Option<String> {
+        self.trouble.clone()
     }
 }

@@ -109,7 +109,7 @@ impl<'a> Environment<'a> {
         let chosen = self.encoder.action(&snapshot, action)?;
         let weight = match chosen {
             Action::Pick(place) => snapshot.candidates[place].weight,
-            Action::WaitUntil(_) | Action::WaitForNextWindow => 0.0,
+            Action::WaitUntil(_) | Action::WaitForNextWindow | Action::NoAnswer => 0.0,
         };
         let (mut reward, mut ended) = (0.0, None);
         if let Some(run) = &mut self.run {

@@ -10,7 +10,7 @@ use super::player::Player;
 use super::ppo::{Learner, Rows, Sample, Terms, log_softmax};
 use super::reward::Reward;
 use crate::decision::observation::{Encoder, Layout};
-use crate::decision::{Action, Strategy};
+use crate::decision::{Action, Strategy, answer};
 use crate::error::Result;
 use crate::sim::{Run, Scene};
 use rand::Rng;
@@ -110,9 +110,9 @@ impl Answers {
         let mut answered = Vec::new();
         let mut run = Run::new(scene);
         while let Some(snapshot) = run.next_decision() {
-            let answer = expert.decide(&snapshot);
+            let advice = answer(expert, &snapshot)?;
             encoder.encode(&snapshot, &mut observation, &mut mask);
-            if let Some(index) = encoder.index_of(answer) {
+            if let Some(index) = encoder.index_of(advice) {
                 answers.observations.extend_from_slice(&observation);
                 answers.masks.extend_from_slice(&mask);
                 answers.actions.push(index);
@@ -120,10 +120,10 @@ impl Answers {
             }
             let action = player
                 .as_mut()
-                .map_or(answer, |player| player.decide(&snapshot));
+                .map_or(advice, |player| player.decide(&snapshot));
             let weight = match action {
                 Action::Pick(place) => snapshot.candidates[place].weight,
-                Action::WaitUntil(_) | Action::WaitForNextWindow => 0.0,
+                Action::WaitUntil(_) | Action::WaitForNextWindow | Action::NoAnswer => 0.0,
             };
             let picked = run.act(action)?.is_some();
             rewards.push(if picked { reward.of_pick(weight) } else { 0.0 });

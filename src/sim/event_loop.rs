@@ -3,7 +3,7 @@
 use super::announcer::Announcer;
 use super::run::Run;
 use super::scene::Scene;
-use crate::decision::{Observer, Outcome, Strategy};
+use crate::decision::{Observer, Outcome, Strategy, answer};
 use crate::dispatch::{RuleAssignment, RuleStrategy};
 use crate::error::Result;
 
@@ -43,7 +43,7 @@ pub fn simulate_observed(
     run.look(strategy.needs_view());
     while let Some(snapshot) = run.next_decision() {
         let time = snapshot.time;
-        let action = strategy.decide(&snapshot);
+        let action = answer(strategy, &snapshot)?;
         announcer.advance(&run, time);
         let failed = run.failures().len();
         let pick = run.act(action)?;

@@ -5,7 +5,7 @@ use super::buffers::RunBuffers;
 use super::scene::Scene;
 use crate::decision::{
     Action, Failure, Figures, Miss, MissReason, Moment, Outcome, Pick, RobotFigures, Snapshot,
-    Strategy,
+    Strategy, answer,
 };
 use crate::error::{Error, Result};
 use crate::station::Robot;
@@ -219,6 +219,7 @@ impl<'a> Run<'a> {
             Action::WaitUntil(until) => {
                 return illegal(format!("a wait until {until} s, which is not later"));
             }
+            Action::NoAnswer => return illegal("no answer".into()),
             Action::WaitForNextWindow => state.queues[robot]
                 .next_opening_after(time, self.scene.queue(robot), &|item| {
                     state.claims.contains(item)
@@ -240,7 +241,7 @@ impl<'a> Run<'a> {
     pub fn play(&mut self, strategy: &mut dyn Strategy) -> Result<()> {
         self.look(strategy.needs_view());
         while let Some(snapshot) = self.next_decision() {
-            let action = strategy.decide(&snapshot);
+            let action = answer(strategy, &snapshot)?;
             self.take(action)?;
         }
         Ok(())

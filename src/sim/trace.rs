@@ -55,7 +55,7 @@ impl Observer for Trace<'_> {
                 let (name, item, until) = match action {
                     Action::Pick(place) => ("decide", Some(snapshot.candidates[place].item), None),
                     Action::WaitUntil(time) => ("wait", None, Some(time)),
-                    Action::WaitForNextWindow => ("wait", None, None),
+                    Action::WaitForNextWindow | Action::NoAnswer => ("wait", None, None),
                 };
                 self.push(snapshot.time, name, Some(snapshot.robot), item);
                 if let Some(row) = self.rows.last_mut() {

@@ -6,6 +6,7 @@ mod builtin;
 mod file;
 mod geometry;
 mod line;
+mod plausible;
 
 pub use builtin::{BUILT_INS, BuiltIn, built_in};
 pub use file::{Overrides, commented_example, load, parse, to_toml};

@@ -103,6 +103,10 @@ pub struct StationChoice {
     /// Belt speed [m/s] instead of the station's
     #[arg(long, value_name = "V", allow_negative_numbers = true)]
     pub belt_speed: Option<f64>,
+    /// Take warnings of values that are not plausible, such as those in millimetres, for
+    /// errors
+    #[arg(long)]
+    pub strict: bool,
 }
 
 /// What every verb that computes has in common.
@@ -134,6 +138,9 @@ pub struct Common {
     /// Also write the result files into this folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// Overwrite files that are not results of the same verb
+    #[arg(long)]
+    pub force: bool,
     /// No progress and no remarks on stderr
     #[arg(short, long)]
     pub quiet: bool,

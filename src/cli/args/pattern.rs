@@ -44,6 +44,7 @@ impl Default for PatternCommand {
             station: None,
             belt_speed: None,
             format: Format::Table,
+            strict: false,
         })
     }
 }
@@ -102,6 +103,9 @@ pub struct GenerateArgs {
     /// Write to this file instead of stdout
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
+    /// Overwrite the file even if `pattern generate` did not write it
+    #[arg(long)]
+    pub force: bool,
     /// Do not tell on stderr what is generated where that was left open
     #[arg(short, long)]
     pub quiet: bool,
@@ -120,6 +124,9 @@ pub struct DescribeArgs {
     /// How the figures are printed
     #[arg(long, value_enum, default_value_t = Format::Table)]
     pub format: Format,
+    /// Take warnings of values that are not plausible for errors
+    #[arg(long)]
+    pub strict: bool,
 }
 
 #[derive(Debug, Subcommand)]
@@ -197,6 +204,12 @@ pub struct MotArgs {
     /// Also write what was dropped, split and merged, and why, into this JSON file
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
+    /// Take warnings of values that are not plausible for errors
+    #[arg(long)]
+    pub strict: bool,
+    /// Overwrite files even if `pattern import` did not write them
+    #[arg(long)]
+    pub force: bool,
     /// Do not tell on stderr what was dropped
     #[arg(short, long)]
     pub quiet: bool,

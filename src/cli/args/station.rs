@@ -28,6 +28,9 @@ pub enum StationCommand {
         /// With the items of this pattern file (CSV) on the belt instead of random ones
         #[arg(long, value_name = "FILE", requires = "svg")]
         pattern: Option<String>,
+        /// Overwrite the SVG file even if `station show` did not write it
+        #[arg(long)]
+        force: bool,
     },
     /// Check a station file and say what it amounts to
     #[command(after_long_help = "Example:\n  pickline station check my-line.toml")]
@@ -35,6 +38,9 @@ pub enum StationCommand {
         /// The file, or a built-in station
         #[arg(default_value = "paper")]
         file: String,
+        /// Take warnings of values that are not plausible for errors
+        #[arg(long)]
+        strict: bool,
     },
     /// Write a commented station file to start from
     #[command(after_long_help = "Example:\n  pickline station init my-line.toml")]
@@ -55,9 +61,11 @@ impl Default for StationCommand {
                 station: "paper".into(),
                 robots: None,
                 belt_speed: None,
+                strict: false,
             },
             svg: None,
             pattern: None,
+            force: false,
         }
     }
 }

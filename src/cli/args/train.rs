@@ -94,6 +94,12 @@ pub struct TrainArgs {
         allow_negative_numbers = true
     )]
     pub seed: u64,
+    /// Take warnings of values that are not plausible for errors
+    #[arg(long)]
+    pub strict: bool,
+    /// Overwrite files that `train` did not write
+    #[arg(long)]
+    pub force: bool,
     /// Threads; all cores when not given. Results do not depend on it
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub threads: Option<usize>,

@@ -198,6 +198,7 @@ impl Encoder {
             Action::WaitUntil(_) | Action::WaitForNextWindow => {
                 self.layout.wait.then_some(self.layout.slots)
             }
+            Action::NoAnswer => None,
         }
     }
 }

@@ -75,15 +75,41 @@ impl Controller {
                 let next = self.windows[robot].next_opening_after(time);
                 (next.unwrap_or(f64::INFINITY), Wait::Window)
             }
-            Action::Pick(_) | Action::WaitUntil(_) => {
-                // A strategy that breaks the rules must not stop the line.
+            Action::Pick(_) | Action::WaitUntil(_) | Action::NoAnswer => {
+                // A strategy that breaks the rules must neither stop the line nor give a
+                // task: the robot waits, the others go on.
                 self.note("illegal_action");
+                self.complain(robot, action);
                 let next = self.windows[robot].next_opening_after(time);
                 (next.unwrap_or(f64::INFINITY), Wait::Window)
             }
         };
         let info = &mut self.robots[robot];
         (info.free_at, info.wait) = (until, wait);
+    }
+
+    /// Keeps what is wrong with an answer, if it is the first that is.
+    fn complain(&mut self, robot: usize, action: Action) {
+        if std::mem::replace(&mut self.has_complained, true) {
+            return;
+        }
+        let problem = match action {
+            Action::NoAnswer => self.strategy.trouble().unwrap_or_default(),
+            other => format!("{other:?} among {} candidates", self.candidates.len()),
+        };
+        self.complaint = Some(format!(
+            "the strategy {} has no usable answer for robot {} at t = {} s: {problem}\n  the \
+             robot gets no task and waits; further ones are only counted, as illegal_action in \
+             the status",
+            self.strategy.name(),
+            robot + 1,
+            self.clock.now,
+        ));
+    }
+
+    /// What is wrong with the first answer of the strategy that cannot be used, once.
+    pub fn take_complaint(&mut self) -> Option<String> {
+        self.complaint.take()
     }
 
     /// `robot` takes candidate `place`.

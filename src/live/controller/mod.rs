@@ -112,6 +112,9 @@ pub struct Controller {
     missed: MissedCounts,
     rejected: BTreeMap<Cow<'static, str>, u64>,
     noted: BTreeMap<Cow<'static, str>, u64>,
+    /// What is wrong with the strategy's answers, until somebody asks.
+    complaint: Option<String>,
+    has_complained: bool,
     /// What a decision is made on, kept to be filled again.
     candidates: Vec<Candidate>,
     view: Vec<BeltItem>,
@@ -157,6 +160,8 @@ impl Controller {
             missed: MissedCounts::default(),
             rejected: BTreeMap::new(),
             noted: BTreeMap::new(),
+            complaint: None,
+            has_complained: false,
             candidates: Vec::new(),
             view: Vec::new(),
             free_at: Vec::new(),

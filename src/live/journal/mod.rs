@@ -8,6 +8,7 @@
 //! it says leaves the process. Once the changes outweigh the state, the file is replaced
 //! by one that begins with the state as it is, so that its size is bounded.
 
+mod lock;
 mod record;
 
 use super::ClockKind;
@@ -15,9 +16,10 @@ use super::protocol::VERSION;
 use super::state::{Change, State};
 use crate::error::{Error, Result};
 use crate::files;
+use lock::Lock;
 use record::Header;
 pub use record::Reading;
-use std::fs::{File, TryLockError};
+use std::fs::File;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -53,7 +55,7 @@ impl Owner {
 #[derive(Debug)]
 pub struct Found {
     path: PathBuf,
-    lock: File,
+    lock: Lock,
     header: Header,
     /// What it holds; none of a file that is new or empty.
     pub reading: Option<Reading>,
@@ -66,7 +68,7 @@ pub struct Found {
 pub struct Journal {
     path: PathBuf,
     /// Held while this lives; the system lets go of it with the process.
-    _lock: File,
+    _lock: Lock,
     header: Header,
     file: File,
     records: u64,
@@ -77,7 +79,7 @@ pub struct Journal {
 
 impl Found {
     /// Locks and reads the journal at `path`, which need not exist yet. Nothing of it is
-    /// changed.
+    /// changed, and of one that is refused no lock file is left.
     ///
     /// # Errors
     /// A journal that another process uses, one of another station or protocol, one that
@@ -85,7 +87,7 @@ impl Found {
     pub fn open(path: &Path, owner: &Owner) -> Result<Self> {
         // Links are followed, so that the file that they name is the one replaced.
         let path = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-        files::check_target(Some(&path))?;
+        files::check_target(&path)?;
         if path.exists() && !path.is_file() {
             return Err(Error::input(
                 path.display().to_string(),
@@ -93,7 +95,7 @@ impl Found {
                 "give the journal a file of its own",
             ));
         }
-        let lock = lock(&path)?;
+        let lock = Lock::take(&path)?;
         files::remove_leftovers(&path);
         let header = owner.header();
         let bytes = match std::fs::read(&path) {
@@ -126,7 +128,7 @@ impl Found {
         let (file, size) = write_anew(&self.path, &self.header, whole)?;
         Ok(Journal {
             path: self.path,
-            _lock: self.lock,
+            _lock: self.lock.keep(),
             header: self.header,
             file,
             records: 1,
@@ -168,28 +170,6 @@ impl Journal {
         (self.file, self.size, self.records) = (file, size, 1);
         self.most = SLACK + FACTOR * size;
         Ok(())
-    }
-}
-
-/// Locks a journal by a file beside it: the journal itself is replaced now and then, and a
-/// lock would stay with what it was.
-fn lock(path: &Path) -> Result<File> {
-    let mut name = path.as_os_str().to_owned();
-    name.push(".lock");
-    let beside = PathBuf::from(name);
-    let mut options = File::options();
-    let options = options.write(true).create(true).truncate(false);
-    let file = options
-        .open(&beside)
-        .map_err(|error| Error::write(&beside, error))?;
-    match file.try_lock() {
-        Ok(()) => Ok(file),
-        Err(TryLockError::WouldBlock) => Err(Error::input(
-            path.display().to_string(),
-            "another process is using this journal",
-            "end that process first; two must not command the same robots",
-        )),
-        Err(TryLockError::Error(error)) => Err(Error::write(&beside, error)),
     }
 }
 

@@ -9,6 +9,8 @@
 
 mod event;
 #[cfg(feature = "mcap")]
+mod inflate;
+#[cfg(feature = "mcap")]
 mod read;
 #[cfg(feature = "mcap")]
 mod write;

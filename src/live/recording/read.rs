@@ -1,5 +1,6 @@
 //! Reading a recording, as far as it goes.
 
+use super::inflate::Inflate;
 use super::{Event, Heading};
 use crate::error::{Error, Result, shown};
 use crate::live::protocol::{Incoming, VERSION, decode};
@@ -10,7 +11,7 @@ use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOp
 use serde_json::{Map, Value};
 use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
-use std::io::{BufReader, Read as _};
+use std::io::{BufReader, ErrorKind, Read as _};
 use std::path::Path;
 
 /// Records are at most this long [bytes]; the state of a full belt is the longest.
@@ -41,7 +42,7 @@ pub enum Ending {
 /// A recording that is being read.
 pub struct Reader {
     name: String,
-    file: BufReader<File>,
+    file: Inflate<BufReader<File>>,
     reader: LinearReader,
     topics: HashMap<u16, String>,
     ending: Ending,
@@ -66,7 +67,7 @@ impl Reader {
             .with_record_length_limit(LONGEST);
         let mut reader = Self {
             name: path.display().to_string(),
-            file: BufReader::new(file),
+            file: Inflate::new(BufReader::new(file)),
             reader: LinearReader::new_with_options(options),
             topics: HashMap::new(),
             ending: Ending::Open,
@@ -78,8 +79,12 @@ impl Reader {
         let strange = "give a file that `pickline run --record` wrote";
         let place = reader.name.clone();
         let wrong = |problem: String| Error::input(place.clone(), problem, strange);
-        let Some(Part::Metadata(name, fields)) = reader.part()? else {
-            return Err(wrong("is no recording of pickline".into()));
+        let (name, fields) = match reader.part() {
+            Ok(Some(Part::Metadata(name, fields))) => (name, fields),
+            Err(error) if reader.entries == 0 => return Err(error),
+            // Messages before all else, whether they are of the protocol or not.
+            Ok(Some(Part::Entry(_))) | Err(_) => return Err(without_heading(&place)),
+            Ok(None) => return Err(wrong("is no recording of pickline".into())),
         };
         let heading = (name == "pickline").then(|| heading(&fields)).flatten();
         let heading = heading.ok_or_else(|| wrong("is no recording of pickline".into()))?;
@@ -160,7 +165,14 @@ impl Reader {
             let record = match event {
                 LinearReadEvent::ReadRequest(need) => {
                     let read = self.file.read(self.reader.insert(need));
-                    let read = read.map_err(|error| Error::read(Path::new(&self.name), error))?;
+                    let read = read.map_err(|error| match error.kind() {
+                        ErrorKind::InvalidData => {
+                            let cure = "bring back a copy of the file";
+                            let problem = format!("is damaged: {error}");
+                            Error::input(at(self.entries, &self.name), problem, cure)
+                        }
+                        _ => Error::read(Path::new(&self.name), error),
+                    })?;
                     self.reader.notify_read(read);
                     continue;
                 }
@@ -193,6 +205,17 @@ impl Reader {
             }
         }
     }
+}
+
+/// An MCAP file of messages under the topics of a recording, by another program.
+fn without_heading(place: &str) -> Error {
+    Error::input(
+        place,
+        "is an MCAP file of messages alone: station, strategy and settings, with which a \
+         recording begins, are missing",
+        "give a file that `pickline run --record` wrote; to play the messages to a line, print \
+         those under /in/ as JSON, one a line, and pipe them to `pickline run --clock messages`",
+    )
 }
 
 enum Part {

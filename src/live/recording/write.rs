@@ -50,7 +50,7 @@ impl Recorder {
             _ => Error::write(path, error),
         })?;
         // Whole chunks reach the file, so that it can be read up to the last one however
-        // the process ends. Uncompressed, it takes no C library.
+        // the process ends. Uncompressed, they can be read up to the last record.
         let options = WriteOptions::new()
             .compression(None)
             .profile("")

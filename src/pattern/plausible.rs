@@ -1,0 +1,59 @@
+//! What of a pattern is not plausible, though the model allows it.
+
+use super::item::Pattern;
+use crate::plausible::{ITEM_AREA, ITEM_GAP, OFF_CENTRE, Warning};
+
+impl Pattern {
+    /// What is most likely wrong, `name` being how the user knows the pattern.
+    pub fn warnings(&self, name: &str) -> Vec<Warning> {
+        let items = self.items();
+        let place = |what: &str| format!("{name}: {what}");
+        let widest = items.iter().map(|item| item.y.abs()).fold(0.0, f64::max);
+        // Sorted by x0, the first item furthest downstream.
+        let along = match items {
+            [first, .., last] => (first.x0 - last.x0) / (items.len() - 1) as f64,
+            _ => 0.0,
+        };
+        let mut areas: Vec<f64> = items.iter().filter_map(|item| item.area_cm2).collect();
+        areas.sort_unstable_by(f64::total_cmp);
+        let area = areas
+            .get(areas.len() / 2)
+            .copied()
+            .filter(|area| *area > 0.0);
+        [
+            OFF_CENTRE.check(&place("y"), widest),
+            ITEM_GAP.check(&place("x"), along),
+            area.and_then(|area| ITEM_AREA.check(&place("median area_cm2"), area)),
+        ]
+        .into_iter()
+        .flatten()
+        .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::pattern::{grid, parse};
+
+    #[test]
+    fn millimetres_are_warned_of_and_metres_are_not() {
+        assert_eq!(grid(1.05, 0.15, 50).unwrap().warnings("p"), []);
+        for (text, words) in [
+            (
+                "id,x,y\na,0,-300\nb,-150,150\n",
+                &["p: y", "p: x", "300 mm are 0.3 m"][..],
+            ),
+            ("id,x,y\na,0,0\nb,-150,0\n", &["p: x", "150 mm are 0.15 m"]),
+            (
+                "id,x,y,area_cm2\na,0,0,8000\n",
+                &["area_cm2", "square millimetres"],
+            ),
+        ] {
+            let warnings = parse(text, "p").unwrap().warnings("p");
+            let texts: Vec<String> = warnings.iter().map(|w| w.to_string()).collect();
+            for word in words {
+                assert!(texts.concat().contains(word), "{word} not in {texts:?}");
+            }
+        }
+    }
+}

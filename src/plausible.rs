@@ -1,0 +1,268 @@
+//! What is plausible on a real line, and which unit was probably meant where a value is
+//! not.
+//!
+//! A value can be allowed by the model and still be a slip: 600 is a width that can be
+//! computed with, but no belt is 600 m wide. Such values give a [`Warning`], not an error.
+//! The ranges are wide: they hold every line from a laboratory bench to an airport, and
+//! let no value pass that is off by a factor of 1000 from a usual one.
+
+use crate::error::{Error, shown_number};
+use std::fmt;
+
+/// A value that is allowed, and most likely wrong.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Warning {
+    /// File with key, or the flag.
+    pub place: String,
+    /// What is unlikely, with the value found and the likely unit.
+    pub problem: String,
+    /// What to do about it.
+    pub cure: String,
+}
+
+impl Warning {
+    /// A warning: `place` is where, `problem` names the value, `cure` says what to change.
+    pub fn new(
+        place: impl Into<String>,
+        problem: impl Into<String>,
+        cure: impl Into<String>,
+    ) -> Self {
+        Self {
+            place: place.into(),
+            problem: problem.into(),
+            cure: cure.into(),
+        }
+    }
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{}: {}\n  cure: {}", self.place, self.problem, self.cure)
+    }
+}
+
+impl From<Warning> for Error {
+    fn from(warning: Warning) -> Self {
+        Self::input(warning.place, warning.problem, warning.cure)
+    }
+}
+
+/// A unit that people use instead of the right one.
+#[derive(Debug)]
+pub struct Unit {
+    /// Its name, for a question.
+    name: &'static str,
+    /// Its symbol.
+    symbol: &'static str,
+    /// What one of it is in the right unit.
+    factor: f64,
+}
+
+const fn unit(name: &'static str, symbol: &'static str, factor: f64) -> Unit {
+    Unit {
+        name,
+        symbol,
+        factor,
+    }
+}
+
+/// Units of length.
+pub static LENGTHS: &[Unit] = &[
+    unit("millimetres", "mm", 1e-3),
+    unit("centimetres", "cm", 1e-2),
+];
+static SPEEDS: &[Unit] = &[
+    unit("millimetres per second", "mm/s", 1e-3),
+    unit("metres per minute", "m/min", 1.0 / 60.0),
+];
+static TIMES: &[Unit] = &[unit("milliseconds", "ms", 1e-3)];
+static MILLISECONDS: &[Unit] = &[unit("seconds", "s", 1e3), unit("microseconds", "us", 1e-3)];
+static AREAS: &[Unit] = &[
+    unit("square millimetres", "mm^2", 1e-2),
+    unit("square metres", "m^2", 1e4),
+];
+
+/// A quantity whose plausible range is known.
+#[derive(Debug)]
+pub struct Quantity {
+    /// Its name, with its article.
+    name: &'static str,
+    /// Symbol of the right unit.
+    symbol: &'static str,
+    /// Name of the right unit.
+    right: &'static str,
+    low: f64,
+    high: f64,
+    /// What it is given in by mistake.
+    mistaken: &'static [Unit],
+}
+
+const fn length(name: &'static str, low: f64, high: f64) -> Quantity {
+    Quantity {
+        name,
+        symbol: "m",
+        right: "metres",
+        low,
+        high,
+        mistaken: LENGTHS,
+    }
+}
+
+const fn speed(name: &'static str, low: f64, high: f64) -> Quantity {
+    Quantity {
+        name,
+        symbol: "m/s",
+        right: "metres per second",
+        low,
+        high,
+        mistaken: SPEEDS,
+    }
+}
+
+const fn time(name: &'static str, low: f64, high: f64) -> Quantity {
+    Quantity {
+        name,
+        symbol: "s",
+        right: "seconds",
+        low,
+        high,
+        mistaken: TIMES,
+    }
+}
+
+/// Speed of a belt [m/s].
+pub static BELT_SPEED: Quantity = speed("a belt speed", 5e-4, 5.0);
+/// Between two belt speeds that are tried [m/s].
+pub static SPEED_STEP: Quantity = speed("a step between belt speeds", 1e-6, 0.5);
+/// Length of a belt [m].
+pub static BELT_LENGTH: Quantity = length("a belt length", 0.1, 250.0);
+/// Width of a belt [m].
+pub static BELT_WIDTH: Quantity = length("a belt width", 0.02, 5.0);
+/// Reach of an arm [m].
+pub static REACH: Quantity = length("a reach", 0.05, 5.0);
+/// Speed of an end effector [m/s].
+pub static ARM_SPEED: Quantity = speed("an end-effector speed", 0.01, 20.0);
+/// Dwell at a grasp or a release [s].
+pub static DWELL: Quantity = time("a dwell time", 0.0, 10.0);
+/// Distance between neighbouring bases along the belt [m].
+pub static BASE_GAP: Quantity = length("a distance between neighbouring bases", 0.0, 20.0);
+/// Distance of an item from the belt's centre line [m].
+pub static OFF_CENTRE: Quantity = length("a distance from the belt's centre line", 0.0, 2.5);
+/// Mean distance of items along the belt from one to the next [m].
+pub static ITEM_GAP: Quantity = length(
+    "a mean distance from item to item along the belt",
+    0.0,
+    10.0,
+);
+/// Error of a camera [m].
+pub static POSITION_NOISE: Quantity = length("a position error", 0.0, 0.2);
+/// Distance within which two detections are one item [m].
+pub static TOLERANCE: Quantity = length("a distance between detections of one item", 0.0, 0.2);
+/// Time until something is sent again or given up [s].
+pub static TIMEOUT: Quantity = time("a timeout", 0.0, 120.0);
+/// Length of a slot of time [s].
+pub static SLOT: Quantity = time("a slot of time", 0.0, 5.0);
+/// Time for one decision [ms].
+pub static DECISION_TIME: Quantity = Quantity {
+    name: "a time for one decision",
+    symbol: "ms",
+    right: "milliseconds",
+    low: 0.05,
+    high: 5000.0,
+    mistaken: MILLISECONDS,
+};
+/// Area of an item [cm^2].
+pub static ITEM_AREA: Quantity = Quantity {
+    name: "an item area",
+    symbol: "cm^2",
+    right: "square centimetres",
+    low: 0.01,
+    high: 5000.0,
+    mistaken: AREAS,
+};
+
+impl Quantity {
+    /// A warning at `place` where `value` is not plausible. What is no number at all is
+    /// for those to refuse who read it.
+    pub fn check(&self, place: &str, value: f64) -> Option<Warning> {
+        if !value.is_finite() || (self.low..=self.high).contains(&value) {
+            return None;
+        }
+        let fits = |factor: f64| (self.low..=self.high).contains(&(value * factor)) && value > 0.0;
+        let problem = format!(
+            "{} {} is not plausible for {}{}",
+            shown_number(value),
+            self.symbol,
+            self.name,
+            question(value, self.symbol, self.mistaken, fits),
+        );
+        let cure = format!(
+            "give {} [{}]; if the value is right, ignore this warning",
+            self.right, self.symbol
+        );
+        Some(Warning::new(place, problem, cure))
+    }
+}
+
+/// `: in millimetres? 600 mm are 0.6 m`, for every unit in which `value` would fit; empty
+/// where none does.
+pub fn question(value: f64, symbol: &str, units: &[Unit], fits: impl Fn(f64) -> bool) -> String {
+    let likely: Vec<&Unit> = units.iter().filter(|unit| fits(unit.factor)).collect();
+    if likely.is_empty() {
+        return String::new();
+    }
+    let names: Vec<&str> = likely.iter().map(|unit| unit.name).collect();
+    let values = likely.iter().map(|unit| {
+        // Without the last digits, which come from the conversion.
+        let converted: f64 = format!("{:.9e}", value * unit.factor)
+            .parse()
+            .unwrap_or(0.0);
+        let (value, converted) = (shown_number(value), shown_number(converted));
+        format!("{value} {} are {converted} {symbol}", unit.symbol)
+    });
+    let values: Vec<String> = values.collect();
+    format!("; {}? ({})", names.join(" or "), values.join(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn likely_units_are_named_with_the_value_in_the_right_one() {
+        for (quantity, value, words) in [
+            (
+                &BELT_WIDTH,
+                600.0,
+                &["600 m", "belt width", "millimetres", "600 mm are 0.6 m"][..],
+            ),
+            (&BELT_WIDTH, 60.0, &["centimetres", "60 cm are 0.6 m"]),
+            (&REACH, 565.0, &["millimetres", "0.565 m"]),
+            (&DWELL, 100.0, &["milliseconds", "100 ms are 0.1 s"]),
+            (&BELT_SPEED, 50.0, &["millimetres per second", "0.05 m/s"]),
+            (&BELT_SPEED, 30.0, &["metres per minute", "0.5 m/s"]),
+            (&ARM_SPEED, 500.0, &["0.5 m/s"]),
+            (&ITEM_AREA, 8000.0, &["square millimetres", "80 cm^2"]),
+            (&ITEM_AREA, 0.008, &["square metres", "80 cm^2"]),
+            (&DECISION_TIME, 0.01, &["10 ms", "seconds?"]),
+            (&BELT_SPEED, 1e-5, &["not plausible"]),
+        ] {
+            let warning = quantity.check("here", value).unwrap();
+            let text = warning.to_string();
+            for word in words {
+                assert!(text.contains(word), "{word} not in {text}");
+            }
+            assert!(text.starts_with("here: ") && text.contains("cure: "));
+        }
+        assert!(!BELT_SPEED.check("", 1e-5).unwrap().problem.contains('?'));
+        for (quantity, value) in [
+            (&BELT_WIDTH, 0.1),
+            (&DWELL, 0.0),
+            (&REACH, 0.8),
+            (&BELT_SPEED, 0.05),
+            (&BELT_SPEED, f64::NAN),
+        ] {
+            assert_eq!(quantity.check("", value), None);
+        }
+    }
+}

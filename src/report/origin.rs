@@ -1,0 +1,156 @@
+//! How a file says which call of the program wrote it, and how that is read back: what the
+//! guard of `cli` goes by before a file is replaced.
+
+use super::page::escape;
+use serde_json::Value;
+
+/// The line that begins a CSV file which the call `command` wrote. Readers skip it as a
+/// comment.
+pub fn origin_comment(command: &str) -> String {
+    format!("# {}\n", origin(command))
+}
+
+/// `svg`, which the call `command` wrote, with that said in its description.
+pub fn with_origin(svg: &str, command: &str) -> String {
+    // Behind the opening tag, where every SVG has a place for it.
+    let Some(place) = svg
+        .find("<svg")
+        .and_then(|at| Some(at + svg[at..].find('>')? + 1))
+    else {
+        return svg.to_owned();
+    };
+    let (open, rest) = svg.split_at(place);
+    format!("{open}\n<desc>{}</desc>{rest}", escape(&origin(command)))
+}
+
+fn origin(command: &str) -> String {
+    let version = env!("CARGO_PKG_VERSION");
+    // A file name may hold line ends, which would end the comment.
+    let command = command.replace(char::is_control, " ");
+    format!("pickline {version}; {command}")
+}
+
+/// Whether `content` is a file that the verb `verb` wrote, as far as the file says so.
+/// What merely mentions the verb, such as a script that calls it, does not count.
+pub fn is_result_of(content: &[u8], verb: &str) -> bool {
+    let Ok(text) = std::str::from_utf8(content) else {
+        // Policies are the only results that are no text.
+        let has = |words: &str| content.windows(words.len()).any(|w| w == words.as_bytes());
+        return has("pickline.training") && has(&format!("\"command\":\"pickline {verb}"));
+    };
+    let called = format!("pickline {verb}");
+    match text.trim_start_matches('\u{feff}').trim_start() {
+        text if text.starts_with("# pickline ") => {
+            let mut comments = text
+                .lines()
+                .take_while(|line| line.starts_with('#'))
+                .take(20);
+            comments.any(|line| is_call(line, &called))
+        }
+        // What earlier versions wrote names the call in the last field of every row.
+        text if text
+            .lines()
+            .next()
+            .is_some_and(|line| line.ends_with(",made")) =>
+        {
+            text.lines()
+                .nth(1)
+                .is_some_and(|line| is_call(line, &called))
+        }
+        text if text.starts_with('{') => is_json_of(text, &called),
+        text if text.starts_with("<svg") || text.starts_with("<?xml") => {
+            let about = text.split_once("<desc>").map_or("", |(_, rest)| rest);
+            let about = about.split_once("</desc>").map_or("", |(about, _)| about);
+            is_call(about, &called)
+        }
+        text if text.starts_with("<!doctype html>") || text.starts_with("<!DOCTYPE html>") => {
+            text.contains(&format!("\"command\":\"{called}"))
+        }
+        // Gambit's form: players and actions, then a comment.
+        text if text.starts_with("NFG 1 R ") => {
+            text.lines().take(6).any(|line| is_call(line, &called))
+        }
+        // A learning curve, which must not depend on whether the training was resumed.
+        text => verb == "train" && text.starts_with("steps,seconds,answers,agreement,"),
+    }
+}
+
+/// Whether a line that says how a file was made names the call `called`, behind the
+/// program and its version.
+fn is_call(line: &str, called: &str) -> bool {
+    ["; ", ": ", "# "].iter().any(|before| {
+        let marked = format!("{before}{called}");
+        line.match_indices(&marked).any(|(at, found)| {
+            let next = line[at + found.len()..].chars().next();
+            next.is_none_or(|c| !c.is_alphanumeric() && c != '-')
+        })
+    })
+}
+
+/// Reports and training records name the call; a checkpoint is known by its parts, as one
+/// that was resumed must equal one that was not.
+fn is_json_of(text: &str, called: &str) -> bool {
+    let Ok(Value::Object(fields)) = serde_json::from_str(text) else {
+        return false;
+    };
+    let made = fields.get("made").and_then(|made| made.get("command"));
+    match made.or_else(|| fields.get("command")) {
+        Some(Value::String(command)) => is_call(&format!("; {command}"), called),
+        _ => {
+            let parts = ["stations", "trainer", "score"];
+            called == "pickline train"
+                && fields.len() == parts.len()
+                && parts.iter().all(|part| fields.contains_key(*part))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn results_are_known_and_what_mentions_a_verb_is_not_one() {
+        let comment = origin_comment("pickline pattern generate grid\n--seed 2");
+        assert_eq!(comment.lines().count(), 1);
+        let svg = with_origin("<svg width=\"1\">\n<g/></svg>", "pickline station show");
+        for (content, verb) in [
+            (comment.as_str(), "pattern generate"),
+            (
+                "# pickline 0.1.0\n# pickline sweep --robots 2\nx\n1\n",
+                "sweep",
+            ),
+            ("# pickline 0.1.0; pickline sweep; station\nx\n1\n", "sweep"),
+            ("{\"made\": {\"command\": \"pickline bound\"}}", "bound"),
+            ("{\"command\": \"pickline train --out a.onnx\"}", "train"),
+            ("{\"score\": 1, \"stations\": [], \"trainer\": 2}", "train"),
+            (&svg, "station show"),
+            (
+                "<!doctype html><script>{\"command\":\"pickline compare\"",
+                "compare",
+            ),
+            (
+                "NFG 1 R \"a\" { }\n\n{ }\n\"made by pickline 1: pickline game\"\n",
+                "game",
+            ),
+        ] {
+            assert!(is_result_of(content.as_bytes(), verb), "{content}");
+            assert!(!is_result_of(content.as_bytes(), "simulate"), "{content}");
+        }
+        for content in [
+            "",
+            "id,x,y\na,0,0\n",
+            "#!/bin/sh\npickline simulate --html a.html\n",
+            "# My notes\npickline 0.1.0; pickline simulate\n",
+            "# pickline 0.1.0; pickline simulated\n",
+            "{\"command\": \"make; pickline\"}",
+            "{\"made\": \"pickline simulate\"}",
+            "<html>pickline simulate</html>",
+            "<svg><text>; pickline simulate</text></svg>",
+            "[belt]\nspeed = 1\n",
+        ] {
+            assert!(!is_result_of(content.as_bytes(), "simulate"), "{content}");
+        }
+        assert!(!is_result_of(b"\xff pickline train", "train"));
+    }
+}

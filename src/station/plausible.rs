@@ -1,0 +1,214 @@
+//! What of a station is not plausible, though the model allows it.
+
+use super::geometry::{Robot, Station};
+use crate::error::{shown, shown_number};
+use crate::kinematics::distance;
+use crate::plausible::{
+    ARM_SPEED, BASE_GAP, BELT_LENGTH, BELT_SPEED, BELT_WIDTH, DWELL, LENGTHS, REACH, Warning,
+    question,
+};
+
+/// A camera further upstream than this [m] belongs to another line.
+const FURTHEST_UPSTREAM: f64 = 25.0;
+
+impl Station {
+    /// What is most likely wrong, `name` being how the user knows the station. Every kind
+    /// of warning is given for the first robot that it concerns.
+    pub fn warnings(&self, name: &str) -> Vec<Warning> {
+        let belt = self.belt();
+        let place = |key: &str| format!("{name}: {key}");
+        let mut list: Vec<Warning> = [
+            (&BELT_SPEED, "belt.speed", belt.speed),
+            (&BELT_LENGTH, "belt.length", belt.length),
+            (&BELT_WIDTH, "belt.width", belt.width),
+        ]
+        .into_iter()
+        .filter_map(|(quantity, key, value)| quantity.check(&place(key), value))
+        .collect();
+        let robots = self.robots();
+        let first = |check: &dyn Fn(&Robot, &str) -> Option<Warning>| {
+            robots
+                .iter()
+                .find_map(|robot| check(robot, &place(&format!("robot `{}`", shown(&robot.name)))))
+        };
+        list.extend(first(&|robot, at| {
+            REACH.check(&format!("{at}, reach"), robot.reach)
+        }));
+        list.extend(first(&|robot, at| {
+            ARM_SPEED.check(&format!("{at}, speed"), robot.speed)
+        }));
+        list.extend(first(&|robot, at| {
+            DWELL.check(&format!("{at}, grasp_time"), robot.grasp_time)
+        }));
+        list.extend(first(&|robot, at| {
+            DWELL.check(&format!("{at}, release_time"), robot.release_time)
+        }));
+        list.extend(first(&|robot, at| self.check_base(robot, at)));
+        list.extend(first(&check_bin));
+        let gaps = robots
+            .windows(2)
+            .map(|pair| pair[1].base.x - pair[0].base.x);
+        let widest = gaps.fold(0.0, f64::max);
+        list.extend(BASE_GAP.check(&place("bases along the belt"), widest));
+        list
+    }
+
+    /// A robot that reaches no part of the belt.
+    fn check_base(&self, robot: &Robot, at: &str) -> Option<Warning> {
+        let belt = self.belt();
+        let touches = |x: f64, y: f64, reach: f64| {
+            let (dx, dy) = (x - x.clamp(0.0, belt.length), y.abs() - belt.width / 2.0);
+            distance(dx, dy.max(0.0)) <= reach
+        };
+        let (x, y) = (robot.base.x, robot.base.y);
+        if touches(x, y, robot.reach) {
+            return None;
+        }
+        let size = x.abs().max(y.abs());
+        let problem = format!(
+            "its base at ({}, {}) m is further from the belt than its reach of {} m{}",
+            shown_number(x),
+            shown_number(y),
+            shown_number(robot.reach),
+            question(size, "m", LENGTHS, |factor| {
+                size > 5.0 && touches(x * factor, y * factor, robot.reach)
+            }),
+        );
+        let cure = "give base and reach in metres, y from the belt's centre line; or leave the \
+                    robot out, as it picks nothing";
+        Some(Warning::new(format!("{at}, base"), problem, cure))
+    }
+
+    /// What is most likely wrong with a camera at `x` [m], which `place` asks for.
+    pub fn check_camera(&self, place: &str, x: f64) -> Option<Warning> {
+        let length = self.belt().length;
+        let fits = |x: f64| (-FURTHEST_UPSTREAM..=length).contains(&x);
+        if fits(x) || !x.is_finite() {
+            return None;
+        }
+        let problem = format!(
+            "a camera at {} m is not plausible along a belt from 0 to {} m{}",
+            shown_number(x),
+            shown_number(length),
+            question(x, "m", LENGTHS, |factor| fits(x * factor)),
+        );
+        let cure = "give the place along the belt in metres, negative upstream of its start; \
+                    beyond its end no item is ever seen";
+        Some(Warning::new(place, problem, cure))
+    }
+}
+
+/// A bin that its robot cannot reach.
+fn check_bin(robot: &Robot, at: &str) -> Option<Warning> {
+    let away = |bin: (f64, f64)| distance(bin.0 - robot.base.x, bin.1 - robot.base.y);
+    let bin = (robot.bin.x, robot.bin.y);
+    // Rounding must not make a warning of a bin at the edge.
+    let within = |bin| away(bin) <= robot.reach * (1.0 + 1e-9);
+    if within(bin) {
+        return None;
+    }
+    let size = bin.0.abs().max(bin.1.abs());
+    let problem = format!(
+        "its bin is {:.3} m from its base, further than its reach of {} m{}",
+        away(bin),
+        shown_number(robot.reach),
+        question(size, "m", LENGTHS, |factor| within((
+            bin.0 * factor,
+            bin.1 * factor
+        ))),
+    );
+    let cure = "give base, bin and reach in metres, with the bin within reach of the base";
+    Some(Warning::new(format!("{at}, bin"), problem, cure))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::station::{BUILT_INS, Belt};
+    use nalgebra::Point2;
+
+    fn paper() -> Station {
+        BUILT_INS[0].station(None).unwrap()
+    }
+
+    /// The station with its belt or its first robot changed.
+    fn changed(belt: impl Fn(&mut Belt), robot: impl Fn(&mut Robot)) -> Vec<Warning> {
+        let (mut its_belt, mut robots) = (*paper().belt(), paper().robots().to_vec());
+        belt(&mut its_belt);
+        robot(&mut robots[0]);
+        Station::new(its_belt, robots).unwrap().warnings("s")
+    }
+
+    #[test]
+    fn slips_are_warned_of_and_built_in_stations_are_not() {
+        for built_in in BUILT_INS {
+            for robots in [1, 2, 12] {
+                let station = built_in.station(Some(robots)).unwrap();
+                assert_eq!(station.warnings("s"), []);
+            }
+        }
+        let same = |_: &mut Belt| {};
+        let none = |_: &mut Robot| {};
+        for (warnings, words) in [
+            (
+                changed(|belt| belt.width = 600.0, none),
+                &["belt.width", "millimetres"][..],
+            ),
+            (
+                changed(|belt| belt.length = 4200.0, none),
+                &["belt.length", "millimetres"],
+            ),
+            (
+                changed(same, |r| r.reach = 565.0),
+                &["`r1`, reach", "0.565 m"],
+            ),
+            (
+                changed(same, |r| r.speed = 500.0),
+                &["`r1`, speed", "millimetres per second"],
+            ),
+            (
+                changed(same, |r| r.grasp_time = 100.0),
+                &["grasp_time", "milliseconds"],
+            ),
+            (
+                changed(same, |r| r.release_time = 80.0),
+                &["release_time", "0.08 s"],
+            ),
+            (
+                changed(same, |r| r.base.y = -625.0),
+                &["`r1`, base", "millimetres"],
+            ),
+            (
+                changed(same, |r| r.bin = Point2::new(1300.0, -525.0)),
+                &["`r1`, bin", "millimetres"],
+            ),
+            (
+                changed(same, |r| (r.bin.x, r.reach) = (r.base.x + 1.4, 0.565)),
+                &["bin is 1.4", "0.565 m"],
+            ),
+        ] {
+            let texts: Vec<String> = warnings.iter().map(Warning::to_string).collect();
+            let all = |text: &&String| words.iter().all(|word| text.contains(word));
+            assert!(
+                texts.iter().any(|text| all(&text)),
+                "{words:?} not in {texts:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_camera_stands_along_the_belt_or_upstream_of_it() {
+        let station = paper();
+        for x in [-3.0, 0.0, 0.5, 4.2] {
+            assert_eq!(station.check_camera("--camera-x", x), None);
+        }
+        for (x, word) in [
+            (300.0, "300 mm are 0.3 m"),
+            (-500.0, "-0.5 m"),
+            (5.0, "ever seen"),
+        ] {
+            let text = station.check_camera("--camera-x", x).unwrap().to_string();
+            assert!(text.contains(word), "{text}");
+        }
+    }
+}
