@@ -377,6 +377,9 @@ impl SweepReport {
         for words in self.recommendations() {
             text += &format!("choose    {words}\n");
         }
+        if let Some(words) = self.avoided() {
+            text += &format!("avoid     {words}\n");
+        }
         if let Some(bounds) = &self.bounds {
             text += &format!("bound     {}\n", bounds.words(self.helps, self.unit_word()));
         }
@@ -442,16 +445,21 @@ impl SweepReport {
                 limit.method
             ),
         };
-        let mut lines: Vec<String> = self.limits.iter().enumerate().map(line).collect();
+        self.limits.iter().enumerate().map(line).collect()
+    }
+
+    /// The values at which arms can meet, in words.
+    pub(super) fn avoided(&self) -> Option<String> {
         let meet = &self.arms_can_meet;
-        if let (Some(first), Some(last)) = (meet.first(), meet.last()) {
-            lines.push(format!(
-                "left out: workspaces overlap at {} of the values ({first} to {last} {unit}), so \
-                 that arms can meet",
-                meet.len()
-            ));
-        }
-        lines
+        let (first, last) = (meet.first()?, meet.last()?);
+        let range = match meet.len() {
+            1 => first.to_string(),
+            count => format!("{first} to {last} ({count} values)"),
+        };
+        let unit = self.unit_word();
+        // The belt's speed moves no arm.
+        let words = format!("{range} {unit}: workspaces overlap, so that arms can meet");
+        (self.sweep != "speed").then_some(words)
     }
 
     /// The unit as it stands behind a value.

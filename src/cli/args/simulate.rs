@@ -6,7 +6,8 @@ use std::path::PathBuf;
 
 /// Run one strategy on one pattern, exactly
 ///
-/// Jumps from decision to decision; there is no time step. Says for every item that
+/// Jumps from decision to decision; there is no time step. Prints the throughput, what is
+/// picked per minute in the steady state, where the pattern is long enough for one. Says for every item that
 /// was not picked why: unreachable, grasp_failed, passed_over, unseen or busy.
 #[derive(Debug, Args)]
 #[command(after_long_help = simulate_help())]

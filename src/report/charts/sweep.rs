@@ -139,8 +139,8 @@ fn throughput(report: &SweepReport) -> Option<Chart> {
         chart.marks.extend(chosen);
     }
     if !chart.marks.is_empty() {
-        let words = "recommended: the least value with the highest throughput, or nearly";
-        chart.legend.push(marks_entry(Ink::Text, words));
+        chart.caption += " Dashed upright lines: the values recommended.";
+        chart.legend.push(marks_entry(Ink::Text, "recommended"));
     }
     report.is_steady().then_some(chart)
 }

@@ -90,14 +90,34 @@ fn answer(report: &ComparisonReport) -> Vec<String> {
             let (least, most) = ends(&rate);
             let shown =
                 |case: usize| figure(case, "picking_rate_per_min", rate(&report.cases[case]));
-            return match least == most {
-                true => format!("{title} makes {} picks/min.", shown(least)),
+            let mut text = match least == most {
+                true => format!("{title} has a picking rate of {}/min", shown(least)),
                 false => format!(
-                    "{title} makes {} to {} picks/min, depending on the case.",
+                    "{title} has a picking rate of {} to {}/min, depending on the case",
                     shown(least),
                     shown(most)
                 ),
             };
+            let steady = report.cases.iter().enumerate().filter_map(|(i, case)| {
+                let throughput = case.results[0].throughput.throughput_per_min?;
+                Some((i, throughput))
+            });
+            let steady: Vec<(usize, f64)> = steady.collect();
+            let order = |a: &&(usize, f64), b: &&(usize, f64)| a.1.total_cmp(&b.1);
+            if let (Some(least), Some(most)) =
+                (steady.iter().min_by(order), steady.iter().max_by(order))
+            {
+                let shown = |of: &(usize, f64)| figure(of.0, "throughput_per_min", of.1);
+                text += &match least == most {
+                    true => format!("; its throughput is {}/min", shown(least)),
+                    false => format!(
+                        "; its throughput is {} to {}/min",
+                        shown(least),
+                        shown(most)
+                    ),
+                };
+            }
+            return text + ".";
         }
         let benefit = |case: &CaseReport| case.results[j].benefit_percent;
         let (least, most) = ends(&benefit);

@@ -87,12 +87,10 @@ fn answer(report: &SweepReport) -> Vec<String> {
         text + "."
     };
     let mut lines: Vec<String> = report.limits.iter().enumerate().map(line).collect();
-    lines.extend(
-        report
-            .recommendations()
-            .iter()
-            .map(|words| format!("Choose for {}.", escape(words))),
-    );
+    let chosen = report.recommendations().into_iter();
+    lines.extend(chosen.map(|words| format!("Choose for {}.", escape(&words))));
+    let avoided = report.avoided().into_iter();
+    lines.extend(avoided.map(|words| format!("Avoid {}.", escape(&words))));
     if let Some(bounds) = &report.bounds {
         let words = bounds.words(report.helps, unit);
         let mut letters = words.chars();
