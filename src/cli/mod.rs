@@ -50,8 +50,16 @@ pub const INTERRUPTED: u8 = 130;
 
 /// Parses the command line, runs the verb, reports an error once.
 pub fn main() -> ExitCode {
-    // Prints help, version and usage errors itself, the last with exit code 2.
-    let cli = Cli::parse();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        // It names neither the argument nor a cure.
+        Err(error) if error.kind() == clap::error::ErrorKind::InvalidUtf8 => {
+            session::tell(&format!("pickline: {}", not_text(std::env::args_os())));
+            return ExitCode::from(USAGE);
+        }
+        // Prints help, version and usage errors itself, the last with exit code 2.
+        Err(error) => error.exit(),
+    };
     // A path need not be Unicode; in the record of the call it is shown as well as can be.
     let arguments = std::env::args_os().skip(1);
     let arguments = arguments.map(|word| word.to_string_lossy().into_owned());
@@ -68,6 +76,20 @@ pub fn main() -> ExitCode {
             })
         }
     }
+}
+
+/// What is said of the first argument that is no Unicode text.
+fn not_text(arguments: impl Iterator<Item = std::ffi::OsString>) -> Error {
+    let found = arguments
+        .enumerate()
+        .find(|(_, word)| word.to_str().is_none());
+    let (place, word) = found.unwrap_or_default();
+    Error::input(
+        format!("argument {place}"),
+        format!("{word:?} is not UTF-8 text, which this argument must be"),
+        "rename the file, or give a folder or a link to it with a name in UTF-8; patterns are \
+         also read from stdin (-)",
+    )
 }
 
 fn run(command: Command, session: &Session) -> Result<()> {

@@ -1,17 +1,17 @@
 //! `pickline pattern`.
 
 use super::args::{
-    AxisArg, DescribeArgs, Format, GenerateArgs, ImportCommand, MotArgs, PatternCommand,
-    PatternKind, StationChoice,
+    AxisArg, BoxesArg, DescribeArgs, Format, GenerateArgs, ImportCommand, PatternCommand,
+    PatternKind, StationChoice, TracksArgs,
 };
 use super::outputs::{self, Outputs};
 use super::session::{Session, tell};
 use super::settings::{DEFAULT_GRID, json, load_pattern};
 use super::warnings::warn;
-use crate::error::{Error, Result, shown_number};
+use crate::error::{Error, Result, shown, shown_number};
 use crate::files;
 use crate::pattern::{
-    Feed, Feeder, Pattern, describe, grid, mot, poisson_disk, random_stream, to_csv,
+    Feed, Feeder, Pattern, describe, grid, poisson_disk, random_stream, to_csv, tracking,
 };
 use crate::plausible::{BELT_SPEED, BELT_WIDTH};
 use crate::report::{DescriptionReport, description_table, origin_comment};
@@ -29,7 +29,7 @@ pub fn run(command: PatternCommand, session: &Session) -> Result<()> {
     match command {
         PatternCommand::Generate(args) => generate(&args, session),
         PatternCommand::Describe(args) => describe_pattern(&args, session),
-        PatternCommand::Import(ImportCommand::Mot(args)) => import_mot(&args, session),
+        PatternCommand::Import(ImportCommand::Tracks(args)) => import_tracks(&args, session),
     }
 }
 
@@ -244,32 +244,54 @@ fn describe_pattern(args: &DescribeArgs, session: &Session) -> Result<()> {
 struct Imported<'a> {
     command: &'a str,
     #[serde(flatten)]
-    report: &'a mot::Report,
+    report: &'a tracking::Report,
 }
 
-fn import_mot(args: &MotArgs, session: &Session) -> Result<()> {
+/// Width and height [px] as written, `1280x720`.
+fn image_size(text: &str) -> Result<(f64, f64)> {
+    let parts = text.split_once(['x', 'X']);
+    let numbers = parts.and_then(|(w, h)| Some((w.trim().parse().ok()?, h.trim().parse().ok()?)));
+    numbers.ok_or_else(|| {
+        Error::input(
+            "--image-size",
+            format!("`{}` is not a picture's size", shown(text)),
+            "give its width and height in pixels, for example 1280x720",
+        )
+    })
+}
+
+fn import_tracks(args: &TracksArgs, session: &Session) -> Result<()> {
     let output = written(args.output.as_deref());
     let targets = [("--output", output), ("--report", args.report.as_deref())];
     let read = [("the recording", Some(args.file.as_path()))];
     outputs::check("pattern import", args.force, &read, &targets)?;
-    let options = mot::Options {
+    let options = tracking::Options {
+        format: args.form.as_deref().map(str::parse).transpose()?,
+        boxes: match args.boxes {
+            BoxesArg::Sizes => tracking::Boxes::Sizes,
+            BoxesArg::Corners => tracking::Boxes::Corners,
+            BoxesArg::Centres => tracking::Boxes::Centres,
+        },
+        image_size: args.image_size.as_deref().map(image_size).transpose()?,
+        angle_deg: args.angle,
+        accept_mismatch: args.accept_mismatch,
         reverse: args.reverse,
         centre_px: args.centre_px,
         min_frames: args.min_frames,
         split_distance_m: args.split_distance,
         merge_distance_m: args.merge_distance,
-        ..mot::Options::new(
+        ..tracking::Options::new(
             args.fps,
             args.scale,
             match args.axis {
-                AxisArg::X => mot::Axis::X,
-                AxisArg::Y => mot::Axis::Y,
+                AxisArg::X => tracking::Axis::X,
+                AxisArg::Y => tracking::Axis::Y,
             },
             args.belt_speed,
         )
     };
-    let text = files::read_text(&args.file)?;
-    let import = mot::import(&text, &args.file.display().to_string(), &options)?;
+    let recording = tracking::Recording::load(&args.file)?;
+    let import = tracking::import(&recording, &args.file.display().to_string(), &options)?;
     let speed = BELT_SPEED.check("--belt-speed", args.belt_speed);
     warn(
         args.strict,

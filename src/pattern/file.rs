@@ -63,8 +63,17 @@ pub fn parse(text: &str, name: &str) -> Result<Pattern> {
 /// whose name is nearly that of a known one is wrong.
 pub fn read(text: &str, name: &str) -> Result<Loaded> {
     let mut file = CsvFile::new(text, name);
-    let (header, line) = file.header()?;
-    let (columns, ignored) = read_header(&header, name, line)?;
+    let header = file.header();
+    let columns = header.and_then(|(header, line)| read_header(&header, name, line));
+    // Columns of a tracker's file may be called as a pattern's, and mean something else.
+    if let Some(form) = super::tracking::recognised(text) {
+        return Err(Error::input(
+            name,
+            format!("no pattern, but a recording of a tracker or detector ({form})"),
+            "make a pattern of it with `pickline pattern import tracks`",
+        ));
+    }
+    let (columns, ignored) = columns?;
     let [x, y] = [1, 2].map(|column| columns[column].map_or(0, |(place, _)| place));
     let is_item = |file: &mut CsvFile, fields: &[&str]| {
         [x, y]

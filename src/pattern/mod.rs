@@ -8,11 +8,11 @@ mod file;
 mod gaps;
 mod grid;
 mod item;
-pub mod mot;
 mod plausible;
 mod poisson;
 mod profile;
 mod set;
+pub mod tracking;
 
 pub use attributes::{Attributes, Distribution};
 pub use describe::{Description, describe};

@@ -25,8 +25,8 @@ pub use live::{ClockArg, EmulateArgs, RunArgs, TransportArgs, TroubleArgs};
 pub use mqtt::MqttArgs;
 pub use optimize::{OptimizeArgs, SearchArg};
 pub use pattern::{
-    AxisArg, DescribeArgs, GenerateArgs, ImportCommand, MotArgs, PatternArgs, PatternCommand,
-    PatternKind,
+    AxisArg, BoxesArg, DescribeArgs, GenerateArgs, ImportCommand, PatternArgs, PatternCommand,
+    PatternKind, TracksArgs,
 };
 #[cfg(feature = "ros2")]
 pub use ros2::Ros2Args;

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 Examples:
   pickline pattern generate poisson --radius 0.2 --count 29 --output p.csv
   pickline pattern describe p.csv
-  pickline pattern import mot tracks.txt --fps 30 --scale 0.0015 --axis x --belt-speed 0.1")]
+  pickline pattern import tracks film.txt --fps 30 --scale 0.0015 --axis x --belt-speed 0.1")]
 pub struct PatternArgs {
     #[command(subcommand)]
     pub command: Option<PatternCommand>,
@@ -131,16 +131,42 @@ pub struct DescribeArgs {
 
 #[derive(Debug, Subcommand)]
 pub enum ImportCommand {
-    /// From a tracker's MOTChallenge text file
+    /// From what a tracker or a detector wrote of a film
     ///
-    /// One item a track: its belt position from all its frames, its area from the
-    /// box, its detection probability from the confidence. What was dropped and why is
-    /// told on stderr.
-    #[command(after_long_help = "\
-Example:
-  pickline pattern import mot tracks.txt --fps 30 --scale 0.0015 --axis x \\
-      --belt-speed 0.1 --output p.csv")]
-    Mot(Box<MotArgs>),
+    /// One item a track: its belt position from all its frames, its area from the box, its
+    /// detection probability from the confidence, its class. Boxes without track ids are
+    /// linked by the belt's motion. The tracks show the belt's direction and speed, too: they
+    /// are compared with what is given here, and where the pattern would be wrong by
+    /// centimetres it is refused with the figures that would agree. What was read, dropped
+    /// and measured is printed on stderr.
+    #[command(
+        visible_alias = "mot",
+        after_long_help = "\
+Examples:
+  pickline pattern import tracks film.txt --fps 30 --scale 0.0015 --axis x \\
+      --belt-speed 0.1 --output p.csv
+  pickline pattern import tracks runs/track/labels --image-size 1280x720 --fps 25 \\
+      --scale 0.002 --axis x --belt-speed 0.25 --angle 1.8
+
+Forms of files, recognised by what is in them:
+  mot          frame,id,left,top,width,height,conf[,class,visibility] or [,x,y,z]
+  supervision  CSV with a header, x_min,y_min,x_max,y_max,class_id,confidence,tracker_id,
+               class_name,frame; also MOT columns under their names
+  ultralytics  a folder of labels, class xc yc w h [conf] [id], one file a frame
+  yolo         frame class x1 y1 x2 y2 xc yc
+  coco         JSON detections, image_id (the frame), category_id, bbox, score"
+    )]
+    Tracks(Box<TracksArgs>),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum BoxesArg {
+    /// Left, top, width, height
+    Sizes,
+    /// Left, top, right, bottom
+    Corners,
+    /// Centre along x, along y, width, height
+    Centres,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -152,9 +178,18 @@ pub enum AxisArg {
 }
 
 #[derive(Debug, Args)]
-pub struct MotArgs {
-    /// The tracker's file: frame,id,left,top,width,height,conf,...
+pub struct TracksArgs {
+    /// The file, or the folder of label files
     pub file: PathBuf,
+    /// Form of the file: mot, supervision, ultralytics, yolo, coco [default: recognised]
+    #[arg(long = "as", value_name = "FORM")]
+    pub form: Option<String>,
+    /// What the four figures of a box are, in MOT text
+    #[arg(long, value_enum, default_value_t = BoxesArg::Sizes)]
+    pub boxes: BoxesArg,
+    /// Width and height of the picture [px], for boxes given in shares of it
+    #[arg(long, value_name = "WxH")]
+    pub image_size: Option<String>,
     /// Frames per second of the recording
     #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     pub fps: f64,
@@ -167,6 +202,15 @@ pub struct MotArgs {
     /// The belt travels towards smaller pixel values
     #[arg(long)]
     pub reverse: bool,
+    /// How far the travel is turned from that axis, positive towards larger pixels of the
+    /// other axis [degrees]; the import measures it
+    #[arg(
+        long,
+        value_name = "DEG",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    pub angle: f64,
     /// Belt speed during the recording [m/s]
     #[arg(long, value_name = "V", allow_negative_numbers = true)]
     pub belt_speed: f64,
@@ -201,7 +245,10 @@ pub struct MotArgs {
     /// Write to this file instead of stdout
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Also write what was dropped, split and merged, and why, into this JSON file
+    /// Make the pattern although the tracks contradict the figures given
+    #[arg(long)]
+    pub accept_mismatch: bool,
+    /// Also write what was dropped, split, merged and measured, and why, into this JSON file
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
     /// Take warnings of values that are not plausible for errors

@@ -1,5 +1,6 @@
 //! What the import must know about the camera and the belt.
 
+use super::formats::Format;
 use crate::error::{Error, Result, shown};
 use std::str::FromStr;
 
@@ -32,6 +33,19 @@ impl FromStr for Axis {
     }
 }
 
+/// What the four figures of a box are. Forms of file that say it themselves go before this.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Boxes {
+    /// Left, top, width, height.
+    #[default]
+    Sizes,
+    /// Left, top, right, bottom.
+    Corners,
+    /// Centre along x and y, width, height.
+    Centres,
+}
+
 /// How pixels and frames become metres and seconds, and how forgiving to be.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
@@ -43,8 +57,20 @@ pub struct Options {
     pub axis: Axis,
     /// Whether items travel towards smaller pixel values.
     pub reverse: bool,
+    /// How far the travel is turned from that axis, positive towards larger pixels of the
+    /// other axis [degrees].
+    pub angle_deg: f64,
     /// Speed of the belt during the recording [m/s].
     pub belt_speed: f64,
+    /// The form of the file; none: recognised by what is in it.
+    pub format: Option<Format>,
+    /// What the four figures of a box are.
+    pub boxes: Boxes,
+    /// Width and height of the picture [px], for boxes in shares of it.
+    pub image_size: Option<(f64, f64)>,
+    /// Whether a pattern is made although the tracks contradict the figures above by so much
+    /// that it must be wrong.
+    pub accept_mismatch: bool,
     /// The belt's centre line: its pixel on the axis across the travel [px]. None:
     /// the middle between the outermost items.
     pub centre_px: Option<f64>,
@@ -68,7 +94,12 @@ impl Options {
             scale_m_per_px,
             axis,
             reverse: false,
+            angle_deg: 0.0,
             belt_speed,
+            format: None,
+            boxes: Boxes::Sizes,
+            image_size: None,
+            accept_mismatch: false,
             centre_px: None,
             min_frames: 2,
             split_distance_m: 0.1,
@@ -121,6 +152,22 @@ impl Options {
                 ));
             }
         }
+        if !(self.angle_deg.abs() < 90.0) {
+            return Err(Error::input(
+                "--angle",
+                format!("{:?} is not an angle from --axis", self.angle_deg),
+                "give degrees between -90 and 90",
+            ));
+        }
+        if let Some((width, height)) = self.image_size
+            && !(SENSIBLE.contains(&width) && SENSIBLE.contains(&height))
+        {
+            return Err(Error::input(
+                "--image-size",
+                format!("{width:?}x{height:?} is not a picture's size"),
+                "give its width and height in pixels, for example 1280x720",
+            ));
+        }
         if self.min_frames == 0 {
             return Err(Error::input(
                 "--min-frames",
@@ -148,7 +195,15 @@ impl Options {
             Axis::X => (image_x, image_y),
             Axis::Y => (image_y, image_x),
         };
-        (if self.reverse { -along } else { along }, across)
+        let along = if self.reverse { -along } else { along };
+        if self.angle_deg == 0.0 {
+            return (along, across);
+        }
+        let (sine, cosine) = self.angle_deg.to_radians().sin_cos();
+        (
+            cosine * along + sine * across,
+            cosine * across - sine * along,
+        )
     }
 
     /// +1 where the pixels across the travel grow to its left, which is belt +y, and
@@ -202,6 +257,19 @@ mod tests {
     fn axes_are_read_from_text() {
         assert_eq!("x".parse::<Axis>().unwrap(), Axis::X);
         assert_eq!("Y".parse::<Axis>().unwrap(), Axis::Y);
+        let mut options = Options::new(25.0, 0.001, Axis::X, 0.05);
+        options.angle_deg = 30.0;
+        let half = 0.75f64.sqrt();
+        let (along, across) = options.turned(half, 0.5);
+        assert!((along - 1.0).abs() < 1e-15 && across.abs() < 1e-15);
+        options.angle_deg = 90.0;
+        assert!(
+            options
+                .check()
+                .unwrap_err()
+                .to_string()
+                .starts_with("--angle")
+        );
         let message = "z".parse::<Axis>().unwrap_err().to_string();
         assert!(
             message.contains("--axis") && message.contains("`z`"),

@@ -1,18 +1,10 @@
-//! From text to tracks: the lines of a MOTChallenge file, the broken ones set aside.
+//! From lines to tracks: the broken lines set aside, the boxes without a track apart.
 
+use super::formats::{self, Format, Recording, Row};
 use super::options::Options;
 use super::report::{DroppedLine, LISTED};
-use crate::error::{Error, Result, shown};
+use crate::error::{Error, Result};
 use std::collections::HashMap;
-
-/// Pixels past this are no image; the bound keeps every later product finite.
-const LARGEST_PX: f64 = 1e6;
-/// A frame number past this is years of film.
-const LAST_FRAME: f64 = 1e9;
-/// Whole numbers up to this are exact in the f64 that ids are read as.
-const LARGEST_ID: f64 = 9e15;
-/// `frame,id,left,top,width,height,conf`; whatever follows is passed over.
-const USED_FIELDS: usize = 7;
 
 /// One box of one track.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,10 +17,35 @@ pub(super) struct Sighting {
     pub along: f64,
     /// Centre of the box across the travel, as the image counts it [px].
     pub across: f64,
-    /// Area of the box [px^2]; none for a point.
-    pub area: Option<f64>,
+    /// Size of the box along the axis of the travel and across [px]; none of a point.
+    pub size: Option<(f64, f64)>,
     /// What the file gives as confidence, whatever its range.
     pub confidence: Option<f64>,
+    /// What it is.
+    pub class: Option<String>,
+}
+
+impl Sighting {
+    fn new(row: Row, line: usize, options: &Options) -> Self {
+        let (width, height) = row.size.unwrap_or_default();
+        let (x, y) = (row.left + width / 2.0, row.top + height / 2.0);
+        let (along, across) = options.turned(x, y);
+        let swapped = options.axis == super::Axis::Y;
+        Self {
+            frame: row.frame,
+            line,
+            along,
+            across,
+            size: row.size.map(|(w, h)| if swapped { (h, w) } else { (w, h) }),
+            confidence: row.confidence,
+            class: row.class,
+        }
+    }
+
+    /// Area of the box [px^2]; none of a point.
+    pub fn area(&self) -> Option<f64> {
+        self.size.map(|(along, across)| along * across)
+    }
 }
 
 /// The boxes under one id, by frame, never empty, no frame twice.
@@ -41,10 +58,15 @@ pub(super) struct Track {
 /// What a file holds.
 #[derive(Debug)]
 pub(super) struct Reading {
+    pub format: Format,
+    /// How its form was read.
+    pub remarks: Vec<String>,
     /// Lines that are not blank.
     pub lines: usize,
     /// In the order in which their ids first appear.
     pub tracks: Vec<Track>,
+    /// Boxes without a track, of a file that has no tracks at all.
+    pub loose: Vec<Sighting>,
     pub malformed: usize,
     pub repeated: usize,
     pub cut_off: Option<usize>,
@@ -52,49 +74,55 @@ pub(super) struct Reading {
     pub dropped: Vec<DroppedLine>,
 }
 
-/// Reads `text`; `name` is how messages call it.
+/// Reads `recording`; `name` is how messages call it.
 ///
 /// # Errors
-/// A file without a line, or with more broken lines than good ones.
-pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Reading> {
-    // Without the blank end, the last line that `lines` gives is the last one written.
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text).trim_end();
+/// A file without a line, one whose numbers have no certain meaning, or one with more broken
+/// lines than good ones.
+pub(super) fn read(recording: &Recording, name: &str, options: &Options) -> Result<Reading> {
+    let source = formats::read(recording, name, options)?;
     let mut reading = Reading {
-        lines: 0,
+        format: source.format,
+        remarks: source.remarks,
+        lines: source.lines.len(),
         tracks: Vec::new(),
+        loose: Vec::new(),
         malformed: 0,
         repeated: 0,
         cut_off: None,
         dropped: Vec::new(),
     };
-    let mut first_malformed = None;
+    let mut dropped: Vec<DroppedLine> = Vec::new();
+    let mut loose: Vec<(Option<String>, Sighting)> = Vec::new();
     let mut place_of: HashMap<i64, usize> = HashMap::new();
     let mut usual_fields = 0;
-    let mut lines = text.lines().enumerate().peekable();
-    while let Some((index, line)) = lines.next() {
-        if line.trim().is_empty() {
-            continue;
-        }
-        let number = index + 1;
+    let mut lines = source.lines.into_iter().peekable();
+    while let Some(line) = lines.next() {
         let is_last = lines.peek().is_none();
-        reading.lines += 1;
-        let (filled, fields) = split_fields(line);
-        let reason = match read_box(&fields, number, options) {
+        let (number, filled) = (line.number, line.filled);
+        let reason = match line.row {
             // A line of fewer fields than the one before it is how a write that was
             // broken off looks, even when the stump can be read.
             Ok(_) if is_last && filled < usual_fields => {
                 format!("{filled} fields where the line before has {usual_fields}")
             }
-            Ok((id, sighting)) => {
+            Ok(row) => {
                 usual_fields = filled;
-                let place = *place_of.entry(id).or_insert_with(|| {
-                    reading.tracks.push(Track {
-                        name: id.to_string(),
-                        sightings: Vec::new(),
-                    });
-                    reading.tracks.len() - 1
-                });
-                reading.tracks[place].sightings.push(sighting);
+                let id = row.id;
+                let sighting = Sighting::new(row, number, options);
+                match id {
+                    Some(id) => {
+                        let place = *place_of.entry(id).or_insert_with(|| {
+                            reading.tracks.push(Track {
+                                name: id.to_string(),
+                                sightings: Vec::new(),
+                            });
+                            reading.tracks.len() - 1
+                        });
+                        reading.tracks[place].sightings.push(sighting);
+                    }
+                    None => loose.push((line.file, sighting)),
+                }
                 continue;
             }
             Err(reason) => reason,
@@ -106,13 +134,11 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Reading>
             reading.malformed += 1;
             reason
         };
-        first_malformed.get_or_insert_with(|| (number, reason.clone()));
-        if reading.dropped.len() < LISTED {
-            reading.dropped.push(DroppedLine {
-                line: number,
-                reason,
-            });
-        }
+        dropped.push(DroppedLine {
+            file: line.file,
+            line: number,
+            reason,
+        });
     }
     if reading.lines == 0 {
         return Err(Error::input(
@@ -121,103 +147,52 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Reading>
             "give a tracker's file with lines `frame,id,left,top,width,height,conf`",
         ));
     }
-    if let Some((line, reason)) = first_malformed
-        && (reading.tracks.is_empty() || reading.malformed > reading.lines / 2)
+    if reading.tracks.is_empty() {
+        reading.loose = loose.into_iter().map(|(_, sighting)| sighting).collect();
+    } else {
+        reading.malformed += loose.len();
+        dropped.extend(loose.into_iter().map(|(file, sighting)| DroppedLine {
+            file,
+            line: sighting.line,
+            reason: "a detection without a track".to_owned(),
+        }));
+        // By frame and line of a folder as well, whose files are sorted.
+        dropped.sort_by(|a, b| (&a.file, a.line).cmp(&(&b.file, b.line)));
+    }
+    let nothing = reading.tracks.is_empty() && reading.loose.is_empty();
+    if let Some(first) = dropped.first()
+        && (nothing || reading.malformed > reading.lines / 2)
     {
-        let broken = reading.malformed + usize::from(reading.cut_off.is_some());
+        let place = match &first.file {
+            Some(file) => format!("{name}/{file}:{}", first.line),
+            None => format!("{name}:{}", first.line),
+        };
         return Err(Error::input(
-            format!("{name}:{line}"),
+            place,
             format!(
-                "{broken} of {} lines are not a tracker's; here: {reason}",
-                reading.lines
+                "{} of {} lines are not a tracker's; here: {}",
+                dropped.len(),
+                reading.lines,
+                first.reason
             ),
-            "give lines `frame,id,left,top,width,height,conf` with frames from 1 and a track's \
-             id (a detector's file, where every id is -1, needs a tracker first)",
+            source.cure,
         ));
     }
+    count_from_one(&mut reading);
+    dropped.truncate(LISTED);
+    reading.dropped = dropped;
     drop_repeated(&mut reading);
     Ok(reading)
 }
 
-/// The first fields of a line, and how many of all its fields are filled. Commas
-/// separate where there are any, blanks and tabs elsewhere.
-fn split_fields(line: &str) -> (usize, [&str; USED_FIELDS]) {
-    let mut fields = [""; USED_FIELDS];
-    let mut filled = 0;
-    if line.contains(',') {
-        for (place, field) in line.split(',').map(str::trim).enumerate() {
-            filled += usize::from(!field.is_empty());
-            if let Some(slot) = fields.get_mut(place) {
-                *slot = field;
-            }
-        }
-    } else {
-        for (place, field) in line.split_whitespace().enumerate() {
-            filled += 1;
-            if let Some(slot) = fields.get_mut(place) {
-                *slot = field;
-            }
-        }
+/// Makes 1 the first frame of a file that counts from 0.
+fn count_from_one(reading: &mut Reading) {
+    let tracked = reading.tracks.iter_mut().flat_map(|t| &mut t.sightings);
+    let mut all: Vec<&mut Sighting> = tracked.chain(&mut reading.loose).collect();
+    if all.iter().any(|sighting| sighting.frame == 0) {
+        all.iter_mut().for_each(|sighting| sighting.frame += 1);
+        reading.remarks.push("frames counted from 0".to_owned());
     }
-    (filled, fields)
-}
-
-/// The box of one line, or what is wrong with the line.
-fn read_box(
-    fields: &[&str; USED_FIELDS],
-    line: usize,
-    options: &Options,
-) -> std::result::Result<(i64, Sighting), String> {
-    let number = |place: usize, what: &str| match fields[place].parse::<f64>() {
-        Ok(value) if value.is_finite() => Ok(value),
-        _ if fields[place].is_empty() => Err(format!("the {what} is missing")),
-        _ => Err(format!("{what} `{}` is not a number", shown(fields[place]))),
-    };
-    let pixel = |place: usize, what: &str| match number(place, what)? {
-        value if value.abs() <= LARGEST_PX => Ok(value),
-        value => Err(format!("{what} {value:?} is not a pixel")),
-    };
-    // Some trackers print every column as a float, so `3.0` is frame 3.
-    let frame = number(0, "frame")?;
-    if frame.fract() != 0.0 || !(1.0..=LAST_FRAME).contains(&frame) {
-        return Err(format!(
-            "{frame:?} is not a frame: frames are counted from 1"
-        ));
-    }
-    let id = number(1, "id")?;
-    if id.fract() != 0.0 || !(0.0..=LARGEST_ID).contains(&id) {
-        return Err(match id == -1.0 {
-            true => "id -1: a detection without a track".to_owned(),
-            false => format!("{id:?} is not a track's id"),
-        });
-    }
-    let (left, top) = (pixel(2, "left")?, pixel(3, "top")?);
-    let (width, height) = (pixel(4, "width")?, pixel(5, "height")?);
-    let sized = width > 0.0 && height > 0.0;
-    let point = (width == -1.0 && height == -1.0) || (width == 0.0 && height == 0.0);
-    if !sized && !point {
-        return Err(format!("a box of {width:?} x {height:?} pixels"));
-    }
-    if point && width == -1.0 && left == -1.0 && top == -1.0 {
-        // The 3D challenge fills the image columns so.
-        return Err("neither box nor point: all four are -1".to_owned());
-    }
-    let confidence = match fields[6] {
-        "" => None,
-        _ => Some(number(6, "confidence")?),
-    };
-    let (width, height) = if sized { (width, height) } else { (0.0, 0.0) };
-    let (along, across) = options.turned(left + width / 2.0, top + height / 2.0);
-    let sighting = Sighting {
-        // In range and whole, so exact.
-        frame: frame as u32,
-        line,
-        along,
-        across,
-        area: sized.then_some(width * height),
-        confidence,
-    };
-    Ok((id as i64, sighting))
 }
 
 /// Sorts every track by frame and keeps the first line of each frame.
@@ -241,6 +216,7 @@ fn drop_repeated(reading: &mut Reading) {
     reading
         .dropped
         .extend(listed.map(|&(line, frame, name)| DroppedLine {
+            file: None,
             line,
             reason: format!("frame {frame} of track {name} was there before"),
         }));
@@ -252,6 +228,10 @@ fn drop_repeated(reading: &mut Reading) {
 mod tests {
     use super::super::options::Axis;
     use super::*;
+
+    fn read(text: &str, name: &str, options: &Options) -> Result<Reading> {
+        super::read(&Recording::Text(text.to_owned()), name, options)
+    }
 
     fn options() -> Options {
         Options::new(10.0, 0.001, Axis::X, 0.1)
@@ -276,7 +256,7 @@ mod tests {
         assert_eq!(frames(&plain), [track("7", &[1, 2])]);
         let first = &plain.tracks[0].sightings[0];
         assert_eq!((first.along, first.across), (12.0, 23.0));
-        assert_eq!((first.area, first.confidence), (Some(24.0), Some(0.5)));
+        assert_eq!((first.area(), first.confidence), (Some(24.0), Some(0.5)));
         for text in [
             "\u{feff}1,7,10,20,4,6,0.5\r\n2,7,20,20,4,6,0.5\r\n",
             "1, 7, 10, 20, 4, 6, 0.5\n2, 7, 20, 20, 4, 6, 0.5",
@@ -296,7 +276,7 @@ mod tests {
         let reading = read(text, "t", &options()).unwrap();
         let seen = &reading.tracks[0].sightings;
         assert_eq!((seen[0].along, seen[0].across), (10.0, 20.0));
-        assert_eq!((seen[0].area, seen[1].area), (None, None));
+        assert_eq!((seen[0].area(), seen[1].area()), (None, None));
         assert_eq!((seen[1].along, seen[2].along), (20.0, 31.0));
         let confidences: Vec<_> = seen.iter().map(|s| s.confidence).collect();
         assert_eq!(confidences, [Some(-1.0), Some(3.5), None, None]);
@@ -306,7 +286,7 @@ mod tests {
     fn broken_lines_are_dropped_and_named() {
         for (line, word) in [
             ("frame,id,left,top,width,height,conf", "`frame`"),
-            ("0,1,1,1,1,1,1", "counted from 1"),
+            ("-1,1,1,1,1,1,1", "counted from 0 or 1"),
             ("1.5,1,1,1,1,1,1", "not a frame"),
             ("4000000000,1,1,1,1,1,1", "not a frame"),
             ("9,-1,1,1,1,1,1", "without a track"),
@@ -376,7 +356,7 @@ mod tests {
             ("a\nb\n1,1,1,1,1,1,1\n", &["t:1", "2 of 3 lines", "`a`"]),
             (
                 "1,-1,1,1,1,1,1\n1,-1,5,1,1,1,1\n1,2,1,1,1,1,1",
-                &["without a track", "tracker first"],
+                &["t:1", "2 of 3 lines", "without a track"],
             ),
         ] {
             let message = read(text, "t", &options()).unwrap_err().to_string();

@@ -79,17 +79,30 @@ impl Track {
     /// doi:10.1080/01621459.1968.10480934). Of a long track every box is paired with
     /// the one half the track later only, which takes linear time.
     pub fn speed(&self, options: &Options) -> Option<f64> {
-        let seen = &self.sightings;
-        let slope = |(from, to): (&Sighting, &Sighting)| speed_between(from, to, options);
-        let mut slopes: Vec<f64> = if seen.len() <= ALL_PAIRS {
-            let pairs = |i: usize| seen[i + 1..].iter().map(move |to| (&seen[i], to));
-            (0..seen.len()).flat_map(pairs).map(slope).collect()
-        } else {
-            let half = seen.len() / 2;
-            seen.iter().zip(&seen[half..]).map(slope).collect()
-        };
-        (!slopes.is_empty()).then(|| median(&mut slopes))
+        let pairs = pairs(&self.sightings).into_iter();
+        median_of(pairs.map(|(from, to)| speed_between(from, to, options)))
     }
+}
+
+/// The pairs of boxes whose slopes count: all, of a long track every box with the one half
+/// the track later.
+fn pairs(seen: &[Sighting]) -> Vec<(&Sighting, &Sighting)> {
+    if seen.len() <= ALL_PAIRS {
+        let pairs = |i: usize| seen[i + 1..].iter().map(move |to| (&seen[i], to));
+        return (0..seen.len()).flat_map(pairs).collect();
+    }
+    seen.iter().zip(&seen[seen.len() / 2..]).collect()
+}
+
+/// The median of the slopes of `y` over `x`; none where no pair of boxes has one.
+pub(super) fn slope(
+    seen: &[Sighting],
+    x: &dyn Fn(&Sighting) -> f64,
+    y: &dyn Fn(&Sighting) -> f64,
+) -> Option<f64> {
+    let slopes = pairs(seen).into_iter();
+    let slopes = slopes.map(|(from, to)| (y(to) - y(from)) / (x(to) - x(from)));
+    median_of(slopes.filter(|slope| slope.is_finite()))
 }
 
 /// The smallest step between two frames of one track: 1, or more where the tracker
@@ -244,8 +257,9 @@ mod tests {
             line: 1,
             along,
             across,
-            area: None,
+            size: None,
             confidence: None,
+            class: None,
         };
         Track {
             name: name.to_owned(),

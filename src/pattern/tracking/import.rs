@@ -1,12 +1,15 @@
 //! The import itself: read, split, drop, merge, drop, place.
 
-use super::options::Options;
+use super::formats::Recording;
+use super::link::link;
+use super::motion::{Motion, measure};
+use super::options::{Boxes, Options};
 use super::place::{BACKWARDS, Found, ODD_SHARE, STILL, not_riding, place};
 use super::read::read;
 use super::report::{Merged, Report, Split, count, named};
 use super::track::{Object, median_of, merge, split, stride};
 use crate::error::{Error, Result};
-use crate::pattern::Pattern;
+use crate::pattern::{Item, Pattern};
 
 /// The median over all items is surer than one item's speed, so it may be off by less.
 const MEDIAN_SHARE: f64 = 0.05;
@@ -20,7 +23,17 @@ pub struct Import {
     pub report: Report,
 }
 
-/// Turns the text of a MOTChallenge file into a pattern, as the module's head tells;
+/// The median over all items is plainly wrong when it is off by more, the pattern when so
+/// large a share of the items is [`ODD_SHARE`] off.
+const WRONG_SHARE: f64 = 0.15;
+const WRONG_ITEMS: f64 = 1.0 / 3.0;
+/// Places that are off by this much [m] are worth a warning, by that much an error.
+const OFF_M: f64 = 0.005;
+const WRONG_M: f64 = 0.05;
+/// Frame rates that cameras have [1/s].
+const USUAL_FPS: [f64; 8] = [24.0, 25.0, 30.0, 48.0, 50.0, 60.0, 100.0, 120.0];
+
+/// Turns a recording into a pattern, as the module's head tells;
 /// `name` is how messages call the file.
 ///
 /// An item's `x0` [m] and `y` [m] are medians over its boxes, `area_cm2` is the median
@@ -29,11 +42,22 @@ pub struct Import {
 ///
 /// # Errors
 /// An option that no camera or belt has, a file with more broken lines than good
-/// ones, a file of which no item remains. Never panics, whatever the text.
-pub fn import(text: &str, name: &str, options: &Options) -> Result<Import> {
+/// ones or of numbers without a certain meaning, a file of which no item remains or whose
+/// tracks contradict the options so much that the pattern would be wrong. Never panics,
+/// whatever the text.
+pub fn import(recording: &Recording, name: &str, options: &Options) -> Result<Import> {
     options.check()?;
-    let mut reading = read(text, name, options)?;
-    let tracks = std::mem::take(&mut reading.tracks);
+    let mut reading = read(recording, name, options)?;
+    let mut tracks = std::mem::take(&mut reading.tracks);
+    if tracks.is_empty() {
+        let boxes = std::mem::take(&mut reading.loose);
+        let count = boxes.len();
+        tracks = link(boxes, options);
+        reading.remarks.push(format!(
+            "no track ids: {count} boxes linked to {} tracks by the belt's motion",
+            tracks.len()
+        ));
+    }
     let first_line = tracks
         .iter()
         .flat_map(|t| &t.sightings)
@@ -81,6 +105,7 @@ pub fn import(text: &str, name: &str, options: &Options) -> Result<Import> {
         let stays = report.note_drop(&object.track, speed, reason.as_deref());
         kept.push(stays.then_some(found));
     }
+    let rides: Vec<bool> = kept.iter().map(Option::is_some).collect();
     let twins = twins(&objects, &kept);
     let found: Vec<Found> = kept.into_iter().flatten().collect();
     let item_speeds = || found.iter().filter_map(|f| f.speed);
@@ -90,8 +115,11 @@ pub fn import(text: &str, name: &str, options: &Options) -> Result<Import> {
     if found.is_empty() {
         return Err(nothing_remains(&report, first_line, options));
     }
+    let riding = objects.iter().zip(&rides).filter(|(_, rides)| **rides);
+    report.motion = measure(riding.map(|(object, _)| &object.track), options);
     warn(&mut report, &found, &twins, options);
     let items = place(found, &mut report, options);
+    contradictions(&report, &items, options)?;
     let pattern = Pattern::checked(items, name, &|_| name.to_owned())?;
     report.items = pattern.len();
     Ok(Import { pattern, report })
@@ -107,6 +135,12 @@ fn twins(objects: &[Object], kept: &[Option<Found>]) -> Vec<String> {
     objects.iter().enumerate().filter_map(pair).collect()
 }
 
+/// As [`import`], of a text.
+#[cfg(test)]
+pub(super) fn import_text(text: &str, name: &str, options: &Options) -> Result<Import> {
+    import(&Recording::Text(text.to_owned()), name, options)
+}
+
 fn warn(report: &mut Report, found: &[Found], twins: &[String], options: &Options) {
     let belt = options.belt_speed;
     let off = |speed: f64, share: f64| (speed - belt).abs() > share * belt;
@@ -115,6 +149,7 @@ fn warn(report: &mut Report, found: &[Found], twins: &[String], options: &Option
         .filter(|f| f.speed.is_some_and(|v| off(v, ODD_SHARE)))
         .map(|f| f.item.id.as_str())
         .collect();
+    report.odd_items = odd.len();
     if !odd.is_empty() {
         report.warnings.push(format!(
             "{} more than 25 % off the belt's speed, scale, fps or belt speed may be wrong: {}",
@@ -128,7 +163,35 @@ fn warn(report: &mut Report, found: &[Found], twins: &[String], options: &Option
     {
         report.warnings.push(format!(
             "the items move at {speed:.4} m/s (median), the belt's speed was given as {belt} \
-             m/s: correct --scale, --fps or --belt-speed until they agree"
+             m/s: {}",
+            agreeing(speed, options)
+        ));
+    }
+    if let Some(motion) = &report.motion {
+        let mut found = Vec::new();
+        if looks_like_corners(motion, options) {
+            found.push(
+                "the boxes grow with their travel: if they are corners, give --boxes corners"
+                    .to_owned(),
+            );
+        }
+        if motion.angle_off_m > OFF_M && is_turned(motion) {
+            found.push(format!("{}: {}", turned(motion), turning(motion, options)));
+        }
+        if motion.bent_off_m > OFF_M {
+            found.push(format!("{}: {STRAIGHTEN}", bent(motion)));
+        }
+        report.warnings.extend(found);
+    }
+    let lost = report.dropped.iter();
+    let lost = lost
+        .filter(|d| d.reason == STILL || d.reason == BACKWARDS)
+        .count();
+    if lost > found.len() {
+        report.warnings.push(format!(
+            "{} do not ride on the belt, more than do: --scale, --fps, --belt-speed, --axis or \
+             --reverse may be wrong",
+            count(lost, "track")
         ));
     }
     if !twins.is_empty() {
@@ -138,6 +201,115 @@ fn warn(report: &mut Report, found: &[Found], twins: &[String], options: &Option
             named(twins.iter().map(String::as_str))
         ));
     }
+}
+
+/// Refuses figures that the tracks contradict so much that the pattern would be wrong.
+fn contradictions(report: &Report, items: &[Item], options: &Options) -> Result<()> {
+    let belt = options.belt_speed;
+    let odd = report.odd_items;
+    let mut problems = Vec::new();
+    let mut cures = Vec::new();
+    let speed = report.measured_speed_items.unwrap_or(belt);
+    let corners = report
+        .motion
+        .as_ref()
+        .is_some_and(|m| looks_like_corners(m, options));
+    if odd as f64 > WRONG_ITEMS * items.len() as f64 || (speed / belt - 1.0).abs() > WRONG_SHARE {
+        problems.push(format!(
+            "{odd} of {} are more than 25 % off the belt's speed: they move at {speed:.4} m/s \
+             (median), the belt's was given as {belt} m/s",
+            count(items.len(), "item")
+        ));
+        if !corners {
+            cures.push(agreeing(speed, options));
+        }
+    }
+    if let Some(motion) = &report.motion {
+        if corners {
+            problems.push("the boxes grow with their travel, as corners taken for sizes do".into());
+            cures.push("give --boxes corners".to_owned());
+        }
+        if motion.angle_off_m > WRONG_M && is_turned(motion) && !corners {
+            problems.push(turned(motion));
+            cures.push(turning(motion, options));
+        }
+        if motion.bent_off_m > WRONG_M && !corners {
+            problems.push(bent(motion));
+            cures.push(STRAIGHTEN.to_owned());
+        }
+    }
+    if problems.is_empty() || options.accept_mismatch {
+        return Ok(());
+    }
+    Err(Error::input(
+        &report.file,
+        format!("the pattern would be wrong: {}", problems.join("; ")),
+        format!(
+            "{}; --accept-mismatch makes the pattern all the same",
+            cures.join("; ")
+        ),
+    ))
+}
+
+/// Whether the lower right corner was taken for the size: then the centre moves one and a
+/// half times as fast as the box, and the size as fast as the box.
+fn looks_like_corners(motion: &Motion, options: &Options) -> bool {
+    options.boxes == Boxes::Sizes && (0.55..0.8).contains(&motion.growth)
+}
+
+/// The figures that would agree with items at `speed` [m/s].
+fn agreeing(speed: f64, options: &Options) -> String {
+    let ratio = options.belt_speed / speed;
+    let fps = options.fps * ratio;
+    let usual = USUAL_FPS
+        .iter()
+        .find(|usual| (fps / **usual - 1.0).abs() < 0.03);
+    let fps = match usual {
+        Some(usual) => format!("--fps {usual}"),
+        None => format!("--fps {fps:.2}"),
+    };
+    format!(
+        "--scale {:.6}, {fps} or --belt-speed {speed:.4} would agree with the tracks",
+        options.scale_m_per_px * ratio
+    )
+}
+
+const STRAIGHTEN: &str = "take the lens distortion and the tilt out of the film before tracking, \
+                          for example with OpenCV's undistort and warpPerspective";
+
+/// Whether the angle is more than chance.
+fn is_turned(motion: &Motion) -> bool {
+    motion.angle_deg.abs() > 3.0 * motion.angle_error_deg
+}
+
+fn turned(motion: &Motion) -> String {
+    format!(
+        "the belt travels {:.2} degrees off --axis in the picture, which puts items up to \
+         {:.3} m off",
+        motion.angle_deg, motion.angle_off_m
+    )
+}
+
+fn turning(motion: &Motion, options: &Options) -> String {
+    format!("give --angle {:.2}", options.angle_deg + motion.angle_deg)
+}
+
+fn bent(motion: &Motion) -> String {
+    let cause = match motion.bends {
+        true => "as with a lens that distorts",
+        false => "as with a camera that is tilted",
+    };
+    let range = |speeds: Option<[f64; 2]>, way: &str| {
+        let speeds = speeds.map(|[slow, fast]| format!(", {slow:.4} to {fast:.4} m/s {way}"));
+        speeds.unwrap_or_default()
+    };
+    format!(
+        "the belt's motion differs over the picture{}{}, {cause}, which puts items up to {:.3} m \
+         off",
+        range(motion.speeds_along, "along it"),
+        range(motion.speeds_across, "across it"),
+        motion.bent_off_m
+    )
 }
 
 fn nothing_remains(report: &Report, first_line: Option<usize>, options: &Options) -> Error {
@@ -172,6 +344,7 @@ fn nothing_remains(report: &Report, first_line: Option<usize>, options: &Options
 #[cfg(test)]
 mod tests {
     use super::super::options::Axis;
+    use super::import_text as import;
     use super::*;
     use proptest::prelude::*;
     use std::fmt::Write;

@@ -1,6 +1,7 @@
 //! From objects to items: the figures of each, and the belt frame.
 
 use super::options::Options;
+use super::read::Sighting;
 use super::report::Report;
 use super::track::{Object, median_of};
 use crate::pattern::Item;
@@ -36,10 +37,11 @@ impl Found {
             .collect();
         let mut item = Item::at(object.track.name.clone(), object.track.x0(options), 0.0);
         item.area_cm2 =
-            median_of(seen.iter().filter_map(|s| s.area)).map(|a| a * scale * scale * 1e4);
+            median_of(seen.iter().filter_map(Sighting::area)).map(|a| a * scale * scale * 1e4);
         // The rounding of the sum may carry the mean of ones past 1.
         let mean = |p: &[f64]| (p.iter().sum::<f64>() / p.len() as f64).clamp(0.0, 1.0);
         item.p_detection = (!sure.is_empty()).then(|| mean(&sure));
+        item.class = most_frequent(seen);
         Self {
             item,
             across: object.track.across(),
@@ -53,6 +55,20 @@ impl Found {
         let area = self.item.area_cm2.unwrap_or_default();
         self.item.x0.abs() > FURTHEST || aside.abs() > FURTHEST || area > LARGEST_AREA
     }
+}
+
+/// The class that most boxes have, of equals the one that was seen first.
+fn most_frequent(seen: &[Sighting]) -> Option<String> {
+    let mut counts: Vec<(&str, usize)> = Vec::new();
+    for class in seen.iter().filter_map(|s| s.class.as_deref()) {
+        match counts.iter_mut().find(|(known, _)| *known == class) {
+            Some((_, count)) => *count += 1,
+            None => counts.push((class, 1)),
+        }
+    }
+    let most = counts.iter().map(|(_, count)| *count).max()?;
+    let found = counts.iter().find(|(_, count)| *count == most);
+    found.map(|(class, _)| (*class).trim().replace(['\n', '\r'], " "))
 }
 
 /// Why an object of this speed does not ride on the belt. A little backwards is still
@@ -93,7 +109,8 @@ pub(super) fn place(found: Vec<Found>, report: &mut Report, options: &Options) -
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Axis, Import, Options, import};
+    use super::super::import::import_text as import;
+    use super::super::{Axis, Import, Options};
     use proptest::prelude::*;
     use std::fmt::Write;
 

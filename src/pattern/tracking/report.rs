@@ -1,5 +1,7 @@
 //! What the import did to a file, for people and for machines.
 
+use super::formats::Format;
+use super::motion::Motion;
 use super::options::Options;
 use super::read::{Reading, Track};
 
@@ -11,6 +13,9 @@ const NAMED: usize = 10;
 /// A line of the file that was not used.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct DroppedLine {
+    /// The file of a folder.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
     /// From 1.
     pub line: usize,
     /// What is wrong with it.
@@ -53,9 +58,13 @@ pub struct Merged {
 pub struct Report {
     /// The file as messages call it.
     pub file: String,
+    /// The form of the file.
+    pub format: Format,
+    /// How it was read.
+    pub remarks: Vec<String>,
     /// Lines that are not blank.
     pub lines: usize,
-    /// Ids in the file.
+    /// Ids in the file, or tracks that its boxes were linked to.
     pub tracks: usize,
     /// Items of the pattern.
     pub items: usize,
@@ -97,6 +106,10 @@ pub struct Report {
     pub measured_speed: Option<f64>,
     /// The same over the items only [m/s]: the figure to calibrate by.
     pub measured_speed_items: Option<f64>,
+    /// Items that move more than 25 % off the belt's speed.
+    pub odd_items: usize,
+    /// The belt as the items' tracks show it; none where they are too short.
+    pub motion: Option<Motion>,
 }
 
 /// "1 line", "2 lines".
@@ -121,6 +134,8 @@ impl Report {
         let cut_off = usize::from(reading.cut_off.is_some());
         let mut report = Self {
             file: name.to_owned(),
+            format: reading.format,
+            remarks: reading.remarks,
             lines: reading.lines,
             tracks: tracks.len(),
             items: 0,
@@ -142,9 +157,11 @@ impl Report {
             belt_speed: options.belt_speed,
             measured_speed: None,
             measured_speed_items: None,
+            odd_items: 0,
+            motion: None,
         };
         for sighting in tracks.iter().flat_map(|track| &track.sightings) {
-            report.points += usize::from(sighting.area.is_none());
+            report.points += usize::from(sighting.size.is_none());
             match sighting.confidence {
                 Some(0.0) => report.zero_confidence += 1,
                 Some(p) if (0.0..=1.0).contains(&p) => {}
@@ -189,18 +206,28 @@ impl Report {
     /// The report as text, one finding a line.
     pub fn lines(&self) -> Vec<String> {
         let mut out = vec![format!(
-            "{}: {} and {} became {}",
+            "{} ({}): {} and {} became {}",
             self.file,
+            self.format,
             count(self.lines, "line"),
             count(self.tracks, "track"),
             count(self.items, "item")
         )];
+        out.extend(self.remarks.iter().cloned());
         if let Some(items) = self.measured_speed_items.or(self.measured_speed) {
             let all = self.measured_speed.unwrap_or(items);
             out.push(format!(
                 "median measured speed {items:.4} m/s over the items, {all:.4} m/s over all \
                  tracks; the belt's was given as {} m/s",
                 self.belt_speed
+            ));
+        }
+        if let Some(motion) = &self.motion {
+            out.push(format!(
+                "the belt travels at {:.2} degrees from --axis in the picture (+/- {:.2}), by {}",
+                motion.angle_deg,
+                1.96 * motion.angle_error_deg,
+                count(motion.tracks, "track")
             ));
         }
         let origin = match self.centre_given {
@@ -231,7 +258,10 @@ impl Report {
                 usize::from(self.cut_off_line.is_some())
             ));
             let listed = self.dropped_lines.iter();
-            out.extend(listed.map(|d| format!("  line {}: {}", d.line, d.reason)));
+            out.extend(listed.map(|d| match &d.file {
+                Some(file) => format!("  {file}, line {}: {}", d.line, d.reason),
+                None => format!("  line {}: {}", d.line, d.reason),
+            }));
             match self
                 .dropped_lines_total
                 .saturating_sub(self.dropped_lines.len())

@@ -1,0 +1,365 @@
+//! The files in which programs write boxes and tracks, each brought to the same rows.
+
+mod coco;
+mod labels;
+mod mot;
+mod table;
+
+use super::options::Options;
+use crate::error::{Error, Result, known_names, shown};
+use std::fmt;
+use std::path::Path;
+use std::str::FromStr;
+
+/// Pixels past this are no image; the bound keeps every later product finite.
+const LARGEST_PX: f64 = 1e6;
+/// A frame number past this is years of film.
+const LAST_FRAME: f64 = 1e9;
+/// Whole numbers up to this are exact in the f64 that ids are read as.
+const LARGEST_ID: f64 = 9e15;
+
+/// A form of file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Format {
+    /// `frame,id,left,top,width,height,conf,...` (MOTChallenge).
+    Mot,
+    /// CSV with a header: supervision's sink, or MOT columns with their names.
+    Table,
+    /// Ultralytics' labels: a folder of `class xc yc w h [conf] [id]`, one file a frame.
+    Ultralytics,
+    /// `frame class x1 y1 x2 y2 xc yc`, in shares of the picture.
+    Yolo,
+    /// COCO's JSON: a list of detections, or a data set with annotations.
+    Coco,
+}
+
+/// Every form as it is written after `--as`, with what messages call it.
+pub const FORMATS: [(Format, &str, &str); 5] = [
+    (Format::Mot, "mot", "MOTChallenge text"),
+    (Format::Table, "supervision", "CSV with a header"),
+    (Format::Ultralytics, "ultralytics", "Ultralytics labels"),
+    (Format::Yolo, "yolo", "a YOLO tracker's text"),
+    (Format::Coco, "coco", "COCO JSON"),
+];
+
+impl FromStr for Format {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let found = FORMATS.iter().find(|(_, name, _)| *name == text);
+        found.map(|(format, ..)| *format).ok_or_else(|| {
+            let names = FORMATS.map(|(_, name, _)| name);
+            let problem = format!("`{}` is not a form of file", shown(text));
+            Error::input("--as", problem, known_names(text, &names))
+        })
+    }
+}
+
+impl fmt::Display for Format {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let found = FORMATS.iter().find(|(format, ..)| format == self);
+        f.write_str(found.map_or("", |(.., words)| words))
+    }
+}
+
+/// A file, or a folder with one file a frame, as it was read from the disk.
+#[derive(Debug)]
+pub enum Recording {
+    /// The text of a file.
+    Text(String),
+    /// Frame number, file name and text of every file of a folder, in order of frames.
+    Folder(Vec<(u32, String, String)>),
+}
+
+impl Recording {
+    /// Reads a file or a folder of Ultralytics' labels.
+    ///
+    /// # Errors
+    /// What cannot be read; a folder without a text file, or one whose names tell no frame.
+    pub fn load(path: &Path) -> Result<Self> {
+        if path.is_dir() {
+            return labels::load(path).map(Self::Folder);
+        }
+        crate::files::read_text(path).map(Self::Text)
+    }
+}
+
+/// A box as a file gives it.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Row {
+    /// As the file counts.
+    pub frame: u32,
+    /// The track; none of a detection.
+    pub id: Option<i64>,
+    /// Left, top, width and height [px]; no size of a point.
+    pub left: f64,
+    pub top: f64,
+    pub size: Option<(f64, f64)>,
+    /// Whatever its range.
+    pub confidence: Option<f64>,
+    pub class: Option<String>,
+}
+
+/// A line of a file.
+#[derive(Debug)]
+pub(super) struct Line {
+    /// The file of a folder.
+    pub file: Option<String>,
+    /// From 1.
+    pub number: usize,
+    /// How many fields it has.
+    pub filled: usize,
+    /// Its box, or what is wrong with it.
+    pub row: std::result::Result<Row, String>,
+}
+
+/// The lines of a file, and where its classes come from.
+#[derive(Debug)]
+pub(super) struct Lines {
+    pub format: Format,
+    pub lines: Vec<Line>,
+    /// What should be known of how they were read.
+    pub remarks: Vec<String>,
+    /// The cure of a file in which hardly a line is good.
+    pub cure: &'static str,
+}
+
+/// The lines of `recording`; `name` is how messages call it.
+///
+/// # Errors
+/// A form in which the meaning of the numbers is not certain, with what makes it so.
+pub(super) fn read(recording: &Recording, name: &str, options: &Options) -> Result<Lines> {
+    let text = match recording {
+        Recording::Folder(files) => return labels::read(files, name, options),
+        Recording::Text(text) => text.strip_prefix('\u{feff}').unwrap_or(text),
+    };
+    match options.format.unwrap_or_else(|| recognise(text)) {
+        Format::Mot => Ok(mot::read(text, options)),
+        Format::Table => table::read(text, name, options),
+        Format::Yolo => labels::read_yolo(text, name, options),
+        Format::Coco => coco::read(text, name, options),
+        Format::Ultralytics => Err(labels::without_frames(name)),
+    }
+}
+
+/// The form of `text`; MOT where nothing speaks for another.
+fn recognise(text: &str) -> Format {
+    /// Lines that are looked at.
+    const SAMPLE: usize = 200;
+    if text.trim_start().starts_with(['[', '{']) {
+        return Format::Coco;
+    }
+    let mut lines = text
+        .lines()
+        .filter(|line| !line.trim().is_empty() && !line.starts_with('#'));
+    if lines.clone().next().is_some_and(is_header) {
+        return Format::Table;
+    }
+    let sample: Vec<Vec<&str>> = lines
+        .by_ref()
+        .take(SAMPLE)
+        .map(|line| line.split_whitespace().collect())
+        .collect();
+    let shares = |from: usize, to: usize, least: usize, most: usize| {
+        let share = |field: &&str| {
+            field
+                .parse::<f64>()
+                .is_ok_and(|value| (0.0..=1.0).contains(&value))
+        };
+        let fits = |fields: &&Vec<&str>| {
+            (least..=most).contains(&fields.len()) && fields[from..to].iter().all(share)
+        };
+        let count = sample.iter().filter(fits).count();
+        // The last line may be cut off.
+        count > 0 && count + 1 >= sample.len()
+    };
+    if shares(2, 8, 8, 8) {
+        Format::Yolo
+    } else if shares(1, 5, 5, 7) {
+        Format::Ultralytics
+    } else {
+        Format::Mot
+    }
+}
+
+/// Whether a line holds names instead of numbers: at least two, so that a broken number
+/// makes no header.
+fn is_header(line: &str) -> bool {
+    let fields = line.split([',', ';', '\t']);
+    let is_name = |field: &&str| {
+        let field = field.trim().trim_matches('"');
+        field.starts_with(|c: char| c.is_alphabetic()) && field.parse::<f64>().is_err()
+    };
+    fields.filter(is_name).count() > 1
+}
+
+/// What `text`, which is no pattern, seems to be a recording of; none where it could be
+/// anything.
+pub fn recognised(text: &str) -> Option<String> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let format = recognise(text);
+    let found = match format {
+        Format::Coco => text.contains("\"bbox\""),
+        Format::Table => {
+            let header = text.lines().next().unwrap_or_default().to_lowercase();
+            ["bb_left", "x_min", "xmin", "tracker_id", "track_id"]
+                .iter()
+                .any(|name| header.contains(name))
+        }
+        Format::Mot => {
+            let first = text.lines().next().unwrap_or_default();
+            let fields = first.split([',', ' ', '\t']);
+            let numbers: Option<Vec<f64>> = fields.map(|field| field.trim().parse().ok()).collect();
+            numbers.is_some_and(|numbers| (6..=10).contains(&numbers.len()))
+        }
+        Format::Ultralytics | Format::Yolo => true,
+    };
+    found.then(|| format.to_string())
+}
+
+/// The number in `text`, or what is wrong with it.
+fn number(text: &str, what: &str) -> std::result::Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ if text.is_empty() => Err(format!("the {what} is missing")),
+        _ => Err(format!("{what} `{}` is not a number", shown(text))),
+    }
+}
+
+fn pixel(value: f64, what: &str) -> std::result::Result<f64, String> {
+    match value {
+        value if value.abs() <= LARGEST_PX => Ok(value),
+        value => Err(format!("{what} {value:?} is not a pixel")),
+    }
+}
+
+/// Some trackers print every column as a float, so `3.0` is frame 3.
+fn frame(value: f64) -> std::result::Result<u32, String> {
+    if value.fract() != 0.0 || !(0.0..=LAST_FRAME).contains(&value) {
+        return Err(format!(
+            "{value:?} is not a frame: frames are counted from 0 or 1"
+        ));
+    }
+    // In range and whole, so exact.
+    Ok(value as u32)
+}
+
+/// The id of a track; none where it is -1, which stands for a detection without one.
+fn track_id(value: f64) -> std::result::Result<Option<i64>, String> {
+    match value {
+        -1.0 => Ok(None),
+        id if id.fract() != 0.0 || !(0.0..=LARGEST_ID).contains(&id) => {
+            Err(format!("{id:?} is not a track's id"))
+        }
+        id => Ok(Some(id as i64)),
+    }
+}
+
+/// A class as it is written in a pattern: whole numbers without a fraction.
+fn class(text: &str) -> Option<String> {
+    match text.parse::<f64>() {
+        _ if text.is_empty() => None,
+        Ok(number) if number.fract() == 0.0 && number.abs() < LARGEST_ID => {
+            Some((number as i64).to_string())
+        }
+        _ => Some(text.to_owned()),
+    }
+}
+
+/// The box whose four figures [px] mean what `--boxes` says; of size 0 or -1 both ways it
+/// is a point.
+fn boxed(
+    frame: u32,
+    id: Option<i64>,
+    [left, top, width, height]: [f64; 4],
+    options: &Options,
+) -> std::result::Result<Row, String> {
+    let row = |left: f64, top: f64, size: Option<(f64, f64)>| Row {
+        frame,
+        id,
+        left,
+        top,
+        size,
+        confidence: None,
+        class: None,
+    };
+    let [left, top] = [pixel(left, "left")?, pixel(top, "top")?];
+    let [width, height] = [pixel(width, "width")?, pixel(height, "height")?];
+    let (width, height) = match options.boxes {
+        super::Boxes::Corners => (width - left, height - top),
+        _ => (width, height),
+    };
+    if width > 0.0 && height > 0.0 {
+        let (left, top) = match options.boxes {
+            super::Boxes::Centres => (left - width / 2.0, top - height / 2.0),
+            _ => (left, top),
+        };
+        return Ok(row(left, top, Some((width, height))));
+    }
+    let sizes = options.boxes != super::Boxes::Corners;
+    match (width, height) {
+        (-1.0, -1.0) if sizes && left == -1.0 && top == -1.0 => {
+            // The 3D challenge fills the image columns so.
+            Err("neither box nor point: all four are -1".to_owned())
+        }
+        (-1.0, -1.0) | (0.0, 0.0) if sizes => Ok(row(left, top, None)),
+        _ => Err(format!("a box of {width:?} x {height:?} pixels")),
+    }
+}
+
+/// The size of the picture [px], which shares of it need.
+fn image_size(name: &str, options: &Options) -> Result<(f64, f64)> {
+    options.image_size.ok_or_else(|| {
+        Error::input(
+            name,
+            "the boxes are given in shares of the picture, whose size the file does not say",
+            "give --image-size WIDTHxHEIGHT [px], for example --image-size 1280x720",
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn forms_are_recognised_by_what_is_in_them() {
+        for (text, format) in [
+            ("1,1,10,20,4,6,0.5\n", Format::Mot),
+            ("1 7 10 20 4 6 0.5\n2 7 20 20 4 6 0.5", Format::Mot),
+            ("0,1,1,1,1,1,1\n", Format::Mot),
+            ("", Format::Mot),
+            ("frame,id,bb_left,bb_top\n1,1,1,1\n", Format::Table),
+            ("x_min;y_min;x_max\n1;1;1\n", Format::Table),
+            (
+                "0 0.21 0.77 0.02 0.1\n1 0.2 0.7 0.02 0.1\n",
+                Format::Ultralytics,
+            ),
+            ("0 0.21 0.77 0.02 0.1 0.9 3\n0 0.2\n", Format::Ultralytics),
+            ("1 0 0.2 0.7 0.23 0.8 0.21 0.77\n", Format::Yolo),
+            (" [{\"image_id\": 1}]", Format::Coco),
+        ] {
+            assert_eq!(recognise(text), format, "{text}");
+        }
+        for (format, name, _) in FORMATS {
+            assert_eq!(name.parse::<Format>().unwrap(), format);
+        }
+        assert!(
+            "mott"
+                .parse::<Format>()
+                .unwrap_err()
+                .to_string()
+                .contains("`mot`")
+        );
+    }
+
+    #[test]
+    fn patterns_are_taken_for_no_recordings() {
+        for text in ["id,x,y\na,0,0\n", "name,a\n", "1,2,3\n", "[belt]\n", ""] {
+            assert_eq!(recognised(text), None, "{text}");
+        }
+        assert!(recognised("1,1,10,20,4,6,0.5,-1,-1,-1\n").is_some());
+        assert!(recognised("frame,id,bb_left,x,y\n").is_some());
+    }
+}

@@ -1,0 +1,132 @@
+//! CSV with a header, of which every column's meaning is certain by its name: what
+//! supervision's CSV sink writes, and MOT files that went through a spreadsheet.
+
+use super::{Format, Line, Lines, Row, boxed, class, frame, pixel, track_id};
+use crate::csv_file::CsvFile;
+use crate::error::{Error, Result};
+use crate::pattern::tracking::options::{Boxes, Options};
+
+/// What columns are called.
+const FRAME: &[&str] = &[
+    "frame",
+    "frame_id",
+    "frame_number",
+    "frame_index",
+    "frame_idx",
+];
+const ID: &[&str] = &["tracker_id", "track_id", "id", "object_id"];
+const LEFT: &[&str] = &["x_min", "xmin", "x1", "bb_left", "bbox_left", "left"];
+const TOP: &[&str] = &["y_min", "ymin", "y1", "bb_top", "bbox_top", "top"];
+const RIGHT: &[&str] = &["x_max", "xmax", "x2", "bb_right", "right"];
+const BOTTOM: &[&str] = &["y_max", "ymax", "y2", "bb_bottom", "bottom"];
+const WIDTH: &[&str] = &["bb_width", "bbox_width", "width", "w"];
+const HEIGHT: &[&str] = &["bb_height", "bbox_height", "height", "h"];
+const CONFIDENCE: &[&str] = &["confidence", "conf", "score"];
+const CLASS_NAME: &[&str] = &["class_name", "class", "label"];
+const CLASS_ID: &[&str] = &["class_id", "cls"];
+
+pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
+    let mut file = CsvFile::new(text, name);
+    let (header, header_line) = file.header()?;
+    let place = |names: &[&str]| {
+        let find = |name: &&str| header.iter().position(|column| column == *name);
+        names.iter().find_map(find)
+    };
+    let wrong =
+        |problem: &str, cure: &str| Error::input(format!("{name}:{header_line}"), problem, cure);
+    let Some(frames) = place(FRAME) else {
+        return Err(wrong(
+            "a recording with a header, but no column `frame`: the frames are missing",
+            "write the frame into every row; with supervision's CSVSink, \
+             sink.append(detections, custom_data={\"frame\": index})",
+        ));
+    };
+    let corners = place(RIGHT).zip(place(BOTTOM));
+    let sizes = place(WIDTH).zip(place(HEIGHT));
+    let (Some(left), Some(top), Some((first, second))) =
+        (place(LEFT), place(TOP), corners.or(sizes))
+    else {
+        return Err(wrong(
+            "a recording with a header, but the boxes' columns are not known",
+            "call them x_min,y_min,x_max,y_max or bb_left,bb_top,bb_width,bb_height",
+        ));
+    };
+    // The names say which of the two the boxes are.
+    let options = Options {
+        boxes: match corners {
+            Some(_) => Boxes::Corners,
+            None => Boxes::Sizes,
+        },
+        ..options.clone()
+    };
+    let (id, confidence) = (place(ID), place(CONFIDENCE));
+    let (class_name, class_id) = (place(CLASS_NAME), place(CLASS_ID));
+    let mut lines = Vec::new();
+    let mut record = csv::StringRecord::new();
+    loop {
+        let number = match file.next(&mut record) {
+            Ok(Some(number)) => number,
+            Ok(None) => break,
+            Err(Error::Input { place, problem, .. }) => {
+                lines.push(Line {
+                    file: None,
+                    number: place
+                        .rsplit(':')
+                        .next()
+                        .and_then(|n| n.parse().ok())
+                        .unwrap_or(0),
+                    filled: record.len(),
+                    row: Err(problem),
+                });
+                continue;
+            }
+            Err(error) => return Err(error),
+        };
+        let mut value = |place: usize, what: &str| {
+            let text = record.get(place).unwrap_or_default();
+            match file.number(text) {
+                Some(value) if value.is_finite() => Ok(value),
+                _ => super::number(text, what).and(Err(format!("{what} `{text}` is not a number"))),
+            }
+        };
+        let row = (|| -> std::result::Result<Row, String> {
+            let frame = frame(value(frames, "frame")?)?;
+            let given = |place: &usize| record.get(*place).is_some_and(|text| !text.is_empty());
+            let id = match id.filter(given) {
+                Some(place) => track_id(value(place, "id")?)?,
+                None => None,
+            };
+            let figures = [
+                pixel(value(left, "left")?, "left")?,
+                pixel(value(top, "top")?, "top")?,
+                pixel(value(first, "width")?, "width")?,
+                pixel(value(second, "height")?, "height")?,
+            ];
+            let mut row = boxed(frame, id, figures, &options)?;
+            if let Some(place) = confidence.filter(given) {
+                row.confidence = Some(value(place, "confidence")?);
+            }
+            let class_place = class_name.filter(given).or(class_id.filter(given));
+            row.class = class_place.and_then(|place| class(record.get(place).unwrap_or_default()));
+            Ok(row)
+        })();
+        lines.push(Line {
+            file: None,
+            number,
+            filled: record.iter().filter(|field| !field.is_empty()).count(),
+            row,
+        });
+    }
+    // Optional columns may be empty in the last line as in any other.
+    lines.iter_mut().for_each(|line| line.filled = header.len());
+    let source = class_name.or(class_id).and_then(|place| header.get(place));
+    Ok(Lines {
+        format: Format::Table,
+        lines,
+        remarks: source
+            .map(|name| format!("classes from column {name}"))
+            .into_iter()
+            .collect(),
+        cure: "give every row a frame, a track's id and a box in the columns that the header names",
+    })
+}

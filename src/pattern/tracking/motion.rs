@@ -1,0 +1,265 @@
+//! The belt as the tracks show it: its direction and speed in the picture, whether both are
+//! the same all over the picture, and whether the boxes can be what they are said to be.
+//!
+//! Every track gives its velocity as the median of slopes (Theil 1950; Sen 1968, DOI
+//! 10.1080/01621459.1968.10480934), so that a few bad boxes or tracks change nothing; spreads
+//! are median absolute deviations.
+
+use super::options::Options;
+use super::read::{Sighting, Track};
+use super::track::{median_of, slope};
+
+/// Tracks of fewer boxes or less travel [px] say too little.
+const FEWEST_BOXES: usize = 5;
+const LEAST_TRAVEL: f64 = 20.0;
+/// Pieces of the picture along and across the travel in which speeds are compared.
+const PIECES: usize = 6;
+/// Speeds from which a piece's median is known well enough.
+const FEWEST_SPEEDS: usize = 8;
+/// A median absolute deviation times this is a standard deviation of normal errors.
+const NORMAL: f64 = 1.4826;
+
+/// What the tracks that ride on the belt show.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Motion {
+    /// Tracks that are long enough to tell.
+    pub tracks: usize,
+    /// The travel's angle from the axis, positive towards larger pixels of the other axis
+    /// [degrees].
+    pub angle_deg: f64,
+    /// Standard error of that [degrees].
+    pub angle_error_deg: f64,
+    /// Speed along that direction [m/s].
+    pub speed: f64,
+    /// How far the places of items across the belt are off along it for the angle, or the
+    /// places of one item across from its first box to its last, whichever is more [m].
+    pub angle_off_m: f64,
+    /// Slowest and fastest piece of the picture along the travel [m/s]; none where there are
+    /// too few boxes.
+    pub speeds_along: Option<[f64; 2]>,
+    /// The same across the travel.
+    pub speeds_across: Option<[f64; 2]>,
+    /// Whether the picture's middle is faster or slower than both of its ends, as with a
+    /// lens, and not only one end than the other, as with a camera that is tilted.
+    pub bends: bool,
+    /// How far places are off for speeds that differ over the picture or tracks that bend
+    /// [m]; 0 where neither is more than chance.
+    pub bent_off_m: f64,
+    /// How much a box grows with its travel: two thirds where the lower right corner was
+    /// taken for the size.
+    pub growth: f64,
+}
+
+/// The velocity of a track [px a frame], along and across.
+struct Velocity {
+    along: f64,
+    across: f64,
+}
+
+fn velocity(track: &Track) -> Option<Velocity> {
+    let seen = &track.sightings;
+    let (first, last) = (seen.first()?, seen.last()?);
+    let travel = (last.along - first.along).hypot(last.across - first.across);
+    if seen.len() < FEWEST_BOXES || travel < LEAST_TRAVEL {
+        return None;
+    }
+    let frame = |s: &Sighting| f64::from(s.frame);
+    Some(Velocity {
+        along: slope(seen, &frame, &|s| s.along)?,
+        across: slope(seen, &frame, &|s| s.across)?,
+    })
+}
+
+/// Median, and the standard error of it.
+fn centre(values: &[f64]) -> Option<(f64, f64)> {
+    let middle = median_of(values.iter().copied())?;
+    let deviation = median_of(values.iter().map(|value| (value - middle).abs()))?;
+    Some((middle, NORMAL * deviation / (values.len() as f64).sqrt()))
+}
+
+/// What `tracks` show; none where hardly one is long enough.
+pub(super) fn measure<'t>(
+    tracks: impl Iterator<Item = &'t Track>,
+    options: &Options,
+) -> Option<Motion> {
+    let moving: Vec<(&Track, Velocity)> = tracks
+        .filter_map(|track| Some((track, velocity(track)?)))
+        .filter(|(_, v)| v.along > 0.0)
+        .collect();
+    let metres = options.scale_m_per_px;
+    let angles: Vec<f64> = moving
+        .iter()
+        .map(|(_, v)| v.across.atan2(v.along))
+        .collect();
+    let (angle, angle_error) = centre(&angles)?;
+    let speeds = moving.iter().map(|(_, v)| v.along.hypot(v.across));
+    let frame_speed = median_of(speeds)?;
+    let across = moving.iter().map(|(track, _)| track.across());
+    let (least, most) = across.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| {
+        (low.min(y), high.max(y))
+    });
+    let travels = moving.iter().filter_map(|(track, _)| {
+        let seen = &track.sightings;
+        Some(seen.last()?.along - seen.first()?.along)
+    });
+    let travel = median_of(travels)?;
+    let pieces_along = pieces_along(&moving, frame_speed);
+    let pieces_across = pieces_across(&moving);
+    let bend = bend(&moving);
+    let range = |pieces: &Option<Pieces>| {
+        let scaled = |v: f64| v * metres * options.fps;
+        pieces
+            .as_ref()
+            .map(|p| [scaled(p.slowest), scaled(p.fastest)])
+    };
+    let off = pieces_along.as_ref().map_or(0.0, |p| p.off_px);
+    let differs = pieces_across.as_ref().is_some_and(|p| p.off_px > 0.0);
+    let off_across = if differs {
+        // Slower rows lag behind by their share of the way through the picture.
+        pieces_across.as_ref().map_or(0.0, |p| {
+            travel / 2.0 * (p.fastest - p.slowest) / frame_speed / 2.0
+        })
+    } else {
+        0.0
+    };
+    let growths = moving.iter().filter_map(|(track, _)| {
+        slope(&track.sightings, &|s| s.along, &|s| {
+            s.size.map_or(f64::NAN, |size| size.0)
+        })
+    });
+    Some(Motion {
+        tracks: moving.len(),
+        angle_deg: angle.to_degrees(),
+        angle_error_deg: angle_error.to_degrees(),
+        speed: frame_speed * metres * options.fps,
+        angle_off_m: angle.sin().abs() * metres * (most - least).max(travel),
+        speeds_along: range(&pieces_along),
+        speeds_across: range(&pieces_across),
+        bends: pieces_along.as_ref().is_some_and(|p| p.bends)
+            || pieces_across.as_ref().is_some_and(|p| p.bends)
+            || bend > 0.0,
+        bent_off_m: metres * off.max(off_across).max(bend),
+        growth: median_of(growths).unwrap_or_default().abs(),
+    })
+}
+
+/// Speeds by pieces of the picture [px a frame].
+struct Pieces {
+    slowest: f64,
+    fastest: f64,
+    /// Whether the middle is faster or slower than both ends.
+    bends: bool,
+    /// How far off places get for the differences [px]; 0 where they may be chance.
+    off_px: f64,
+}
+
+/// Compares `speeds` [px a frame], each at its place [px], in equal pieces of the picture.
+fn compare(mut speeds: Vec<(f64, f64)>, frame_speed: f64, is_along: bool) -> Option<Pieces> {
+    speeds.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // The outermost boxes are cut by the picture's edge.
+    let cut = speeds.len() / 50;
+    let kept = speeds.get(cut..speeds.len() - cut)?;
+    let (low, high) = (kept.first()?.0, kept.last()?.0);
+    let width = (high - low) / PIECES as f64;
+    let mut medians = Vec::with_capacity(PIECES);
+    for piece in 0..PIECES {
+        let from = low + width * piece as f64;
+        let inside = kept
+            .iter()
+            .filter(|(place, _)| (from..=from + width).contains(place));
+        let values: Vec<f64> = inside.map(|(_, speed)| *speed).collect();
+        if values.len() >= FEWEST_SPEEDS {
+            medians.push(centre(&values)?);
+        }
+    }
+    if medians.len() < 3 {
+        return None;
+    }
+    let fold = |f: fn(f64, f64) -> f64, from: f64| medians.iter().map(|m| m.0).fold(from, f);
+    let (slowest, fastest) = (
+        fold(f64::min, f64::INFINITY),
+        fold(f64::max, f64::NEG_INFINITY),
+    );
+    let error = medians.iter().map(|m| m.1).fold(0.0, f64::max);
+    let ends = [medians[0].0, medians[medians.len() - 1].0];
+    let inner = &medians[1..medians.len() - 1];
+    let middle = inner.iter().map(|m| m.0).sum::<f64>() / inner.len() as f64;
+    let bends = ends.iter().all(|end| *end < middle) || ends.iter().all(|end| *end > middle);
+    let chance = fastest - slowest < 4.0 * error || fastest - slowest < 0.01 * frame_speed;
+    // Along the travel the differences add up on the way through the picture.
+    let (mut place, mut least, mut most) = (0.0f64, 0.0f64, 0.0f64);
+    let mean = medians.iter().map(|m| m.0).sum::<f64>() / medians.len() as f64;
+    for (speed, _) in &medians {
+        place += width * (speed / mean - 1.0);
+        (least, most) = (least.min(place), most.max(place));
+    }
+    Some(Pieces {
+        slowest,
+        fastest,
+        bends,
+        off_px: match (chance, is_along) {
+            (true, _) => 0.0,
+            (false, true) => (most - least) / 2.0,
+            (false, false) => fastest - slowest,
+        },
+    })
+}
+
+/// Speeds along the travel, from boxes an eighth of a track apart.
+fn pieces_along(moving: &[(&Track, Velocity)], frame_speed: f64) -> Option<Pieces> {
+    let mut speeds = Vec::new();
+    for (track, _) in moving {
+        let seen = &track.sightings;
+        let apart = (seen.len() / 8).max(2);
+        for (from, to) in seen.iter().zip(&seen[apart.min(seen.len())..]) {
+            let frames = f64::from(to.frame) - f64::from(from.frame);
+            let way = to.along - from.along;
+            speeds.push((f64::midpoint(from.along, to.along), way / frames));
+        }
+    }
+    compare(speeds, frame_speed, true)
+}
+
+/// Speeds of whole tracks across the travel.
+fn pieces_across(moving: &[(&Track, Velocity)]) -> Option<Pieces> {
+    let speeds = moving.iter().map(|(track, v)| (track.across(), v.along));
+    let frame_speed = median_of(moving.iter().map(|(_, v)| v.along))?;
+    compare(speeds.collect(), frame_speed, false)
+}
+
+/// How far tracks bend aside between their ends [px]: three quarters bend less; 0 where that
+/// may be chance.
+fn bend(moving: &[(&Track, Velocity)]) -> f64 {
+    let mut bends = Vec::new();
+    let mut errors = Vec::new();
+    for (track, _) in moving {
+        let seen = &track.sightings;
+        let third = seen.len() / 3;
+        if third < FEWEST_BOXES {
+            continue;
+        }
+        let part = |from: usize| -> Option<(f64, f64)> {
+            // The slope of a straight track must not widen the spread.
+            let part = &seen[from..from + third];
+            let across: Vec<f64> = part.iter().map(|s| s.across).collect();
+            centre(&across)
+        };
+        let parts = (
+            part(0),
+            part((seen.len() - third) / 2),
+            part(seen.len() - third),
+        );
+        if let (Some(first), Some(middle), Some(last)) = parts {
+            bends.push((middle.0 - f64::midpoint(first.0, last.0)).abs());
+            errors.push(first.1.max(middle.1).max(last.1));
+        }
+    }
+    bends.sort_by(f64::total_cmp);
+    let most = bends.get(bends.len() * 3 / 4).copied().unwrap_or_default();
+    let error = median_of(errors.into_iter()).unwrap_or_default();
+    if bends.len() < 3 || most < 4.0 * error {
+        0.0
+    } else {
+        most
+    }
+}
