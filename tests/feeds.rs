@@ -21,7 +21,9 @@ fn draw(feed: &Feed, flow: Option<f64>, belt: &Belt, count: usize, seed: u64) ->
 
 /// Items that pass a place in a minute, those at the last place left out.
 fn flow_of(pattern: &Pattern, belt: &Belt) -> f64 {
-    60.0 * belt.speed * pickline::pattern::describe(pattern).items_per_m.unwrap()
+    let last = pattern.items().last().unwrap().x0;
+    let before = pattern.items().iter().filter(|item| item.x0 > last).count();
+    60.0 * belt.speed * before as f64 / -last
 }
 
 /// Distances along the belt from item to item [m].

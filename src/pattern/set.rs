@@ -142,7 +142,8 @@ impl fmt::Display for PatternSource {
                 if let Some(flow) = flow {
                     write!(f, ":{}{PER_MINUTE}", shown_number(*flow))?;
                 }
-                if feed.is_random() {
+                // `poisson:N` alone would be a radius.
+                if feed.is_random() && (flow.is_some() || !has_length(feed)) {
                     write!(f, ":{count}")?;
                 }
                 Ok(())
@@ -558,6 +559,7 @@ mod tests {
             "grid:0.15",
             "poisson:0.2:7",
             "grid",
+            "poisson",
             "grid:600/min",
             "poisson:600/min:7",
             "random:7",
