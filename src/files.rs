@@ -25,10 +25,17 @@ pub fn utf8(bytes: Vec<u8>, name: &str) -> Result<String> {
             .iter()
             .filter(|&&byte| byte == b'\n')
             .count();
+        // What spreadsheets call Unicode text.
+        let is_utf16 = [[0xff, 0xfe], [0xfe, 0xff]]
+            .iter()
+            .any(|mark| error.as_bytes().starts_with(mark));
         Error::input(
             format!("{name}:{line}"),
             format!("byte 0x{:02x} is not UTF-8 text", error.as_bytes()[valid]),
-            "save the file as UTF-8 (plain ASCII is UTF-8)",
+            match is_utf16 {
+                true => "it is UTF-16: save the file as UTF-8, in a spreadsheet as CSV UTF-8",
+                false => "save the file as UTF-8 (plain ASCII is UTF-8)",
+            },
         )
     })
 }

@@ -443,6 +443,11 @@ fn files_that_are_no_patterns() {
         b"id,x,y\na,0,0\n\xe9,-1,0\n",
         &["p.csv:3: ", "0xe9", "UTF-8"],
     );
+    pattern_refused(
+        path,
+        b"\xff\xfei\0d\0,\0x\0,\0y\0\n\0",
+        &["p.csv:1: ", "UTF-16", "CSV UTF-8"],
+    );
     for name in ["no-such.csv", "no-such/p.csv", "."] {
         for verb in [
             &["simulate", "-q", "--pattern"][..],
@@ -976,6 +981,27 @@ fn odd_surroundings_do_not_panic() {
         .unwrap();
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     assert!(folder.path().join(not_unicode).join("run.json").exists());
+    // Where a path must be text, the argument is named with a cure.
+    for verb in [
+        &["pattern", "describe"][..],
+        &["simulate", "--pattern"],
+        &["station", "check"],
+    ] {
+        let output = Command::new(env!("CARGO_BIN_EXE_pickline"))
+            .args(verb)
+            .arg(not_unicode)
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        assert_eq!(output.status.code(), Some(2), "{verb:?}");
+        for word in ["argument 3: ", "\"o\\xFF\"", "not UTF-8", "rename"] {
+            assert!(
+                stderr(&output).contains(word),
+                "{word} not in {}",
+                stderr(&output)
+            );
+        }
+    }
     let full = || {
         std::fs::OpenOptions::new()
             .write(true)

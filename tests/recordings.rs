@@ -415,7 +415,7 @@ fn corners_taken_for_sizes_are_noticed() {
     assert!((found.pattern.items()[0].area_cm2.unwrap() - 48.0).abs() < 0.1);
     let (sizes, _) = STRAIGHT.shoot();
     let message = read(&sizes, &corners).unwrap_err();
-    assert!(message.contains("a box of -"), "{message}");
+    assert!(message.contains("by its corners"), "{message}");
 }
 
 #[test]

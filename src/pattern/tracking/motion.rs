@@ -135,8 +135,10 @@ pub(super) fn measure<'t>(
         angle_off_m: angle.sin().abs() * metres * (most - least).max(travel),
         speeds_along: range(&pieces_along),
         speeds_across: range(&pieces_across),
-        bends: pieces_along.as_ref().is_some_and(|p| p.bends)
-            || pieces_across.as_ref().is_some_and(|p| p.bends)
+        bends: [&pieces_along, &pieces_across]
+            .into_iter()
+            .flatten()
+            .any(|pieces| pieces.bends && pieces.off_px > 0.0)
             || bend > 0.0,
         bent_off_m: metres * off.max(off_across).max(bend),
         growth: median_of(growths).unwrap_or_default().abs(),

@@ -304,7 +304,10 @@ fn boxed(
             Err("neither box nor point: all four are -1".to_owned())
         }
         (-1.0, -1.0) | (0.0, 0.0) if sizes => Ok(row(left, top, None)),
-        _ => Err(format!("a box of {width:?} x {height:?} pixels")),
+        _ if sizes => Err(format!("a box of {width:?} x {height:?} pixels")),
+        _ => Err(format!(
+            "a box of {width:?} x {height:?} pixels by its corners"
+        )),
     }
 }
 
