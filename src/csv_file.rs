@@ -159,10 +159,11 @@ impl<'a> CsvFile<'a> {
         let mut at_start = true;
         while let Some(&byte) = self.bytes.get(self.counted) {
             let ends_line = byte == b'\n' || byte == b'\r';
-            if self.counted >= start && !ends_line && !in_comment && !(at_start && byte == b'#') {
+            in_comment |= at_start && byte == b'#';
+            if self.counted >= start && !ends_line && !in_comment {
                 break;
             }
-            in_comment = (in_comment || (at_start && byte == b'#')) && !ends_line;
+            in_comment &= !ends_line;
             at_start = ends_line;
             // Windows' two characters end one line.
             let in_pair = byte == b'\r' && self.bytes.get(self.counted + 1) == Some(&b'\n');

@@ -152,11 +152,11 @@ impl Options {
                 ));
             }
         }
-        if !(self.angle_deg.abs() < 90.0) {
+        if !(-89.0..=89.0).contains(&self.angle_deg) {
             return Err(Error::input(
                 "--angle",
                 format!("{:?} is not an angle from --axis", self.angle_deg),
-                "give degrees between -90 and 90",
+                "give degrees from -89 to 89",
             ));
         }
         if let Some((width, height)) = self.image_size
