@@ -22,7 +22,7 @@ pub enum Error {
         cure: String,
     },
     /// A file or folder could not be read or written.
-    #[error("cannot {action} {}: {source}\n  cure: check that the path exists and that you may {action} it", path.display())]
+    #[error("cannot {action} {}: {source}\n  cure: {}", path.display(), io_cure(action, path, source))]
     Io {
         /// `read` or `write`.
         action: &'static str,
@@ -103,6 +103,53 @@ impl Error {
     }
 }
 
+/// What to do about a path that cannot be read or written. Of a file that is not there the
+/// cure names the nearest one in its folder.
+fn io_cure(action: &str, path: &Path, source: &std::io::Error) -> String {
+    use std::io::ErrorKind;
+    let folder = folder_of(path);
+    match source.kind() {
+        ErrorKind::NotFound if !folder.exists() => {
+            format!("there is no folder {}: check the path", folder.display())
+        }
+        ErrorKind::NotFound if action == "read" => match nearest_file(path) {
+            Some(meant) => format!("did you mean {}?", shown(&meant.display().to_string())),
+            None => "check the path: there is no such file".into(),
+        },
+        ErrorKind::IsADirectory => "name a file: this is a folder".into(),
+        _ => format!("check that the path exists and that you may {action} it"),
+    }
+}
+
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
+}
+
+/// The file in the folder of `path` whose name is nearest to the one given, with or without
+/// its extension; none when nothing is near enough to be a slip of the pen.
+pub fn nearest_file(path: &Path) -> Option<PathBuf> {
+    let entries = std::fs::read_dir(folder_of(path)).ok()?.flatten();
+    let files = entries.map(|entry| PathBuf::from(entry.file_name()));
+    let mut files: Vec<PathBuf> = files.filter(|name| name.to_str().is_some()).collect();
+    // Of equally near names the first, whatever order the system lists them in.
+    files.sort_unstable();
+    let wanted = Path::new(path.file_name()?);
+    let text = |path: &Path| path.to_string_lossy().into_owned();
+    let names: Vec<String> = match wanted.extension() {
+        Some(_) => files.iter().map(|name| text(name)).collect(),
+        None => files
+            .iter()
+            .map(|name| text(&name.with_extension("")))
+            .collect(),
+    };
+    let name = nearest(&text(wanted), names.iter().map(String::as_str))?;
+    let at = names.iter().position(|other| other == name)?;
+    Some(path.with_file_name(&files[at]))
+}
+
 /// The known name nearest to `given`, for "did you mean" hints; none when
 /// nothing is near enough to be a slip of the pen.
 pub fn nearest<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
@@ -180,6 +227,26 @@ mod tests {
             assert_eq!(shown_number(value), text);
         }
         assert_eq!(shown_number(f64::NAN), "NaN");
+    }
+
+    #[test]
+    fn a_file_that_is_not_there_names_the_nearest() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("my-line.toml"), "").unwrap();
+        let missing = |name: &str| {
+            let path = folder.path().join(name);
+            let source = std::fs::read(&path).unwrap_err();
+            Error::read(&path, source).to_string()
+        };
+        for slip in ["my-lin.toml", "my_line.toml", "my-line"] {
+            let message = missing(slip);
+            assert!(
+                message.contains("cure: did you mean ") && message.contains("my-line.toml?"),
+                "{message}"
+            );
+        }
+        assert!(missing("other.csv").contains("there is no such file"));
+        assert!(missing("none/a.toml").contains("there is no folder"));
     }
 
     #[test]

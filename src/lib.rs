@@ -56,6 +56,7 @@ pub mod stats;
 pub mod decision;
 pub mod dispatch;
 pub mod checker;
+pub mod clearance;
 pub mod sim;
 pub mod throughput;
 pub mod planning;

@@ -7,6 +7,7 @@ use super::settings::load_pattern;
 use crate::error::{Error, Result, shown};
 use crate::live::ClockKind;
 use crate::live::emulator::{Emulator, Trouble};
+use crate::live::layout;
 use crate::live::protocol::{Incoming, Outgoing, Status, decode_outgoing};
 use crate::live::transport::{Heard, Hub, Side};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -49,9 +50,20 @@ pub fn run(args: &EmulateArgs, _session: &Session) -> Result<()> {
     args.transport.remark(&play.summary(items));
     let broken = play.emulator.broken_promises().first().cloned();
     play.hub.close(PATIENCE)?;
-    match broken {
-        Some(promise) => Err(Error::Refuted(promise)),
-        None => Ok(()),
+    if let Some(promise) = broken {
+        return Err(Error::Refuted(promise));
+    }
+    match play
+        .status
+        .as_ref()
+        .is_some_and(|status| status.last && status.seen == 0)
+    {
+        true => Err(Error::input(
+            "--station",
+            format!("the node saw none of the {items} items"),
+            "see on its stderr why it refused the detections",
+        )),
+        false => Ok(()),
     }
 }
 
@@ -190,8 +202,13 @@ impl Play<'_> {
                     self.unread += 1;
                     return Ok(None);
                 };
-                if let Outgoing::Status(status) = &message {
-                    self.status = Some((**status).clone());
+                match &message {
+                    Outgoing::Status(status) => {
+                        layout::check_status(self.emulator.station(), status)?;
+                        self.status = Some((**status).clone());
+                    }
+                    Outgoing::Task(task) => layout::check_task(self.emulator.station(), task)?,
+                    Outgoing::Cancel(_) | Outgoing::Due(_) => {}
                 }
                 self.emulator.receive(message.clone());
                 return Ok(Some(message));

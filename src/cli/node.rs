@@ -5,6 +5,7 @@ use super::dashboard::Screen;
 use super::kept::Kept;
 use super::live::{BREATH, GLANCE, unix_now, until};
 use crate::error::Result;
+use crate::live::layout;
 use crate::live::protocol::{Incoming, Outgoing, Rejected, decode};
 use crate::live::recording::Event;
 use crate::live::transport::{Heard, Hub, Origin};
@@ -251,6 +252,6 @@ impl Node<'_> {
             latency.p99_ms,
             latency.max_ms,
         ));
-        Ok(())
+        layout::check_heard(self.controller.station(), &status)
     }
 }

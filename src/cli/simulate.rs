@@ -6,13 +6,15 @@ use super::progress::Bar;
 use super::session::Session;
 use super::settings::{NOTHING_FAILS, json, load_pattern, parse_strategy};
 use super::training::{Line, budget};
-use crate::checker;
+use crate::{checker, clearance};
 use crate::decision::Observer;
 use crate::error::Result;
 use crate::optimize::{Environment, bound_beside};
 use crate::planning::Allowance;
 use crate::plausible::DECISION_TIME;
-use crate::report::{CertifiedReport, Provenance, RunReport, check_replay, replay_page};
+use crate::report::{
+    CertifiedReport, ClearanceReport, Provenance, RunReport, check_replay, replay_page,
+};
 use crate::sim::{Scene, Trace, simulate_observed};
 use crate::strategies::{self, policy_file};
 use std::cell::OnceCell;
@@ -90,6 +92,10 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
     if args.check {
         checker::check(&station, &pattern, &outcome)?;
         report.checked = Some(true);
+    }
+    if args.check || args.html.is_some() {
+        let smallest = clearance::smallest(&station, &outcome);
+        report.clearance = smallest.map(|found| ClearanceReport::new(&station, &found));
     }
     if !args.no_bound {
         let bound = bound_beside(&scene, outcome.figures.picked, &environment)?;

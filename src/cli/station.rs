@@ -4,11 +4,12 @@ use super::args::{StationChoice, StationCommand};
 use super::outputs::{self, Outputs};
 use super::session::Session;
 use super::settings::load_pattern;
+use crate::clearance;
 use crate::error::{Error, Result};
 use crate::files;
 use crate::kinematics;
 use crate::pattern::{Pattern, poisson_disk, random_stream};
-use crate::report::{Table, fixed, station_hash, station_picture, with_origin};
+use crate::report::{Table, arms_apart, fixed, station_hash, station_picture, with_origin};
 use crate::station::{Robot, Station, commented_example, to_toml};
 use std::path::Path;
 
@@ -77,11 +78,13 @@ fn check(file: String, strict: bool, session: &Session) -> Result<()> {
         strict,
     };
     let station = choice.load()?;
-    let verdict = if station.warnings(&choice.station).is_empty() {
-        "ok"
-    } else {
-        "doubtful"
-    };
+    let (apart, warnings) = arms_apart(&station, &clearance::apart(&station));
+    if strict && let Some(warning) = warnings.first() {
+        let cure = "move robots, bins or the ends of their reach apart, or leave out --strict";
+        return Err(Error::input(choice.station, warning.as_str(), cure));
+    }
+    let fine = station.warnings(&choice.station).is_empty() && warnings.is_empty();
+    let verdict = if fine { "ok" } else { "doubtful" };
     let belt = station.belt();
     let mut table = Table::new(&[
         "<robot",
@@ -111,12 +114,15 @@ fn check(file: String, strict: bool, session: &Session) -> Result<()> {
             span(reach.way.map(pick), 2),
         ]);
     }
+    let warnings = warnings.iter().map(|text| format!("warning   {text}\n"));
+    remarks.extend(warnings);
     let text = format!(
-        "{}belt      {} m long, {} m wide, {} m/s\n{}{verdict:<10}{} ({} robots, hash {})\n",
+        "{}belt      {} m long, {} m wide, {} m/s\n{}{}{verdict:<10}{} ({} robots, hash {})\n",
         table.render(),
         belt.length,
         belt.width,
         belt.speed,
+        apart,
         remarks.concat(),
         choice.station,
         station.robots().len(),

@@ -12,6 +12,7 @@ pub mod emulator;
 mod items;
 pub mod journal;
 mod latency;
+pub mod layout;
 pub mod protocol;
 pub mod recording;
 mod robots;

@@ -125,21 +125,29 @@ impl FromStr for Risk {
 
     fn from_str(text: &str) -> Result<Self> {
         let name = text.split(':').next().unwrap_or_default();
-        let wrong = |problem: String| {
-            let cure = format!(
-                "write mean, worst or cvar:A with A above 0 and at most 1; {}",
-                known_names(name, &["mean", "worst", "cvar"])
-            );
-            Error::input("--risk", problem, cure)
-        };
+        const SHARE: &str = "give cvar:A with A above 0 and at most 1, such as cvar:0.1 for the \
+                             mean of the worst tenth";
+        let wrong = |problem: String, cure: &str| Err(Error::input("--risk", problem, cure));
         match text.split_once(':') {
             None if text == "mean" => Ok(Self::Mean),
             None if text == "worst" => Ok(Self::Worst),
             Some(("cvar", share)) => match share.parse() {
                 Ok(a) if a > 0.0 && a <= 1.0 => Ok(Self::Cvar(a)),
-                _ => Err(wrong(format!("`{}` is not a share", shown(share)))),
+                Ok(_) => wrong(
+                    format!("{} is no share above 0 and at most 1", shown(share)),
+                    SHARE,
+                ),
+                Err(_) => wrong(format!("`{}` is not a number", shown(share)), SHARE),
             },
-            _ => Err(wrong(format!("unknown risk `{}`", shown(text)))),
+            None if text == "cvar" => wrong("`cvar` lacks its share".into(), SHARE),
+            Some(("mean" | "worst", _)) => wrong(
+                format!("`{name}` takes no number, and `{}` has one", shown(text)),
+                &format!("write {name} alone, or cvar:A with A above 0 and at most 1"),
+            ),
+            _ => wrong(
+                format!("unknown risk `{}`", shown(text)),
+                &known_names(name, &["mean", "worst", "cvar:A"]),
+            ),
         }
     }
 }
@@ -156,7 +164,21 @@ mod tests {
             assert_eq!(risk.to_string(), text);
             assert_eq!(risk.aggregate(&values), expected);
         }
-        for bad in ["", "cvar", "cvar:0", "cvar:2", "cvar:nan", "best"] {
+        // Right names with wrong numbers are not taken for slips in the name.
+        for (bad, words) in [
+            ("cvar", "lacks its share"),
+            ("cvar:0", "0 is no share"),
+            ("cvar:2", "2 is no share"),
+            ("cvar:a", "`a` is not a number"),
+            ("mean:1", "write mean alone"),
+        ] {
+            let message = bad.parse::<Risk>().unwrap_err().to_string();
+            assert!(
+                message.contains(words) && !message.contains("did you mean"),
+                "{message}"
+            );
+        }
+        for bad in ["", "cvar:nan", "best"] {
             assert!(bad.parse::<Risk>().is_err(), "{bad}");
         }
     }

@@ -2,6 +2,7 @@
 
 mod bound;
 mod charts;
+mod clearance;
 mod comparison;
 mod dashboard;
 mod description;
@@ -26,6 +27,7 @@ pub use bound::{BoundReport, CertifiedReport};
 #[cfg(feature = "onnx")]
 pub use charts::curve_chart;
 pub use charts::{COMPARISON_CHARTS, ChartKind, OPTIMUM_CHARTS, SWEEP_CHARTS};
+pub use clearance::{ClearanceReport, arms_apart};
 pub use comparison::ComparisonReport;
 pub use dashboard::{DASHBOARD_PAGE, dashboard_line, dashboard_script, dashboard_style};
 pub use description::{DescriptionReport, description_table};

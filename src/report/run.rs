@@ -1,6 +1,7 @@
 //! One simulated run.
 
 use super::bound::CertifiedReport;
+use super::clearance::ClearanceReport;
 use super::provenance::Provenance;
 use super::table::{Table, fixed};
 use super::throughput::ThroughputReport;
@@ -47,6 +48,9 @@ pub struct RunReport {
     /// asked.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bound: Option<CertifiedReport>,
+    /// The closest that two arms came; absent when not asked, and for a single robot.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub clearance: Option<ClearanceReport>,
     /// How it was made.
     pub made: Provenance,
     /// Whether items have attributes, so that weights say more than picks.
@@ -176,6 +180,7 @@ impl RunReport {
             missed_by_reason,
             checked: None,
             bound: None,
+            clearance: None,
             made,
             weighs: pattern.has_attributes(),
         }
@@ -234,7 +239,7 @@ impl RunReport {
         format!(
             "{}{}strategy  {}\npicked    {} of {} ({} %) in {} s\n\
              rate      {} picks/min over the whole run{weighted}\n\
-             missed    {missed}\n{failed}{checked}{}{}",
+             missed    {missed}\n{failed}{checked}{}{}{}",
             self.throughput.line(),
             robots.render(),
             self.strategy,
@@ -243,6 +248,9 @@ impl RunReport {
             fixed(100.0 * self.picked_share, 1),
             fixed(self.end_s, 1),
             fixed(self.picking_rate_per_min, 2),
+            self.clearance
+                .as_ref()
+                .map_or(String::new(), ClearanceReport::line),
             self.bound
                 .as_ref()
                 .map_or(String::new(), CertifiedReport::line),

@@ -3,7 +3,7 @@
 use super::builtin::built_in;
 use super::geometry::{Belt, Robot, Station, outruns};
 use super::line::Line;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, nearest_file, shown};
 use crate::toml_file::{File, Section};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -27,10 +27,28 @@ pub fn load(name: &str, overrides: Overrides) -> Result<Station> {
     let path = Path::new(name);
     let looks_like_file = name.contains(['/', '\\', '.']) || path.exists();
     if looks_like_file {
+        if let Some(station) = meant_built_in(path) {
+            return Err(Error::input(
+                name,
+                "there is no such file",
+                format!("write `{station}` for the built-in station, or check the path"),
+            ));
+        }
         let text = crate::files::read_text(path)?;
         return parse(&text, name, overrides);
     }
-    let station = built_in(name)?.station(overrides.robots).map_err(|error| {
+    let station = match (built_in(name), nearest_file(path)) {
+        (Ok(station), _) => station,
+        (Err(_), Some(file)) if is_toml(&file) => {
+            return Err(Error::input(
+                "--station",
+                format!("`{}` is neither a file nor a built-in station", shown(name)),
+                format!("did you mean {}?", shown(&file.display().to_string())),
+            ));
+        }
+        (Err(error), _) => return Err(error),
+    };
+    let station = station.station(overrides.robots).map_err(|error| {
         if overrides.robots.is_some() {
             error.at("--robots")
         } else {
@@ -43,6 +61,20 @@ pub fn load(name: &str, overrides: Overrides) -> Result<Station> {
             .map_err(|e| e.at("--belt-speed")),
         None => Ok(station),
     }
+}
+
+fn is_toml(file: &Path) -> bool {
+    file.extension()
+        .is_some_and(|extension| extension == "toml")
+}
+
+/// The built-in station that a file which is not there is named after.
+fn meant_built_in(path: &Path) -> Option<&'static str> {
+    if path.exists() || nearest_file(path).is_some() {
+        return None;
+    }
+    let stem = path.file_stem()?.to_str()?;
+    built_in(stem).ok().map(|station| station.name)
 }
 
 /// Parses a station file; `name` is how messages call it.

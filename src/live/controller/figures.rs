@@ -35,6 +35,7 @@ impl Controller {
         Status {
             stamp: self.clock.stamp(now),
             last,
+            layout: Some(self.layout.clone()),
             seen: self.seen,
             picked,
             picked_share: share(picked as f64, self.seen as f64),

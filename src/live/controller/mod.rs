@@ -23,6 +23,7 @@ use super::protocol::{Incoming, MissedCounts, Outgoing, Rejected, Rejection};
 use super::robots::RobotInfo;
 use super::windows::Windows;
 use crate::decision::{BeltItem, Candidate, Strategy};
+use crate::live::layout::layout_hash;
 use crate::station::Station;
 use recovery::Told;
 use std::borrow::Cow;
@@ -75,6 +76,8 @@ pub struct Controller {
     config: Config,
     /// The station as its file says.
     nominal: Station,
+    /// Hash of its layout.
+    layout: String,
     /// The station with the belt as fast as it is planned with; none while no robot can
     /// work: the belt runs backwards or outruns an arm.
     planning: Option<Station>,
@@ -135,6 +138,7 @@ impl Controller {
             },
             config,
             planning: Some(station.clone()),
+            layout: layout_hash(&station),
             nominal: station,
             name: strategy.name(),
             strategy,
@@ -172,6 +176,11 @@ impl Controller {
     pub fn with_stopwatch(mut self, stopwatch: Stopwatch) -> Self {
         self.stopwatch = Some(stopwatch);
         self
+    }
+
+    /// The station as its file says.
+    pub fn station(&self) -> &Station {
+        &self.nominal
     }
 
     /// What is to be sent, in order.

@@ -119,6 +119,11 @@ impl Emulator {
         Ok(emulator)
     }
 
+    /// The station that is played.
+    pub fn station(&self) -> &Station {
+        &self.station
+    }
+
     /// Puts the station's time 0 at this stamp [s].
     pub fn start_at(&mut self, origin: f64) {
         self.origin = origin;

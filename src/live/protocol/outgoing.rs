@@ -127,6 +127,10 @@ pub struct Status {
     pub stamp: f64,
     /// Whether this is the last one.
     pub last: bool,
+    /// Hash of the layout that the node runs: of its station file, whatever the belt's
+    /// speed. Absent over ROS 2.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub layout: Option<String>,
     /// Items seen.
     pub seen: u64,
     /// Items picked.

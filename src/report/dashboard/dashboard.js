@@ -15,11 +15,11 @@ let pointer = null;
 
 function fillLine() {
   const { line } = seen;
-  byName("title").textContent = line.strategy;
+  byName("title").textContent = `Station ${line.station}`;
   const robots = line.robots.length;
   byName("subtitle").textContent =
-    `station ${line.station}, ${robots} robot${robots === 1 ? "" : "s"}; ${line.program}`;
-  document.title = `${line.strategy} - pickline`;
+    `${robots} robot${robots === 1 ? "" : "s"} under ${line.strategy}; ${line.program}`;
+  document.title = `${line.station} - pickline`;
 }
 
 /** Fits the drawing to the page, the colours to its scheme. */

@@ -2,10 +2,10 @@
 
 function fillFigures(run) {
   const { report } = run;
-  byName("title").textContent = `Replay of ${report.strategy}`;
+  byName("title").textContent = `Replay of station ${run.station}`;
   const checked = report.checked ? "; confirmed by the independent checker" : "";
-  byName("subtitle").textContent = `${report.made.patterns}; station ${report.made.station}${checked}`;
-  document.title = `${report.strategy} - pickline replay`;
+  byName("subtitle").textContent = `${report.strategy} on ${report.made.patterns}${checked}`;
+  document.title = `${run.station} - pickline replay`;
   const unit = (words) => element("small", ` ${words}`);
   const n = (name, digits, factor) => figure(name, report[name], digits, factor);
   const missed = figure("missed", report.missed.length, 0);

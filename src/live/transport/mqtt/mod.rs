@@ -6,8 +6,10 @@
 
 mod inbound;
 mod outbound;
+mod probe;
 mod resume;
 mod session;
+mod tls;
 mod topics;
 mod trouble;
 mod url;

@@ -4,7 +4,7 @@ use super::inbound::{Inbound, News, Order, Presence};
 use super::outbound::Outbound;
 use super::topics::Topics;
 use super::url::Broker;
-use super::{REQUESTS, UNHEEDED, trouble};
+use super::{REQUESTS, UNHEEDED, probe, trouble};
 use crate::error::Error;
 use crate::live::ClockKind;
 use crate::live::protocol::Message;
@@ -157,6 +157,9 @@ impl Session {
                     let mut failed = trouble::taken_over(&error, &self.broker);
                     if connected == 0 {
                         failed = failed.or_else(|| trouble::fatal(&error, &self.broker));
+                        if failed.is_none() && !self.broker.tls {
+                            failed = self.never().await;
+                        }
                     }
                     if let Some(error) = failed {
                         let _ = news.send(News::Failed(error)).await;
@@ -176,6 +179,13 @@ impl Session {
                 }
             }
         }
+    }
+
+    /// Why there can be no connection, by what the broker answers to a plain question.
+    async fn never(&self) -> Option<Error> {
+        let broker = self.broker.clone();
+        let asked = tokio::task::spawn_blocking(move || probe::never(&broker));
+        asked.await.ok().flatten()
     }
 
     /// Subscribes and says that this side is here, with every connection anew.

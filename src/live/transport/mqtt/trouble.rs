@@ -1,5 +1,6 @@
 //! What a failed connection means: whether to try again, and what to tell the user.
 
+use super::tls;
 use super::url::Broker;
 use crate::error::{Error, shown};
 use crate::live::protocol::LONGEST_TEXT;
@@ -12,13 +13,8 @@ use rumqttc::{ConnectionError, DisconnectReasonCode, StateError, TlsError};
 pub fn fatal(error: &ConnectionError, broker: &Broker) -> Option<Error> {
     use ConnectReturnCode as Code;
     let input = |problem: String, cure: &str| Some(Error::input("--mqtt", problem, cure));
-    if let Some(tls) = tls_trouble(error) {
-        return input(
-            format!("no TLS with {broker}: {tls}"),
-            "give the authority that signed the broker's certificate with --mqtt-ca, the host \
-             name that the certificate is for, and if the broker asks for one a certificate \
-             of your own with --mqtt-cert and --mqtt-key",
-        );
+    if let Some(trouble) = tls_trouble(error, broker) {
+        return Some(trouble);
     }
     let code = match error {
         ConnectionError::ConnectionRefused(code) => code,
@@ -45,8 +41,8 @@ pub fn fatal(error: &ConnectionError, broker: &Broker) -> Option<Error> {
              --mqtt-password-file",
         ),
         Code::RefusedProtocolVersion | Code::UnsupportedProtocolVersion => input(
-            format!("{broker} does not speak MQTT 5"),
-            "use a broker that does",
+            format!("{broker} refuses MQTT 5"),
+            "use a broker that speaks it, or switch MQTT 5 on in its settings",
         ),
         Code::BadClientId | Code::ClientIdentifierNotValid => {
             let problem = format!("{broker} refuses this client id");
@@ -89,13 +85,13 @@ fn system_trouble(error: &ConnectionError) -> Option<&std::io::Error> {
 }
 
 /// What TLS has to say; none when the trouble is another one.
-fn tls_trouble(error: &ConnectionError) -> Option<String> {
+fn tls_trouble(error: &ConnectionError, broker: &Broker) -> Option<Error> {
     if let Some(io) = system_trouble(error) {
         let inner = io.get_ref()?.downcast_ref::<rustls::Error>()?;
-        return Some(inner.to_string());
+        return Some(tls::refused(inner, broker));
     }
     match error {
-        ConnectionError::Tls(error) => Some(error.to_string()),
+        ConnectionError::Tls(error) => Some(tls::unusable(error, broker)),
         _ => None,
     }
 }
@@ -103,9 +99,8 @@ fn tls_trouble(error: &ConnectionError) -> Option<String> {
 /// What happened, in the words of the one who knows.
 pub fn told(error: &ConnectionError) -> String {
     let text = match error {
-        ConnectionError::MqttState(StateError::AwaitPingResp) | ConnectionError::Timeout(_) => {
-            "it does not answer".into()
-        }
+        ConnectionError::MqttState(StateError::AwaitPingResp) => "it does not answer".into(),
+        ConnectionError::Timeout(_) => "no answer in MQTT 5 came in time".into(),
         ConnectionError::ConnectionRefused(code) => format!("it refuses: {code:?}"),
         other => match system_trouble(other) {
             Some(io) => io.to_string(),

@@ -144,6 +144,7 @@ pub fn read_status(status: &LineStatus) -> Outgoing {
     Outgoing::Status(Box::new(Status {
         stamp: status.header.stamp.stamp(),
         last: status.last,
+        layout: None,
         seen: status.seen,
         picked: status.picked,
         picked_share: status.picked_share,

@@ -1,0 +1,179 @@
+//! The smallest distance between two arms over a whole run, in continuous time.
+
+use super::segment::{Nearest, Segment};
+use crate::decision::{Outcome, Pick};
+use crate::station::{Robot, Station};
+use nalgebra::Point2;
+
+/// The distance reported is at most this much above the smallest one [m].
+pub const TOLERANCE: f64 = 1e-4;
+
+/// The moment at which two arms of a run are closest to each other.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Clearance {
+    /// How far the arms are apart then [m]; 0 where they cross.
+    pub distance: f64,
+    /// When [s].
+    pub time: f64,
+    /// Indices of the two robots, upstream first.
+    pub robots: [usize; 2],
+    /// The nearest point on the arm of each [m].
+    pub points: [Point2<f64>; 2],
+}
+
+/// The smallest distance between the arms of two robots in the run `outcome`, to within
+/// [`TOLERANCE`] over continuous time; none for a single robot.
+///
+/// A tool point leaves its bin at the decision, moves at constant speed to the meeting
+/// point, stays there during the grasp, and comes back along the same line. So between two
+/// turning points both tool points move evenly, and the distance of the arms changes no
+/// faster than the sum of their speeds. The search halves a span of time until this
+/// Lipschitz bound shows that it holds nothing smaller (Piyavskii 1972,
+/// doi:10.1016/0041-5553(72)90115-2; Shubert 1972, doi:10.1137/0709036).
+pub fn smallest(station: &Station, outcome: &Outcome) -> Option<Clearance> {
+    let robots = station.robots();
+    let ways: Vec<Way> = (0..robots.len())
+        .map(|i| Way::of(i, station, outcome))
+        .collect();
+    let mut best: Option<Clearance> = None;
+    for first in 0..robots.len() {
+        for second in first + 1..robots.len() {
+            let pair = Pair {
+                robots: [first, second],
+                bases: [robots[first].base, robots[second].base],
+            };
+            let bases = (pair.bases[0] - pair.bases[1]).norm();
+            let apart = bases - ways[first].furthest - ways[second].furthest;
+            if best.is_none_or(|best| apart < best.distance - TOLERANCE) {
+                pair.search([&ways[first], &ways[second]], &mut best);
+            }
+        }
+    }
+    best
+}
+
+/// Where a tool point is, from turning point to turning point.
+struct Way {
+    /// Times [s] in order, and where the tool point is then [m].
+    turns: Vec<(f64, Point2<f64>)>,
+    /// How far the tool point is ever away from its base [m].
+    furthest: f64,
+}
+
+impl Way {
+    fn of(index: usize, station: &Station, outcome: &Outcome) -> Self {
+        let robot: &Robot = &station.robots()[index];
+        let failed = outcome.failures.iter().map(|failure| &failure.attempt);
+        let own = outcome.picks.iter().chain(failed);
+        let mut trips: Vec<&Pick> = own.filter(|trip| trip.robot == index).collect();
+        trips.sort_by(|a, b| a.decide.total_cmp(&b.decide));
+        let mut turns = vec![(0.0, robot.bin)];
+        for trip in trips {
+            let leaves = trip.grasp + robot.grasp_time;
+            let home = (trip.release - robot.release_time).max(leaves);
+            turns.extend([
+                (trip.decide, robot.bin),
+                (trip.grasp, trip.meet),
+                (leaves, trip.meet),
+                (home, robot.bin),
+            ]);
+        }
+        let away = turns.iter().map(|(_, tool)| (tool - robot.base).norm());
+        Self {
+            furthest: away.fold(0.0, f64::max),
+            turns,
+        }
+    }
+
+    /// The time of this turn [s]; none is at infinity.
+    fn time(&self, turn: usize) -> f64 {
+        self.turns.get(turn).map_or(f64::INFINITY, |turn| turn.0)
+    }
+
+    /// Where the tool point is at `time` [s]; `next`, the first turn not passed before,
+    /// becomes the first one after it.
+    fn pass(&self, time: f64, next: &mut usize) -> Point2<f64> {
+        while self.time(*next) <= time {
+            *next += 1;
+        }
+        let (before, from) = self.turns[*next - 1];
+        match self.turns.get(*next) {
+            Some(&(after, to)) => from + (to - from) * ((time - before) / (after - before)),
+            None => from,
+        }
+    }
+}
+
+/// Two robots.
+struct Pair {
+    robots: [usize; 2],
+    bases: [Point2<f64>; 2],
+}
+
+/// The arms at one moment.
+#[derive(Clone, Copy)]
+struct Moment {
+    time: f64,
+    tools: [Point2<f64>; 2],
+    nearest: Nearest,
+}
+
+impl Pair {
+    fn moment(&self, time: f64, tools: [Point2<f64>; 2]) -> Moment {
+        let arm = |i: usize| Segment {
+            from: self.bases[i],
+            to: tools[i],
+        };
+        Moment {
+            time,
+            tools,
+            nearest: arm(0).nearest(&arm(1)),
+        }
+    }
+
+    /// Goes through the turns of both arms in order of time.
+    fn search(&self, ways: [&Way; 2], best: &mut Option<Clearance>) {
+        let mut next = [1, 1];
+        let mut last = self.moment(0.0, ways.map(|way| way.turns[0].1));
+        self.note(&last, best);
+        loop {
+            let own = [0, 1].map(|i| ways[i].time(next[i]));
+            let time = own[0].min(own[1]);
+            if time == f64::INFINITY {
+                return;
+            }
+            let tools = [0, 1].map(|i| ways[i].pass(time, &mut next[i]));
+            let moment = self.moment(time, tools);
+            self.halve(&last, &moment, best);
+            self.note(&moment, best);
+            last = moment;
+        }
+    }
+
+    /// Looks between two moments, in which both tool points move evenly.
+    fn halve(&self, from: &Moment, to: &Moment, best: &mut Option<Clearance>) {
+        let least = best.map_or(f64::INFINITY, |best| best.distance);
+        let moved: f64 = (0..2).map(|i| (to.tools[i] - from.tools[i]).norm()).sum();
+        let bound = 0.5 * (from.nearest.distance + to.nearest.distance - moved);
+        if bound.max(0.0) >= least - TOLERANCE {
+            return;
+        }
+        let middle = |i: usize| nalgebra::center(&from.tools[i], &to.tools[i]);
+        let moment = self.moment(f64::midpoint(from.time, to.time), [middle(0), middle(1)]);
+        // The earlier half first, so that of equal distances the earlier is reported.
+        self.halve(from, &moment, best);
+        self.note(&moment, best);
+        self.halve(&moment, to, best);
+    }
+
+    fn note(&self, moment: &Moment, best: &mut Option<Clearance>) {
+        if best.is_none_or(|best| moment.nearest.distance < best.distance) {
+            *best = Some(Clearance {
+                distance: moment.nearest.distance,
+                time: moment.time,
+                robots: self.robots,
+                points: moment.nearest.points,
+            });
+        }
+    }
+}

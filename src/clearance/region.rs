@@ -1,0 +1,143 @@
+//! Where an arm can ever be, whatever the strategy, and which arms can therefore meet.
+
+use super::polygon::Polygon;
+use super::segment::Segment;
+use crate::station::{Belt, Robot, Station};
+use nalgebra::Point2;
+use std::f64::consts::TAU;
+
+/// Corners of the polygon that stands for a circle: its edge is at most 0.3 thousandths
+/// of the radius inside the circle.
+const CORNERS: u32 = 128;
+
+/// What two regions share.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shared {
+    /// From where to where along the travel [m].
+    pub x: [f64; 2],
+    /// How much [m^2].
+    pub area: f64,
+}
+
+/// Two robots whose arms can touch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Overlap {
+    /// Indices of the robots, upstream first.
+    pub robots: [usize; 2],
+    /// What their workspaces share on the belt; none where only their ways to the bins
+    /// come together.
+    pub workspaces: Option<Shared>,
+    /// What the regions that their arms sweep share.
+    pub swept: Shared,
+    /// How far the arms are apart while both rest at their bins [m].
+    pub at_rest: f64,
+}
+
+/// What keeps the arms of a station apart.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Apart {
+    /// The pairs of robots whose arms can touch, upstream first.
+    pub overlaps: Vec<Overlap>,
+    /// How close arms of other pairs can come at most [m], and which; none where no other
+    /// pair is left.
+    pub others: Option<(f64, [usize; 2])>,
+}
+
+/// Which arms of `station` can touch, by geometry alone.
+///
+/// A tool point is on a line from the bin to a place on the belt within reach. So an arm
+/// stays inside the convex hull of its base, its bin and the part of the belt within its
+/// reach, and can be anywhere in it. Arms whose hulls share nothing never touch.
+pub fn apart(station: &Station) -> Apart {
+    let robots = station.robots();
+    let belt = station.belt();
+    let workspaces: Vec<Polygon> = robots.iter().map(|r| workspace(r, belt)).collect();
+    let swept: Vec<Polygon> = robots
+        .iter()
+        .zip(&workspaces)
+        .map(|(robot, workspace)| {
+            let mut points = workspace.corners().to_vec();
+            points.extend([robot.base, robot.bin]);
+            Polygon::hull(points)
+        })
+        .collect();
+    let mut found = Apart {
+        overlaps: Vec::new(),
+        others: None,
+    };
+    for first in 0..robots.len() {
+        for second in first + 1..robots.len() {
+            let (one, other) = (&swept[first], &swept[second]);
+            let least = found.others.map_or(f64::INFINITY, |(distance, _)| distance);
+            let boxes = between(one.bounds(), other.bounds());
+            if boxes > least {
+                continue;
+            }
+            let both = one.intersection(other);
+            let at_rest = arm_at_rest(&robots[first]).nearest(&arm_at_rest(&robots[second]));
+            // A robot that reaches nothing sweeps a line, without an area.
+            let line = one.corners().len().min(other.corners().len()) < 3;
+            let inside = line && !both.corners().is_empty();
+            if shares(&both) || inside || at_rest.distance == 0.0 {
+                let workspaces = workspaces[first].intersection(&workspaces[second]);
+                found.overlaps.push(Overlap {
+                    robots: [first, second],
+                    workspaces: shares(&workspaces).then(|| shared(&workspaces)),
+                    swept: shared(&both),
+                    at_rest: at_rest.distance,
+                });
+                continue;
+            }
+            let distance = one.distance(other);
+            if distance < least {
+                found.others = Some((distance, [first, second]));
+            }
+        }
+    }
+    found
+}
+
+/// The part of the belt within reach of `robot`.
+fn workspace(robot: &Robot, belt: &Belt) -> Polygon {
+    let corner = |i: u32| {
+        let (sin, cos) = (TAU * f64::from(i) / f64::from(CORNERS)).sin_cos();
+        Point2::new(
+            robot.base.x + robot.reach * cos,
+            robot.base.y + robot.reach * sin,
+        )
+    };
+    let half = 0.5 * belt.width;
+    let belt = Polygon::hull(vec![
+        Point2::new(0.0, -half),
+        Point2::new(belt.length, -half),
+        Point2::new(belt.length, half),
+        Point2::new(0.0, half),
+    ]);
+    Polygon::hull((0..CORNERS).map(corner).collect()).intersection(&belt)
+}
+
+fn arm_at_rest(robot: &Robot) -> Segment {
+    Segment {
+        from: robot.base,
+        to: robot.bin,
+    }
+}
+
+/// Whether a polygon is more than the rounding along an edge that two regions share.
+fn shares(polygon: &Polygon) -> bool {
+    polygon.area() > 1e-9
+}
+
+fn shared(polygon: &Polygon) -> Shared {
+    let [x, _] = polygon.bounds();
+    Shared {
+        x,
+        area: polygon.area(),
+    }
+}
+
+/// How far two boxes are apart [m].
+fn between([ax, ay]: [[f64; 2]; 2], [bx, by]: [[f64; 2]; 2]) -> f64 {
+    let gap = |a: [f64; 2], b: [f64; 2]| (a[0] - b[1]).max(b[0] - a[1]).max(0.0);
+    gap(ax, bx).hypot(gap(ay, by))
+}
