@@ -407,6 +407,60 @@ fn on_a_full_disk(arguments: &[&str]) -> Child {
 
 /// A stdout that takes nothing must not go unnoticed: no robot would hear of its tasks.
 #[cfg(target_os = "linux")]
+/// Node and station are started by hand, each with a file of its own.
+#[test]
+fn a_node_of_another_station_is_an_error_on_both_sides() {
+    let folder = tempfile::tempdir().unwrap();
+    let paper = pickline::station::built_in("paper")
+        .unwrap()
+        .station(None)
+        .unwrap();
+    let paper = pickline::station::to_toml(&paper);
+    let file = |name: &str, text: String| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    let names = file(
+        "names.toml",
+        paper.replace("\"r1\"", "\"a\"").replace("\"r2\"", "\"b\""),
+    );
+    let reach = file("reach.toml", paper.replace("reach = 0.8", "reach = 0.7"));
+    let fast = file("fast.toml", paper.replace("speed = 0.05", "speed = 0.06"));
+    let clock = ["--clock", "messages"];
+    for (other, words, codes) in [
+        (
+            &names,
+            "the robots of the node are `a`, `b`",
+            [Some(2), Some(2)],
+        ),
+        (
+            &reach,
+            "reaches, speeds or dwell times differ",
+            [Some(0), Some(2)],
+        ),
+        // How fast the belt is, the line itself says.
+        (&fast, "picked", [Some(0), Some(0)]),
+    ] {
+        let mut node = start(&[&["run", "--station", other], &clock[..]].concat());
+        let mut station = start(&[&["emulate"], &clock[..]].concat());
+        let down = connect(station.stdout.take().unwrap(), node.stdin.take().unwrap());
+        let up = connect(node.stdout.take().unwrap(), station.stdin.take().unwrap());
+        let (code, errors) = finish(station);
+        assert!(errors.contains(words), "{errors}");
+        let (of_node, remarks) = finish(node);
+        assert_eq!([of_node, code], codes, "{remarks}\n{errors}");
+        if of_node == Some(2) {
+            assert!(
+                remarks.contains("have other names than `a`, `b`"),
+                "{remarks}"
+            );
+        }
+        down.join().unwrap();
+        up.join().unwrap();
+    }
+}
+
 #[test]
 fn a_stdout_that_cannot_be_written_ends_it() {
     let mut node = on_a_full_disk(&["run", "-q", "--status-every", "0.05"]);

@@ -12,6 +12,8 @@ use pickline::live::protocol::{Incoming, Outgoing, Status, Verdict, decode, deco
 use programs::Program;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
+use std::io::{Read as _, Write as _};
+use std::net::TcpListener;
 use trouble::TROUBLE;
 
 /// What a watcher has seen under a topic: whether it was retained, and the payload.
@@ -352,7 +354,7 @@ fn passwords_and_certificates_are_asked_for() {
         (
             format!("--mqtt {url} --mqtt-user line --mqtt-ca {ca}"),
             &right[..],
-            "no TLS with",
+            "asks for a certificate of this client",
         ),
         (
             format!("--mqtt {url} --mqtt-user line --mqtt-ca {cert}"),
@@ -385,6 +387,163 @@ fn passwords_and_certificates_are_asked_for() {
     let (code, remarks) = node.finish();
     assert_eq!(code, Some(0), "{remarks}");
     assert!(!remarks.contains("s3cret"), "{remarks}");
+}
+
+/// A server on a free port that says `answer` to whoever speaks to it, and hangs up or not.
+fn server(answer: &'static [u8], hangs_up: bool) -> u16 {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = listener.local_addr().unwrap().port();
+    std::thread::spawn(move || {
+        let mut kept = Vec::new();
+        for stream in listener.incoming() {
+            let mut stream = stream.unwrap();
+            let _ = stream.read(&mut [0; 256]);
+            let _ = stream.write_all(answer);
+            if !hangs_up {
+                kept.push(stream);
+            }
+        }
+    });
+    port
+}
+
+#[test]
+fn what_is_no_broker_of_mqtt_5_is_named() {
+    for (answer, hangs_up, words) in [
+        // Return code 1 of MQTT 3.1.1: unacceptable protocol version.
+        (
+            &[0x20, 2, 0, 1][..],
+            true,
+            "does not speak MQTT 5, but an older version",
+        ),
+        (
+            &[0x20, 2, 0, 1],
+            false,
+            "does not speak MQTT 5, but an older version",
+        ),
+        (
+            b"HTTP/1.1 400 Bad Request\r\n\r\n",
+            true,
+            "a web server answers at",
+        ),
+        (b"SSH-2.0-OpenSSH_9.2\r\n", false, "is no MQTT broker"),
+        // An alert of TLS.
+        (&[0x15, 3, 3, 0, 2, 2, 40], true, "write mqtts://127.0.0.1:"),
+    ] {
+        let port = server(answer, hangs_up);
+        for verb in ["run", "emulate"] {
+            let arguments = format!("{verb} --mqtt mqtt://127.0.0.1:{port}");
+            let (code, remarks) = Program::pickline(&arguments, &[]).finish();
+            assert_eq!(code, Some(2), "{remarks}");
+            assert!(
+                remarks.contains(words) && remarks.contains("cure: "),
+                "{remarks}"
+            );
+        }
+    }
+}
+
+#[test]
+fn what_is_wrong_with_a_certificate_is_said_with_its_cure() {
+    let folder = tempfile::tempdir().unwrap();
+    let openssl = |arguments: &str| {
+        let mut command = std::process::Command::new("openssl");
+        let arguments = arguments.split_whitespace();
+        let output = command.args(arguments).current_dir(folder.path()).output();
+        let output = output.unwrap();
+        assert!(
+            output.status.success(),
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+    };
+    let key = "-newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes";
+    let own = |name: &str, more: &str| {
+        openssl(&format!(
+            "req -x509 {key} -keyout {name}.key -out {name}.pem -subj /CN=127.0.0.1 {more}"
+        ));
+    };
+    let here = "-addext subjectAltName=IP:127.0.0.1";
+    let leaf = "-addext basicConstraints=critical,CA:FALSE";
+    // As openssl does by default, as the cure says, past its time, of another host.
+    own("authority", &format!("{here} -days 2"));
+    own("good", &format!("{here} {leaf} -days 2"));
+    fs::write(
+        folder.path().join("ca.cnf"),
+        "[ca]\ndefault_ca = d\n[d]\ndatabase = index\nserial = serial\nnew_certs_dir = .\n\
+         policy = p\ndefault_md = sha256\n[p]\ncommonName = supplied\n[v3]\n\
+         subjectAltName = IP:127.0.0.1\nbasicConstraints = critical,CA:FALSE\n",
+    )
+    .unwrap();
+    fs::write(folder.path().join("index"), "").unwrap();
+    fs::write(folder.path().join("serial"), "01\n").unwrap();
+    openssl(&format!(
+        "req -new {key} -keyout expired.key -out expired.csr -subj /CN=127.0.0.1"
+    ));
+    openssl(
+        "ca -batch -config ca.cnf -selfsign -keyfile expired.key -in expired.csr -out expired.pem \
+         -startdate 20200101000000Z -enddate 20210101000000Z -extensions v3 -notext",
+    );
+    own(
+        "other",
+        &format!("-addext subjectAltName=DNS:broker.plant {leaf} -days 2"),
+    );
+    let pem = |name: &str| {
+        folder
+            .path()
+            .join(format!("{name}.pem"))
+            .display()
+            .to_string()
+    };
+    for (server, trusted, words) in [
+        (
+            "authority",
+            Some("authority"),
+            &[
+                "CA:TRUE",
+                "basicConstraints=critical,CA:FALSE",
+                "subjectAltName=IP:127.0.0.1",
+            ][..],
+        ),
+        ("good", Some("other"), &["not trusted here", "--mqtt-ca"]),
+        ("good", None, &["not trusted here", "--mqtt-ca"]),
+        (
+            "expired",
+            Some("expired"),
+            &["has expired", "renew the broker's certificate"],
+        ),
+        (
+            "other",
+            Some("other"),
+            &["is for broker.plant, not for `127.0.0.1`"],
+        ),
+        ("good", Some("good"), &[]),
+    ] {
+        let broker = |name: &str| folder.path().join(name).display().to_string();
+        let mut mosquitto = Broker::place(&format!(
+            "allow_anonymous true\ncertfile {}\nkeyfile {}\n",
+            broker(&format!("{server}.pem")),
+            broker(&format!("{server}.key"))
+        ));
+        mosquitto.start();
+        let trusted = trusted.map_or(String::new(), |name| format!(" --mqtt-ca {}", pem(name)));
+        let arguments = format!("run --mqtt mqtts://127.0.0.1:{}{trusted}", mosquitto.port);
+        let mut node = Program::pickline(&arguments, &[]);
+        if words.is_empty() {
+            std::thread::sleep(std::time::Duration::from_millis(1500));
+            node.signal("TERM");
+            let (code, remarks) = node.finish();
+            assert_eq!(code, Some(0), "{remarks}");
+            assert!(!remarks.contains("TLS"), "{remarks}");
+            continue;
+        }
+        let (code, remarks) = node.finish();
+        assert_eq!(code, Some(2), "{server}: {remarks}");
+        for word in words.iter().chain(&["no TLS with", "cure: "]) {
+            assert!(remarks.contains(word), "{server}: {remarks}");
+        }
+        assert!(!remarks.contains("CaUsedAsEndEntity"), "{remarks}");
+    }
 }
 
 #[test]
