@@ -10,6 +10,7 @@ use crate::files;
 use crate::kinematics;
 use crate::pattern::{Pattern, poisson_disk, random_stream};
 use crate::report::{Table, arms_apart, fixed, station_hash, station_picture, with_origin};
+use crate::sim::Conditions;
 use crate::station::{Robot, Station, commented_example, to_toml};
 use std::path::Path;
 
@@ -19,12 +20,20 @@ pub fn run(command: StationCommand, session: &Session) -> Result<()> {
             station,
             svg,
             pattern,
+            camera_x,
             force,
         } => {
             let named = pattern.as_deref().map(Path::new);
             let read = [station.file(), ("--pattern", named)];
             outputs::check("station show", force, &read, &[("--svg", svg.as_deref())])?;
-            show(&station, svg.as_deref(), pattern.as_deref(), session)
+            let camera = camera_x.map(plausible_camera).transpose()?;
+            show(
+                &station,
+                svg.as_deref(),
+                pattern.as_deref(),
+                camera,
+                session,
+            )
         }
         StationCommand::Check { file, strict } => check(file, strict, session),
         StationCommand::Init { file, force } => init(file.as_deref(), force, session),
@@ -35,6 +44,7 @@ fn show(
     choice: &StationChoice,
     svg: Option<&Path>,
     pattern: Option<&str>,
+    camera: Option<f64>,
     session: &Session,
 ) -> Result<()> {
     let station = choice.load()?;
@@ -49,10 +59,19 @@ fn show(
             }
             None => covering(&station)?,
         };
-        let picture = station_picture(&station, &pattern);
+        let picture = station_picture(&station, &pattern, camera);
         outputs.add(svg, || with_origin(&picture, &session.command()));
     }
     outputs.deliver(session, &to_toml(&station))
+}
+
+/// A place for a camera, in the range that conditions allow.
+fn plausible_camera(x: f64) -> Result<f64> {
+    let conditions = Conditions {
+        camera_x: Some(x),
+        ..Conditions::default()
+    };
+    conditions.check().map(|()| x)
 }
 
 /// A pattern that covers the whole belt, for a picture without one of its own.

@@ -28,6 +28,14 @@ pub enum StationCommand {
         /// With the items of this pattern file (CSV) on the belt instead of random ones
         #[arg(long, value_name = "FILE", requires = "svg")]
         pattern: Option<String>,
+        /// With a camera that looks at the belt at this x [m]
+        #[arg(
+            long,
+            value_name = "X",
+            requires = "svg",
+            allow_negative_numbers = true
+        )]
+        camera_x: Option<f64>,
         /// Overwrite the SVG file even if `station show` did not write it
         #[arg(long)]
         force: bool,
@@ -65,6 +73,7 @@ impl Default for StationCommand {
             },
             svg: None,
             pattern: None,
+            camera_x: None,
             force: false,
         }
     }

@@ -120,6 +120,34 @@ impl Scale {
         }
     }
 
+    /// An axis of whole numbers from `first` to `last`: robots, places. Its ticks are whole
+    /// numbers too, none of them below `first`.
+    pub fn counted(title: impl Into<String>, first: f64, last: f64) -> Self {
+        let step = round_step(((last - first) / 6.0).max(1.0));
+        Self::Numbers {
+            title: title.into(),
+            low: first - 0.5,
+            high: last + 0.5,
+            step,
+        }
+    }
+
+    /// Whether the axis begins or ends before 0, so that lengths along it do not compare:
+    /// then it is drawn with a break. Counts that begin with 1 need none.
+    pub fn is_cut(&self) -> bool {
+        match self {
+            Self::Numbers { low, high, .. } => *low > 0.5 * self.step() || *high < 0.0,
+            Self::Names(_) => false,
+        }
+    }
+
+    fn step(&self) -> f64 {
+        match self {
+            Self::Numbers { step, .. } => *step,
+            Self::Names(_) => 0.0,
+        }
+    }
+
     /// The same axis, ending at `end` at most.
     pub fn up_to(mut self, end: f64) -> Self {
         if let Self::Numbers { high, .. } = &mut self {
@@ -172,6 +200,8 @@ pub(in crate::report) enum Style {
 #[derive(Debug)]
 pub(in crate::report) struct Bar {
     pub value: f64,
+    /// The value as it stands at the right end of the bar's row.
+    pub words: String,
     pub ink: Ink,
     /// Said when the pointer rests on it.
     pub tip: String,
@@ -236,6 +266,22 @@ pub(in crate::report) enum Ink {
     Faint,
 }
 
+impl Chart {
+    /// What a reader has to know to read it, with what the axes call for.
+    pub fn note(&self) -> String {
+        let cut = [&self.x, &self.y]
+            .iter()
+            .filter(|scale| scale.is_cut())
+            .count();
+        let cut = match cut {
+            0 => "",
+            1 => " The axis with a break does not begin at 0.",
+            _ => " Axes with a break do not begin at 0.",
+        };
+        format!("{}{cut}", self.caption)
+    }
+}
+
 /// `text` cut to what a label can hold.
 pub(in crate::report) fn short(text: &str, most: usize) -> String {
     if text.chars().count() <= most {
@@ -283,6 +329,24 @@ mod tests {
         near(ends(&[0.0], false), [-1.0, 1.0, 0.5]);
         near(ends(&[], false), [0.0, 1.0, 0.2]);
         near(ends(&[1.0, f64::INFINITY, 2.0], false), [1.0, 2.0, 0.2]);
+    }
+
+    #[test]
+    fn axes_of_counts_have_whole_ticks_from_the_first() {
+        for (first, last, expected) in [(1.0, 3.0, 1.0), (1.0, 1.0, 1.0), (2.0, 12.0, 2.0)] {
+            let axis = Scale::counted("", first, last);
+            let Scale::Numbers { low, step, .. } = axis else {
+                unreachable!()
+            };
+            assert_eq!(step, expected);
+            // The tick below the first would be outside.
+            assert!(low > first - 1.0 && low < first);
+            assert!(!Scale::counted("", 1.0, last).is_cut());
+        }
+        assert!(Scale::around("", [0.03, 0.05], false).is_cut());
+        assert!(Scale::around("", [-3.0, -1.0], false).is_cut());
+        assert!(!Scale::around("", [-1.0, 1.0], false).is_cut());
+        assert!(!Scale::around("", [3.0], true).is_cut());
     }
 
     #[test]

@@ -160,6 +160,7 @@ fn bars(
             }
             group.push(Bar {
                 value,
+                words: fixed(value, digits),
                 ink: Ink::Series(j),
                 tip,
             });

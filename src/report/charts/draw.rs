@@ -2,9 +2,9 @@
 //! intervals; what it has no notion of (a legend of dashed lines with their markers, a
 //! grid behind bars that lie, marks that make way for each other) is added to its scene.
 
-use super::chart::{Chart, GROUP, Ink, Layer, Point, Scale, Style, short};
+use super::chart::{Bar, Chart, GROUP, Ink, Layer, Point, Scale, Style, beside, short};
 use super::legend;
-use super::look::{Look, dashes, marker};
+use super::look::{Look, dark_style, dashes, marker};
 use super::marks;
 use crate::report::page::escape;
 use crate::report::provenance::Provenance;
@@ -16,7 +16,7 @@ use kuva::plot::scatter::ScatterPlot;
 use kuva::render::color::Color;
 use kuva::render::layout::{ComputedLayout, Layout, TickFormat};
 use kuva::render::plots::Plot;
-use kuva::render::render::{Primitive, Scene, render_multiple};
+use kuva::render::render::{Primitive, Scene, TextAnchor, render_multiple};
 
 /// Width of every chart [px]: shown across a printed page of 170 mm its text is 9 point.
 pub(super) const WIDTH: f64 = 720.0;
@@ -31,16 +31,21 @@ pub(super) const TEXT: u32 = 13;
 const MARKER: f64 = 3.6;
 /// Characters of a name beside the axis.
 const NAME: usize = 44;
+/// Height of the title of a chart by itself [px], and its characters.
+const TITLE: f64 = 24.0;
+const TITLE_CHARACTERS: usize = 84;
+/// Between the axes and the numbers of bars to the right of them [px].
+const TO_NUMBERS: f64 = 8.0;
 
 /// The chart as an SVG file of its own, saying how it was made.
 pub(in crate::report) fn for_paper(chart: &Chart, made: &Provenance) -> String {
-    let about = format!("{} {}", chart.caption, made.one_line());
+    let about = format!("{} {}", chart.note(), made.one_line());
     svg(chart, Look::Paper, &about)
 }
 
 /// The chart as an element of a page.
 pub(in crate::report) fn for_page(chart: &Chart) -> String {
-    svg(chart, Look::Page, &chart.caption)
+    svg(chart, Look::Page, &chart.note())
 }
 
 fn svg(chart: &Chart, look: Look, about: &str) -> String {
@@ -60,8 +65,12 @@ fn svg(chart: &Chart, look: Look, about: &str) -> String {
         Look::Paper => format!("\n<title>{}</title>", escape(&clean(&chart.title))),
         Look::Page => String::new(),
     };
+    let style = match look {
+        Look::Paper => dark_style(),
+        Look::Page => String::new(),
+    };
     format!(
-        "{open}>{title}\n<desc>{}</desc>{rest}",
+        "{open}>{title}\n<desc>{}</desc>{style}{rest}",
         escape(&clean(about))
     )
 }
@@ -97,8 +106,21 @@ fn scene(chart: &Chart, look: Look) -> Scene {
     };
     let layout = || axes(chart, look);
     let free = ComputedLayout::from_layout(&layout());
+    let numbers = widest_number(chart);
+    let layout = || match numbers {
+        0.0 => layout(),
+        numbers => {
+            layout().with_force_margins(free.margin_left, free.margin_right + TO_NUMBERS + numbers)
+        }
+    };
+    let free = ComputedLayout::from_layout(&layout());
     let rows = marks::rows(&chart.marks, |x| free.map_x(x));
-    let top = marks::room(&rows);
+    let title = match look {
+        Look::Paper => TITLE,
+        // A page has it as a heading.
+        Look::Page => 0.0,
+    };
+    let top = title + marks::room(&rows);
     let height = top + inside + free.margin_bottom;
     let layout = layout()
         .with_force_margins_y(top, free.margin_bottom)
@@ -123,10 +145,116 @@ fn scene(chart: &Chart, look: Look) -> Scene {
     let at = data.unwrap_or(scene.elements.len());
     scene.elements.splice(at..at, behind);
     unclip(&mut scene);
+    if look == Look::Paper {
+        scene.elements.push(heading(&chart.title));
+    }
+    scene.elements.extend(bar_numbers(chart, &computed));
+    scene.elements.extend(breaks(chart, look, &computed));
     let (below, more) = legend::drawn(&chart.legend, look, computed.margin_left, height - 4.0);
     scene.elements.extend(below);
     scene.height += more;
     scene
+}
+
+fn words(content: String, (x, y): (f64, f64), anchor: TextAnchor, bold: bool) -> Primitive {
+    Primitive::Text {
+        x,
+        y,
+        content,
+        size: TEXT,
+        anchor,
+        rotate: None,
+        bold,
+        color: None,
+    }
+}
+
+/// The title of a chart that stands by itself.
+fn heading(title: &str) -> Primitive {
+    let title = label(&short(title, TITLE_CHARACTERS));
+    words(title, (0.5 * WIDTH, 18.0), TextAnchor::Middle, true)
+}
+
+fn bars(chart: &Chart) -> impl Iterator<Item = (usize, usize, usize, &Bar)> {
+    let groups = chart.layers.iter().filter_map(|layer| match layer {
+        Layer::Bars(groups) => Some(groups),
+        Layer::Points { .. } => None,
+    });
+    groups.flat_map(|groups| {
+        groups.iter().enumerate().flat_map(|(i, group)| {
+            let count = group.len();
+            let bars = group.iter().enumerate();
+            bars.map(move |(j, bar)| (i, j, count, bar))
+        })
+    })
+}
+
+/// Width of the numbers that stand beside the bars [px]; 0 without bars.
+fn widest_number(chart: &Chart) -> f64 {
+    bars(chart)
+        .map(|(.., bar)| legend::width(&bar.words))
+        .fold(0.0, f64::max)
+}
+
+/// The value of each bar, in a column to the right of the axes where nothing is drawn.
+fn bar_numbers(chart: &Chart, computed: &ComputedLayout) -> Vec<Primitive> {
+    let Scale::Names(names) = &chart.y else {
+        return Vec::new();
+    };
+    let right = WIDTH - 4.0;
+    let number = |(i, j, count, bar): (usize, usize, usize, &Bar)| {
+        // kuva counts upwards.
+        let y = computed.map_y((names.len() - i) as f64 - beside(j, count));
+        words(label(&bar.words), (right, y + 4.5), TextAnchor::End, false)
+    };
+    bars(chart).map(number).collect()
+}
+
+/// Two strokes over each axis that does not begin at 0, near where it begins.
+fn breaks(chart: &Chart, look: Look, computed: &ComputedLayout) -> Vec<Primitive> {
+    /// From the corner of the axes to the middle of the break, half the gap between the
+    /// strokes, and half their length across and along [px].
+    const AWAY: f64 = 13.0;
+    const GAP: f64 = 2.5;
+    const ACROSS: f64 = 5.0;
+    const SLANT: f64 = 2.5;
+    let (left, bottom) = (
+        computed.margin_left,
+        computed.height - computed.margin_bottom,
+    );
+    let mut drawn = Vec::new();
+    let mut line = |(x1, y1), (x2, y2), stroke: &str, stroke_width| {
+        drawn.push(Primitive::Line {
+            x1,
+            y1,
+            x2,
+            y2,
+            stroke: Color::from(stroke),
+            stroke_width,
+            stroke_dasharray: None,
+        });
+    };
+    let ink = look.colour(Ink::Text);
+    for (scale, upright) in [(&chart.x, false), (&chart.y, true)] {
+        if !scale.is_cut() {
+            continue;
+        }
+        // As along the axis and across it, and as it lies in the picture.
+        let place = |along: f64, across: f64| match upright {
+            true => (left + across, bottom - AWAY - along),
+            false => (left + AWAY + along, bottom + across),
+        };
+        line(place(-GAP, 0.0), place(GAP, 0.0), look.ground(), 3.0);
+        for at in [-GAP, GAP] {
+            line(
+                place(at - SLANT, ACROSS),
+                place(at + SLANT, -ACROSS),
+                &ink,
+                1.2,
+            );
+        }
+    }
+    drawn
 }
 
 /// Most bars or points that a name has beside each other.

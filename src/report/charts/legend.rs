@@ -1,6 +1,6 @@
 //! The legend below a chart, in columns.
 
-use super::chart::{Entry, Swatch, short};
+use super::chart::{Entry, Ink, Swatch, short};
 use super::draw::{TEXT, WIDTH, label};
 use super::look::{Look, dashes, marker};
 use kuva::plot::legend::{LegendEntry, LegendShape};
@@ -89,7 +89,7 @@ fn swatch(entry: &Entry, look: Look, (x, y): (f64, f64), size: f64) -> Vec<Primi
         stroke_width: width,
         stroke_dasharray: dash.map(str::to_owned),
     };
-    let dot = || point(entry, look, x + 0.5 * size, y);
+    let dot = || sign(entry.ink, look, x + 0.5 * size, y);
     match entry.swatch {
         Swatch::Bar => vec![Primitive::Rect {
             x: x + 0.5 * (size - SHORT),
@@ -112,15 +112,15 @@ fn swatch(entry: &Entry, look: Look, (x, y): (f64, f64), size: f64) -> Vec<Primi
     }
 }
 
-/// The entry's marker about a place: that of a legend of kuva's, which it draws for one
+/// The marker of `ink` about a place: that of a legend of kuva's, which it draws for one
 /// shape after another but not with a line through it.
-fn point(entry: &Entry, look: Look, x: f64, y: f64) -> Vec<Primitive> {
+pub(super) fn sign(ink: Ink, look: Look, x: f64, y: f64) -> Vec<Primitive> {
     // Where kuva puts the middle of a marker in its legend.
     const MIDDLE: (f64, f64) = (10.0, 6.0);
     let only = LegendEntry {
         label: String::new(),
-        color: look.colour(entry.ink),
-        shape: LegendShape::Marker(marker(entry.ink)),
+        color: look.colour(ink),
+        shape: LegendShape::Marker(marker(ink)),
         dasharray: None,
     };
     let mut scene = Scene::new(0.0, 0.0);

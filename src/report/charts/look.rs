@@ -74,6 +74,30 @@ impl Look {
     }
 }
 
+/// What makes a chart for a paper follow a dark scheme on a screen: rules that win over the
+/// colours of the elements. What knows no style sheets, or prints, leaves it as it is.
+pub(super) fn dark_style() -> String {
+    let [light, dark] = SERIES;
+    let [paper, night] = PAPER;
+    let mut pairs: Vec<(String, String)> = [
+        (paper, night),
+        ("#000000", "#e6edf3"),
+        ("#dddddd", "#3d444d"),
+        ("#666666", "#9198a1"),
+    ]
+    .map(|(from, to)| (from.into(), to.into()))
+    .into();
+    for (from, to) in light.iter().zip(dark) {
+        pairs.push(((*from).into(), to.into()));
+        pairs.push((mixed(from, paper, TINT), mixed(to, night, TINT)));
+    }
+    let rule = |(from, to): &(String, String)| {
+        format!("[fill=\"{from}\"]{{fill:{to}}}[stroke=\"{from}\"]{{stroke:{to}}}")
+    };
+    let rules: String = pairs.iter().map(rule).collect();
+    format!("\n<style>@media screen and (prefers-color-scheme: dark) {{ {rules} }}</style>")
+}
+
 fn tinted(series: usize) -> bool {
     (series / SERIES[0].len()) % 2 == 1
 }

@@ -1,8 +1,8 @@
 //! Lines across a chart, with their labels above it in as many rows as keep them apart.
 
-use super::chart::Mark;
+use super::chart::{Ink, Mark};
 use super::draw::{TEXT, WIDTH, label};
-use super::legend::width;
+use super::legend::{sign, width};
 use super::look::Look;
 use kuva::render::color::Color;
 use kuva::render::layout::ComputedLayout;
@@ -18,6 +18,11 @@ const TOP: f64 = 14.0;
 const ABOVE: f64 = 9.0;
 /// Between two labels [px].
 const APART: f64 = 8.0;
+/// Between lines in the same place, and how far they are spread at most [px].
+const BESIDE: f64 = 3.0;
+const SPREAD: f64 = 18.0;
+/// Width of the marker of a series before a label that several share [px].
+const SIGN: f64 = 11.0;
 
 /// Where a mark's label stands [px]; none for a mark without one, or where the label of
 /// another says the same in the same place.
@@ -34,7 +39,7 @@ pub(super) fn rows(marks: &[Mark], x: impl Fn(f64) -> f64) -> Vec<Place> {
     let mut places = vec![None; marks.len()];
     let mut ends: Vec<f64> = Vec::new();
     for i in order {
-        let half = 0.5 * width(&marks[i].label);
+        let half = half_width(marks, i);
         let middle = x(marks[i].at).clamp(half + 2.0, (WIDTH - half - 2.0).max(half + 2.0));
         let free = ends.iter().position(|end| end + APART <= middle - half);
         let row = free.unwrap_or(ends.len());
@@ -47,19 +52,31 @@ pub(super) fn rows(marks: &[Mark], x: impl Fn(f64) -> f64) -> Vec<Place> {
     places
 }
 
-/// The dashes of the `i`-th mark: marks in the same place take turns, so that the
-/// colours of all of them show.
-fn turn(marks: &[Mark], i: usize) -> String {
+/// The series whose marks stand where the `i`-th does, with the same label: where there
+/// are several, their markers stand before it.
+fn sharing(marks: &[Mark], i: usize) -> Vec<Ink> {
+    let alike = marks
+        .iter()
+        .filter(|m| m.at == marks[i].at && m.label == marks[i].label);
+    let inks: Vec<Ink> = alike.map(|mark| mark.ink).collect();
+    match inks.len() {
+        1 => Vec::new(),
+        _ => inks,
+    }
+}
+
+/// Half of what the label of the `i`-th mark takes, with the markers before it [px].
+fn half_width(marks: &[Mark], i: usize) -> f64 {
+    0.5 * (width(&marks[i].label) + SIGN * sharing(marks, i).len() as f64)
+}
+
+/// How far the `i`-th mark is moved aside [px]: marks in the same place stand side by side,
+/// so that all of them show.
+fn aside(marks: &[Mark], i: usize) -> f64 {
     let same = |mark: &&Mark| mark.at == marks[i].at && mark.upright == marks[i].upright;
     let before = marks[..i].iter().filter(same).count() as f64;
-    let after = marks[i + 1..].iter().filter(same).count() as f64;
-    match before + after {
-        0.0 => dash(),
-        _ => {
-            let turn = ON + OFF;
-            format!("0 {} {ON} {}", before * turn, OFF + after * turn)
-        }
-    }
+    let others = marks.iter().filter(same).count() as f64 - 1.0;
+    BESIDE.min(SPREAD / others.max(1.0)) * (before - 0.5 * others)
 }
 
 /// What the labels need above the chart [px].
@@ -89,10 +106,10 @@ pub(super) fn drawn(
         let colour = Color::from(look.colour(mark.ink));
         let above = place.map_or(0.0, |(_, row)| ABOVE + ROW * row as f64);
         let ends = if mark.upright {
-            let x = computed.map_x(mark.at);
+            let x = computed.map_x(mark.at) + aside(marks, i);
             (x, top - above, x, bottom)
         } else {
-            let y = computed.map_y(mark.at);
+            let y = computed.map_y(mark.at) + aside(marks, i);
             (left, y, right, y)
         };
         if let Some(to) = mark.shade_to {
@@ -115,11 +132,12 @@ pub(super) fn drawn(
             y2: ends.3,
             stroke: colour,
             stroke_width: 1.3,
-            stroke_dasharray: Some(turn(marks, i)),
+            stroke_dasharray: Some(dash()),
         });
         if let Some((x, row)) = place {
             // No line of another mark runs through the words.
-            let (half, base) = (0.5 * width(&mark.label), top - ABOVE - ROW * *row as f64);
+            let (half, base) = (half_width(marks, i), top - ABOVE - ROW * *row as f64);
+            let sharing = sharing(marks, i);
             labels.push(Primitive::Rect {
                 x: x - half,
                 y: base - ROW + 4.0,
@@ -130,8 +148,12 @@ pub(super) fn drawn(
                 stroke_width: None,
                 opacity: None,
             });
+            for (place, ink) in sharing.iter().enumerate() {
+                let at = x - half + SIGN * (place as f64 + 0.5);
+                labels.extend(sign(*ink, look, at, base - 4.5));
+            }
             labels.push(Primitive::Text {
-                x: *x,
+                x: x + 0.5 * SIGN * sharing.len() as f64,
                 y: base,
                 content: label(&mark.label),
                 size: TEXT,
@@ -149,7 +171,6 @@ pub(super) fn drawn(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::charts::chart::Ink;
 
     #[test]
     fn labels_make_way_for_each_other() {
@@ -167,13 +188,11 @@ mod tests {
         assert_eq!([row(0), row(1), row(2), row(3)], [0, 1, 0, 2]);
         assert_eq!(room(&places), TOP + ABOVE + 2.0 * ROW);
         assert_eq!(room(&[]), TOP);
-        // Equal ones are said once, and their lines take turns.
+        // Equal ones are said once, with the marker of each, and stand side by side.
         let twice = [mark(0.5), mark(0.5)];
         assert_eq!(rows(&twice, |x| x)[1], None);
-        assert_eq!(
-            (turn(&twice, 0), turn(&twice, 1)),
-            ("0 0 5 11".into(), "0 8 5 3".into())
-        );
+        assert_eq!((aside(&twice, 0), aside(&twice, 1)), (-1.5, 1.5));
+        assert_eq!((sharing(&twice, 0).len(), aside(&twice[..1], 0)), (2, 0.0));
         // At the very edge a label stays inside the picture.
         let (middle, _) = rows(&[mark(1.1)], |x| 700.0 * x)[0].unwrap();
         assert!(middle + 0.5 * width("0.042") <= WIDTH);

@@ -27,6 +27,6 @@ pub use curve::curve_chart;
 pub use optimum::OPTIMUM_CHARTS;
 pub use sweep::SWEEP_CHARTS;
 
-pub(super) use chart::Chart;
+pub(super) use chart::{Chart, short};
 pub(super) use draw::for_page;
 pub(super) use sweep::method_words;

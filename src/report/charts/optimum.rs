@@ -246,7 +246,7 @@ fn ranking(report: &OptimumReport) -> Option<Chart> {
         ),
         ..Point::default()
     });
-    let x = Scale::around("place", [0.0, values.len() as f64], true);
+    let x = Scale::counted("place", 1.0, values.len() as f64);
     Some(Chart {
         title: "All assignments".into(),
         caption: format!(

@@ -243,8 +243,15 @@ fn lines(
 
 /// The swept values as an axis, and how points over it are drawn.
 fn across(report: &SweepReport) -> (Scale, Style) {
-    let values = report.points.iter().map(|point| point.value);
-    let mut x = Scale::around(axis_title(report), values, false);
+    let values = || report.points.iter().map(|point| point.value);
+    let counts = report.unit == "1";
+    let mut x = if counts {
+        // There are no halves of robots.
+        let first = values().fold(f64::INFINITY, f64::min);
+        Scale::counted(axis_title(report), first, values().fold(first, f64::max))
+    } else {
+        Scale::around(axis_title(report), values(), false)
+    };
     let count = report.points.len() / report.limits.len().max(1);
     let style = if count > MOST_BARS {
         Style::Area
@@ -254,15 +261,11 @@ fn across(report: &SweepReport) -> (Scale, Style) {
     if let Scale::Numbers {
         low, high, step, ..
     } = &mut x
+        && style == Style::Line
+        && !counts
     {
-        if report.unit == "1" {
-            // There are no halves of robots.
-            *step = step.max(1.0);
-        }
-        if style == Style::Line {
-            // So that no interval stands on the axis.
-            (*low, *high) = (*low - 0.3 * *step, *high + 0.3 * *step);
-        }
+        // So that no interval stands on the axis.
+        (*low, *high) = (*low - 0.3 * *step, *high + 0.3 * *step);
     }
     (x, style)
 }

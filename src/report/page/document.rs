@@ -80,7 +80,7 @@ impl Section {
                  <figcaption>{}</figcaption></figure>\n</section>\n",
                 escape(&chart.title),
                 for_page(chart),
-                escape(&chart.caption)
+                escape(&chart.note())
             ),
             Self::Table(heading, table, remark) => {
                 let remark = match remark.as_str() {
