@@ -15,6 +15,7 @@ pub use unserved::Screen;
 mod served {
     use super::*;
     use crate::dashboard::Dashboard;
+    use crate::live::Trend;
     use std::time::{Duration, Instant};
 
     /// Time between two views at least.
@@ -28,6 +29,7 @@ mod served {
     pub struct Screen {
         dashboard: Option<Dashboard>,
         next: Instant,
+        trend: Trend,
     }
 
     impl Screen {
@@ -37,7 +39,7 @@ mod served {
         /// As for [`Dashboard::open`].
         pub fn open(args: &RunArgs, station: &Station, strategy: &str) -> Result<Self> {
             let open = |address: &String| -> Result<Dashboard> {
-                let named = &args.station.station;
+                let named = &args.station.title();
                 let dashboard = Dashboard::open(address, station, named, strategy)?;
                 let at = dashboard.address();
                 args.transport.remark(&format!("dashboard at http://{at}/"));
@@ -50,6 +52,7 @@ mod served {
             Ok(Self {
                 dashboard: args.dashboard.as_ref().map(open).transpose()?,
                 next: Instant::now(),
+                trend: Trend::default(),
             })
         }
 
@@ -58,9 +61,12 @@ mod served {
             let Some(dashboard) = &self.dashboard else {
                 return;
             };
+            self.trend.note(controller);
             let began = Instant::now();
             if began >= self.next && dashboard.is_watched() {
-                dashboard.show(controller.view(hub.queued() as u64));
+                let mut view = controller.view(hub.queued() as u64);
+                view.trend = self.trend.view();
+                dashboard.show(view);
                 self.next = began + PERIOD.max(SHARE * began.elapsed());
             }
         }
@@ -71,6 +77,7 @@ mod served {
                 return;
             };
             let mut view = controller.view(0);
+            view.trend = self.trend.view();
             view.status.last = true;
             dashboard.show(view);
             dashboard.close(PATIENCE);

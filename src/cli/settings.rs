@@ -24,6 +24,16 @@ impl StationChoice {
         ("--station", Some(Path::new(&self.station)))
     }
 
+    /// What the station is called: a built-in by its name, a file by its own without folder
+    /// and extension.
+    pub fn title(&self) -> String {
+        let stem = Path::new(&self.station).file_stem();
+        stem.map_or_else(
+            || self.station.clone(),
+            |stem| stem.to_string_lossy().into_owned(),
+        )
+    }
+
     /// The station, of which nothing is said.
     ///
     /// # Errors

@@ -107,7 +107,7 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
         let origin = report.made.csv_comment();
         outputs.add(args.trace.as_deref(), || origin + &trace.to_csv());
     }
-    outputs.add(args.html.as_deref(), || replay_page(&scene, &report));
+    outputs.add(args.html.as_deref(), || replay_page(&scene, &args.station.title(), &report));
     outputs.add_out(common, FILES[0], || whole);
     outputs.add_out(common, FILES[1], || report.to_csv());
     let text = common.render(|| report.to_table(), || report.to_csv(), &report)?;

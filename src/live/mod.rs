@@ -18,10 +18,12 @@ pub mod recording;
 mod robots;
 mod state;
 pub mod transport;
+mod trend;
 mod view;
 mod windows;
 
 pub use clock::ClockKind;
 pub use controller::{Config, Controller, Stopwatch, Taken};
 pub use state::{Change, State};
+pub use trend::{Trend, TrendView};
 pub use view::{ClaimView, ItemView, View};

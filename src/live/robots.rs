@@ -93,9 +93,9 @@ impl RobotInfo {
         self.told_at.is_none_or(|told| time > told)
     }
 
-    /// The robot as a status shows it at `now` [s].
-    pub fn report(&self, name: &str, now: f64) -> RobotReport {
-        let state = match self.service {
+    /// What it is doing at `now` [s], as a status names it.
+    pub fn state(&self, now: f64) -> &'static str {
+        match self.service {
             Service::Unknown => "unknown",
             Service::Ready if self.task.is_some() => "busy",
             Service::Ready if self.wait == Wait::No && self.free_at > now => "busy",
@@ -103,10 +103,14 @@ impl RobotInfo {
             Service::Working => "busy",
             Service::Fault => "fault",
             Service::Silent => "silent",
-        };
+        }
+    }
+
+    /// The robot as a status shows it at `now` [s].
+    pub fn report(&self, name: &str, now: f64) -> RobotReport {
         RobotReport {
             name: name.to_owned(),
-            state: state.to_owned(),
+            state: self.state(now).to_owned(),
             picked: self.picked,
             failed: self.failed,
         }

@@ -1,6 +1,7 @@
 //! What whoever watches a live line sees of it.
 
 use super::protocol::{Latency, Status};
+use super::trend::TrendView;
 use serde::Serialize;
 
 /// The line at one moment; positions in m, times in s.
@@ -22,6 +23,8 @@ pub struct View {
     pub left_out: usize,
     /// The tasks whose result is not known, oldest first.
     pub claims: Vec<ClaimView>,
+    /// Rates and utilisation over the time just past.
+    pub trend: TrendView,
 }
 
 /// One item.

@@ -4,6 +4,7 @@
 //! | file | what it is |
 //! |---|---|
 //! | `now.js` | the line now: a view in, a state to draw out |
+//! | `trend.js` | the picking rate of the last minutes |
 //! | `panels.js` | the figures and tables around the drawing |
 //! | `dashboard.js` | the stream of views, the pointer, drawing |
 
@@ -16,8 +17,9 @@ use serde::Serialize;
 pub const DASHBOARD_PAGE: &str = include_str!("dashboard/page.html");
 
 const STYLE: &str = include_str!("dashboard/style.css");
-const SCRIPTS: [&str; 3] = [
+const SCRIPTS: [&str; 4] = [
     include_str!("dashboard/now.js"),
+    include_str!("dashboard/trend.js"),
     include_str!("dashboard/panels.js"),
     include_str!("dashboard/dashboard.js"),
 ];

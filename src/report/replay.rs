@@ -35,6 +35,11 @@ const SCRIPTS: [&str; 5] = [
 #[derive(Serialize)]
 struct Data<'a> {
     report: &'a RunReport,
+    /// What the user calls the station.
+    station: &'a str,
+    /// Where the camera looks at the belt, if there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    camera: Option<f64>,
     belt: BeltData,
     robots: Vec<RobotData<'a>>,
     items: Vec<ItemData<'a>>,
@@ -82,9 +87,10 @@ pub fn check_replay(pattern: &Pattern) -> Result<()> {
 }
 
 /// The page that replays the run of `report`, which was simulated on `scene`.
-pub fn replay_page(scene: &Scene, report: &RunReport) -> String {
+/// `station` is what the user calls it.
+pub fn replay_page(scene: &Scene, station: &str, report: &RunReport) -> String {
     // What the reports and the station hold can always be written as JSON.
-    let data = serde_json::to_string(&data(scene, report)).unwrap_or_default();
+    let data = serde_json::to_string(&data(scene, station, report)).unwrap_or_default();
     fill(
         PAGE,
         &[
@@ -98,7 +104,7 @@ pub fn replay_page(scene: &Scene, report: &RunReport) -> String {
     )
 }
 
-fn data<'a>(scene: &Scene<'a>, report: &'a RunReport) -> Data<'a> {
+fn data<'a>(scene: &Scene<'a>, name: &'a str, report: &'a RunReport) -> Data<'a> {
     let station = scene.station();
     let belt = station.belt();
     let mut windows: Vec<Vec<WindowData>> = Vec::new();
@@ -115,6 +121,8 @@ fn data<'a>(scene: &Scene<'a>, report: &'a RunReport) -> Data<'a> {
     let items = scene.pattern().items().iter();
     Data {
         report,
+        station: name,
+        camera: scene.conditions().camera_x,
         belt: BeltData {
             speed: belt.speed,
             length: belt.length,

@@ -77,7 +77,8 @@ function checkShown(shown, status) {
   }
   // Nothing is shown that no message says.
   const known = [...Object.keys(expected), "belt_speed", "queued"];
-  const extra = Object.keys(shown).filter((n) => !known.includes(n) && !n.startsWith("latency."));
+  const others = /^(latency|trend)\./;
+  const extra = Object.keys(shown).filter((n) => !known.includes(n) && !others.test(n));
   assert.deepEqual(extra, []);
 }
 
@@ -126,8 +127,8 @@ async function checkByMessages(browser) {
   // Its story, at the pointer.
   const box = await page.locator("#scene").boundingBox();
   const { x } = (await state(page)).items[0];
-  // The belt of 4.2 m, with 0.22 m before and after it, fills the canvas from side to side.
-  const left = box.x + (box.width * (x + 0.22)) / 4.64;
+  const [along] = await page.evaluate((at) => window.pickline.place(at, 0), x);
+  const left = box.x + along;
   let story = "";
   for (let y = 20; y < box.height && !story; y += 5) {
     await page.mouse.move(left, box.y + y);
@@ -252,7 +253,8 @@ async function checkByTheClock(browser) {
   // The next one has its dashboard at the same place, on another line.
   const next = start("run", "--dashboard", new URL(address).host, "--strategy", "LPT,PP");
   await remark(next, /dashboard at (http:\S+)/);
-  await page.waitForFunction(() => document.getElementById("title").textContent.includes("LPT,PP"));
+  await page.waitForFunction(() => document.getElementById("subtitle").textContent.includes("LPT,PP"));
+  assert.equal(await page.locator("#title").textContent(), "Station paper");
   await page.waitForFunction(() => window.pickline.view()?.status.robots.length === 2);
   assert.equal(await link(page), "live");
   assert.equal((await figures(page)).shown.seen.value, 0);

@@ -51,6 +51,9 @@ async function checkFigures(page, report) {
     const value = report.bound?.[name] ?? null;
     if (value !== null) expected[`bound.${name}`] = value;
   }
+  if (report.clearance) {
+    for (const name of ["distance_m", "time_s"]) expected[`clearance.${name}`] = report.clearance[name];
+  }
   assert.deepEqual(Object.fromEntries(shown.map((s) => [s.name, s.value])), expected);
   for (const { name, value, text } of shown) {
     const percent = /share|utilisation/.test(name) ? 100 : 1;

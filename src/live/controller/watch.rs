@@ -4,6 +4,7 @@ use super::Controller;
 use super::items::Fate;
 use crate::live::clock::ClockKind;
 use crate::live::items::Tracked;
+use crate::live::trend::TrendView;
 use crate::live::view::{ClaimView, ItemView, View};
 
 /// Items in one view at most, besides the claimed ones: a screen has no room for more,
@@ -13,7 +14,7 @@ const MOST_SHOWN: usize = 2000;
 const ROOM: f64 = 0.5;
 
 impl Controller {
-    /// The line as it is now. `queued` is how many messages wait to be sent.
+    /// The line as it is now, without a trend. `queued` is how many messages wait to be sent.
     pub fn view(&self, queued: u64) -> View {
         let travel = self.motion.travel(self.clock.now);
         let mut view = View {
@@ -25,6 +26,7 @@ impl Controller {
             items: Vec::new(),
             left_out: 0,
             claims: self.show_claims(),
+            trend: TrendView::default(),
         };
         let end = self.nominal.belt().length + ROOM;
         let near: Vec<_> = self.items.within(-ROOM - travel, end - travel).collect();
@@ -54,6 +56,18 @@ impl Controller {
             }
         }
         view
+    }
+
+    /// Time since the first message [s].
+    pub fn now(&self) -> f64 {
+        self.clock.now
+    }
+
+    /// Picks of each robot so far, and whether it is busy, upstream first.
+    pub fn workload(&self) -> impl Iterator<Item = (u64, bool)> + '_ {
+        let now = self.clock.now;
+        let robots = self.robots.iter();
+        robots.map(move |info| (info.picked, info.state(now) == "busy"))
     }
 
     fn robot_after(&self, tracked: &Tracked) -> Option<usize> {

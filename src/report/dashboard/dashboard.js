@@ -6,11 +6,13 @@ const AGAIN = 1000;
 const SILENCE = 3;
 
 const canvas = byName("scene");
+const trend = byName("trend");
 const dark = window.matchMedia("(prefers-color-scheme: dark)");
 // What is known: the line, the newest view, and when that came [ms].
 const seen = { line: null, view: null, came: 0, connected: false };
 let theme = {};
 let frame = null;
+let trendFrame = null;
 let pointer = null;
 
 function fillLine() {
@@ -29,8 +31,10 @@ function layOut() {
   const height = Math.max(300, 0.62 * window.innerHeight);
   const view = sceneView(seen.line, canvas.clientWidth, height);
   frame = { view, ctx: sized(canvas, view.width, view.height) };
+  trendFrame = { width: trend.clientWidth, ctx: sized(trend, trend.clientWidth, TREND_HEIGHT) };
+  if (seen.view) drawTrend(trendFrame.ctx, trendFrame.width, seen.view.trend, theme);
   const reasons = ["passed_over", "busy", "grasp_failed", "no_result", "unreachable"];
-  byName("legend").replaceChildren(...sceneLegend(seen.line.robots[0].colour, theme, reasons, true));
+  byName("legend").replaceChildren(...sceneLegend(seen.line.robots[0].colour, theme, reasons, true, false));
   draw();
 }
 
@@ -109,6 +113,7 @@ function heedView(event) {
   Object.assign(seen, { view: JSON.parse(event.data), came: performance.now() });
   showTime(seen.view);
   showPanels(seen.line, seen.view, draw());
+  if (trendFrame) drawTrend(trendFrame.ctx, trendFrame.width, seen.view.trend, theme);
   showLink();
 }
 
@@ -141,4 +146,8 @@ setInterval(showLink, 1000);
 connect();
 drawOn();
 // For tests and for whoever wants to look closer.
-window.pickline = { view: () => seen.view, state: () => seen.view && stateShown() };
+window.pickline = {
+  view: () => seen.view,
+  state: () => seen.view && stateShown(),
+  place: (x, y) => [frame.view.x(x), frame.view.y(y)],
+};

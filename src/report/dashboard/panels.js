@@ -25,7 +25,8 @@ function showFigures(view) {
   fillList(byName("figures"), [
     ["picked", [n("picked", 0), unit("of "), n("seen", 0)]],
     ["picked share", [n("picked_share", 1, 100), unit("%")]],
-    ["picking rate", [n("picks_per_min", 2), unit("/min")]],
+    ["rate, last minute", [figure("trend.picks_per_min", view.trend.picks_per_min, 1), unit("/min")]],
+    ["rate, since the start", [n("picks_per_min", 2), unit("/min")]],
     ["missed", [figure("missed", missedInAll(status), 0)]],
     ["on the belt", [n("on_belt", 0)]],
     ["claimed", [n("claimed", 0)]],
@@ -38,20 +39,31 @@ function showFigures(view) {
   ]);
 }
 
+const ROBOT_COLUMNS = [
+  "robot",
+  "state",
+  "what it does",
+  "picked",
+  "failed",
+  "utilisation, last minute [%]",
+];
+
 function showRobots(line, view, state) {
   const claims = newestClaims(line, view);
   const rows = view.status.robots.map((report, i) => {
     const words = doing(report, claims[i], state.arms[i]);
-    return { report, words, colour: line.robots[i].colour };
+    const use = view.trend.utilisation[i] ?? 0;
+    return { report, words, use, colour: line.robots[i].colour };
   });
   refresh("robots", rows, () => {
-    const cells = rows.map(({ report, words, colour }, i) => {
+    const cells = rows.map(({ report, words, use, colour }, i) => {
       const swatch = element("span", "", "swatch");
       swatch.style.background = colour;
       const count = (name) => figure(`robot.${i}.${name}`, report[name], 0);
-      return [[swatch, report.name], report.state, words, count("picked"), count("failed")];
+      const share = figure(`trend.utilisation.${i}`, use, 0, 100);
+      return [[swatch, report.name], report.state, words, count("picked"), count("failed"), share];
     });
-    fillTable(byName("robots"), ["robot", "state", "what it does", "picked", "failed"], cells);
+    fillTable(byName("robots"), ROBOT_COLUMNS, cells);
   });
 }
 
@@ -86,7 +98,8 @@ function showCounts(name, header, counts) {
 /** Shows `view`, whose state is `state`. */
 function showPanels(line, view, state) {
   const { status } = view;
-  refresh("figures", [status, view.latency, view.belt_speed], () => showFigures(view));
+  const rate = view.trend.picks_per_min;
+  refresh("figures", [status, view.latency, view.belt_speed, rate], () => showFigures(view));
   showRobots(line, view, state);
   showClaims(line, view);
   showCounts("missed", ["reason", "items"], status.missed);

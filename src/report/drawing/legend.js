@@ -19,8 +19,8 @@ const MISSED_WORDS = {
 };
 
 /** The entries for a station whose first robot has this colour: with these reasons, and
- * with robots that may be out of service. */
-function sceneLegend(colour, theme, reasons, faults) {
+ * with robots that may be out of service, with a camera. */
+function sceneLegend(colour, theme, reasons, faults, camera) {
   const item = (words, fate, reason) =>
     entry(words, (ctx) =>
       drawItem(ctx, 11, 9, 4, { fate, reason }, fate === "claimed" ? colour : null, theme),
@@ -55,6 +55,12 @@ function sceneLegend(colour, theme, reasons, faults) {
     ctx.setLineDash([5, 4]);
     ctx.strokeRect(1.5, 2.5, 19, 13);
   });
+  const looks = entry("where the camera looks", (ctx) => {
+    ctx.strokeStyle = theme.ink;
+    ctx.lineWidth = 2;
+    ctx.setLineDash([2, 4]);
+    line(ctx, 11, 1, 11, 17);
+  });
   return [
     item("waiting", "waiting"),
     item("claimed, in the robot's colour", "claimed"),
@@ -65,5 +71,6 @@ function sceneLegend(colour, theme, reasons, faults) {
     bin,
     meet,
     workspace,
+    ...(camera ? [looks] : []),
   ];
 }

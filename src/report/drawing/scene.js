@@ -12,49 +12,117 @@
 //   picked   in its bin                     missed   no robot can leave for it any more
 // Phases: idle, out, grasp, back, release; what is `down` does not work.
 //
-// `station` is { belt: { length, width }, robots: [{ name, base, bin, reach,
-// colour }] }, in m;
+// `station` is { belt: { length, width }, camera, robots: [{ name, base, bin, reach,
+// colour }] }, in m; `camera`, where there is one, is the x at which it looks at the belt;
 // `theme` the colours { ink, faint, paper, belt, edge, item }.
 
-// Kept free before and after the belt, where items come and go [m].
-const ROOM = 0.22;
-// For names above and below, and the axis [px].
-const NAME_SPACE = 32;
-const AXIS_SPACE = 36;
+// Share of the line's length that is kept free before and after it, where items come and go.
+const ROOM = 0.05;
+// Left of the line for the y axis, and right of it for the belt's width [px].
+const AXIS_LEFT = 50;
+const AXIS_RIGHT = 50;
+// For the x axis below each row [px].
+const AXIS_SPACE = 38;
+// Height of a robot's name and reach, their distance from the base [px], and the levels they
+// have where robots stand close to each other.
+const LABEL = 30;
+const TO_LABEL = 11;
+const LEVELS = 3;
+// A line that would be lower than this [px] is broken into rows, which overlap by so much.
+const LOWEST = 110;
+const MOST_ROWS = 6;
+const OVERLAP = 36;
 
-/** Belt frame [m] to canvas [px]: x to the right, y upwards. */
+const reachWords = (robot) => `reach ${robot.reach} m`;
+
+/** Belt frame [m] to canvas [px]: x to the right, y upwards. Where the line is broken into
+ * rows, `x` and `y` lead to the first of them, as long as the whole line; each next one is
+ * `shift` further along it and stands `stride` below. */
 function sceneView(station, width, mostHeight) {
   const { belt, robots } = station;
   const places = robots.flatMap((robot) => [robot.base, robot.bin]);
-  const xs = [0, belt.length, ...places.map(([x]) => x)];
+  const xs = [0, belt.length, station.camera ?? 0, ...places.map(([x]) => x)];
   const ys = [-belt.width / 2, belt.width / 2, ...places.map(([, y]) => y)];
-  const left = Math.min(...xs) - ROOM;
-  const right = Math.max(...xs) + ROOM;
+  const room = ROOM * (Math.max(...xs) - Math.min(...xs));
+  const left = Math.min(...xs) - room;
+  const right = Math.max(...xs) + room;
   const bottom = Math.min(...ys);
   const top = Math.max(...ys);
-  const others = 2 * NAME_SPACE + AXIS_SPACE;
-  const scale = Math.min(width / (right - left), (mostHeight - others) / (top - bottom));
-  const margin = (width - scale * (right - left)) / 2;
+  const inside = Math.max(60, width - AXIS_LEFT - AXIS_RIGHT);
+  const most = Math.max(LOWEST, mostHeight - 2 * (LABEL + TO_LABEL) - AXIS_SPACE) / (top - bottom);
+  const one = Math.min(inside / (right - left), most);
+  const low = LOWEST / (one * (top - bottom));
+  const rows = inside > 4 * OVERLAP ? Math.min(MOST_ROWS, Math.max(1, Math.ceil(low))) : 1;
+  const shift = inside - 2 * OVERLAP;
+  const whole = rows > 1 ? (rows - 1) * shift + inside : inside;
+  const scale = Math.min(whole / (right - left), most);
+  const margin = AXIS_LEFT + (rows > 1 ? 0 : (inside - scale * (right - left)) / 2);
+  const x = (value) => margin + (value - left) * scale;
+  const { spaces, labels } = placeLabels(robots, x);
+  const y = (value) => spaces[0] + (top - value) * scale;
+  const floor = y(bottom) + spaces[1];
   return {
     width,
-    height: Math.ceil(scale * (top - bottom) + others),
+    height: Math.ceil(rows * (floor + AXIS_SPACE)),
     left,
     right,
+    bottom,
+    top,
     scale,
+    rows,
+    shift,
+    stride: floor + AXIS_SPACE,
+    inside,
+    labels,
     radius: Math.min(6, Math.max(2.5, 0.02 * scale)),
-    x: (x) => margin + (x - left) * scale,
-    y: (y) => NAME_SPACE + (top - y) * scale,
-    floor: NAME_SPACE + (top - bottom) * scale + NAME_SPACE,
+    x,
+    y,
+    floor,
   };
+}
+
+/** Where the robots' labels stand: the side, and how far from there, beyond the bases. */
+function placeLabels(robots, x) {
+  // Ends of what stands in each level, above and below.
+  const ends = [new Array(LEVELS).fill(-Infinity), new Array(LEVELS).fill(-Infinity)];
+  // The arrow of travel stands above the belt in any case.
+  const spaces = [LABEL, TO_LABEL];
+  const labels = robots.map((robot) => {
+    const side = robot.base[1] < 0 ? 1 : 0;
+    const half = 0.5 * Math.max(7.3 * (Math.min(20, robot.name.length) + 10), 6 * reachWords(robot).length);
+    const middle = x(robot.base[0]);
+    const free = ends[side].findIndex((end) => end + 8 < middle - half);
+    const level = free < 0 ? LEVELS - 1 : free;
+    ends[side][level] = middle + half;
+    spaces[side] = Math.max(spaces[side], TO_LABEL + (level + 1) * LABEL);
+    return { side, away: TO_LABEL + level * LABEL, half };
+  });
+  return { spaces, labels };
 }
 
 /** Draws `state`; the item with index `marked` gets a ring. */
 function drawScene(ctx, view, station, state, theme, marked) {
   ctx.clearRect(0, 0, view.width, view.height);
+  for (let row = 0; row < view.rows; row += 1) {
+    ctx.save();
+    ctx.translate(-row * view.shift, row * view.stride);
+    if (view.rows > 1) {
+      const ends = view.inside + (row === view.rows - 1 ? AXIS_RIGHT : 0);
+      ctx.beginPath();
+      ctx.rect(AXIS_LEFT + row * view.shift, 0, ends, view.floor);
+      ctx.clip();
+    }
+    drawLine(ctx, view, station, state, theme, marked);
+    ctx.restore();
+    drawAxes(ctx, view, row, theme);
+  }
+}
+
+function drawLine(ctx, view, station, state, theme, marked) {
   drawBelt(ctx, view, station, state, theme);
   station.robots.forEach((robot) => drawWorkspace(ctx, view, station.belt, robot));
-  drawAxis(ctx, view, theme);
   drawItems(ctx, view, station, state.items, theme);
+  drawCamera(ctx, view, station, theme);
   station.robots.forEach((robot, i) => drawArm(ctx, view, robot, state.arms[i], theme));
   drawNames(ctx, view, station, state.arms, theme);
   const item = state.items[marked];
@@ -107,6 +175,30 @@ function drawBelt(ctx, view, station, state, theme) {
   ctx.lineTo(x + 28, y + 5);
   ctx.stroke();
   text(ctx, `${Number(state.speed.toPrecision(4))} m/s`, x + 44, y, theme.faint, SMALL_FONT, "left");
+  // The belt's width, after its end.
+  const end = view.x(belt.length) + 9;
+  const [upper, lower] = [view.y(belt.width / 2), view.y(-belt.width / 2)];
+  ctx.strokeStyle = theme.faint;
+  ctx.lineWidth = 1;
+  line(ctx, end, upper, end, lower);
+  line(ctx, end - 4, upper, end + 4, upper);
+  line(ctx, end - 4, lower, end + 4, lower);
+  const middle = (upper + lower) / 2;
+  text(ctx, `${belt.width} m`, end + 6, middle, theme.faint, SMALL_FONT, "left");
+}
+
+/** Where the camera looks at the belt. */
+function drawCamera(ctx, view, station, theme) {
+  const { camera, belt } = station;
+  if (camera === undefined || camera === null) return;
+  const x = view.x(camera);
+  const [upper, lower] = [view.y(belt.width / 2) - 5, view.y(-belt.width / 2) + 5];
+  ctx.strokeStyle = theme.ink;
+  ctx.lineWidth = 2;
+  ctx.setLineDash([2, 4]);
+  line(ctx, x, upper, x, lower);
+  ctx.setLineDash([]);
+  text(ctx, "camera", x, lower + 8, theme.faint, SMALL_FONT, "center");
 }
 
 function drawWorkspace(ctx, view, belt, robot) {
@@ -241,49 +333,61 @@ function drawBase(ctx, x, y, colour, down, theme) {
   line(ctx, x - 4, y + 4, x + 4, y - 4);
 }
 
-/** Names and picks so far, left out where there is no room for them. */
+/** Names, picks so far and reach. */
 function drawNames(ctx, view, station, arms, theme) {
-  // Middles and half widths of what is written already, the belt's speed first.
-  const arrow = view.y(station.belt.width / 2) - 12;
-  const taken = [{ x: view.x(0) + 42, y: arrow, half: 42 }];
-  ctx.font = SCENE_FONT;
+  const [upper, lower] = [view.y(view.top), view.y(view.bottom)];
   station.robots.forEach((robot, i) => {
-    const below = robot.base[1] < 0;
+    const { side, away } = view.labels[i];
+    ctx.font = SCENE_FONT;
     const name = shortened(ctx, robot.name, 160);
     const label = `${name}: ${arms[i].picked} picked`;
     const half = ctx.measureText(label).width / 2;
-    const x = Math.min(Math.max(view.x(robot.base[0]), half), view.width - half);
-    const y = view.y(robot.base[1]) + (below ? 19 : -19);
-    const clash = taken.some(
-      (other) => Math.abs(other.x - x) < other.half + half + 6 && Math.abs(other.y - y) < 14,
-    );
-    if (clash) return;
-    taken.push({ x, y, half });
+    const x = Math.max(view.x(robot.base[0]), half);
+    const y = side === 0 ? upper - away - LABEL + 8 : lower + away + 8;
     text(ctx, label, x, y, theme.ink, SCENE_FONT, "center");
+    text(ctx, reachWords(robot), x, y + 13, theme.faint, SMALL_FONT, "center");
   });
 }
 
-function drawAxis(ctx, view, theme) {
+/** The axes of a row: x below it, y to the left. */
+function drawAxes(ctx, view, row, theme) {
   ctx.strokeStyle = theme.faint;
   ctx.lineWidth = 1;
-  const y = view.floor + 0.5;
-  line(ctx, view.x(view.left), y, view.x(view.right), y);
-  const count = Math.min(12, ((view.right - view.left) * view.scale) / 60);
-  for (const { value, label } of ticks(view.left, view.right, count)) {
-    line(ctx, view.x(value), y, view.x(value), y + 4);
-    text(ctx, label, view.x(value), y + 12, theme.faint, SMALL_FONT, "center");
+  const down = row * view.stride;
+  const y = view.floor + down + 0.5;
+  const across = (x) => view.x(x) - row * view.shift;
+  const from = Math.max(view.left, view.left + (row * view.shift) / view.scale);
+  const to = view.rows > 1 ? Math.min(view.right, from + view.inside / view.scale) : view.right;
+  line(ctx, across(from), y, across(to), y);
+  const count = Math.min(12, ((to - from) * view.scale) / 60);
+  for (const { value, label } of ticks(from, to, count)) {
+    line(ctx, across(value), y, across(value), y + 4);
+    text(ctx, label, across(value), y + 12, theme.faint, SMALL_FONT, "center");
   }
-  const middle = view.x((view.left + view.right) / 2);
-  text(ctx, "x along the travel [m]", middle, y + 27, theme.faint, SMALL_FONT, "center");
+  text(ctx, "x along the travel [m]", across((from + to) / 2), y + 27, theme.faint, SMALL_FONT, "center");
+  const edge = AXIS_LEFT - 8.5;
+  const [upper, lower] = [view.y(view.top) + down, view.y(view.bottom) + down];
+  line(ctx, edge, upper, edge, lower);
+  for (const { value, label } of ticks(view.bottom, view.top, Math.min(8, (lower - upper) / 24))) {
+    line(ctx, edge - 4, view.y(value) + down, edge, view.y(value) + down);
+    text(ctx, label, edge - 7, view.y(value) + down, theme.faint, SMALL_FONT, "right");
+  }
+  ctx.save();
+  ctx.translate(7, (upper + lower) / 2);
+  ctx.rotate(-Math.PI / 2);
+  text(ctx, "y across [m]", 0, 0, theme.faint, SMALL_FONT, "center");
+  ctx.restore();
 }
 
 /** The index of the item of `state` nearest to (`x`, `y`) [px], or -1. */
 function itemNear(view, state, x, y) {
   let best = -1;
   let least = (view.radius + 8) ** 2;
+  const row = Math.min(view.rows - 1, Math.floor(y / view.stride));
+  const [along, across] = [x + row * view.shift, y - row * view.stride];
   state.items.forEach((item, index) => {
     if (item.fate === "picked") return;
-    const distance = (view.x(item.x) - x) ** 2 + (view.y(item.y) - y) ** 2;
+    const distance = (view.x(item.x) - along) ** 2 + (view.y(item.y) - across) ** 2;
     if (distance < least) [best, least] = [index, distance];
   });
   return best;

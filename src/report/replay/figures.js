@@ -23,6 +23,18 @@ function fillFigures(run) {
       ? [["weighted rate", [n("weighted_rate_per_min", 2), unit("/min")]]]
       : []),
   ];
+  const { clearance } = report;
+  if (clearance) {
+    const distance = figure("clearance.distance_m", clearance.distance_m, 3);
+    const time = figure("clearance.time_s", clearance.time_s, 2);
+    const show = element("button", "show", "small");
+    show.type = "button";
+    show.addEventListener("click", () => seek(clearance.time_s));
+    const [one, other] = clearance.robots;
+    const words = clearance.distance_m > 0 ? "m between" : "m: collision of";
+    const where = element("small", [` ${words} ${one} and ${other} at `, time, " s "]);
+    rows.push(["smallest distance of arms", [distance, where, show]]);
+  }
   const { bound } = report;
   if (bound) {
     const certified = figure("bound.certified_percent", bound.certified_percent, 1);
@@ -90,7 +102,7 @@ function fillLegends(run, theme) {
   const colour = run.robots[0].colour;
   const sometimes = run.report.made.conditions ? ["grasp_failed", "unseen"] : [];
   const reasons = ["passed_over", "busy", ...sometimes, "unreachable"];
-  byName("legend").replaceChildren(...sceneLegend(colour, theme, reasons, false));
+  byName("legend").replaceChildren(...sceneLegend(colour, theme, reasons, false, run.camera !== undefined));
   const block = (words, alpha) =>
     entry(words, (ctx) => {
       ctx.globalAlpha = alpha;
