@@ -30,7 +30,8 @@ pub struct SimulateArgs {
     /// of simulated decisions; the result then depends on the machine
     #[arg(long, value_name = "MS", allow_negative_numbers = true)]
     pub budget_ms: Option<f64>,
-    /// Have the independent checker verify the run; exit code 1 if it refutes it
+    /// Have the independent checker verify the run, with exit code 1 if it refutes it, and
+    /// report the smallest distance between two arms (collisions are not avoided)
     #[arg(long)]
     pub check: bool,
     /// Leave out how far the run is at most from the best that any strategy can do

@@ -18,7 +18,7 @@ pub struct StationArgs {
 #[derive(Debug, Subcommand)]
 pub enum StationCommand {
     /// Print the resolved station as TOML
-    #[command(after_long_help = "Example:\n  pickline station show --robots 3 --svg station.svg")]
+    #[command(after_long_help = "Example:\n  pickline station show --robots 3 --svg station.svg --camera-x 0.2")]
     Show {
         #[command(flatten)]
         station: StationChoice,
@@ -40,7 +40,7 @@ pub enum StationCommand {
         #[arg(long)]
         force: bool,
     },
-    /// Check a station file and say what it amounts to
+    /// Check a station file, and say what each robot reaches and which arms can collide
     #[command(after_long_help = "Example:\n  pickline station check my-line.toml")]
     Check {
         /// The file, or a built-in station

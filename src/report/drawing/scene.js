@@ -19,7 +19,7 @@
 // Share of the line's length that is kept free before and after it, where items come and go.
 const ROOM = 0.05;
 // Left of the line for the y axis, and right of it for the belt's width [px].
-const AXIS_LEFT = 50;
+const AXIS_LEFT = 62;
 const AXIS_RIGHT = 50;
 // For the x axis below each row [px].
 const AXIS_SPACE = 38;
@@ -113,6 +113,7 @@ function drawScene(ctx, view, station, state, theme, marked) {
       ctx.clip();
     }
     drawLine(ctx, view, station, state, theme, marked);
+    drawNames(ctx, view, station, state.arms, theme, row);
     ctx.restore();
     drawAxes(ctx, view, row, theme);
   }
@@ -124,7 +125,6 @@ function drawLine(ctx, view, station, state, theme, marked) {
   drawItems(ctx, view, station, state.items, theme);
   drawCamera(ctx, view, station, theme);
   station.robots.forEach((robot, i) => drawArm(ctx, view, robot, state.arms[i], theme));
-  drawNames(ctx, view, station, state.arms, theme);
   const item = state.items[marked];
   if (item) {
     ctx.strokeStyle = theme.ink;
@@ -333,8 +333,8 @@ function drawBase(ctx, x, y, colour, down, theme) {
   line(ctx, x - 4, y + 4, x + 4, y - 4);
 }
 
-/** Names, picks so far and reach. */
-function drawNames(ctx, view, station, arms, theme) {
+/** Names, picks so far and reach of the robots whose label stands whole in this row first. */
+function drawNames(ctx, view, station, arms, theme, row) {
   const [upper, lower] = [view.y(view.top), view.y(view.bottom)];
   station.robots.forEach((robot, i) => {
     const { side, away } = view.labels[i];
@@ -343,6 +343,9 @@ function drawNames(ctx, view, station, arms, theme) {
     const label = `${name}: ${arms[i].picked} picked`;
     const half = ctx.measureText(label).width / 2;
     const x = Math.max(view.x(robot.base[0]), half);
+    const past = x + half - AXIS_LEFT - view.inside;
+    const own = Math.min(view.rows - 1, Math.max(0, Math.ceil(past / view.shift)));
+    if (view.rows > 1 && row !== own) return;
     const y = side === 0 ? upper - away - LABEL + 8 : lower + away + 8;
     text(ctx, label, x, y, theme.ink, SCENE_FONT, "center");
     text(ctx, reachWords(robot), x, y + 13, theme.faint, SMALL_FONT, "center");
@@ -365,7 +368,7 @@ function drawAxes(ctx, view, row, theme) {
     text(ctx, label, across(value), y + 12, theme.faint, SMALL_FONT, "center");
   }
   text(ctx, "x along the travel [m]", across((from + to) / 2), y + 27, theme.faint, SMALL_FONT, "center");
-  const edge = AXIS_LEFT - 8.5;
+  const edge = Math.round(across(from)) - 8.5;
   const [upper, lower] = [view.y(view.top) + down, view.y(view.bottom) + down];
   line(ctx, edge, upper, edge, lower);
   for (const { value, label } of ticks(view.bottom, view.top, Math.min(8, (lower - upper) / 24))) {
@@ -373,7 +376,7 @@ function drawAxes(ctx, view, row, theme) {
     text(ctx, label, edge - 7, view.y(value) + down, theme.faint, SMALL_FONT, "right");
   }
   ctx.save();
-  ctx.translate(7, (upper + lower) / 2);
+  ctx.translate(edge - 46, (upper + lower) / 2);
   ctx.rotate(-Math.PI / 2);
   text(ctx, "y across [m]", 0, 0, theme.faint, SMALL_FONT, "center");
   ctx.restore();
