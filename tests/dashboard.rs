@@ -6,7 +6,7 @@ mod common;
 
 use pickline::dashboard::Dashboard;
 use pickline::live::protocol::Status;
-use pickline::live::{ItemView, View};
+use pickline::live::{ItemView, TrendView, View};
 use pickline::station::built_in;
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::net::TcpStream;
@@ -40,6 +40,7 @@ fn view(stamp: f64, items: usize) -> View {
         items: vec![item; items],
         left_out: 0,
         claims: Vec::new(),
+        trend: TrendView::default(),
     }
 }
 

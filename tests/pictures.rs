@@ -121,6 +121,16 @@ fn every_chart_is_well_formed_and_scales() {
                     "{texts:?}"
                 );
             }
+            // It says what it is, and follows a dark scheme on a screen.
+            let title = document
+                .descendants()
+                .find(|node| node.has_tag_name("title"));
+            let title = title.unwrap().text().unwrap();
+            assert!(
+                texts.iter().any(|text| text.starts_with(&title[..4])),
+                "{texts:?}"
+            );
+            assert!(svg.contains("(prefers-color-scheme: dark)"));
             // Fit for print: every colour is a colour, none is a page's.
             assert!(!svg.contains("var(") && !svg.contains("NaN") && !svg.contains("inf"));
             // How it was made, without where it went.
@@ -191,7 +201,73 @@ fn bars_are_as_long_as_the_figures() {
     for ((_, width), rate) in bars.iter().zip(&rates) {
         assert!((width / scale - rate).abs() < 0.05, "{width} px for {rate}");
     }
-    assert!(texts(&document).contains(&"the paper's figure"));
+    let texts = texts(&document);
+    assert!(texts.contains(&"the paper's figure"));
+    // Each bar has its number beside it.
+    for rate in rates {
+        let number = format!("{rate:.2}");
+        assert!(texts.contains(&number.as_str()), "{number} in {texts:?}");
+    }
+}
+
+/// Whether the description of a chart says that an axis does not begin at 0.
+fn says_cut(svg: &str) -> bool {
+    let document = Document::parse(svg).unwrap();
+    let about = document
+        .descendants()
+        .find(|node| node.has_tag_name("desc"));
+    about.unwrap().text().unwrap().contains("not begin at 0")
+}
+
+#[test]
+fn axes_that_do_not_begin_at_0_say_so_and_counts_are_whole() {
+    let (compare, _) = RUNS[0];
+    assert!(!says_cut(&written(compare, "--svg", &[])));
+    let (speeds, _) = RUNS[2];
+    assert!(says_cut(&written(speeds, "--svg", &[])));
+    let (robots, _) = RUNS[3];
+    let svg = written(robots, "--svg", &[]);
+    let document = Document::parse(&svg).unwrap();
+    // The ticks of x stand on one line, which that of the first robot is on.
+    let ticks: Vec<(f64, &str)> = document
+        .descendants()
+        .filter(|node| node.has_tag_name("text"))
+        .map(|node| (number(node, "y"), node.text().unwrap_or_default()))
+        .collect();
+    let line = ticks.iter().find(|(_, text)| *text == "1").unwrap().0;
+    let below: Vec<&str> = ticks
+        .iter()
+        .filter(|(y, _)| (y - line).abs() < 1e-6)
+        .map(|(_, text)| *text)
+        .collect();
+    assert_eq!(below, ["1", "2"]);
+}
+
+#[test]
+fn limits_in_the_same_place_stay_apart() {
+    // Twice the same method: all that they do is the same.
+    let run = [
+        "sweep",
+        "--robust",
+        "SPT,FIFO",
+        "--strategy",
+        "rules:SPT,FIFO",
+        "--from",
+        "0.04",
+        "--to",
+        "0.05",
+    ];
+    let svg = written(&run, "--svg", &[]);
+    let document = Document::parse(&svg).unwrap();
+    let dashed = document.descendants().filter(|node| {
+        node.has_tag_name("line")
+            && node.attribute("stroke-dasharray").is_some()
+            && node.attribute("x1") == node.attribute("x2")
+    });
+    let mut at: Vec<f64> = dashed.map(|node| number(node, "x1")).collect();
+    assert!(at.len() >= 2, "{at:?}");
+    at.sort_by(f64::total_cmp);
+    assert!(at.windows(2).all(|pair| pair[1] - pair[0] > 1.0), "{at:?}");
 }
 
 #[test]

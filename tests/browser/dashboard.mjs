@@ -242,6 +242,10 @@ async function checkByTheClock(browser) {
     .map(([item, later]) => later.x - item.x);
   assert.ok(moved.length > 5);
   for (const way of moved) assert.ok(way > 0 && way < 0.05 * (passed + 2), `${way} m`);
+  const { trend } = await view(page);
+  assert.equal(trend.utilisation.length, 6);
+  assert.ok(trend.utilisation.every((share) => share >= 0 && share <= 1));
+  assert.ok(trend.span_s > 0 && trend.span_s <= 60);
   await checkLooks(browser, address);
   await checkAgainstStatuses(page, at);
   allow(/ERR_CONNECTION_REFUSED|ERR_INCOMPLETE_CHUNKED_ENCODING|ERR_CONNECTION_RESET/);

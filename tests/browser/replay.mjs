@@ -238,6 +238,27 @@ async function checkStories(page, report) {
   assert.match(await page.locator("#found").innerText(), /no item/);
 }
 
+/** Two robots that face each other with exchanged bins: the page says that and when their
+ * arms collide, and shows it. */
+async function checkFacing(folder, browser) {
+  const station = join(folder, "facing line.toml");
+  const robot = (name, x, y, bin) =>
+    `[[robot]]\nname = "${name}"\nbase = [${x}, ${y}]\nbin = [${x}, ${bin}]\nreach = 0.9\n` +
+    "speed = 1.5\ngrasp_time = 0.2\nrelease_time = 0.1\n";
+  const belt = "[belt]\nspeed = 0.1\nlength = 3.0\nwidth = 0.8\n";
+  writeFileSync(station, belt + robot("front", 1.2, -0.6, 0.5) + robot("back", 1.6, 0.6, -0.5));
+  const { file, report } = simulate(folder, "facing", ["--station", station, "--camera-x", "-0.3"]);
+  const { page, check } = await open(browser, file);
+  await checkFigures(page, report);
+  assert.equal(report.clearance.distance_m, 0);
+  assert.equal(await page.locator("#title").textContent(), "Replay of station facing line");
+  await page.locator("#figures button").click();
+  near(await timeNow(page), report.clearance.time_s, "the time of the collision");
+  assert.match(await page.locator("#legend").innerText(), /where the camera looks/);
+  check();
+  await page.close();
+}
+
 /** Ids and names that would break out of a page that took them for HTML. */
 async function checkHostile(folder, browser) {
   const id = "</script><b>\"'&<!--";
@@ -320,6 +341,8 @@ await withBrowser(async (folder, browser) => {
     check();
     await page.close();
   }
+  await checkFacing(folder, browser);
+  console.log("replay of arms that collide: ok");
   await checkHostile(folder, browser);
   console.log("replay hostile ids: ok");
   await measure(folder, browser);

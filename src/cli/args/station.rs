@@ -18,7 +18,9 @@ pub struct StationArgs {
 #[derive(Debug, Subcommand)]
 pub enum StationCommand {
     /// Print the resolved station as TOML
-    #[command(after_long_help = "Example:\n  pickline station show --robots 3 --svg station.svg --camera-x 0.2")]
+    #[command(
+        after_long_help = "Example:\n  pickline station show --robots 3 --svg station.svg --camera-x 0.2"
+    )]
     Show {
         #[command(flatten)]
         station: StationChoice,
