@@ -93,9 +93,13 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
         checker::check(&station, &pattern, &outcome)?;
         report.checked = Some(true);
     }
-    if args.check || args.html.is_some() {
-        let smallest = clearance::smallest(&station, &outcome);
-        report.clearance = smallest.map(|found| ClearanceReport::new(&station, &found));
+    let smallest = match args.check || args.html.is_some() {
+        true => clearance::smallest(&station, &outcome),
+        false => None,
+    };
+    let smallest = smallest.map(|found| ClearanceReport::new(&station, &found));
+    if args.check {
+        report.clearance.clone_from(&smallest);
     }
     if !args.no_bound {
         let bound = bound_beside(&scene, outcome.figures.picked, &environment)?;
@@ -107,7 +111,9 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
         let origin = report.made.csv_comment();
         outputs.add(args.trace.as_deref(), || origin + &trace.to_csv());
     }
-    outputs.add(args.html.as_deref(), || replay_page(&scene, &args.station.title(), &report));
+    outputs.add(args.html.as_deref(), || {
+        replay_page(&scene, &args.station.title(), &report, smallest.as_ref())
+    });
     outputs.add_out(common, FILES[0], || whole);
     outputs.add_out(common, FILES[1], || report.to_csv());
     let text = common.render(|| report.to_table(), || report.to_csv(), &report)?;

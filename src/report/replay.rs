@@ -10,6 +10,7 @@
 //! | `figures.js` | the figures, the tables and the legend around them |
 //! | `replay.js` | time, controls, pointer and keyboard |
 
+use super::clearance::ClearanceReport;
 use super::drawing::{self, RobotData, robots_data};
 use super::page::{BASE_STYLE, fill, inert};
 use super::run::RunReport;
@@ -35,6 +36,9 @@ const SCRIPTS: [&str; 5] = [
 #[derive(Serialize)]
 struct Data<'a> {
     report: &'a RunReport,
+    /// The closest that two arms came; none for a single robot.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    clearance: Option<&'a ClearanceReport>,
     /// What the user calls the station.
     station: &'a str,
     /// Where the camera looks at the belt, if there is one.
@@ -88,9 +92,18 @@ pub fn check_replay(pattern: &Pattern) -> Result<()> {
 
 /// The page that replays the run of `report`, which was simulated on `scene`.
 /// `station` is what the user calls it.
-pub fn replay_page(scene: &Scene, station: &str, report: &RunReport) -> String {
+pub fn replay_page(
+    scene: &Scene,
+    station: &str,
+    report: &RunReport,
+    clearance: Option<&ClearanceReport>,
+) -> String {
     // What the reports and the station hold can always be written as JSON.
-    let data = serde_json::to_string(&data(scene, station, report)).unwrap_or_default();
+    let data = serde_json::to_string(&Data {
+        clearance,
+        ..data(scene, station, report)
+    })
+    .unwrap_or_default();
     fill(
         PAGE,
         &[
@@ -121,6 +134,7 @@ fn data<'a>(scene: &Scene<'a>, name: &'a str, report: &'a RunReport) -> Data<'a>
     let items = scene.pattern().items().iter();
     Data {
         report,
+        clearance: None,
         station: name,
         camera: scene.conditions().camera_x,
         belt: BeltData {

@@ -78,7 +78,8 @@ pub fn station_picture(station: &Station, pattern: &Pattern, camera: Option<f64>
         let mut rows = Vec::new();
         for row in 0..frame.rows {
             let top = frame.row_top(row);
-            let inside = rectangle(LEFT, top, WIDTH + RIGHT, frame.row_height());
+            let end = if row + 1 == frame.rows { RIGHT } else { 0.0 };
+            let inside = rectangle(LEFT, top, WIDTH + end, frame.row_height());
             let clip = format!("row-{row}");
             definitions = definitions.add(ClipPath::new().set("id", clip.as_str()).add(inside));
             let shown = Use::new()
@@ -105,7 +106,9 @@ fn title(station: &Station) -> String {
     let robots = counted(station.robots().len(), "robot");
     format!(
         "{robots} along a belt of {} m by {} m at {} m/s",
-        belt.length, belt.width, belt.speed
+        rounded(belt.length),
+        rounded(belt.width),
+        belt.speed
     )
 }
 
@@ -255,7 +258,7 @@ fn label_width(robot: &Robot) -> f64 {
 }
 
 fn reach_words(robot: &Robot) -> String {
-    format!("reach {} m", robot.reach)
+    format!("reach {} m", rounded(robot.reach))
 }
 
 fn name(robot: &Robot, (x, y): (f64, f64)) -> Group {
@@ -274,6 +277,11 @@ fn rectangle(x: f64, y: f64, width: f64, height: f64) -> Rectangle {
         .set("y", px(y))
         .set("width", px(width))
         .set("height", px(height))
+}
+
+/// A length without what rounding has left behind its sixth digit [m].
+fn rounded(length: f64) -> f64 {
+    (length * 1e6).round() / 1e6
 }
 
 /// A pixel value short enough to read.
@@ -421,7 +429,7 @@ fn axes(frame: &Frame, row: usize) -> Group {
             .set("class", "line")
     };
     let number = |x: f64, y: f64, value: f64, anchor: &str| {
-        label(x, y, &format!("{}", (value * 1e6).round() / 1e6))
+        label(x, y, &rounded(value).to_string())
             .set("text-anchor", anchor)
             .set("class", "small")
     };

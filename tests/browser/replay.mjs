@@ -51,8 +51,8 @@ async function checkFigures(page, report) {
     const value = report.bound?.[name] ?? null;
     if (value !== null) expected[`bound.${name}`] = value;
   }
-  if (report.clearance) {
-    for (const name of ["distance_m", "time_s"]) expected[`clearance.${name}`] = report.clearance[name];
+  if (data.clearance) {
+    for (const name of ["distance_m", "time_s"]) expected[`clearance.${name}`] = data.clearance[name];
   }
   assert.deepEqual(Object.fromEntries(shown.map((s) => [s.name, s.value])), expected);
   for (const { name, value, text } of shown) {
@@ -247,7 +247,7 @@ async function checkFacing(folder, browser) {
     "speed = 1.5\ngrasp_time = 0.2\nrelease_time = 0.1\n";
   const belt = "[belt]\nspeed = 0.1\nlength = 3.0\nwidth = 0.8\n";
   writeFileSync(station, belt + robot("front", 1.2, -0.6, 0.5) + robot("back", 1.6, 0.6, -0.5));
-  const { file, report } = simulate(folder, "facing", ["--station", station, "--camera-x", "-0.3"]);
+  const { file, report } = simulate(folder, "facing", ["--station", station, "--camera-x", "-0.3", "--check"]);
   const { page, check } = await open(browser, file);
   await checkFigures(page, report);
   assert.equal(report.clearance.distance_m, 0);

@@ -22,7 +22,7 @@ const APART: f64 = 8.0;
 const BESIDE: f64 = 3.0;
 const SPREAD: f64 = 18.0;
 /// Width of the marker of a series before a label that several share [px].
-const SIGN: f64 = 11.0;
+const SIGN: f64 = 13.0;
 
 /// Where a mark's label stands [px]; none for a mark without one, or where the label of
 /// another says the same in the same place.
@@ -149,7 +149,7 @@ pub(super) fn drawn(
                 opacity: None,
             });
             for (place, ink) in sharing.iter().enumerate() {
-                let at = x - half + SIGN * (place as f64 + 0.5);
+                let at = x - half + SIGN * (place as f64 + 0.5) - 2.0;
                 labels.extend(sign(*ink, look, at, base - 4.5));
             }
             labels.push(Primitive::Text {

@@ -33,7 +33,9 @@ const LOWEST = 110;
 const MOST_ROWS = 6;
 const OVERLAP = 36;
 
-const reachWords = (robot) => `reach ${robot.reach} m`;
+/** A length without what rounding has left behind its sixth digit. */
+const metres = (length) => `${Number(length.toFixed(6))} m`;
+const reachWords = (robot) => `reach ${metres(robot.reach)}`;
 
 /** Belt frame [m] to canvas [px]: x to the right, y upwards. Where the line is broken into
  * rows, `x` and `y` lead to the first of them, as long as the whole line; each next one is
@@ -184,7 +186,7 @@ function drawBelt(ctx, view, station, state, theme) {
   line(ctx, end - 4, upper, end + 4, upper);
   line(ctx, end - 4, lower, end + 4, lower);
   const middle = (upper + lower) / 2;
-  text(ctx, `${belt.width} m`, end + 6, middle, theme.faint, SMALL_FONT, "left");
+  text(ctx, metres(belt.width), end + 6, middle, theme.faint, SMALL_FONT, "left");
 }
 
 /** Where the camera looks at the belt. */

@@ -23,7 +23,7 @@ function fillFigures(run) {
       ? [["weighted rate", [n("weighted_rate_per_min", 2), unit("/min")]]]
       : []),
   ];
-  const { clearance } = report;
+  const { clearance } = run;
   if (clearance) {
     const distance = figure("clearance.distance_m", clearance.distance_m, 3);
     const time = figure("clearance.time_s", clearance.time_s, 2);

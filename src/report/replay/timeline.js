@@ -5,7 +5,7 @@ const FATES = ["coming", "waiting", "claimed", "carried", "picked", "missed"];
 
 /** The page's data, with what every moment needs found once. */
 function makeRun(data) {
-  const { report, belt, station, camera } = data;
+  const { report, belt, station, camera, clearance } = data;
   // A robot's trips are its picks and its attempts that failed, in order of time.
   const robots = data.robots.map((robot) => ({ ...robot, picks: [], trips: [] }));
   const items = data.items.map((item, index) => ({
@@ -38,7 +38,7 @@ function makeRun(data) {
   const releases = report.picks.map((pick) => pick.release_s).sort((a, b) => a - b);
   const attempts = [...report.picks, ...report.failures];
   const decisions = attempts.map((attempt) => attempt.decide_s).sort((a, b) => a - b);
-  return { report, station, camera, belt, robots, items, byId, releases, decisions, end: report.end_s };
+  return { report, clearance, station, camera, belt, robots, items, byId, releases, decisions, end: report.end_s };
 }
 
 /** When the grasp that fails is over, and with it the claim on the item [s]. */
