@@ -326,7 +326,7 @@ fn belt(frame: &Frame, station: &Station) -> Group {
             label(
                 end + 10.0,
                 upper + 0.5 * width + 4.0,
-                &format!("{} m", belt.width),
+                &format!("{} m", rounded(belt.width)),
             )
             .set("class", "small"),
         )

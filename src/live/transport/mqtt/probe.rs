@@ -117,7 +117,8 @@ fn read(bytes: &[u8]) -> Answer {
     match *bytes {
         [] => Answer::Closed,
         [0x20, 2, ..] => Answer::Mqtt3,
-        [0x20, 3.., ..] | [0xe0, ..] => Answer::Mqtt5,
+        [0x20, length, ..] if length > 2 => Answer::Mqtt5,
+        [0xe0, ..] => Answer::Mqtt5,
         [0x15 | 0x16, 3, ..] => Answer::Tls,
         [b'H', b'T', b'T', b'P', ..] | [b'<', ..] => Answer::Http,
         _ => Answer::Other,

@@ -189,7 +189,7 @@ fn alerted(alert: Alert) -> Trouble {
             "the broker does not take TLS 1.2 or 1.3".into(),
             "let the broker offer TLS 1.2 or 1.3".into(),
         ),
-        Alert::UnrecognizedName => (
+        Alert::UnrecognisedName => (
             "--mqtt",
             "the broker does not know this host name".into(),
             "give the host name that the broker's certificate is for".into(),
