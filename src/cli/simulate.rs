@@ -6,7 +6,6 @@ use super::progress::Bar;
 use super::session::Session;
 use super::settings::{NOTHING_FAILS, json, load_pattern, parse_strategy};
 use super::training::{Line, budget};
-use crate::{checker, clearance};
 use crate::decision::Observer;
 use crate::error::Result;
 use crate::optimize::{Environment, bound_beside};
@@ -17,6 +16,7 @@ use crate::report::{
 };
 use crate::sim::{Scene, Trace, simulate_observed};
 use crate::strategies::{self, policy_file};
+use crate::{checker, clearance};
 use std::cell::OnceCell;
 use std::path::Path;
 
