@@ -99,10 +99,14 @@ impl Method {
                     }
                 })?;
                 // A line has a robot, so its tree has an assignment.
-                let (place, _) = best.ok_or(Error::Interrupted)?;
+                let (place, figures) = best.ok_or(Error::Interrupted)?;
                 let chosen = tree.assignments()[place].clone();
+                // The tree keeps no picks.
                 let outcome = simulate_rules(scene, &chosen)?;
-                Ok(MethodRun::of(scene, &outcome, Some(chosen)))
+                Ok(MethodRun {
+                    figures,
+                    ..MethodRun::of(scene, &outcome, Some(chosen))
+                })
             }
             Self::Strategy(blueprint) => {
                 let outcome = simulate(scene, blueprint.make().as_mut())?;
