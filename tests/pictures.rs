@@ -7,7 +7,7 @@ use roxmltree::{Document, Node};
 use std::path::Path;
 
 /// A quick run of each verb with all that its charts can show, and its charts.
-const RUNS: [(&[&str], &[&str]); 5] = [
+const RUNS: [(&[&str], &[&str]); 6] = [
     (
         &[
             "compare",
@@ -57,6 +57,13 @@ const RUNS: [(&[&str], &[&str]); 5] = [
             "20",
         ],
         &["picked", "rate"],
+    ),
+    (
+        &[
+            "sweep", "--sweep", "spacing", "--robust", "SPT,FIFO", "--from", "1.6", "--to", "1.7",
+            "--step", "0.05",
+        ],
+        &["picked", "throughput", "rate"],
     ),
     (
         &[

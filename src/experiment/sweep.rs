@@ -1,6 +1,7 @@
 //! One quantity of the line varied: belt speed, robots, spacing or reach.
 
 use super::method::{Method, MethodRun};
+use crate::clearance;
 use crate::decision::Figures;
 use crate::error::{Error, Result, known_names, shown};
 use crate::optimize::{Environment, bound_beside};
@@ -290,7 +291,7 @@ pub fn sweep(
         points,
         bounds: bounded.then_some(bounds),
         arms_meet: done
-            .map(|setting| setting.station.arms_can_meet())
+            .map(|setting| !clearance::apart(&setting.station).overlaps.is_empty())
             .collect(),
         weighs: patterns.iter().any(Pattern::has_attributes),
     })

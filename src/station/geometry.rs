@@ -120,17 +120,6 @@ impl Station {
         self.robots.iter().all(|robot| has_lead(robot, belt_speed))
     }
 
-    /// Whether two arms can meet: whether workspaces, within which the arms stay, overlap.
-    pub fn arms_can_meet(&self) -> bool {
-        let meets = |(a, b): (&Robot, &Robot)| {
-            // A touch, as of bases two reaches apart, is none.
-            (a.base - b.base).norm() < (a.reach + b.reach) * (1.0 - 1e-9)
-        };
-        let pairs = self.robots.iter().enumerate();
-        let mut pairs = pairs.flat_map(|(i, a)| self.robots[..i].iter().map(move |b| (a, b)));
-        pairs.any(meets)
-    }
-
     /// The same station with another belt speed [m/s].
     ///
     /// # Errors
