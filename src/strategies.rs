@@ -24,11 +24,14 @@ pub struct StrategyKind {
     budgeted: bool,
     /// Reads what stands after the colon, none where there is no colon; with what a user
     /// should know of how it was read, if anything.
-    read: fn(Option<&str>) -> Result<(Maker, Option<String>)>,
+    read: fn(Option<&str>) -> Result<Reading>,
 }
 
 /// Puts a strategy that was read on a line.
 type Maker = Box<dyn Fn(&Setup) -> Result<Blueprint> + Send + Sync>;
+
+/// A strategy that was read, and what a user should know of how.
+type Reading = (Maker, Option<String>);
 
 /// Every kind of strategy.
 pub static STRATEGIES: &[StrategyKind] = &[

@@ -343,3 +343,29 @@ fn with_the_system_clock_too_and_over_a_crash() {
     // By the stamps alone much is the same; it ends like any replay.
     replay(&[whole, "--clock", "messages"]);
 }
+
+/// As other programs rewrite recordings: one run, its chunks of 600 bytes compressed.
+#[test]
+fn recordings_that_were_compressed_are_replayed() {
+    let folder = tempfile::tempdir().unwrap();
+    let bad = folder.path().join("bad.mcap");
+    let mut outputs = Vec::new();
+    for name in ["lz4.mcap", "zstd.mcap"] {
+        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/recordings/");
+        let file = format!("{file}{name}");
+        let (said, errors) = replay(&[&file]);
+        assert!(
+            errors.contains("all 73 messages are as recorded"),
+            "{errors}"
+        );
+        let whole = std::fs::read(&file).unwrap();
+        for length in [whole.len() / 20, whole.len() / 5] {
+            std::fs::write(&bad, &whole[..length]).unwrap();
+            let output = pickline(&["run", "--replay", bad.to_str().unwrap()]);
+            assert!([Some(0), Some(2)].contains(&output.status.code()));
+            assert!(said.starts_with(&output.stdout));
+        }
+        outputs.push(said);
+    }
+    assert!(outputs[0] == outputs[1]);
+}
