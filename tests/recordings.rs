@@ -377,6 +377,11 @@ fn a_wrong_frame_rate_scale_or_speed_is_refused_with_what_would_agree() {
     ] {
         assert!(message.contains(words), "{words} not in {message}");
     }
+    assert!(!message.contains("0 of 60"), "{message}");
+    let mut across = options();
+    across.axis = Axis::Y;
+    let message = read(&text, &across).unwrap_err();
+    assert!(message.contains("give --axis x,"), "{message}");
     let mut coarse = options();
     coarse.scale_m_per_px = 0.0026;
     let message = read(&text, &coarse).unwrap_err();

@@ -23,6 +23,7 @@ pub enum PatternCommand {
 Example:
   pickline pattern generate poisson --radius 0.2 --count 29 --area lognormal:80,0.5
   pickline pattern generate random --flow 60 --count 300 --output p.csv
+  pickline pattern generate clustered --flow 60 --count 300 | pickline simulate --pattern -
   pickline pattern generate profile --profile shift.csv --output p.csv")]
     Generate(Box<GenerateArgs>),
     /// Print the figures of a pattern

@@ -2,8 +2,8 @@
 
 use super::formats::Recording;
 use super::link::link;
-use super::motion::{Motion, measure};
-use super::options::{Boxes, Options};
+use super::motion::{Motion, measure, way};
+use super::options::{Axis, Boxes, Options};
 use super::place::{BACKWARDS, Found, ODD_SHARE, STILL, not_riding, place};
 use super::read::read;
 use super::report::{Merged, Report, Split, count, named};
@@ -76,6 +76,7 @@ pub fn import(recording: &Recording, name: &str, options: &Options) -> Result<Im
         }
         pieces.append(&mut parts);
     }
+    let way = way(&pieces);
     // What plainly does not ride goes first: its x0 means nothing, and must not draw a
     // passing item's track into a merger. A stump too short to tell stays for now.
     pieces.retain(|track| {
@@ -113,7 +114,7 @@ pub fn import(recording: &Recording, name: &str, options: &Options) -> Result<Im
     let lost = report.dropped.iter().filter_map(|d| d.speed);
     report.measured_speed = median_of(lost.chain(item_speeds()));
     if found.is_empty() {
-        return Err(nothing_remains(&report, first_line, options));
+        return Err(nothing_remains(&report, first_line, way, options));
     }
     let riding = objects.iter().zip(&rides).filter(|(_, rides)| **rides);
     report.motion = measure(riding.map(|(object, _)| &object.track), options);
@@ -215,10 +216,16 @@ fn contradictions(report: &Report, items: &[Item], options: &Options) -> Result<
         .as_ref()
         .is_some_and(|m| looks_like_corners(m, options));
     if odd as f64 > WRONG_ITEMS * items.len() as f64 || (speed / belt - 1.0).abs() > WRONG_SHARE {
+        let share = match odd {
+            0 => String::new(),
+            _ => format!(
+                "{odd} of {} are more than 25 % off the belt's speed; ",
+                count(items.len(), "item")
+            ),
+        };
         problems.push(format!(
-            "{odd} of {} are more than 25 % off the belt's speed: they move at {speed:.4} m/s \
-             (median), the belt's was given as {belt} m/s",
-            count(items.len(), "item")
+            "{share}the items move at {speed:.4} m/s (median), the belt's speed was given as \
+             {belt} m/s"
         ));
         if !corners {
             cures.push(agreeing(speed, options));
@@ -312,7 +319,12 @@ fn bent(motion: &Motion) -> String {
     )
 }
 
-fn nothing_remains(report: &Report, first_line: Option<usize>, options: &Options) -> Error {
+fn nothing_remains(
+    report: &Report,
+    first_line: Option<usize>,
+    way: Option<(f64, f64)>,
+    options: &Options,
+) -> Error {
     let groups = report.dropped_by_reason();
     let each = |(reason, names): &(&str, Vec<&str>)| format!("{} {reason}", names.len());
     let reasons: Vec<String> = groups.iter().map(each).collect();
@@ -322,7 +334,17 @@ fn nothing_remains(report: &Report, first_line: Option<usize>, options: &Options
         report.measured_speed.unwrap_or_default(),
         options.belt_speed
     );
+    let aside = way.filter(|(along, across)| across.abs() > 2.0 * along.abs());
     let cure = match most.map_or("", |(reason, _)| reason) {
+        STILL | BACKWARDS if aside.is_some() => {
+            let across = aside.map_or(0.0, |(_, across)| across);
+            let axis = match options.axis {
+                Axis::X => "y",
+                Axis::Y => "x",
+            };
+            let reverse = if across < 0.0 { " --reverse" } else { "" };
+            format!("give --axis {axis}{reverse}, which is how the tracks travel: {speeds}")
+        }
         BACKWARDS => format!("turn --reverse over, or check --axis: {speeds}"),
         STILL => format!("check --scale, --fps, --belt-speed and --axis: {speeds}"),
         reason if reason.starts_with("fewer") => {

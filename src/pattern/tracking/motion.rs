@@ -70,6 +70,16 @@ fn velocity(track: &Track) -> Option<Velocity> {
     })
 }
 
+/// The median velocity of all tracks that move at all [px a frame], along and across; none
+/// where hardly one is long enough.
+pub(super) fn way(tracks: &[Track]) -> Option<(f64, f64)> {
+    let velocities: Vec<Velocity> = tracks.iter().filter_map(velocity).collect();
+    Some((
+        median_of(velocities.iter().map(|v| v.along))?,
+        median_of(velocities.iter().map(|v| v.across))?,
+    ))
+}
+
 /// Median, and the standard error of it.
 fn centre(values: &[f64]) -> Option<(f64, f64)> {
     let middle = median_of(values.iter().copied())?;
