@@ -28,7 +28,8 @@ for station in paper paper-narrow; do
             --out "$out/compare/$station-$cases" > "$out/compare/$station-$cases/table.txt"
     done
     mkdir -p "$out/lookahead/$station"
-    "$PICKLINE" compare --quiet --force --cases all --strategy lookahead "${train[@]}" \
+    "$PICKLINE" compare --quiet --force --cases all --strategy lookahead \
+        --train-patterns balanced "${train[@]}" \
         --svg "$out/lookahead/$station/rate.svg" \
         --out "$out/lookahead/$station" > "$out/lookahead/$station/table.txt"
     mkdir -p "$out/sweep/$station"

@@ -4,6 +4,7 @@ use crate::decision::Strategy;
 use crate::dispatch::{Rule, RuleAssignment, RuleStrategy};
 use crate::error::{Error, Result, known_names, shown};
 use crate::planning::{Allowance, KEYS, Lookahead, Options};
+use crate::policy::Trained;
 #[cfg(feature = "onnx")]
 use crate::policy::{Policy, PolicyStrategy};
 use std::fmt;
@@ -121,9 +122,13 @@ fn read_policy(file: Option<&str>) -> Result<(Blueprint, Option<String>)> {
         Some(file) => (Policy::load(Path::new(file))?, format!("{POLICY}:{file}")),
     };
     let (written, remark) = (name.clone(), policy.remark().map(str::to_owned));
-    let blueprint = Blueprint::new(name, move || {
-        Box::new(PolicyStrategy::new(written.clone(), &policy))
-    });
+    let trained = Trained::read(policy.metadata());
+    let blueprint = Blueprint {
+        trained: trained.map(Arc::new),
+        ..Blueprint::new(name, move || {
+            Box::new(PolicyStrategy::new(written.clone(), &policy))
+        })
+    };
     Ok((blueprint, remark))
 }
 
@@ -153,6 +158,7 @@ pub struct Setup<'a> {
 pub struct Blueprint {
     name: String,
     make: Arc<dyn Fn() -> Box<dyn Strategy> + Send + Sync>,
+    trained: Option<Arc<Trained>>,
 }
 
 impl Blueprint {
@@ -160,12 +166,18 @@ impl Blueprint {
         Self {
             name,
             make: Arc::new(make),
+            trained: None,
         }
     }
 
     /// How the strategy is written on the command line.
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// What it was trained on, if it is a policy that says so.
+    pub fn trained(&self) -> Option<&Trained> {
+        self.trained.as_deref()
     }
 
     /// The strategy at the start of a run.

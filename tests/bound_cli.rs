@@ -207,3 +207,38 @@ fn optimize_certifies_the_winner_on_fresh_patterns() {
     let slow = &run(&["--objective", "max-speed", "--speed-step", "0.002"])["validation"]["bound"];
     assert!(slow["certified_percent"].as_f64().unwrap() > certified);
 }
+
+/// What a long pattern's certificate proves is near what `pickline bound` does, not the
+/// number of items in reach.
+#[test]
+fn a_long_pattern_is_worth_time_in_proportion() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (station, pattern) = (file("delta.toml"), file("p.csv"));
+    let line = "[belt]\nspeed = 0.3\nwidth = 0.6\n[line]\nrobots = 4\nfirst_base_x = 1.0\n\
+                spacing = 1.3\nbase_offset = 0.1\nbin_offset = 0.1\ntail = 0.5\nreach = 0.75\n\
+                speed = 3.0\ngrasp_time = 0.08\nrelease_time = 0.08\n";
+    std::fs::write(&station, line).unwrap();
+    let generate = "pattern generate poisson --radius 0.05 --count 1200 --width 0.6";
+    let mut generate: Vec<&str> = generate.split(' ').collect();
+    generate.extend(["-o", &pattern]);
+    text(&generate);
+    let on = [
+        "--station",
+        &station,
+        "--pattern",
+        &pattern,
+        "-q",
+        "--format",
+        "json",
+    ];
+    let read = |verb: &[&str]| -> serde_json::Value {
+        serde_json::from_str(&text(&[verb, &on[..]].concat())).unwrap()
+    };
+    let run = read(&["simulate", "--strategy", "SPT,SPT,SPT,SPT"]);
+    let quick = run["bound"]["picks_upper_bound"].as_f64().unwrap();
+    let bound = read(&["bound", "--iterations", "100"]);
+    let bound = bound["picks_upper_bound"].as_f64().unwrap();
+    assert!(quick <= 1.1 * bound, "{quick} against {bound}");
+    assert!(run["bound"].get("cut_short").is_none());
+}

@@ -112,6 +112,7 @@ fn files_and_formats_agree_and_do_not_depend_on_threads() {
                 "compare",
                 "-q",
                 "--no-policy",
+                "--paper",
                 "--replicates",
                 "5",
                 "--strategy",

@@ -7,7 +7,7 @@ use pickline::optimize::game::{Game, LineGame, Payoff, PayoffKind, Player, equil
 use pickline::optimize::{Environment, Silent};
 use pickline::pattern::Pattern;
 use pickline::report::nfg_text;
-use pickline::sim::{AssignmentTree, Cascade, Scene, simulate_rules};
+use pickline::sim::{AssignmentTree, Cascade, Conditions, Scene, simulate_rules};
 use pickline::station::{Station, built_in};
 use proptest::prelude::*;
 use serde_json::{Value, json};
@@ -95,7 +95,16 @@ fn payoffs_are_mean_rates() {
         stop: &stop,
         progress: &Silent,
     };
-    let play = |kind| LineGame::new(&station, &patterns, kind, 0.0, &environment).unwrap();
+    let play = |kind| {
+        LineGame::new(
+            &station,
+            &patterns,
+            kind,
+            &Conditions::default(),
+            &environment,
+        )
+        .unwrap()
+    };
     let (own, total) = (play(PayoffKind::Own), play(PayoffKind::Total));
     assert_eq!(own.patterns, 3);
     assert_eq!(own.runs(), 3 * 36);

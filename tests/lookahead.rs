@@ -221,28 +221,23 @@ fn results_do_not_depend_on_threads() {
     assert_eq!(compare("1"), compare("2"));
 }
 
-/// On a long line nearly all assignments are tied. What takes its time is told, with the
-/// flag that cuts it, and the look-ahead does not search for what does not matter there.
+/// On a long line nearly all assignments are tied. Its searches have a budget, and the
+/// look-ahead does not search for what does not matter there.
 #[test]
-fn a_long_line_says_what_is_slow_and_what_cuts_it() {
-    let told = |arguments: &[&str]| -> String {
+fn a_long_line_has_a_budget() {
+    let told = |arguments: &[&str]| -> (String, String) {
         let output = pickline(&[arguments, &["--robots", "7", "--no-bound"]].concat());
         let told = String::from_utf8(output.stderr).unwrap();
         assert!(output.status.success(), "{arguments:?}: {told}");
-        told
+        (told, String::from_utf8(output.stdout).unwrap())
     };
-    let words = "on a line of 7 robots may take minutes";
     let small = ["--patterns", "grid:0.3", "--items", "10", "--validate", "0"];
-    let optimize = told(&[&["optimize"], &small[..]].concat());
-    assert!(optimize.contains(words), "{optimize}");
-    assert!(optimize.contains("--validate 0 and --no-bound cut it"));
-    let compare = ["compare", "--no-greedy", "--no-policy", "--replicates", "1"];
-    let robust = ["--robust", "SPT,SPT,SPT,SPT,SPT,SPT,FIFO"];
-    assert!(!told(&[&compare[..], &robust].concat()).contains("minutes"));
-    let compare = told(&[&compare[..], &["--train-items", "5"]].concat());
+    let (_, table) = told(&[&["optimize"], &small[..]].concat());
     assert!(
-        compare.contains(words) && compare.contains("--robust R1,R2"),
-        "{compare}"
+        table.contains("runs of at most 5142857 (--max-runs)"),
+        "{table}"
     );
-    assert!(!told(&["simulate", "--strategy", "lookahead"]).contains("minutes"));
+    let compare = ["compare", "--no-greedy", "--no-policy", "--replicates", "1"];
+    told(&[&compare[..], &["--train-items", "5"]].concat());
+    told(&["simulate", "--strategy", "lookahead"]);
 }

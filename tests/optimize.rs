@@ -2,10 +2,11 @@
 
 use pickline::dispatch::RuleAssignment;
 use pickline::optimize::{
-    Environment, Evaluator, Grasp, Objective, Optimum, Progress, Risk, Search, SearchKind, Silent,
-    SpeedScan, StopReason, optimize,
+    Environment, Evaluator, Grasp, Limits, Objective, Optimum, Progress, Risk, Search, SearchKind,
+    Silent, SpeedScan, StopReason, optimize,
 };
 use pickline::pattern::{Item, Pattern, PatternSource, Recipe};
+use pickline::sim::Conditions;
 use pickline::station::{Station, built_in};
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
@@ -19,6 +20,7 @@ const SEARCH: Search = Search {
     },
     risk: Risk::Mean,
     scan: Some(SpeedScan { step: 0.001 }),
+    limits: Limits::NONE,
 };
 
 fn search(station: &Station, patterns: &[Pattern], objective: Objective, how: &Search) -> Optimum {
@@ -27,7 +29,7 @@ fn search(station: &Station, patterns: &[Pattern], objective: Objective, how: &S
         stop: &stop,
         progress: &Silent,
     };
-    let evaluator = Evaluator::new(station, patterns, objective, 0.0).unwrap();
+    let evaluator = Evaluator::new(station, patterns, objective, &Conditions::default()).unwrap();
     optimize(&evaluator, how, &environment).unwrap()
 }
 
@@ -142,7 +144,9 @@ fn grasp_finds_the_optimum_of_three_robots() {
 fn auto_enumerates_short_lines_and_searches_long_ones() {
     for (robots, kind) in [
         (1, SearchKind::Both),
-        (3, SearchKind::Both),
+        (2, SearchKind::Exhaustive),
+        (3, SearchKind::Exhaustive),
+        (4, SearchKind::Both),
         (7, SearchKind::Grasp),
     ] {
         let station = built_in("paper").unwrap().station(Some(robots)).unwrap();
@@ -240,7 +244,8 @@ impl Progress for Told {
 fn a_long_line_tells_how_far_a_start_is() {
     let station = built_in("paper").unwrap().station(Some(7)).unwrap();
     let patterns = &balanced(&station, 20, 1)[..3];
-    let evaluator = Evaluator::new(&station, patterns, Objective::PickingRate, 0.0).unwrap();
+    let plain = Conditions::default();
+    let evaluator = Evaluator::new(&station, patterns, Objective::PickingRate, &plain).unwrap();
     let stop = AtomicBool::new(false);
     let told = Told::default();
     let environment = Environment {

@@ -67,7 +67,9 @@ fn speed_limits_are_those_of_a_brute_force_scan() {
             limit < values[values.len() - 1],
             "the scan must end with a miss"
         );
-        let (searched, _) = scan.limits(&station, pattern, &tree, 0.0).unwrap();
+        let (searched, _) = scan
+            .limits(&station, pattern, &tree, &Conditions::default())
+            .unwrap();
         assert_eq!(searched, [limit]);
         assert_eq!(of_sweep, limit);
         not_monotone += usize::from(complete[held..].iter().any(|c| *c));

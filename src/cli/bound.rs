@@ -4,14 +4,14 @@ use super::args::{BoundArgs, ObjectiveArg};
 use super::outputs::Outputs;
 use super::progress::Bar;
 use super::session::Session;
-use super::settings::{json, load_pattern};
+use super::settings::{NOTHING_FAILS, json, load_pattern};
 use crate::checker;
 use crate::error::{Error, Result};
 use crate::optimize::Progress as _;
 use crate::planning::bound::{Bound, Objective, Options, upper_bound};
 use crate::plausible::SLOT;
 use crate::report::{BoundReport, Provenance};
-use crate::sim::Scene;
+use crate::sim::{Conditions, Scene};
 use std::path::Path;
 
 /// More steps than this are taken for a slip of the pen.
@@ -34,7 +34,9 @@ pub fn run(args: &BoundArgs, session: &Session) -> Result<()> {
     let pattern = args.pattern.as_deref().map(Path::new);
     let read = [args.station.file(), ("--pattern", pattern)];
     common.check_outputs("bound", &FILES, &read, &[])?;
+    let conditions = args.conditions.resolve(common)?;
     let station = args.station.load()?;
+    args.conditions.check_on(&args.station, &station)?;
     let (pattern, pattern_name) = load_pattern(args.pattern.as_deref(), station.belt().width)?;
     let named = args.pattern.as_deref().unwrap_or(&pattern_name);
     args.station.check_pattern(named, &pattern)?;
@@ -45,9 +47,11 @@ pub fn run(args: &BoundArgs, session: &Session) -> Result<()> {
             args.station.station
         ));
     }
-    let scene = Scene::new(&station, &pattern)
-        .map_err(|error| error.inside(args.pattern.as_deref().unwrap_or(&pattern_name)))?
-        .with_update_hz(common.update_hz)?;
+    let scene = Scene::under(&station, &pattern, conditions)
+        .map_err(|error| error.inside(args.pattern.as_deref().unwrap_or(&pattern_name)))?;
+    if conditions.disturbances.never_fails(pattern.items()) {
+        common.remark(NOTHING_FAILS);
+    }
     let picks = bound(args, session, &scene, Objective::Picks)?;
     let weight = match args.objective {
         ObjectiveArg::Picks => None,
@@ -64,14 +68,33 @@ pub fn run(args: &BoundArgs, session: &Session) -> Result<()> {
         &station,
         &pattern_name,
         common.seed,
-    );
-    let report = BoundReport::new(&pattern, &picks, weight.as_ref(), made);
+    )
+    .under(&conditions);
+    let mut report = BoundReport::new(&pattern, &picks, weight.as_ref(), made);
+    report.notes = notes(&conditions);
     let mut outputs = Outputs::default();
     let whole = json(&report)?;
     outputs.add_out(common, FILES[0], || whole);
     outputs.add_out(common, FILES[1], || report.prices_csv());
     let text = common.render(|| report.to_table(), || report.to_csv(), &report)?;
     outputs.deliver(session, &text)
+}
+
+/// What a reader of the bound under `conditions` should know.
+fn notes(conditions: &Conditions) -> Vec<String> {
+    if !conditions.disturbances.any() {
+        return Vec::new();
+    }
+    let camera = match conditions.camera_x {
+        Some(_) if conditions.disturbances.position_noise > 0.0 => {
+            ", and whatever the camera has reported when"
+        }
+        _ => "",
+    };
+    vec![format!(
+        "proven for any luck: what goes wrong only costs time, so this is the bound of the line \
+         where nothing does{camera}; there is no schedule to hold against it"
+    )]
 }
 
 fn bound(
@@ -84,6 +107,8 @@ fn bound(
         objective,
         slot_s: args.slot,
         iterations: args.iterations,
+        // One of the undisturbed line may fail, and is then no schedule.
+        schedule: !scene.conditions().disturbances.any(),
         ..Options::default()
     };
     let bar = Bar::new(args.common.quiet);

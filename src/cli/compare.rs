@@ -6,7 +6,7 @@ use super::pictures;
 use super::progress::Bar;
 use super::session::Session;
 use super::settings::{condition_notes, json, parse_strategy};
-use super::training::{Line, full_name};
+use super::training::{Judged, Line, distance, full_name};
 use crate::error::{Error, Result, known_names, shown};
 use crate::experiment::{Case, Draws, Method, add_bounds, compare, load_cases};
 use crate::files;
@@ -39,7 +39,8 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
             format!("give 1 to {MOST_REPLICATES}"),
         ));
     }
-    let station = args.station.load()?;
+    let remark = |text: &str| args.common.remark(text);
+    let (station, saved) = args.station.load_with_strategy(&remark)?;
     let robots = station.robots().len();
     let cases = load_cases(&args.cases)?;
     args.conditions.check_on(&args.station, &station)?;
@@ -67,10 +68,24 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
         _ => args.cases.clone(),
     };
     let mut texts = args.strategy.clone();
-    // The paper's third column, unless another policy takes its place.
+    let mut first_notes = Vec::new();
+    if let Some(saved) = saved.filter(|saved| !texts.contains(saved)) {
+        first_notes.push(format!("{saved} is the strategy of the station file"));
+        texts.insert(0, saved);
+    }
+    // The paper's third column, unless another policy takes its place or the line is far from
+    // all that it was trained on.
     let has_policy = texts.iter().any(|text| strategies::is_policy(text));
     if strategies::HAS_POLICY && !args.no_policy && !has_policy {
-        texts.insert(0, strategies::POLICY.into());
+        let policy = strategies::parse(strategies::POLICY)?.alone(robots)?;
+        match distance(&policy, &station).filter(|distance| distance.far) {
+            Some(distance) => first_notes.push(format!(
+                "the policy that ships is left out: {}; --strategy {} has it run all the same",
+                distance.text,
+                strategies::POLICY
+            )),
+            None => texts.insert(0, strategies::POLICY.into()),
+        }
     }
     let strategies: Vec<Parsed> = texts
         .iter()
@@ -99,9 +114,15 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
     // The training set has the master seed, the tables those after it.
     let first_seed = args.common.seed.wrapping_add(1);
     let report = args.common.on_threads(|| {
-        let line = Line::new(&args.common, &station, &environment);
-        let robust = line.robust(&args.training)?;
+        let line = Line::new(&args.common, &station, &environment).under(&conditions);
+        let robust = line.robust(&args.training, || {
+            if args.paper {
+                return Ok(Judged::AsInThePaper);
+            }
+            line.like_cases(&cases, &args.training)
+        })?;
         let mut notes = vec![robust.note];
+        notes.extend(first_notes.iter().cloned());
         let mut methods = vec![Method::Robust(robust.rules)];
         if !args.no_greedy {
             methods.push(Method::greedy(robots)?);
@@ -109,6 +130,7 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
         for strategy in &strategies {
             let blueprint = line.put(strategy, &robust.best_few, Allowance::default())?;
             notes.extend(full_name(&blueprint));
+            notes.extend(distance(&blueprint, &station).map(|distance| distance.text));
             methods.push(Method::Strategy(blueprint));
         }
         // The first method is what the others are measured against.
@@ -147,7 +169,7 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
         .of_parts(done, comparison.planned, "cases")
         .of_parts(bounded, comparison.planned, "cases' bounds");
         let generated = cases.iter().all(Case::is_generated);
-        notes.extend(condition_notes(&conditions, &args.training, generated));
+        notes.extend(condition_notes(&conditions, generated));
         let paper_cases = matches!(args.cases.as_str(), "paper" | "all");
         let with_paper = args.paper && paper_cases;
         Ok(ComparisonReport::new(

@@ -11,6 +11,7 @@ use crate::optimize::Environment;
 use crate::optimize::game::{LineGame, PayoffKind, check_size};
 use crate::pattern::{PatternSource, Recipe};
 use crate::report::{GameReport, Provenance};
+use crate::sim::Conditions;
 use crate::station::Station;
 use std::path::Path;
 
@@ -20,7 +21,9 @@ const FILES: [&str; 3] = ["game.json", "payoffs.csv", "game.nfg"];
 pub fn run(args: &GameArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
     args.common.check()?;
+    let conditions = args.conditions.resolve(&args.common)?;
     let station = args.station.load()?;
+    args.conditions.check_on(&args.station, &station)?;
     check_size(&station)?;
     let (source, shape) = args.set.feed.source(&args.set.patterns)?;
     let nfg = [(
@@ -33,7 +36,7 @@ pub fn run(args: &GameArgs, session: &Session) -> Result<()> {
     args.common.check_outputs("game", &FILES, &read, &nfg)?;
     let seed = args.common.seed;
     let recipe = pattern_set::recipe(&args.set, seed, &source, shape, &station)?;
-    let solve = || report(args, session, &station, &source, &recipe);
+    let solve = || report(args, session, &station, &source, &recipe, &conditions);
     let report = args.common.on_threads(solve)?;
     let mut outputs = Outputs::default();
     let (common, whole) = (&args.common, json(&report)?);
@@ -57,6 +60,7 @@ fn report(
     station: &Station,
     source: &PatternSource,
     recipe: &Recipe,
+    conditions: &Conditions,
 ) -> Result<GameReport> {
     let payoff = match args.payoff {
         PayoffArg::Own => PayoffKind::Own,
@@ -64,6 +68,7 @@ fn report(
     };
     let set = pattern_set::build(source, recipe, station)?;
     args.station.check_set(&set)?;
+    let set = pattern_set::with_luck(set, source, conditions);
     args.common.remark(&format!(
         "solving the game of station {} ({} robots, belt at {} m/s), payoff {}\non {}",
         args.station.station,
@@ -77,9 +82,8 @@ fn report(
         stop: session.stop(),
         progress: &bar,
     };
-    let hz = args.common.update_hz;
-    let line = LineGame::new(station, &set.patterns, payoff, hz, &environment)?;
-    let mut notes = pattern_set::notes(&set, line.independent, line.patterns);
+    let line = LineGame::new(station, &set.patterns, payoff, conditions, &environment)?;
+    let mut notes = pattern_set::notes(&set, conditions, line.independent, line.patterns);
     if line.patterns < set.patterns.len() {
         notes.push(format!(
             "interrupted: the game is over {} of {} patterns",
@@ -93,7 +97,8 @@ fn report(
         station,
         &set.description,
         args.common.seed,
-    );
+    )
+    .under(conditions);
     Ok(GameReport::new(
         &line,
         payoff,

@@ -22,6 +22,7 @@ mod replay;
 #[cfg(feature = "ros2")]
 mod ros2;
 mod run;
+mod save;
 mod session;
 mod settings;
 mod simulate;

@@ -5,9 +5,9 @@ use super::outputs::Outputs;
 use super::pattern_set;
 use super::pictures;
 use super::progress::Bar;
+use super::save::Target;
 use super::session::Session;
-use super::settings::{json, parse_strategy};
-use super::training::slow;
+use super::settings::{json, other_luck, parse_strategy};
 use crate::error::Result;
 use crate::optimize::{
     Environment, Evaluator, Grasp, Objective, Optimum, Risk, Search, SearchKind, SpeedScan,
@@ -18,6 +18,7 @@ use crate::plausible::SPEED_STEP;
 use crate::report::{
     OPTIMUM_CHARTS, OptimumReport, Provenance, RivalsReport, ValidationReport, optimum_page,
 };
+use crate::sim::Conditions;
 use crate::station::Station;
 use crate::strategies::{Blueprint, policy_file};
 
@@ -28,6 +29,9 @@ pub fn run(args: &OptimizeArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
     args.common.check()?;
     let chart = pictures::checked(&args.pictures, OPTIMUM_CHARTS)?;
+    let save = args.save.as_ref();
+    let save = save.map(|file| Target::new(&args.station, file.as_deref()));
+    let save = save.transpose()?;
     let job = Job::new(args)?;
     let bar = Bar::new(args.common.quiet);
     let environment = Environment {
@@ -49,7 +53,18 @@ pub fn run(args: &OptimizeArgs, session: &Session) -> Result<()> {
         .pictures
         .draw(&mut outputs, chart, &report, &report.made, page);
     let text = common.render(|| report.to_table(top), || report.to_csv(), &report)?;
-    outputs.deliver(session, &text).and(drawn)
+    outputs.deliver(session, &text).and(drawn)?;
+    match save {
+        Some(_) if session.interrupted() => {
+            common.remark("nothing is saved, as the search was interrupted");
+        }
+        Some(target) => {
+            let strategy = format!("rules:{}", report.best.join(","));
+            common.remark(&target.write(&job.station, &strategy)?);
+        }
+        None => {}
+    }
+    Ok(())
 }
 
 /// The arguments resolved.
@@ -60,19 +75,25 @@ struct Job<'a> {
     recipe: Recipe,
     objective: Objective,
     search: Search,
+    conditions: Conditions,
     strategies: Vec<Blueprint>,
 }
 
 impl<'a> Job<'a> {
     fn new(args: &'a OptimizeArgs) -> Result<Self> {
+        let conditions = args.conditions.resolve(&args.common)?;
         let station = args.station.load()?;
+        args.conditions.check_on(&args.station, &station)?;
         let (source, shape) = args.set.feed.source(&args.set.patterns)?;
         let patterns = source.files()?;
         let mut read = vec![args.station.file()];
         read.extend(patterns.iter().map(|file| ("--patterns", Some(&**file))));
         read.extend(args.strategy.iter().map(|s| ("--strategy", policy_file(s))));
+        let saved = args.save.iter().flatten();
+        let saved = saved.map(|file| ("--save", Some(file.as_path())));
+        let written: Vec<_> = args.pictures.files().into_iter().chain(saved).collect();
         args.common
-            .check_outputs("optimize", &FILES, &read, &args.pictures.files())?;
+            .check_outputs("optimize", &FILES, &read, &written)?;
         let seed = args.common.seed;
         let recipe = pattern_set::recipe(&args.set, seed, &source, shape, &station)?;
         source.check_fresh(&recipe, args.validate)?;
@@ -101,7 +122,9 @@ impl<'a> Job<'a> {
                 grasp: grasp.checked()?,
                 risk: args.risk.parse::<Risk>()?,
                 scan: Some(scan),
+                limits: args.limits.resolve()?,
             },
+            conditions,
             strategies: strategies.collect::<Result<_>>()?,
             args,
             station,
@@ -114,6 +137,7 @@ impl<'a> Job<'a> {
         let args = self.args;
         let set = pattern_set::build(&self.source, &self.recipe, &self.station)?;
         args.station.check_set(&set)?;
+        let set = pattern_set::with_luck(set, &self.source, &self.conditions);
         args.common.remark(&format!(
             "optimizing {} for station {} ({} robots, belt at {} m/s)\non {}",
             self.objective.name(),
@@ -122,14 +146,11 @@ impl<'a> Job<'a> {
             self.station.belt().speed,
             set.description
         ));
-        let cure = "fewer patterns (--patterns balanced:20), --validate 0 and --no-bound cut it";
-        if let Some(text) = slow(&self.station, "the search", cure) {
-            args.common.remark(&text);
-        }
-        let evaluator = self.evaluator(&set)?;
+        let evaluator = self.evaluator(&set, &self.conditions)?;
         let optimum = optimize(&evaluator, &self.search, environment)?;
         let fresh = self.fresh(environment)?;
-        let on_fresh = fresh.as_ref().map(|fresh| self.evaluator(fresh));
+        let luck = other_luck(&self.conditions);
+        let on_fresh = fresh.as_ref().map(|fresh| self.evaluator(fresh, &luck));
         let on_fresh = on_fresh.transpose()?;
         let validation = match (&fresh, &on_fresh) {
             (Some(fresh), Some(on)) => self.validation(fresh, on, &optimum, environment)?,
@@ -156,7 +177,8 @@ impl<'a> Job<'a> {
             &self.station,
             &set.description,
             args.common.seed,
-        );
+        )
+        .under(&self.conditions);
         let mut report = OptimumReport::new(
             &optimum,
             &self.search,
@@ -184,13 +206,22 @@ impl<'a> Job<'a> {
             seed: self.recipe.seed.wrapping_add(1),
             ..self.recipe
         };
-        self.source.draw_fresh(&recipe, count)
+        let fresh = self.source.draw_fresh(&recipe, count)?;
+        if fresh.is_some() || !self.conditions.disturbances.any() {
+            return Ok(fresh);
+        }
+        // The same patterns with other luck are fresh as well.
+        let set = pattern_set::build(&self.source, &self.recipe, &self.station)?;
+        Ok(Some(pattern_set::with_draws(set, count)))
     }
 
     /// What judges assignments and strategies on `set`.
-    fn evaluator<'s>(&'s self, set: &'s PatternSet) -> Result<Evaluator<'s>> {
-        let hz = self.args.common.update_hz;
-        Evaluator::new(&self.station, &set.patterns, self.objective, hz)
+    fn evaluator<'s>(
+        &'s self,
+        set: &'s PatternSet,
+        conditions: &Conditions,
+    ) -> Result<Evaluator<'s>> {
+        Evaluator::new(&self.station, &set.patterns, self.objective, conditions)
     }
 
     /// The winner on `fresh` patterns, which `evaluator` judges on.
@@ -208,7 +239,7 @@ impl<'a> Job<'a> {
             &best.assignment,
             flow,
             self.search.risk,
-            self.args.common.update_hz,
+            &other_luck(&self.conditions),
             !self.args.no_bound,
             environment,
         )?;
@@ -238,7 +269,8 @@ impl<'a> Job<'a> {
 
     fn notes(&self, set: &PatternSet, evaluator: &Evaluator, optimum: &Optimum) -> Vec<String> {
         let count = evaluator.pattern_count();
-        let mut notes = pattern_set::notes(set, evaluator.independent_patterns(), count);
+        let independent = evaluator.independent_patterns();
+        let mut notes = pattern_set::notes(set, &self.conditions, independent, count);
         let best = optimum.ranking.best();
         if matches!(self.objective, Objective::MaxSpeed(_)) {
             notes.push(match chosen_flow(self.objective, best) {

@@ -1,8 +1,10 @@
 //! The set of patterns that a verb is judged on, for every verb that takes `--patterns`.
 
 use super::args::PatternSetArgs;
+use super::settings::NOTHING_FAILS;
 use crate::error::{Error, Result};
 use crate::pattern::{FeedShape, PatternSet, PatternSource, Recipe};
+use crate::sim::Conditions;
 use crate::station::Station;
 
 /// Items in a generated pattern, as in the balanced set of `docs/model.md`.
@@ -57,9 +59,52 @@ pub fn build(source: &PatternSource, recipe: &Recipe, station: &Station) -> Resu
     Ok(set)
 }
 
-/// What a reader of any result on `set` should know, `independent` being the number of
+/// Runs of every pattern where it is one of few and something can go wrong: enough for a
+/// mean over luck.
+const DRAWS: usize = 100;
+
+/// `set` as it is judged under `conditions`: where something can go wrong, patterns that are
+/// not drawn at random are run on as many draws of luck as make a hundred runs.
+pub fn with_luck(set: PatternSet, source: &PatternSource, conditions: &Conditions) -> PatternSet {
+    let fixed = match source {
+        PatternSource::Feed { feed, .. } => !feed.is_random(),
+        source => matches!(source, PatternSource::Grid(_) | PatternSource::Files(_)),
+    };
+    if !fixed || !conditions.disturbances.any() || set.patterns.len() >= DRAWS {
+        return set;
+    }
+    with_draws(set, DRAWS)
+}
+
+/// The patterns of `set` again and again, `count` in all or one of each.
+pub fn with_draws(set: PatternSet, count: usize) -> PatternSet {
+    let one_each = set.patterns.len();
+    let places = (0..count.max(one_each)).map(|place| (place % one_each, place / one_each + 1));
+    let (labels, patterns) = places
+        .map(|(of, draw)| {
+            let label = format!("{}, luck {draw}", set.labels[of]);
+            (label, set.patterns[of].clone())
+        })
+        .unzip();
+    PatternSet {
+        description: format!(
+            "{}, {} runs with luck of their own",
+            set.description,
+            count.max(one_each)
+        ),
+        labels,
+        patterns,
+    }
+}
+
+/// What a reader of any result on `set` under `conditions` should know, `independent` being the number of
 /// patterns on which the cascade served.
-pub fn notes(set: &PatternSet, independent: usize, patterns: usize) -> Vec<String> {
+pub fn notes(
+    set: &PatternSet,
+    conditions: &Conditions,
+    independent: usize,
+    patterns: usize,
+) -> Vec<String> {
     let mut notes = Vec::new();
     let mut rewards = set
         .patterns
@@ -75,7 +120,20 @@ pub fn notes(set: &PatternSet, independent: usize, patterns: usize) -> Vec<Strin
         );
     }
     let overlapping = patterns - independent;
-    if overlapping > 0 {
+    if conditions.disturbances.any() {
+        let items = set.patterns.iter();
+        if items
+            .clone()
+            .all(|p| conditions.disturbances.never_fails(p.items()))
+        {
+            notes.push(NOTHING_FAILS.to_owned());
+        }
+        notes.push(
+            "every assignment meets the same luck on a pattern; where something can go wrong \
+             the general event loop simulates, assignment by assignment"
+                .to_owned(),
+        );
+    } else if overlapping > 0 {
         notes.push(format!(
             "on {overlapping} of {patterns} patterns extended workspaces overlap; those were \
              simulated by the general event loop, assignment by assignment"

@@ -98,6 +98,37 @@ impl Progress for Bar {
     }
 }
 
+/// Progress of one part of a longer work, which the stages name.
+pub struct Part<'p> {
+    /// The progress of the whole.
+    pub whole: &'p dyn Progress,
+    /// What the part is called.
+    pub part: String,
+}
+
+impl Progress for Part<'_> {
+    fn begin(&self, stage: &str, total: u64, unit: &str) {
+        self.whole
+            .begin(&format!("{}: {stage}", self.part), total, unit);
+    }
+
+    fn advance(&self, steps: u64) {
+        self.whole.advance(steps);
+    }
+
+    fn doing(&self, text: &str) {
+        self.whole.doing(text);
+    }
+
+    fn incumbent(&self, text: &str) {
+        self.whole.incumbent(text);
+    }
+
+    fn end(&self) {
+        self.whole.end();
+    }
+}
+
 /// A number of steps per second: whole, unless it is so small that the digits behind the
 /// point tell something.
 fn rate_text(per_second: f64) -> String {

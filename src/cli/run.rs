@@ -7,8 +7,8 @@ use super::live::{PATIENCE, check_range, is_same_place, stop_flag};
 use super::node::Node;
 use super::progress::Bar;
 use super::session::Session;
-use super::settings::{json, parse_strategy};
-use super::training::{Line, budget};
+use super::settings::{default_strategy, json, parse_strategy};
+use super::training::{Line, budget, distance};
 use crate::error::{Error, Result, shown};
 use crate::live::protocol::schema;
 use crate::live::transport::Side;
@@ -17,7 +17,7 @@ use crate::optimize::Environment;
 use crate::planning::{Allowance, Budget};
 use crate::plausible::{DECISION_TIME, TIMEOUT, TOLERANCE};
 use crate::station::Station;
-use crate::strategies::{self, Blueprint};
+use crate::strategies::Blueprint;
 use std::cell::OnceCell;
 use std::time::Instant;
 
@@ -50,10 +50,11 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
     check_addresses(args)?;
     kept::check(args)?;
     let allowance = allowance(args.budget_ms, args.transport.clock())?;
-    let station = args.station.load()?;
-    let text = match &args.strategy {
-        Some(text) => text.clone(),
-        None => strategies::default_strategy(station.robots().len()),
+    let remark = |text: &str| args.transport.remark(text);
+    let (station, saved) = args.station.load_with_strategy(&remark)?;
+    let (text, from) = match &args.strategy {
+        Some(text) => (text.clone(), ""),
+        None => default_strategy(saved, station.robots().len()),
     };
     let quiet = args.transport.quiet;
     let strategy = blueprint(&text, args.seed, quiet, &station, session, allowance)?;
@@ -65,9 +66,12 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
         status_every: args.status_every,
         ..Config::default()
     };
+    if let Some(distance) = distance(&strategy, &station) {
+        remark(&distance.text);
+    }
     let made = strategy.make();
     args.transport.remark(&format!(
-        "running {}, station {}",
+        "running {}{from}, station {}",
         made.name(),
         args.station.station
     ));

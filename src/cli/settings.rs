@@ -1,12 +1,13 @@
 //! Arguments resolved to what the library works with.
 
 use super::args::{
-    AttributeArgs, Common, ConditionArgs, FeedArgs, Format, StationChoice, TrainingArgs,
+    AttributeArgs, Common, ConditionArgs, FeedArgs, Format, LimitArgs, StationChoice,
 };
 use super::session::tell;
 use super::warnings::warn;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, shown, shown_number};
 use crate::files;
+use crate::optimize::{Limits, MostRuns};
 use crate::pattern::{
     self, Attributes, Distribution, Feed, FeedShape, Pattern, PatternSource, grid,
 };
@@ -17,6 +18,7 @@ use crate::strategies::{self, Parsed};
 use serde::Serialize;
 use std::io::Read as _;
 use std::path::Path;
+use std::time::{Duration, Instant};
 
 impl StationChoice {
     /// Where the station comes from, as a file.
@@ -34,16 +36,51 @@ impl StationChoice {
         )
     }
 
+    /// What the flags change.
+    pub fn overrides(&self) -> Overrides {
+        Overrides {
+            robots: self.robots,
+            belt_speed: self.belt_speed,
+        }
+    }
+
     /// The station, of which nothing is said.
     ///
     /// # Errors
-    /// As for [`station::load`].
+    /// As for [`StationChoice::resolve_with_strategy`].
     pub fn resolve(&self) -> Result<Station> {
-        let overrides = Overrides {
-            robots: self.robots,
-            belt_speed: self.belt_speed,
+        self.resolve_with_strategy(&|_| ())
+            .map(|(station, _)| station)
+    }
+
+    /// The station and the strategy that its file names. One for another number of robots
+    /// than `--robots` asks for is none, which `remark` is told.
+    ///
+    /// # Errors
+    /// As for [`station::load`], a strategy that is none or that does not fit the file's own
+    /// robots.
+    pub fn resolve_with_strategy(
+        &self,
+        remark: &dyn Fn(&str),
+    ) -> Result<(Station, Option<String>)> {
+        let (station, saved) = station::load_with_strategy(&self.station, self.overrides())?;
+        let Some(saved) = saved else {
+            return Ok((station, None));
         };
-        station::load(&self.station, overrides)
+        let robots = station.robots().len();
+        let parsed = strategies::parse(&saved.text).map_err(|e| e.at(&saved.place))?;
+        match parsed.alone(robots) {
+            Ok(_) => Ok((station, Some(saved.text))),
+            Err(_) if self.robots.is_some() => {
+                remark(&format!(
+                    "{}: {} is not used, as it does not fit --robots {robots}",
+                    saved.place,
+                    shown(&saved.text)
+                ));
+                Ok((station, None))
+            }
+            Err(error) => Err(error.at(&saved.place)),
+        }
     }
 }
 
@@ -128,12 +165,24 @@ impl ConditionArgs {
     /// # Errors
     /// Values that are none.
     pub fn resolve(&self, common: &Common) -> Result<Conditions> {
+        if let Some(given) = &self.grasp_failures {
+            let number = if given.is_empty() { "" } else { " " };
+            return Err(Error::input(
+                "--grasp-failures",
+                "is now called --grasp-success: its number is the probability that a grasp \
+                 succeeds",
+                format!(
+                    "write --grasp-success{number}{} if that is what the number means",
+                    shown(given)
+                ),
+            ));
+        }
         let conditions = Conditions {
             update_hz: common.update_hz,
             camera_x: self.camera_x,
             disturbances: Disturbances {
-                grasp_failures: self.grasp_failures.is_some(),
-                default_p_grasp: self.grasp_failures.unwrap_or(1.0),
+                grasp_failures: self.grasp_success.is_some(),
+                default_p_grasp: self.grasp_success.unwrap_or(1.0),
                 position_noise: self.position_noise,
                 seed: common.seed,
             },
@@ -250,31 +299,71 @@ pub fn load_pattern(file: Option<&str>, width: f64) -> Result<(Pattern, String)>
     }
 }
 
+/// The strategy to run where `--strategy` is not given, and words for where it is from: the
+/// station file's own, else the paper's.
+pub fn default_strategy(saved: Option<String>, robots: usize) -> (String, &'static str) {
+    match saved {
+        Some(text) => (text, ", the strategy of the station file"),
+        None => (strategies::default_strategy(robots), ""),
+    }
+}
+
 /// Spacing [m] and number of items of the pattern that stands in where none is given.
 pub const DEFAULT_GRID: (f64, usize) = (0.15, 50);
 
-/// What is told where `--grasp-failures` makes no difference.
+/// What is told where `--grasp-success` makes no difference.
 pub const NOTHING_FAILS: &str = "no item has a p_grasp below 1, so no grasp fails; give \
-     --grasp-failures P for items without one";
+     --grasp-success P for items without one";
+
+/// What turns the seed of one kind of luck into that of another, far from the seeds of
+/// sets of patterns that follow each other.
+const OTHER_LUCK: u64 = 1 << 32;
+
+/// The conditions with luck that a set judged under `conditions` never meets: for training
+/// and for fresh patterns.
+pub fn other_luck(conditions: &Conditions) -> Conditions {
+    let seed = conditions.disturbances.seed;
+    conditions.with_seed(seed.wrapping_add(OTHER_LUCK))
+}
+
+impl LimitArgs {
+    /// The limits of a search.
+    ///
+    /// # Errors
+    /// A time that is none.
+    pub fn resolve(&self) -> Result<Limits> {
+        let seconds = |limit: f64| {
+            let time = Duration::try_from_secs_f64(limit).ok();
+            let time = time.filter(|time| !time.is_zero() && limit <= LONGEST);
+            time.ok_or_else(|| {
+                Error::input(
+                    "--time-limit",
+                    format!("{} is not a time for a search", shown_number(limit)),
+                    format!("give seconds, above 0 and up to {LONGEST:e}"),
+                )
+            })
+        };
+        let time = self.time_limit.map(seconds).transpose()?;
+        Ok(Limits {
+            runs: match self.max_runs {
+                None => MostRuns::Usual,
+                Some(0) => MostRuns::Any,
+                Some(runs) => MostRuns::Of(runs),
+            },
+            until: time.map(|time| Instant::now() + time),
+        })
+    }
+}
+
+/// Longer times than this [s] are taken for a slip of the pen.
+const LONGEST: f64 = 1e7;
 
 /// What a reader of a comparison under `conditions` should know. `generated` says that no
 /// pattern comes from a file.
-pub fn condition_notes(
-    conditions: &Conditions,
-    training: &TrainingArgs,
-    generated: bool,
-) -> Vec<String> {
-    let mut notes = Vec::new();
-    let Conditions {
-        camera_x,
-        disturbances,
-        ..
-    } = conditions;
-    if training.robust.is_none() && (camera_x.is_some() || disturbances.any()) {
-        notes.push("robust GT was found with every item known and nothing going wrong".to_owned());
-    }
-    if generated && disturbances.never_fails(&[]) {
-        notes.push(NOTHING_FAILS.to_owned());
-    }
-    notes
+pub fn condition_notes(conditions: &Conditions, generated: bool) -> Vec<String> {
+    let nothing = generated && conditions.disturbances.never_fails(&[]);
+    nothing
+        .then(|| NOTHING_FAILS.to_owned())
+        .into_iter()
+        .collect()
 }

@@ -4,8 +4,8 @@ use super::args::SimulateArgs;
 use super::outputs::Outputs;
 use super::progress::Bar;
 use super::session::Session;
-use super::settings::{NOTHING_FAILS, json, load_pattern, parse_strategy};
-use super::training::{Line, budget};
+use super::settings::{NOTHING_FAILS, default_strategy, json, load_pattern, parse_strategy};
+use super::training::{Line, budget, distance};
 use crate::decision::Observer;
 use crate::error::Result;
 use crate::optimize::{Environment, bound_beside};
@@ -15,7 +15,7 @@ use crate::report::{
     CertifiedReport, ClearanceReport, Provenance, RunReport, check_replay, replay_page,
 };
 use crate::sim::{Scene, Trace, simulate_observed};
-use crate::strategies::{self, policy_file};
+use crate::strategies::policy_file;
 use crate::{checker, clearance};
 use std::cell::OnceCell;
 use std::path::Path;
@@ -41,7 +41,9 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
         asked: budget(args.budget_ms)?,
         ..Allowance::default()
     };
-    let station = args.station.load()?;
+    let (station, saved) = args
+        .station
+        .load_with_strategy(&|text| common.remark(text))?;
     let robots = station.robots().len();
     let (pattern, pattern_name) = load_pattern(args.pattern.as_deref(), station.belt().width)?;
     args.conditions.check_on(&args.station, &station)?;
@@ -52,9 +54,9 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
     if args.html.is_some() {
         check_replay(&pattern)?;
     }
-    let text = match &args.strategy {
-        Some(text) => text.clone(),
-        None => strategies::default_strategy(robots),
+    let (text, from) = match &args.strategy {
+        Some(text) => (text.clone(), ""),
+        None => default_strategy(saved, robots),
     };
     let bar = Bar::new(common.quiet);
     let environment = Environment {
@@ -64,10 +66,14 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
     let line = Line::new(common, &station, &environment);
     let strategy = parse_strategy(&text, common.quiet)?;
     let put = || line.put(&strategy, &OnceCell::new(), allowance);
-    let mut strategy = common.on_threads(put)?.make();
+    let blueprint = common.on_threads(put)?;
+    if let Some(distance) = distance(&blueprint, &station) {
+        common.remark(&distance.text);
+    }
+    let mut strategy = blueprint.make();
     if args.pattern.is_none() || args.strategy.is_none() {
         common.remark(&format!(
-            "simulating {} on {pattern_name}, station {}",
+            "simulating {}{from} on {pattern_name}, station {}",
             strategy.name(),
             args.station.station
         ));

@@ -2,7 +2,7 @@
 
 use super::args::{StationChoice, StationCommand};
 use super::outputs::{self, Outputs};
-use super::session::Session;
+use super::session::{Session, tell};
 use super::settings::load_pattern;
 use crate::clearance;
 use crate::error::{Error, Result};
@@ -11,7 +11,7 @@ use crate::kinematics;
 use crate::pattern::{Pattern, poisson_disk, random_stream};
 use crate::report::{Table, arms_apart, fixed, station_hash, station_picture, with_origin};
 use crate::sim::Conditions;
-use crate::station::{Robot, Station, commented_example, to_toml};
+use crate::station::{Overrides, Robot, Station, commented_example, edited, to_toml};
 use std::path::Path;
 
 pub fn run(command: StationCommand, session: &Session) -> Result<()> {
@@ -47,7 +47,7 @@ fn show(
     camera: Option<f64>,
     session: &Session,
 ) -> Result<()> {
-    let station = choice.load()?;
+    let (station, strategy) = choice.load_with_strategy(&tell)?;
     let mut outputs = Outputs::default();
     if svg.is_some() {
         let pattern = match pattern {
@@ -62,7 +62,11 @@ fn show(
         let picture = station_picture(&station, &pattern, camera);
         outputs.add(svg, || with_origin(&picture, &session.command()));
     }
-    outputs.deliver(session, &to_toml(&station))
+    let mut text = to_toml(&station);
+    if let Some(strategy) = strategy {
+        text = edited(&text, &choice.station, &strategy, Overrides::default())?;
+    }
+    outputs.deliver(session, &text)
 }
 
 /// A place for a camera, in the range that conditions allow.

@@ -2,10 +2,10 @@
 
 use super::args::SweepArgs;
 use super::outputs::Outputs;
-use super::progress::Bar;
+use super::progress::{Bar, Part};
 use super::session::Session;
 use super::settings::{DEFAULT_GRID, condition_notes, json, parse_strategy};
-use super::training::{Line, Robust};
+use super::training::{Judged, Line, Robust, distance};
 use super::warnings::warn;
 use super::{pictures, sweep_values};
 use crate::error::{Error, Result};
@@ -14,6 +14,7 @@ use crate::optimize::Environment;
 use crate::pattern::{PatternSource, Recipe};
 use crate::planning::Allowance;
 use crate::report::{Provenance, SWEEP_CHARTS, SweepReport, sweep_page};
+use crate::sim::Conditions;
 use crate::station::Station;
 use crate::strategies::{Parsed, policy_file};
 
@@ -26,10 +27,25 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
     let chart = pictures::checked(&args.pictures, SWEEP_CHARTS)?;
     let conditions = args.conditions.resolve(&args.common)?;
     let axis = Axis::named(&args.sweep)?;
-    let station = args.station.load()?;
+    let remark = |text: &str| args.common.remark(text);
+    let (station, saved) = args.station.load_with_strategy(&remark)?;
     let lines = sweep_values::lines(args, axis, &station)?;
+    let mut texts = args.strategy.clone();
+    let mut first_notes = Vec::new();
+    match saved.filter(|saved| !texts.contains(saved)) {
+        Some(saved) if axis == Axis::Robots => {
+            remark(&format!(
+                "{saved}, the strategy of the station file, is for one number of robots and not swept"
+            ));
+        }
+        Some(saved) => {
+            first_notes.push(format!("{saved} is the strategy of the station file"));
+            texts.insert(0, saved);
+        }
+        None => {}
+    }
     let parse = |text: &String| parse_strategy(text, args.common.quiet);
-    let strategies = args.strategy.iter().map(parse);
+    let strategies = texts.iter().map(parse);
     let strategies: Vec<Parsed> = strategies.collect::<Result<_>>()?;
     for strategy in &strategies {
         for (_, line) in &lines {
@@ -47,7 +63,7 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
     let patterns = source.files()?;
     let mut read = vec![args.station.file()];
     read.extend(patterns.iter().map(|file| ("--patterns", Some(&**file))));
-    read.extend(args.strategy.iter().map(|s| ("--strategy", policy_file(s))));
+    read.extend(texts.iter().map(|s| ("--strategy", policy_file(s))));
     args.common
         .check_outputs("sweep", &FILES, &read, &args.pictures.files())?;
     let mut recipe = Recipe {
@@ -90,16 +106,32 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
         stop: session.stop(),
         progress: &bar,
     };
+    let papers_case = axis == Axis::Speed
+        && source == PatternSource::Grid(DEFAULT_GRID.0)
+        && recipe.items == DEFAULT_GRID.1
+        && station.robots().len() == 2;
     let report = args.common.on_threads(|| {
-        let luck = conditions.with_seed(recipe.seed);
-        let trained = |lines| settings(args, &strategies, axis, &station, lines, &environment);
-        let settings = match axis {
-            Axis::Speed => {
-                let own = trained(vec![(station.belt().speed, station.clone())])?;
-                sweep_values::speeds(args, &own[0], &set.patterns, &luck, &environment)?
-            }
-            _ => trained(lines)?,
+        let training = Training {
+            args,
+            strategies: &strategies,
+            source: &source,
+            recipe: &recipe,
+            conditions: &conditions,
+            papers_case: papers_case && conditions.describe().is_empty(),
+            environment: &environment,
         };
+        let luck = conditions.with_seed(recipe.seed);
+        let (settings, trained) = match axis {
+            Axis::Speed => {
+                let own = vec![(station.belt().speed, station.clone())];
+                let (own, trained) = training.settings(axis, own)?;
+                let patterns = &set.patterns;
+                let settings = sweep_values::speeds(args, &own[0], patterns, &luck, &environment)?;
+                (settings, trained)
+            }
+            _ => training.settings(axis, lines)?,
+        };
+        let distances = distances(&settings);
         let result = sweep(
             &settings,
             &set.patterns,
@@ -112,10 +144,6 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
             .iter()
             .map(|m| m.id().to_owned())
             .collect();
-        let papers_case = axis == Axis::Speed
-            && source == PatternSource::Grid(DEFAULT_GRID.0)
-            && recipe.items == DEFAULT_GRID.1
-            && station.robots().len() == 2;
         let made = Provenance::new(
             &session.command(),
             &args.station.station,
@@ -126,8 +154,10 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
         .under(&conditions)
         .of_parts(result.values.len(), result.planned, "values");
         let notes = [
-            notes(args, axis),
-            condition_notes(&conditions, &args.training, generated),
+            vec![trained],
+            first_notes,
+            distances,
+            condition_notes(&conditions, generated),
         ]
         .concat();
         Ok(SweepReport::new(
@@ -151,59 +181,94 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
     outputs.deliver(session, &text).and(drawn)
 }
 
-/// The methods at every value. Robust GT is found once for a belt speed sweep, at the
-/// station's own speed, and for every line of the other sweeps, as each is another line.
-fn settings(
-    args: &SweepArgs,
-    strategies: &[Parsed],
-    axis: Axis,
-    station: &Station,
-    lines: Vec<(f64, Station)>,
-    environment: &Environment,
-) -> Result<Vec<Setting>> {
-    let once = match axis {
-        Axis::Speed => Some(Line::new(&args.common, station, environment).robust(&args.training)?),
-        _ => None,
+/// For every policy at how many values the line is unlike what it was trained on, and how at
+/// the first of them.
+fn distances(settings: &[Setting]) -> Vec<String> {
+    let methods = settings.first().map_or(0, |setting| setting.methods.len());
+    let of_method = |method: usize| {
+        let found: Vec<(f64, String)> = settings
+            .iter()
+            .filter_map(|setting| match &setting.methods[method] {
+                Method::Strategy(blueprint) => {
+                    let found = distance(blueprint, &setting.station)?;
+                    Some((setting.value, found.text))
+                }
+                _ => None,
+            })
+            .collect();
+        let (value, text) = found.first()?;
+        let (count, all) = (found.len(), settings.len());
+        Some(format!(
+            "at {count} of {all} values, first at {value}: {text}"
+        ))
     };
-    let setting = |(value, station): (f64, Station)| {
-        let line = Line::new(&args.common, &station, environment);
-        let own;
-        let robust: &Robust = match &once {
-            Some(robust) => robust,
-            None => {
-                own = line.robust(&args.training)?;
-                &own
-            }
-        };
-        let mut methods = vec![Method::Robust(robust.rules.clone())];
-        if args.greedy {
-            methods.push(Method::greedy(station.robots().len())?);
-        }
-        for strategy in strategies {
-            let blueprint = line.put(strategy, &robust.best_few, Allowance::default())?;
-            methods.push(Method::Strategy(blueprint));
-        }
-        Ok(Setting {
-            value,
-            station,
-            methods,
-        })
-    };
-    lines.into_iter().map(setting).collect()
+    (0..methods).filter_map(of_method).collect()
 }
 
-fn notes(args: &SweepArgs, axis: Axis) -> Vec<String> {
-    let trained = match (&args.training.robust, axis) {
-        (Some(_), _) => "robust GT as given (--robust)".to_owned(),
-        (None, Axis::Speed) => format!(
-            "robust GT is the best on the balanced set of {} items a pattern at the station's \
-             own belt speed, seed {}",
-            args.training.train_items, args.common.seed
-        ),
-        (None, _) => format!(
-            "robust GT is found for every line on the balanced set of {} items a pattern, seed {}",
-            args.training.train_items, args.common.seed
-        ),
-    };
-    vec![trained]
+/// What the methods of a sweep are made from.
+struct Training<'a> {
+    args: &'a SweepArgs,
+    strategies: &'a [Parsed],
+    source: &'a PatternSource,
+    recipe: &'a Recipe,
+    conditions: &'a Conditions,
+    /// Whether it is the paper's own sweep, which its figures stand beside.
+    papers_case: bool,
+    environment: &'a Environment<'a>,
+}
+
+impl Training<'_> {
+    /// Robust GT of one line.
+    fn robust(&self, station: &Station, environment: &Environment) -> Result<Robust> {
+        let (args, training) = (self.args, &self.args.training);
+        let line = Line::new(&args.common, station, environment).under(self.conditions);
+        line.robust(training, || {
+            if self.papers_case {
+                return Ok(Judged::AsInThePaper);
+            }
+            line.like(self.source, training, self.recipe)
+        })
+    }
+
+    /// The methods on every line, and where robust GT is from: found for each, as each is
+    /// another line.
+    fn settings(&self, axis: Axis, lines: Vec<(f64, Station)>) -> Result<(Vec<Setting>, String)> {
+        let mut note = String::new();
+        let count = lines.len();
+        let setting = |(place, (value, station)): (usize, (f64, Station))| {
+            let within = Part {
+                whole: self.environment.progress,
+                part: format!("{} {value} ({}/{count})", axis.name(), place + 1),
+            };
+            let environment = Environment {
+                progress: &within,
+                ..*self.environment
+            };
+            let robust = self.robust(&station, &environment)?;
+            robust.note.clone_into(&mut note);
+            let line = Line::new(&self.args.common, &station, &environment);
+            let mut methods = vec![Method::Robust(robust.rules.clone())];
+            if self.args.greedy {
+                methods.push(Method::greedy(station.robots().len())?);
+            }
+            for strategy in self.strategies {
+                let blueprint = line.put(strategy, &robust.best_few, Allowance::default())?;
+                methods.push(Method::Strategy(blueprint));
+            }
+            Ok(Setting {
+                value,
+                station,
+                methods,
+            })
+        };
+        let settings: Result<Vec<Setting>> = lines.into_iter().enumerate().map(setting).collect();
+        let settings = settings?;
+        if self.args.training.robust.is_none() {
+            note += match axis {
+                Axis::Speed => ", found at the station's own belt speed",
+                _ => ", found for every line",
+            };
+        }
+        Ok((settings, note))
+    }
 }

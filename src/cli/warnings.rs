@@ -35,7 +35,15 @@ impl StationChoice {
     /// # Errors
     /// As for [`StationChoice::resolve`] and [`warn`].
     pub fn load(&self) -> Result<Station> {
-        let station = self.resolve()?;
+        self.load_with_strategy(&|_| ()).map(|(station, _)| station)
+    }
+
+    /// As [`StationChoice::load`], with the strategy that the file names.
+    ///
+    /// # Errors
+    /// As for [`StationChoice::resolve_with_strategy`] and [`warn`].
+    pub fn load_with_strategy(&self, remark: &dyn Fn(&str)) -> Result<(Station, Option<String>)> {
+        let (station, strategy) = self.resolve_with_strategy(remark)?;
         let mut warnings = station.warnings(&self.station);
         if self.belt_speed.is_some() {
             // It is the flag that asks for the speed.
@@ -45,7 +53,7 @@ impl StationChoice {
             }
         }
         warn(self.strict, warnings)?;
-        Ok(station)
+        Ok((station, strategy))
     }
 
     /// Says what of these values of flags is not plausible.

@@ -8,6 +8,7 @@ mod method;
 pub mod paper;
 mod range;
 mod sweep;
+mod training;
 
 pub use bounds::{CaseBound, add_bounds};
 pub use case::{Case, CaseSource, DENSE, PAPER, load_cases};
@@ -15,3 +16,4 @@ pub use compare::{CaseResult, Comparison, Draws, MethodResult, compare};
 pub use method::{Method, policy_title};
 pub use range::{Range, ValueLimit, find_limits, round_step, step_between};
 pub use sweep::{AS_GOOD, Axis, Limit, Setting, Sweep, SweepBound, SweepPoint, sweep};
+pub use training::training_set;

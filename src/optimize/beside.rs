@@ -12,7 +12,11 @@ use crate::sim::Scene;
 /// was stopped depends on the machine.
 pub fn bound_beside(scene: &Scene, picked: usize, environment: &Environment) -> Result<Bound> {
     let go_on = &mut |_, _| !environment.stopped();
-    let bound = upper_bound(scene, &Options::beside(picked), go_on)?;
+    let bound = upper_bound(
+        scene,
+        &Options::beside(picked, scene.pattern().len()),
+        go_on,
+    )?;
     if environment.stopped() {
         return Err(Error::Interrupted);
     }

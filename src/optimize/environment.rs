@@ -1,6 +1,7 @@
 //! What long work is given from outside: a stop flag and somewhere to report progress.
 
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 
 /// Is told how far long work has come.
 pub trait Progress: Sync {
@@ -28,11 +29,42 @@ impl Progress for Silent {
     fn end(&self) {}
 }
 
-/// Stop flag and progress sink, passed in and never global.
+/// Says when work should end soon with what it has.
+pub trait Stop: Sync {
+    /// Whether it should.
+    fn is_set(&self) -> bool;
+}
+
+impl Stop for AtomicBool {
+    fn is_set(&self) -> bool {
+        self.load(Ordering::Relaxed)
+    }
+}
+
+/// Another stop signal, or a time that has come.
+pub(super) struct Deadline<'a> {
+    pub other: &'a dyn Stop,
+    pub at: Option<Instant>,
+}
+
+impl Deadline<'_> {
+    /// Whether the time has come.
+    pub fn passed(&self) -> bool {
+        self.at.is_some_and(|at| Instant::now() >= at)
+    }
+}
+
+impl Stop for Deadline<'_> {
+    fn is_set(&self) -> bool {
+        self.other.is_set() || self.passed()
+    }
+}
+
+/// Stop signal and progress sink, passed in and never global.
 #[derive(Clone, Copy)]
 pub struct Environment<'a> {
     /// Set from outside to make the work end soon with what it has.
-    pub stop: &'a AtomicBool,
+    pub stop: &'a dyn Stop,
     /// Where progress goes.
     pub progress: &'a dyn Progress,
 }
@@ -40,6 +72,6 @@ pub struct Environment<'a> {
 impl Environment<'_> {
     /// Whether the work was asked to end.
     pub fn stopped(&self) -> bool {
-        self.stop.load(Ordering::Relaxed)
+        self.stop.is_set()
     }
 }

@@ -5,7 +5,7 @@ use super::objective::{Objective, Risk};
 use crate::dispatch::RuleAssignment;
 use crate::error::{Error, Result};
 use crate::pattern::{Pattern, random_stream};
-use crate::sim::{AssignmentTree, Scene, simulate};
+use crate::sim::{AssignmentTree, Conditions, Scene, simulate};
 use crate::station::Station;
 use crate::stats;
 use crate::strategies::Blueprint;
@@ -35,6 +35,9 @@ pub struct Evaluation {
     pub patterns: Vec<usize>,
 }
 
+/// Patterns that tell what the others cost.
+const TRIAL: usize = 8;
+
 /// Objective and picked share of every assignment on one pattern.
 type OnPattern = (Vec<f64>, Vec<f64>);
 
@@ -46,7 +49,6 @@ pub struct Evaluator<'a> {
     /// Shared with evaluators of other objectives made from this one, as are the next.
     scenes: Arc<Vec<Scene<'a>>>,
     objective: Objective,
-    update_hz: f64,
     runs: Arc<AtomicU64>,
     /// The patterns in the order in which they are evaluated: at random, so that what
     /// an interrupted search ranks by is a sample of the set and not its first part.
@@ -54,19 +56,22 @@ pub struct Evaluator<'a> {
 }
 
 impl<'a> Evaluator<'a> {
-    /// An evaluator of `objective` for `station` on `patterns`.
+    /// An evaluator of `objective` for `station` on `patterns` under `conditions`. Where
+    /// something can go wrong, the pattern of place i has the luck of the conditions' seed
+    /// + i, whichever assignment runs on it.
     ///
     /// # Errors
-    /// A pattern that does not lie on the belt, an update frequency that is none.
+    /// A pattern that does not lie on the belt, conditions that are none.
     pub fn new(
         station: &'a Station,
         patterns: &'a [Pattern],
         objective: Objective,
-        update_hz: f64,
+        conditions: &Conditions,
     ) -> Result<Self> {
         let scenes = patterns
             .par_iter()
-            .map(|pattern| Scene::new(station, pattern)?.with_update_hz(update_hz))
+            .enumerate()
+            .map(|(place, pattern)| Scene::under(station, pattern, conditions.of_place(place)))
             .collect::<Result<_>>()?;
         let mut order: Vec<usize> = (0..patterns.len()).collect();
         order.shuffle(&mut random_stream(0, 0));
@@ -75,7 +80,6 @@ impl<'a> Evaluator<'a> {
             patterns,
             scenes: Arc::new(scenes),
             objective,
-            update_hz,
             runs: Arc::default(),
             order: Arc::new(order),
         })
@@ -88,7 +92,6 @@ impl<'a> Evaluator<'a> {
             patterns: self.patterns,
             scenes: Arc::clone(&self.scenes),
             objective,
-            update_hz: self.update_hz,
             runs: Arc::clone(&self.runs),
             order: Arc::clone(&self.order),
         }
@@ -111,12 +114,36 @@ impl<'a> Evaluator<'a> {
 
     /// How many patterns there are.
     pub fn pattern_count(&self) -> usize {
-        self.patterns.len()
+        self.order.len()
+    }
+
+    /// The same judged on `count` of the patterns only, drawn at random, the same ones for
+    /// every count that is larger; on all of them where there are no more.
+    pub fn sample(&self, count: usize) -> Self {
+        let mut sample = self.with_objective(self.objective);
+        sample.order = Arc::new(self.order[..count.min(self.order.len())].to_vec());
+        sample
+    }
+
+    /// Places of the patterns that it judges on.
+    pub(super) fn places(&self) -> Vec<usize> {
+        let mut places = self.order.to_vec();
+        places.sort_unstable();
+        places
     }
 
     /// On how many patterns the robots are independent, so that the cascade serves.
     pub fn independent_patterns(&self) -> usize {
-        self.scenes.iter().filter(|s| s.is_independent()).count()
+        let independent = |place: &&usize| self.scenes[**place].is_independent();
+        self.order.iter().filter(independent).count()
+    }
+
+    /// About how many runs it takes to score one assignment on one pattern.
+    pub(super) fn runs_per_value(&self) -> f64 {
+        match self.objective {
+            Objective::MaxSpeed(scan) => scan.expected_steps(self.station),
+            _ => 1.0,
+        }
     }
 
     /// Runs so far, by this evaluator and those made from it: one assignment on one
@@ -135,19 +162,56 @@ impl<'a> Evaluator<'a> {
         assignments: Vec<RuleAssignment>,
         environment: &Environment,
     ) -> Result<Evaluation> {
+        self.evaluate_within(assignments, u64::MAX, environment)
+    }
+
+    /// As [`Evaluator::evaluate`], in about `most` runs: where those are not enough, on as
+    /// many patterns as they are enough for, at least one. Runs are counted, not timed, so
+    /// the same input gives the same result on any machine.
+    ///
+    /// # Errors
+    /// As for [`Evaluator::evaluate`].
+    pub fn evaluate_within(
+        &self,
+        assignments: Vec<RuleAssignment>,
+        most: u64,
+        environment: &Environment,
+    ) -> Result<Evaluation> {
         let tree = AssignmentTree::new(assignments);
-        let mut done: Vec<(usize, OnPattern)> = self
-            .order
-            .par_iter()
-            .filter_map(|&place| {
-                if environment.stopped() {
-                    return None;
-                }
-                let result = self.on_pattern(&self.scenes[place], &tree, environment);
-                environment.progress.advance(1);
-                result.transpose().map(|r| r.map(|values| (place, values)))
-            })
-            .collect::<Result<_>>()?;
+        let on_place = |place: usize| {
+            if environment.stopped() {
+                return None;
+            }
+            let result = self.on_pattern(&self.scenes[place], &tree, environment);
+            environment.progress.advance(1);
+            result.transpose().map(|r| r.map(|values| (place, values)))
+        };
+        let began = self.runs();
+        let mut done: Vec<(usize, OnPattern)> = Vec::with_capacity(self.order.len());
+        let mut left: &[usize] = &self.order;
+        // What a pattern costs is known once some are done, and before if it is one speed.
+        let mut cost = tree.assignments().len() as f64 * self.runs_per_value();
+        let by_speed = matches!(self.objective, Objective::MaxSpeed(_));
+        let mut trial = if by_speed && most < u64::MAX {
+            TRIAL
+        } else {
+            usize::MAX
+        };
+        while !left.is_empty() && !environment.stopped() {
+            let used = self.runs() - began;
+            let afforded = (most.saturating_sub(used) as f64 / cost.max(1.0)) as usize;
+            let least = usize::from(done.is_empty());
+            let count = afforded.min(trial).max(least).min(left.len());
+            trial = usize::MAX;
+            if count == 0 {
+                break;
+            }
+            let (now, later) = left.split_at(count);
+            let results = now.par_iter().filter_map(|&place| on_place(place));
+            done.extend(results.collect::<Result<Vec<_>>>()?);
+            left = later;
+            cost = (self.runs() - began) as f64 / (self.order.len() - left.len()) as f64;
+        }
         done.sort_unstable_by_key(|(place, _)| *place);
         let (patterns, done): (Vec<usize>, Vec<_>) = done.into_iter().unzip();
         let scores = (0..tree.assignments().len())
@@ -180,7 +244,7 @@ impl<'a> Evaluator<'a> {
             let figures = run(scene)?;
             let value = match self.objective {
                 Objective::MaxSpeed(scan) => {
-                    scan.limit(self.station, scene.pattern(), self.update_hz, run)?
+                    scan.limit(self.station, scene.pattern(), scene.conditions(), run)?
                 }
                 objective => objective.of_run(&figures).unwrap_or_default(),
             };
@@ -218,7 +282,7 @@ impl<'a> Evaluator<'a> {
         let mut runs = count as u64;
         if let Objective::MaxSpeed(scan) = self.objective {
             let (limits, more) =
-                scan.limits(self.station, scene.pattern(), tree, self.update_hz)?;
+                scan.limits(self.station, scene.pattern(), tree, scene.conditions())?;
             values = limits;
             runs += more;
         }
@@ -228,7 +292,7 @@ impl<'a> Evaluator<'a> {
 }
 
 impl Evaluation {
-    /// Whether every pattern was evaluated.
+    /// Whether every pattern of `evaluator` was evaluated.
     pub fn is_whole(&self, evaluator: &Evaluator) -> bool {
         self.patterns.len() == evaluator.pattern_count()
     }

@@ -41,7 +41,7 @@ impl Default for Grasp {
 /// What the search found.
 #[derive(Debug, Clone)]
 pub struct GraspOutcome {
-    /// Best assignment found; none when stopped before the first was scored.
+    /// Best assignment found; none when cut short before the first was scored.
     pub best: Option<RuleAssignment>,
     /// Its aggregate.
     pub value: f64,
@@ -51,8 +51,8 @@ pub struct GraspOutcome {
     pub hits: usize,
     /// Moves of all local searches.
     pub moves: usize,
-    /// Whether it was stopped before the last start ended.
-    pub interrupted: bool,
+    /// Whether it was stopped, or its runs were used up, before the last start ended.
+    pub cut: bool,
 }
 
 /// Scores that were computed once, by assignment.
@@ -89,15 +89,36 @@ impl Grasp {
         self.starts as f64 * ((robots * rules + MOVES * neighbours) * robots) as f64
     }
 
-    /// Runs the search; scores go to and come from `memo`.
+    /// Upper estimate of the assignments that it scores on a line of `robots` robots.
+    pub(super) fn estimated_scores(&self, robots: usize) -> f64 {
+        self.estimated_passes(robots) / robots.max(1) as f64
+    }
+
+    /// Upper estimates of what the search takes on each pattern beside an enumeration, whose
+    /// scores it uses: runs of parts of the line, and robot passes where those share them.
+    pub(super) fn estimated_parts(&self, robots: usize) -> (f64, f64) {
+        let rules = Rule::all().len() as f64;
+        let (mut runs, mut passes) = (0.0, 0.0);
+        for depth in 1..robots {
+            // Every start extends one beginning; of short ones there are few.
+            let beginnings = rules.powi(depth as i32 - 1).min(self.starts as f64);
+            runs += beginnings * rules;
+            passes += beginnings * (rules + (depth - 1) as f64);
+        }
+        (runs, passes)
+    }
+
+    /// Runs the search in about `most` runs; scores go to and come from `memo`.
     pub(super) fn run(
         &self,
         evaluator: &Evaluator,
         risk: Risk,
         memo: &mut Memo,
+        most: u64,
         environment: &Environment,
     ) -> Result<GraspOutcome> {
         let mut walk = Walk {
+            last_run: evaluator.runs().saturating_add(most),
             evaluator,
             // A part of the line rarely picks everything at any speed, so its speed
             // limit says nothing about it; its picked share does.
@@ -116,12 +137,17 @@ impl Grasp {
             starts: 0,
             hits: 0,
             moves: 0,
-            interrupted: false,
+            cut: false,
         };
-        for start in 0..self.starts {
+        // One rule for all robots is what anyone would try first: the result is never worse.
+        let robots = evaluator.station().robots().len();
+        let uniform = Rule::all().map(|rule| RuleAssignment::new(vec![rule; robots]));
+        outcome.cut = walk.values(&uniform.collect::<Vec<_>>(), true)?.is_none();
+        let starts = if outcome.cut { 0 } else { self.starts };
+        for start in 0..starts {
             let mut rng = random_stream(self.seed, start as u64);
             let Some((assignment, value, moves)) = walk.one_start(self.alpha, &mut rng)? else {
-                outcome.interrupted = true;
+                outcome.cut = true;
                 break;
             };
             environment.progress.advance(1);
@@ -138,7 +164,7 @@ impl Grasp {
                 outcome.hits = 1;
             }
         }
-        if outcome.interrupted {
+        if outcome.cut {
             // The unfinished start may have scored something better on its way.
             for (assignment, score) in walk.memo.iter() {
                 let value = risk.aggregate(&score.values);
@@ -155,6 +181,8 @@ impl Grasp {
 }
 
 struct Walk<'w, 'a> {
+    /// The evaluator's count of runs at which those of the search are used up.
+    last_run: u64,
     evaluator: &'w Evaluator<'a>,
     for_parts: Evaluator<'a>,
     parts: Memo,
@@ -164,7 +192,7 @@ struct Walk<'w, 'a> {
 }
 
 impl Walk<'_, '_> {
-    /// A local optimum, its value and the moves to it; none when stopped.
+    /// A local optimum, its value and the moves to it; none when cut short.
     fn one_start(
         &mut self,
         alpha: f64,
@@ -223,7 +251,7 @@ impl Walk<'_, '_> {
     }
 
     /// The aggregate of each assignment, from the memo where it is known; none when
-    /// stopped. `whole` says that they are for the whole line.
+    /// stopped or when too few runs are left. `whole` says that they are for the whole line.
     fn values(&mut self, assignments: &[RuleAssignment], whole: bool) -> Result<Option<Vec<f64>>> {
         let (evaluator, memo) = if whole {
             (self.evaluator, &mut *self.memo)
@@ -236,6 +264,12 @@ impl Walk<'_, '_> {
             .cloned()
             .collect();
         if !unknown.is_empty() {
+            let cost = unknown.len() as f64 * evaluator.pattern_count() as f64;
+            let left = self.last_run.saturating_sub(evaluator.runs()) as f64;
+            // The first scores are there in any case, so that there is a result.
+            if cost * evaluator.runs_per_value() > left && !(whole && memo.is_empty()) {
+                return Ok(None);
+            }
             let within = Within {
                 outer: self.environment.progress,
                 assignments: unknown.len(),

@@ -14,12 +14,12 @@ mod speed_limit;
 mod validation;
 
 pub use beside::bound_beside;
-pub use environment::{Environment, Progress, Silent};
+pub use environment::{Environment, Progress, Silent, Stop};
 pub use evaluator::{Evaluation, Evaluator, Score};
 pub use grasp::{Grasp, GraspOutcome};
 pub use objective::{Objective, Risk};
-pub use ranking::{FRONT_RUNNERS, Ranked, Ranking};
+pub use ranking::{FRONT_RUNNERS, Ranked, Ranking, TieBreak};
 pub use rivals::{Rival, rivals};
-pub use search::{Optimum, Search, SearchKind, StopReason, optimize};
+pub use search::{Limits, MostRuns, Optimum, Search, SearchKind, StopReason, optimize};
 pub use speed_limit::SpeedScan;
 pub use validation::{Validation, chosen_flow, validate};

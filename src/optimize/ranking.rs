@@ -46,6 +46,21 @@ pub struct Ranking {
     pub contenders: usize,
     /// How the intervals were made.
     pub method: String,
+    /// How many of the contenders ties were broken among by speed limits, and over how many
+    /// patterns; none where they were not.
+    pub by_speed: Option<(usize, usize)>,
+    /// Whether speed limits were sought for fewer contenders or on fewer patterns than there
+    /// are, or for none.
+    pub cut: bool,
+}
+
+/// How ties are broken.
+#[derive(Debug, Clone, Copy)]
+pub struct TieBreak {
+    /// Resolution of the speed limits; none to do without them.
+    pub scan: Option<SpeedScan>,
+    /// Most runs that they may take.
+    pub runs: u64,
 }
 
 /// How many of the highest aggregates every assignment is tested against.
@@ -56,8 +71,10 @@ const BOOTSTRAP_WORK: usize = 200_000_000;
 
 impl Ranking {
     /// Ranks `evaluation`. Those that no paired test proves worse than another are
-    /// told apart by their speed limits if there is a `scan`, then by their worst pattern, then by
-    /// their mean, then by registry order. None when nothing was evaluated.
+    /// told apart by their speed limits if there is a scan, then by their worst pattern, then by
+    /// their mean, then by registry order. Where the runs are not enough for all of them,
+    /// the front-runners alone have speed limits, over as many patterns as can be had. None
+    /// when nothing was evaluated.
     ///
     /// # Errors
     /// As for [`Evaluator::evaluate`].
@@ -65,7 +82,7 @@ impl Ranking {
         evaluation: &Evaluation,
         evaluator: &Evaluator,
         risk: Risk,
-        scan: Option<SpeedScan>,
+        tie_break: TieBreak,
         environment: &Environment,
     ) -> Result<Option<Self>> {
         let Some(leader) = evaluation.leader(risk) else {
@@ -73,7 +90,28 @@ impl Ranking {
         };
         let intervals = Intervals::new(evaluation, risk);
         let contenders = contenders(evaluation, &intervals, risk);
-        let speeds = speed_limits(&contenders, evaluation, evaluator, scan, environment)?;
+        let wanted = tie_break.scan.filter(|_| {
+            let by_speed = matches!(evaluator.objective(), Objective::MaxSpeed(_));
+            contenders.len() > 1 && !by_speed
+        });
+        let speeds = match wanted {
+            Some(scan) => {
+                let limits = evaluator.with_objective(Objective::MaxSpeed(scan));
+                let told_apart = affordable(&contenders, evaluation, &limits, risk, tie_break.runs);
+                speed_limits(
+                    &told_apart,
+                    evaluation,
+                    &limits,
+                    tie_break.runs,
+                    environment,
+                )?
+            }
+            None => None,
+        };
+        let cut = wanted.is_some()
+            && speeds.as_ref().is_none_or(|speeds| {
+                speeds.of.len() < contenders.len() || speeds.patterns < evaluator.pattern_count()
+            });
         let mut entries: Vec<Ranked> = evaluation
             .assignments
             .iter()
@@ -99,8 +137,8 @@ impl Ranking {
                 }
             })
             .collect();
-        for (&place, speed) in contenders.iter().zip(speeds) {
-            entries[place].max_speed = speed;
+        for &(place, speed) in speeds.iter().flat_map(|speeds| &speeds.of) {
+            entries[place].max_speed = Some(speed);
         }
         let best = contenders
             .iter()
@@ -139,6 +177,8 @@ impl Ranking {
             leader,
             contenders: contenders.len(),
             method: intervals.method(),
+            by_speed: speeds.map(|speeds| (speeds.of.len(), speeds.patterns)),
+            cut,
         }))
     }
 
@@ -169,7 +209,7 @@ fn contenders(evaluation: &Evaluation, intervals: &Intervals, risk: Risk) -> Vec
     (0..values.len()).filter(|&place| contends[place]).collect()
 }
 
-/// Higher speed limit first, then the better worst case, then the higher mean.
+/// Higher speed limit first, those without one last, then the better worst case, then the higher mean.
 fn tie_order(a: &Ranked, b: &Ranked) -> std::cmp::Ordering {
     let speed = |entry: &Ranked| entry.max_speed.unwrap_or_default();
     speed(b)
@@ -182,40 +222,72 @@ fn wins_tie(a: &Ranked, b: &Ranked) -> bool {
     tie_order(a, b).is_lt()
 }
 
-/// Mean speed limit of each contender; none where there is nothing to break: a single
-/// contender, or the objective is the speed limit itself, or no scan is wanted, or the user
-/// stopped.
+/// Those of the contenders whose speed limits can be had in about `runs`: all of them, or
+/// those among the front-runners.
+fn affordable(
+    contenders: &[usize],
+    evaluation: &Evaluation,
+    limits: &Evaluator,
+    risk: Risk,
+    runs: u64,
+) -> Vec<usize> {
+    let each = limits.pattern_count() as f64 * limits.runs_per_value();
+    if contenders.len() as f64 * each <= runs as f64 {
+        return contenders.to_vec();
+    }
+    let value = |place: &usize| risk.aggregate(&evaluation.scores[*place].values);
+    let mut by_value: Vec<(usize, f64)> = contenders.iter().map(|p| (*p, value(p))).collect();
+    by_value.sort_by(|a, b| b.1.total_cmp(&a.1));
+    by_value.truncate(FRONT_RUNNERS);
+    let mut first: Vec<usize> = by_value.into_iter().map(|(place, _)| place).collect();
+    // Registry order, as everywhere.
+    first.sort_unstable();
+    first
+}
+
+/// Mean speed limits of some assignments, by their places.
+struct Speeds {
+    of: Vec<(usize, f64)>,
+    /// Patterns that they are means over.
+    patterns: usize,
+}
+
+/// Fewer patterns than this tell nobody apart.
+const LEAST_PATTERNS: usize = 10;
+
+/// Mean speed limits of `contenders` in about `runs`; none where they are not enough for a
+/// figure, or when the user stopped.
 fn speed_limits(
     contenders: &[usize],
     evaluation: &Evaluation,
-    evaluator: &Evaluator,
-    scan: Option<SpeedScan>,
+    limits: &Evaluator,
+    runs: u64,
     environment: &Environment,
-) -> Result<Vec<Option<f64>>> {
-    let none = vec![None; contenders.len()];
-    let by_speed = matches!(evaluator.objective(), Objective::MaxSpeed(_));
-    let Some(scan) = scan.filter(|_| contenders.len() > 1 && !by_speed) else {
-        return Ok(none);
-    };
-    let limits = evaluator.with_objective(Objective::MaxSpeed(scan));
+) -> Result<Option<Speeds>> {
+    let count = limits.pattern_count();
+    let least = count.min(LEAST_PATTERNS);
+    if contenders.len() as f64 * least as f64 * limits.runs_per_value() > runs as f64 {
+        return Ok(None);
+    }
     let tied: Vec<RuleAssignment> = contenders
         .iter()
         .map(|&place| evaluation.assignments[place].clone())
         .collect();
     environment
         .progress
-        .begin("breaking ties", limits.pattern_count() as u64, "patterns");
+        .begin("breaking ties", count as u64, "patterns");
     // Both lists are in registry order.
-    let speeds = limits.evaluate(tied, environment)?;
+    let speeds = limits.evaluate_within(tied, runs, environment)?;
     environment.progress.end();
-    if !speeds.is_whole(&limits) {
-        return Ok(none);
+    let patterns = speeds.patterns.len();
+    if environment.stopped() && patterns < count || patterns < least {
+        return Ok(None);
     }
-    Ok(speeds
-        .scores
-        .iter()
-        .map(|score| Some(stats::mean(&score.values)))
-        .collect())
+    let means = speeds.scores.iter().map(|score| stats::mean(&score.values));
+    Ok(Some(Speeds {
+        of: contenders.iter().copied().zip(means).collect(),
+        patterns,
+    }))
 }
 
 /// Paired intervals between any two assignments of an evaluation.

@@ -1,18 +1,20 @@
 //! The search as a whole: which way, how it ended, what came out.
 
-use super::environment::Environment;
+use super::environment::{Deadline, Environment};
 use super::evaluator::{Evaluation, Evaluator, Score};
 use super::grasp::{Grasp, GraspOutcome, Memo};
 use super::objective::Risk;
-use super::ranking::Ranking;
+use super::ranking::{Ranking, TieBreak};
 use super::speed_limit::SpeedScan;
 use crate::dispatch::{RULES, RuleAssignment};
 use crate::error::{Error, Result};
+use std::time::Instant;
 
 /// Which way the assignments are searched.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SearchKind {
-    /// Enumerates while that costs less than GRASP.
+    /// Enumerates while that costs less than GRASP, with GRASP beside it where that adds
+    /// next to nothing.
     Auto,
     /// All `6^N` assignments.
     Exhaustive,
@@ -20,6 +22,55 @@ pub enum SearchKind {
     Grasp,
     /// Both, to see how far GRASP falls short.
     Both,
+}
+
+/// How many runs a search may take, ties and all: one assignment on one pattern at one speed.
+/// They are counted, so the result is the same on any machine; what is begun is ended, so
+/// there may be a few more.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MostRuns {
+    /// What takes well under a minute on a usual machine.
+    Usual,
+    /// So many.
+    Of(u64),
+    /// As many as it takes.
+    Any,
+}
+
+/// Robot passes of a usual search. A run takes one of every robot, so long lines get fewer.
+const PASSES: u64 = 36_000_000;
+/// The same where the event loop alone serves, which shares no work between assignments.
+const PASSES_ONE_BY_ONE: u64 = 4_000_000;
+
+impl MostRuns {
+    /// How many they are for `evaluator`; none for as many as it takes.
+    fn of(self, evaluator: &Evaluator) -> Option<u64> {
+        let robots = evaluator.station().robots().len() as u64;
+        let shared = evaluator.independent_patterns() == evaluator.pattern_count();
+        match self {
+            Self::Usual if shared => Some(PASSES / robots),
+            Self::Usual => Some(PASSES_ONE_BY_ONE / robots),
+            Self::Of(runs) => Some(runs),
+            Self::Any => None,
+        }
+    }
+}
+
+/// How long a search may go on. The best so far is then the result.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// Most runs.
+    pub runs: MostRuns,
+    /// When it must end; what is found by then depends on the machine.
+    pub until: Option<Instant>,
+}
+
+impl Limits {
+    /// As long as it takes.
+    pub const NONE: Self = Self {
+        runs: MostRuns::Any,
+        until: None,
+    };
 }
 
 /// How to search.
@@ -34,6 +85,8 @@ pub struct Search {
     /// Resolution of the speed limits that break ties; none to break them without. On a
     /// long line nearly all assignments are tied, and their limits take most of the time.
     pub scan: Option<SpeedScan>,
+    /// How long it may go on.
+    pub limits: Limits,
 }
 
 /// Why the search ended.
@@ -43,6 +96,10 @@ pub enum StopReason {
     Enumerated,
     /// Every start of GRASP reached a local optimum.
     LocalOptima,
+    /// Its runs were used up; the result is the best so far, or over fewer patterns.
+    Budget,
+    /// Its time was over; the result is the best so far.
+    TimeLimit,
     /// The user stopped it; the result is the best so far.
     Interrupted,
 }
@@ -53,6 +110,8 @@ impl StopReason {
         match self {
             Self::Enumerated => "enumerated",
             Self::LocalOptima => "local_optima",
+            Self::Budget => "budget",
+            Self::TimeLimit => "time_limit",
             Self::Interrupted => "interrupted",
         }
     }
@@ -73,7 +132,9 @@ pub struct Optimum {
     pub grasp_gap: Option<f64>,
     /// Runs for the search, ties and all: one assignment on one pattern at one speed.
     pub runs: u64,
-    /// Patterns that the ranking is over; all of them unless it was interrupted.
+    /// Most runs that it was given; none for as many as it takes.
+    pub max_runs: Option<u64>,
+    /// Patterns that the ranking is over; all of them unless it was cut short.
     pub patterns: usize,
 }
 
@@ -84,60 +145,77 @@ const MOST_MEMORY: f64 = 2e9;
 const PER_ASSIGNMENT: f64 = 800.0;
 const PER_VALUE: f64 = 24.0;
 
+/// Share of the runs that GRASP leaves for breaking ties.
+const FOR_TIES: f64 = 0.25;
+/// Patterns that GRASP judges on at least, however few runs it has.
+const LEAST_PATTERNS: usize = 24;
+/// An enumeration is joined by GRASP where that adds less than this share.
+const BESIDE: f64 = 0.1;
+
 /// Searches the best assignment.
 ///
 /// # Errors
-/// An enumeration that would not fit into memory, [`Error::Interrupted`] when the user
-/// stopped before anything was scored.
+/// An enumeration that would not fit into memory, a time limit before anything was scored,
+/// [`Error::Interrupted`] when the user stopped before that.
 pub fn optimize(
     evaluator: &Evaluator,
     search: &Search,
     environment: &Environment,
 ) -> Result<Optimum> {
-    let robots = evaluator.station().robots().len();
-    let kind = resolve(search, evaluator)?;
+    let max_runs = search.limits.runs.of(evaluator);
+    let kind = resolve(search, max_runs, evaluator)?;
+    let deadline = Deadline {
+        other: environment.stop,
+        at: search.limits.until,
+    };
+    let within = Environment {
+        stop: &deadline,
+        progress: environment.progress,
+    };
+    let most = max_runs.unwrap_or(u64::MAX);
+    let sampled = match (kind, max_runs) {
+        (SearchKind::Grasp, Some(most)) => sample(search, most, evaluator),
+        _ => None,
+    };
+    let judge = sampled.as_ref().unwrap_or(evaluator);
+    let began = judge.runs();
+    let left = || most.saturating_sub(judge.runs() - began);
     let mut memo = Memo::new();
-    let mut interrupted = false;
+    let mut cut = sampled.is_some();
     let mut enumeration = None;
     if matches!(kind, SearchKind::Exhaustive | SearchKind::Both) {
-        let patterns = evaluator.pattern_count() as u64;
-        environment
-            .progress
-            .begin("enumerating", patterns, "patterns");
-        let all = RuleAssignment::all(robots).collect();
-        let evaluation = evaluator.evaluate(all, environment)?;
-        environment.progress.end();
-        interrupted = !evaluation.is_whole(evaluator);
+        let evaluation = enumerate(judge, left(), &within)?;
+        cut |= !evaluation.is_whole(judge);
         enumeration = Some(evaluation);
     }
     let mut grasp = None;
-    if matches!(kind, SearchKind::Grasp | SearchKind::Both) && !interrupted {
+    if matches!(kind, SearchKind::Grasp | SearchKind::Both) && (enumeration.is_none() || !cut) {
         if let Some(evaluation) = &enumeration {
             let scores = evaluation.scores.iter().cloned();
             memo.extend(evaluation.assignments.iter().cloned().zip(scores));
         }
-        environment
-            .progress
-            .begin("GRASP", search.grasp.starts as u64, "starts");
+        let starts = search.grasp.starts as u64;
+        within.progress.begin("GRASP", starts, "starts");
+        let share = if enumeration.is_some() { 0.0 } else { FOR_TIES };
+        let runs = (left() as f64 * (1.0 - share)) as u64;
         let outcome = search
             .grasp
-            .run(evaluator, search.risk, &mut memo, environment)?;
-        environment.progress.end();
-        interrupted = outcome.interrupted;
+            .run(judge, search.risk, &mut memo, runs, &within)?;
+        within.progress.end();
+        cut |= outcome.cut;
         grasp = Some(outcome);
     }
     let evaluation = match enumeration {
         Some(evaluation) => evaluation,
-        None => from_memo(memo, evaluator),
+        None => from_memo(memo, judge),
     };
-    let ranking = Ranking::new(
-        &evaluation,
-        evaluator,
-        search.risk,
-        search.scan,
-        environment,
-    )?
-    .ok_or(Error::Interrupted)?;
+    let tie_break = TieBreak {
+        scan: search.scan,
+        runs: left(),
+    };
+    let ranking = Ranking::new(&evaluation, judge, search.risk, tie_break, &within)?
+        .ok_or_else(|| nothing_scored(environment))?;
+    cut |= ranking.cut;
     let enumerated = matches!(kind, SearchKind::Exhaustive | SearchKind::Both);
     let grasp_gap = match (&grasp, evaluation.leader(search.risk)) {
         (Some(grasp), Some(leader)) if enumerated && grasp.best.is_some() => {
@@ -147,39 +225,84 @@ pub fn optimize(
     };
     Ok(Optimum {
         kind,
-        stop: if interrupted || environment.stopped() {
-            StopReason::Interrupted
-        } else if enumerated {
-            StopReason::Enumerated
-        } else {
-            StopReason::LocalOptima
+        stop: match cut {
+            _ if environment.stopped() => StopReason::Interrupted,
+            true if deadline.passed() => StopReason::TimeLimit,
+            true => StopReason::Budget,
+            false if enumerated => StopReason::Enumerated,
+            false => StopReason::LocalOptima,
         },
         ranking,
         grasp,
         grasp_gap,
-        runs: evaluator.runs(),
+        runs: judge.runs() - began,
+        max_runs,
         patterns: evaluation.patterns.len(),
     })
 }
 
-fn resolve(search: &Search, evaluator: &Evaluator) -> Result<SearchKind> {
+/// Why there is no result.
+fn nothing_scored(environment: &Environment) -> Error {
+    if environment.stopped() {
+        return Error::Interrupted;
+    }
+    Error::input(
+        "--time-limit",
+        "the time was over before anything was scored",
+        "give more time, or fewer patterns",
+    )
+}
+
+/// All assignments, on as many patterns as `most` runs are enough for.
+fn enumerate(evaluator: &Evaluator, most: u64, environment: &Environment) -> Result<Evaluation> {
+    let patterns = evaluator.pattern_count() as u64;
+    environment
+        .progress
+        .begin("enumerating", patterns, "patterns");
     let robots = evaluator.station().robots().len();
-    let all = (RULES.len() as f64).powi(robots as i32);
+    let all = RuleAssignment::all(robots).collect();
+    let evaluation = evaluator.evaluate_within(all, most, environment)?;
+    environment.progress.end();
+    Ok(evaluation)
+}
+
+/// The patterns that GRASP can judge on within its runs, where it cannot on all: all starts
+/// on some of the patterns find more than a few starts on all of them.
+fn sample<'a>(search: &Search, most: u64, evaluator: &Evaluator<'a>) -> Option<Evaluator<'a>> {
+    let robots = evaluator.station().robots().len();
+    let scores = search.grasp.estimated_scores(robots) * evaluator.runs_per_value();
+    let afforded = ((1.0 - FOR_TIES) * most as f64 / scores) as usize;
+    let count = afforded.max(LEAST_PATTERNS);
+    (count < evaluator.pattern_count()).then(|| evaluator.sample(count))
+}
+
+fn resolve(search: &Search, most: Option<u64>, evaluator: &Evaluator) -> Result<SearchKind> {
+    let robots = evaluator.station().robots().len();
+    let rules = RULES.len() as f64;
+    let all = rules.powi(robots as i32);
     let memory = all * (PER_ASSIGNMENT + PER_VALUE * evaluator.pattern_count() as f64);
     let fits = memory <= MOST_MEMORY;
     match search.kind {
         SearchKind::Auto => {
             // Passes of one robot a pattern, the unit of both.
-            let enumeration: f64 = (1..=robots as i32)
-                .map(|depth| (RULES.len() as f64).powi(depth))
-                .sum();
+            let enumeration: f64 = (1..=robots as i32).map(|depth| rules.powi(depth)).sum();
             let cheaper = enumeration <= search.grasp.estimated_passes(robots);
-            Ok(if fits && cheaper {
-                // Its scores are all that GRASP would ask for, so telling GRASP's gap
-                // costs next to nothing.
+            let runs = all * evaluator.pattern_count() as f64 * evaluator.runs_per_value();
+            let affordable = most.is_none_or(|most| runs <= most as f64);
+            let (runs, passes) = search.grasp.estimated_parts(robots);
+            let shared = evaluator.independent_patterns() == evaluator.pattern_count();
+            // Its scores of the whole line are those of the enumeration.
+            let beside = if shared {
+                passes / enumeration
+            } else {
+                runs / all
+            };
+            Ok(if !(fits && cheaper && affordable) {
+                SearchKind::Grasp
+            } else if beside < BESIDE {
                 SearchKind::Both
             } else {
-                SearchKind::Grasp
+                SearchKind::Exhaustive
             })
         }
         SearchKind::Exhaustive | SearchKind::Both if !fits => Err(Error::input(
@@ -201,7 +324,7 @@ fn from_memo(memo: Memo, evaluator: &Evaluator) -> Evaluation {
     let patterns = if scored.is_empty() {
         Vec::new()
     } else {
-        (0..evaluator.pattern_count()).collect()
+        evaluator.places()
     };
     let (assignments, scores) = scored.into_iter().unzip();
     Evaluation {

@@ -7,7 +7,7 @@
 use crate::decision::Figures;
 use crate::error::{Error, Result, shown_number};
 use crate::pattern::Pattern;
-use crate::sim::{AssignmentTree, Scene};
+use crate::sim::{AssignmentTree, Conditions, Scene};
 use crate::station::Station;
 
 /// The speeds that are tried: `step`, `2 step`, ... [m/s], below the slowest arm's.
@@ -52,6 +52,13 @@ impl SpeedScan {
         ))
     }
 
+    /// About how many speeds a limit takes on `station`: a line that was laid out for its
+    /// belt's speed misses something not far above it.
+    pub(super) fn expected_steps(&self, station: &Station) -> f64 {
+        let most = station.slowest_arm().min(1.5 * station.belt().speed);
+        (most / self.step).max(1.0)
+    }
+
     /// The `k`-th speed [m/s], as the decimal number that a user would write.
     fn speed(&self, k: u32) -> f64 {
         (f64::from(k) * self.step * 1e9).round() / 1e9
@@ -68,7 +75,7 @@ impl SpeedScan {
         station: &Station,
         pattern: &Pattern,
         tree: &AssignmentTree,
-        update_hz: f64,
+        conditions: &Conditions,
     ) -> Result<(Vec<f64>, u64)> {
         let mut limits = vec![0.0; tree.assignments().len()];
         let mut runs = 0;
@@ -81,7 +88,7 @@ impl SpeedScan {
                 break;
             }
             let station = station.with_belt_speed(speed)?;
-            let scene = Scene::new(&station, pattern)?.with_update_hz(update_hz)?;
+            let scene = Scene::under(&station, pattern, *conditions)?;
             // Places in the tree.
             let mut still: Vec<usize> = Vec::with_capacity(alive.len());
             tree.evaluate(&scene, |place, figures| {
@@ -108,7 +115,7 @@ impl SpeedScan {
         &self,
         station: &Station,
         pattern: &Pattern,
-        update_hz: f64,
+        conditions: &Conditions,
         run: impl Fn(&Scene) -> Result<Figures>,
     ) -> Result<f64> {
         let mut limit = 0.0;
@@ -117,7 +124,7 @@ impl SpeedScan {
                 break;
             }
             let station = station.with_belt_speed(speed)?;
-            let scene = Scene::new(&station, pattern)?.with_update_hz(update_hz)?;
+            let scene = Scene::under(&station, pattern, *conditions)?;
             if !run(&scene)?.complete() {
                 break;
             }
@@ -139,8 +146,9 @@ mod tests {
         let station = built_in("paper").unwrap().station(None).unwrap();
         let pattern = grid(1.05, 0.15, 50).unwrap();
         let tree = AssignmentTree::new(vec!["SPT,FIFO".parse().unwrap()]);
+        let plain = Conditions::default();
         let (limits, _) = SpeedScan::default()
-            .limits(&station, &pattern, &tree, 0.0)
+            .limits(&station, &pattern, &tree, &plain)
             .unwrap();
         assert_eq!(limits, [0.043]);
     }
@@ -151,9 +159,10 @@ mod tests {
         let pattern = grid(1.05, 0.22, 40).unwrap();
         let tree = AssignmentTree::all(2);
         let scan = SpeedScan::new(0.004, &station).unwrap();
-        let (limits, _) = scan.limits(&station, &pattern, &tree, 0.0).unwrap();
+        let plain = Conditions::default();
+        let (limits, _) = scan.limits(&station, &pattern, &tree, &plain).unwrap();
         for (assignment, limit) in tree.assignments().iter().zip(limits) {
-            let mut plain = 0.0;
+            let mut highest = 0.0;
             for k in 1..125 {
                 let speed = f64::from(k) * 4.0 / 1000.0;
                 let station = station.with_belt_speed(speed).unwrap();
@@ -165,11 +174,11 @@ mod tests {
                 {
                     break;
                 }
-                plain = speed;
+                highest = speed;
             }
-            assert_eq!(limit, plain, "{assignment}");
+            assert_eq!(limit, highest, "{assignment}");
             let run = |scene: &Scene| Ok(simulate_rules(scene, assignment)?.figures);
-            let one = scan.limit(&station, &pattern, 0.0, run).unwrap();
+            let one = scan.limit(&station, &pattern, &plain, run).unwrap();
             assert_eq!(limit, one, "{assignment}");
         }
     }

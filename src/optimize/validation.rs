@@ -10,7 +10,7 @@ use crate::dispatch::RuleAssignment;
 use crate::error::{Error, Result};
 use crate::pattern::Pattern;
 use crate::planning::bound::certified_percent;
-use crate::sim::Scene;
+use crate::sim::{Conditions, Scene};
 use crate::station::Station;
 use crate::stats::{self, Interval};
 use rayon::prelude::*;
@@ -60,7 +60,8 @@ impl Validation {
     }
 }
 
-/// Scores `assignment` on the fresh patterns of `evaluator`; completion is counted at
+/// Scores `assignment` on the fresh patterns of `evaluator`, which was made under
+/// `conditions`; completion is counted at
 /// `flow` [m/s], or at the station's own speed. With `certify` its picks at that speed are
 /// held against the bound of any strategy. None when the user stopped.
 ///
@@ -71,7 +72,7 @@ pub fn validate(
     assignment: &RuleAssignment,
     flow: Option<f64>,
     risk: Risk,
-    update_hz: f64,
+    conditions: &Conditions,
     certify: bool,
     environment: &Environment,
 ) -> Result<Option<Validation>> {
@@ -93,7 +94,7 @@ pub fn validate(
             &station,
             evaluator.patterns(),
             Objective::PickedShare,
-            update_hz,
+            conditions,
         )?,
     };
     let shares = shares.evaluate(vec![assignment.clone()], environment)?;
@@ -107,6 +108,7 @@ pub fn validate(
         let Some(certificate) = certificate(
             &station,
             evaluator.patterns(),
+            conditions,
             &shares.scores[0].values,
             environment,
         )?
@@ -139,16 +141,18 @@ const CERTIFIED: usize = 100;
 fn certificate(
     station: &Station,
     patterns: &[Pattern],
+    conditions: &Conditions,
     shares: &[f64],
     environment: &Environment,
 ) -> Result<Option<Certificate>> {
     let patterns = &patterns[..patterns.len().min(CERTIFIED)];
     let progress = environment.progress;
     progress.begin("bounding", patterns.len() as u64, "patterns");
-    let bounded = patterns.par_iter().zip(shares).map(|(pattern, share)| {
+    let places = patterns.par_iter().enumerate();
+    let bounded = places.zip(shares).map(|((place, pattern), share)| {
         // A share of n items is that of a whole number of them.
         let picked = (share * pattern.len() as f64).round() as usize;
-        let scene = Scene::new(station, pattern)?;
+        let scene = Scene::under(station, pattern, conditions.of_place(place))?;
         let bound = bound_beside(&scene, picked, environment)?;
         progress.advance(1);
         Ok((picked, bound.value as usize))

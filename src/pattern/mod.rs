@@ -13,6 +13,7 @@ mod poisson;
 mod profile;
 mod set;
 pub mod tracking;
+mod training;
 
 pub use attributes::{Attributes, Distribution};
 pub use describe::{Description, describe};
@@ -22,6 +23,7 @@ pub use grid::grid;
 pub use item::{Item, Pattern, sigmoid};
 pub use poisson::poisson_disk;
 pub use set::{PatternSet, PatternSource, Recipe};
+pub use training::{TrainingSet, grids_around};
 
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;

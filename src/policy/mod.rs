@@ -17,6 +17,7 @@ mod model;
 mod seal;
 #[cfg(feature = "onnx")]
 mod strategy;
+mod trained;
 
 #[cfg(feature = "onnx")]
 pub use graph::{Attribute, GraphBuilder, INPUT, MASK, OUTPUT};
@@ -25,3 +26,4 @@ pub use metadata::Metadata;
 pub use model::{Policy, PolicyState};
 #[cfg(feature = "onnx")]
 pub use strategy::PolicyStrategy;
+pub use trained::{Extent, Outside, Trained};

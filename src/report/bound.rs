@@ -5,7 +5,7 @@ use super::table::{Table, fixed, interval};
 use crate::decision::Figures;
 use crate::experiment::CaseBound;
 use crate::pattern::Pattern;
-use crate::planning::bound::{Bound, certified_percent};
+use crate::planning::bound::{Bound, StopReason, certified_percent};
 use crate::stats::Interval;
 use serde::Serialize;
 
@@ -45,6 +45,9 @@ pub struct BoundReport {
     /// `optimal`: the schedule reaches the bound; `done`; `interrupted`, the bound
     /// holds all the same; `too_many_items` for slots of any use.
     pub stop_reason: &'static str,
+    /// What a reader should know.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
     /// How it was made.
     pub made: Provenance,
     #[serde(skip)]
@@ -82,6 +85,10 @@ pub struct CertifiedReport {
     pub picking_rate_upper_bound_per_min: Option<f64>,
     /// The run's rate as a proven share of the highest [%], rounded down.
     pub certified_rate_percent: Option<f64>,
+    /// Whether the proof was cut short, so that `pickline bound` would prove more; absent
+    /// when not.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub cut_short: bool,
 }
 
 impl CertifiedReport {
@@ -93,6 +100,7 @@ impl CertifiedReport {
             certified_percent: certified_percent(bound.earned(figures), bound.value),
             picking_rate_upper_bound_per_min: bound.rate,
             certified_rate_percent: bound.rate.map(|most| certified_percent(rate, most)),
+            cut_short: bound.coarse && bound.stop != StopReason::Optimal,
         }
     }
 
@@ -109,8 +117,14 @@ impl CertifiedReport {
             ),
             _ => String::new(),
         };
+        let cut_short = if self.cut_short {
+            "          cut short, as the pattern is long: `pickline bound` takes its time and \
+             proves more\n"
+        } else {
+            ""
+        };
         format!(
-            "certified at least {} % of the optimum (no strategy picks more than {}){rate}\n",
+            "certified at least {} % of the optimum (no strategy picks more than {}){rate}\n{cut_short}",
             fixed(self.certified_percent, 1),
             self.picks_upper_bound
         )
@@ -174,6 +188,7 @@ impl BoundReport {
             arcs: main.arcs,
             iterations: picks.iterations + weight.map_or(0, |bound| bound.iterations),
             stop_reason: main.stop.name(),
+            notes: Vec::new(),
             made,
             weighs: weight.is_some() || pattern.has_attributes(),
             prices: pattern
@@ -294,7 +309,7 @@ impl BoundReport {
         });
         format!(
             "{}{share}all       {all}\nreach     {} of {} items are in reach\nsearch    {} steps, slots of {} s, \
-             {} picks in slots, {}\n{}",
+             {} picks in slots, {}\n{}{}",
             table.render(),
             self.reachable,
             self.items,
@@ -302,6 +317,10 @@ impl BoundReport {
             self.slot_s,
             self.arcs,
             self.stop_reason.replace('_', " "),
+            self.notes
+                .iter()
+                .map(|note| format!("note      {note}\n"))
+                .collect::<String>(),
             self.made.lines(),
         )
     }

@@ -32,12 +32,17 @@ pub struct OptimumReport {
     pub patterns: usize,
     /// Simulated runs: one assignment on one pattern at one belt speed.
     pub runs: u64,
+    /// Most of them that the search was given; none for as many as it takes.
+    pub max_runs: Option<u64>,
     /// What GRASP found, where it ran.
     pub grasp: Option<GraspReport>,
     /// The assignment with the highest aggregate before ties were broken.
     pub leader: Vec<&'static str>,
     /// Assignments among which the tie was broken, the leader included.
     pub contenders: usize,
+    /// Of those, how many have a speed limit, and over how many patterns; none where ties
+    /// were broken without.
+    pub speed_limits_of: Option<(usize, usize)>,
     /// How the intervals were made.
     pub intervals: String,
     /// All assignments, the best first.
@@ -241,6 +246,7 @@ impl OptimumReport {
             assignments: ranking.entries.len(),
             patterns: optimum.patterns,
             runs: optimum.runs,
+            max_runs: optimum.max_runs,
             grasp: optimum.grasp.as_ref().map(|grasp| GraspReport {
                 starts: grasp.starts,
                 hits: grasp.hits,
@@ -252,6 +258,7 @@ impl OptimumReport {
             }),
             leader: ranking.leader.names(),
             contenders: ranking.contenders,
+            speed_limits_of: ranking.by_speed,
             intervals: ranking.method.clone(),
             ranking: ranking.entries.iter().map(line).collect(),
             validation,
@@ -409,10 +416,14 @@ impl OptimumReport {
         let tied = self.ranking.iter().filter(|line| line.tied).count();
         let order: Vec<_> = RULES.iter().map(|rule| rule.name()).collect();
         // Where the speed limit is the objective it can break no tie.
-        let by_speed = if self.ranking.iter().any(|line| line.max_speed.is_some()) {
-            "max speed, then by "
-        } else {
-            ""
+        let by_speed = match self.speed_limits_of {
+            Some((of, over)) if (of, over) == (self.contenders, self.patterns) => {
+                "max speed, then by ".to_owned()
+            }
+            Some((of, over)) => {
+                format!("max speed (of the {of} of highest mean, over {over} patterns), then by ")
+            }
+            None => String::new(),
         };
         format!(
             "ties      {tied} tied with the best ({}); it is the first of {} contenders, those that\n          \
@@ -425,9 +436,17 @@ impl OptimumReport {
     }
 
     fn search_line(&self) -> String {
-        let how = if self.stop_reason == StopReason::Interrupted.name() {
+        let cut_short = [
+            (StopReason::Interrupted, "interrupted"),
+            (StopReason::TimeLimit, "ended by --time-limit"),
+            (StopReason::Budget, "ended by its budget of runs"),
+        ];
+        let cut_short = cut_short
+            .iter()
+            .find(|(reason, _)| reason.name() == self.stop_reason);
+        let how = if let Some((_, how)) = cut_short {
             format!(
-                "interrupted; {} assignments scored on {} patterns",
+                "{how}; {} assignments scored on {} patterns",
                 self.assignments, self.patterns
             )
         } else if self.search == "exhaustive" {
@@ -450,7 +469,11 @@ impl OptimumReport {
                 grasp.alpha, grasp.hits, grasp.starts
             )
         });
-        format!("search    {how}{grasp}; {} runs\n", self.runs)
+        let most = match self.max_runs {
+            Some(most) => format!(" of at most {most} (--max-runs)"),
+            None => String::new(),
+        };
+        format!("search    {how}{grasp}; {} runs{most}\n", self.runs)
     }
 
     /// The whole ranking as CSV.

@@ -6,7 +6,7 @@ use super::plan::Plan;
 use super::trainer::{Phase, Round, Trainer};
 use crate::error::{Error, Result};
 use crate::files::csv_text;
-use crate::policy::Metadata;
+use crate::policy::{Metadata, Trained};
 use crate::stats::mean;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
@@ -305,6 +305,8 @@ impl<'a> Score<'a> {
         metadata.set("station_hashes", trainer.station_hashes().join(", "));
         metadata.set("robots", trainer.robots());
         metadata.set("training", record);
+        let speed = trainer.plan().domain.speed;
+        Trained::on(trainer.stations(), speed).write(&mut metadata);
         let best = self.kept.best.as_ref();
         let parameters = best.map_or(trainer.parameters(), |best| &best.parameters);
         export(trainer.network(), parameters, &layout, &metadata)

@@ -113,6 +113,12 @@ impl Conditions {
         }
     }
 
+    /// The same conditions with the luck of place `place` in a set of patterns: of the
+    /// seed that many after this one.
+    pub fn of_place(self, place: usize) -> Self {
+        self.with_seed(self.disturbances.seed.wrapping_add(place as u64))
+    }
+
     /// The same conditions with other luck.
     pub fn with_seed(mut self, seed: u64) -> Self {
         self.disturbances.seed = seed;
@@ -143,7 +149,7 @@ impl Conditions {
         let p = self.disturbances.default_p_grasp;
         if !(0.0..=1.0).contains(&p) {
             return Err(Error::input(
-                "--grasp-failures",
+                "--grasp-success",
                 format!("{} is not a probability", shown_number(p)),
                 "give the probability that a grasp succeeds, from 0 to 1, or no number",
             ));
@@ -215,8 +221,8 @@ mod tests {
             (Conditions::at_update_hz(-1.0), "--update-hz"),
             (camera(f64::NAN), "--camera-x"),
             (camera(f64::NEG_INFINITY), "--camera-x"),
-            (disturbed(1.01, 0.0), "--grasp-failures"),
-            (disturbed(f64::NAN, 0.0), "--grasp-failures"),
+            (disturbed(1.01, 0.0), "--grasp-success"),
+            (disturbed(f64::NAN, 0.0), "--grasp-success"),
             (disturbed(1.0, -1e-9), "--position-noise"),
             (disturbed(1.0, f64::NAN), "--position-noise"),
             (disturbed(1.0, 11.0), "--position-noise"),

@@ -8,6 +8,15 @@ use crate::toml_file::{File, Section};
 use std::fmt::Write as _;
 use std::path::Path;
 
+/// The strategy that a station file names by its key `strategy`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SavedStrategy {
+    /// As it is written after `--strategy`.
+    pub text: String,
+    /// Where it stands, for messages.
+    pub place: String,
+}
+
 /// Flags that win over what a file or a built-in station says.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Overrides {
@@ -24,9 +33,25 @@ pub struct Overrides {
 /// A file that cannot be read or breaks the schema, naming file, line and key; an
 /// unknown built-in name.
 pub fn load(name: &str, overrides: Overrides) -> Result<Station> {
-    let path = Path::new(name);
-    let looks_like_file = name.contains(['/', '\\', '.']) || path.exists();
-    if looks_like_file {
+    load_with_strategy(name, overrides).map(|(station, _)| station)
+}
+
+/// Whether `name` stands for a file, not for a built-in station.
+pub fn is_file(name: &str) -> bool {
+    name.contains(['/', '\\', '.']) || Path::new(name).exists()
+}
+
+/// As [`load`], with the strategy that the file names, which is not looked at here: what
+/// strategies there are is none of the station's business.
+///
+/// # Errors
+/// As for [`load`].
+pub fn load_with_strategy(
+    name: &str,
+    overrides: Overrides,
+) -> Result<(Station, Option<SavedStrategy>)> {
+    if is_file(name) {
+        let path = Path::new(name);
         if let Some(station) = meant_built_in(path) {
             return Err(Error::input(
                 name,
@@ -35,9 +60,13 @@ pub fn load(name: &str, overrides: Overrides) -> Result<Station> {
             ));
         }
         let text = crate::files::read_text(path)?;
-        return parse(&text, name, overrides);
+        return parse_with_strategy(&text, name, overrides);
     }
-    let station = match (built_in(name), nearest_file(path)) {
+    load_built_in(name, overrides).map(|station| (station, None))
+}
+
+fn load_built_in(name: &str, overrides: Overrides) -> Result<Station> {
+    let station = match (built_in(name), nearest_file(Path::new(name))) {
         (Ok(station), _) => station,
         (Err(_), Some(file)) if is_toml(&file) => {
             return Err(Error::input(
@@ -82,13 +111,36 @@ fn meant_built_in(path: &Path) -> Option<&'static str> {
 /// # Errors
 /// Whatever is wrong, with its line and key, the value found and the cure.
 pub fn parse(text: &str, name: &str, overrides: Overrides) -> Result<Station> {
+    parse_with_strategy(text, name, overrides).map(|(station, _)| station)
+}
+
+/// As [`parse`], with the strategy that the file names.
+///
+/// # Errors
+/// As for [`parse`].
+pub fn parse_with_strategy(
+    text: &str,
+    name: &str,
+    overrides: Overrides,
+) -> Result<(Station, Option<SavedStrategy>)> {
     let file = File::new(name, text, "the output of `pickline station init`");
-    file.read(|root| read(root, overrides))
+    file.read(|root| {
+        let station = read(root, overrides)?;
+        let Some(value) = root.table.get("strategy") else {
+            return Ok((station, None));
+        };
+        file.remember("strategy", value);
+        let saved = SavedStrategy {
+            text: root.text("strategy")?,
+            place: file.place("strategy"),
+        };
+        Ok((station, Some(saved)))
+    })
 }
 
 fn read(root: &Section, overrides: Overrides) -> Result<Station> {
     let file = root.file;
-    root.only(&["belt", "robot", "line"])?;
+    root.only(&["strategy", "belt", "robot", "line"])?;
     let place = |key: &str| match (key, overrides.belt_speed, overrides.robots) {
         ("belt.speed", Some(_), _) => "--belt-speed".to_owned(),
         ("robot", _, Some(_)) => "--robots".to_owned(),

@@ -3,12 +3,17 @@
 //! A [`Station`] can only be had validated; nothing downstream re-checks it.
 
 mod builtin;
+mod edit;
 mod file;
 mod geometry;
 mod line;
 mod plausible;
 
 pub use builtin::{BUILT_INS, BuiltIn, built_in};
-pub use file::{Overrides, commented_example, load, parse, to_toml};
+pub use edit::edited;
+pub use file::{
+    Overrides, SavedStrategy, commented_example, is_file, load, load_with_strategy, parse,
+    parse_with_strategy, to_toml,
+};
 pub use geometry::{Belt, Robot, Station};
 pub use line::Line;

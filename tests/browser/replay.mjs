@@ -317,7 +317,7 @@ await withBrowser(async (folder, browser) => {
     default: ["--check"],
     dense: ["--pattern", dense, "--update-hz", "10"],
     one: ["--robots", "1", "--strategy", "FIFO"],
-    failing: ["--pattern", dense, "--grasp-failures", "0.5", "--check"],
+    failing: ["--pattern", dense, "--grasp-success", "0.5", "--check"],
     narrow: ["--station", "paper-narrow", "--robots", "3", "--pattern", narrow],
   };
   for (const [name, args] of Object.entries(cases)) {

@@ -1,6 +1,6 @@
 //! What `pickline bound` is given.
 
-use super::{Common, StationChoice};
+use super::{Common, ConditionArgs, StationChoice};
 use clap::{Args, ValueEnum};
 
 /// Bound what any strategy can pick from a pattern, waiting and clairvoyance included
@@ -13,12 +13,15 @@ use clap::{Args, ValueEnum};
 Examples:
   pickline bound
   pickline bound --pattern items.csv --objective weight --slot 0.02
+  pickline bound --camera-x 0.5 --grasp-success 0.9
   pickline pattern generate grid --count 150 | pickline bound --pattern - --format json")]
 pub struct BoundArgs {
     #[command(flatten)]
     pub station: StationChoice,
     #[command(flatten)]
     pub common: Common,
+    #[command(flatten)]
+    pub conditions: ConditionArgs,
     /// Pattern file (CSV), `-` for stdin; the grid of 0.15 m with 50 items when not given
     #[arg(long, value_name = "FILE")]
     pub pattern: Option<String>,

@@ -10,8 +10,8 @@ pub struct ConditionArgs {
     /// belt's start; a robot cannot leave for others [default: all are known]
     #[arg(long, value_name = "X", allow_negative_numbers = true)]
     pub camera_x: Option<f64>,
-    /// Grasps fail: each succeeds with the item's p_grasp, or with probability P where
-    /// the item has none [default P: 1]
+    /// Grasps may fail: each succeeds with the item's p_grasp, or with probability P where
+    /// the item has none, so 0.9 means that one in ten fails [default P: 1]
     #[arg(
         long,
         value_name = "P",
@@ -19,7 +19,16 @@ pub struct ConditionArgs {
         default_missing_value = "1",
         allow_negative_numbers = true
     )]
-    pub grasp_failures: Option<f64>,
+    pub grasp_success: Option<f64>,
+    /// What the flag above was called; refused, as the name said the opposite of the number
+    #[arg(
+        long,
+        hide = true,
+        num_args = 0..=1,
+        default_missing_value = "",
+        allow_hyphen_values = true
+    )]
+    pub grasp_failures: Option<String>,
     /// The camera reports each item off by normal errors of this deviation [m]
     #[arg(
         long,

@@ -9,7 +9,8 @@ const AGAIN: &str = "; may be given several times";
 
 /// Set strategies side by side on the paper's cases or your own
 ///
-/// Robust GT is the assignment that is best over a training set, greedy GT the best for
+/// Robust GT is the assignment that is best over a training set, by default patterns of the
+/// cases' kinds under other seeds, with --paper the paper's balanced set; greedy GT the best for
 /// every single pattern; the third column is the trained policy that ships with the
 /// program. Differences to robust GT are paired over patterns, with 95 % intervals. With
 /// --out DIR writes throughput.csv (the steady state), picked_time.csv and picking_rate.csv
@@ -21,7 +22,7 @@ Examples:
   pickline compare --cases dense --strategy rules:SPT,SPT --out results/
   pickline compare --station my-line.toml --cases my-cases.toml
   pickline compare --paper --html compare.html --svg rates.svg
-  pickline compare --grasp-failures 0.9 --position-noise 0.005
+  pickline compare --grasp-success 0.9 --position-noise 0.005
 
 Charts for --chart: rate (the main one), the picking rate of every method on every case;
 difference, how much more each picks than robust GT; throughput, the picks per minute in the steady
@@ -72,7 +73,7 @@ pub struct CompareArgs {
         allow_negative_numbers = true
     )]
     pub replicates: usize,
-    /// Print the paper's own figures beside ours
+    /// Print the paper's own figures beside ours, robust GT found on the balanced set as there
     #[arg(long)]
     pub paper: bool,
     #[command(flatten)]
@@ -83,18 +84,17 @@ pub struct CompareArgs {
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Robust GT")]
 pub struct TrainingArgs {
-    /// Its assignment instead of the best on the training set, the balanced set of
-    /// `optimize`
+    /// Its assignment instead of the best on the training set
     #[arg(long, value_name = "R1,R2,...")]
     pub robust: Option<String>,
-    /// Items in each pattern of the training set
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 150,
-        allow_negative_numbers = true
-    )]
-    pub train_items: usize,
+    /// Training set, written as --patterns of optimize [default: patterns of the kind that is
+    /// judged under another seed; where the paper's own figures stand beside, its balanced set]
+    #[arg(long, value_name = "SET", conflicts_with = "robust")]
+    pub train_patterns: Option<String>,
+    /// Items in each pattern of the training set [default: as many as are judged, 150 in a
+    /// named set]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub train_items: Option<usize>,
 }
 
 /// Vary belt speed, robots, spacing or reach, and say how far up everything is picked

@@ -1,6 +1,6 @@
 //! What `pickline game` is given.
 
-use super::{Common, PatternSetArgs, StationChoice};
+use super::{Common, ConditionArgs, PatternSetArgs, StationChoice};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
@@ -14,12 +14,15 @@ use std::path::PathBuf;
 Examples:
   pickline game --robots 3 --payoff total
   pickline game --station my-line.toml --patterns recorded/ --out game/
+  pickline game --grasp-success 0.9
   pickline game --format csv --nfg line.nfg")]
 pub struct GameArgs {
     #[command(flatten)]
     pub station: StationChoice,
     #[command(flatten)]
     pub common: Common,
+    #[command(flatten)]
+    pub conditions: ConditionArgs,
     #[command(flatten)]
     pub set: PatternSetArgs,
     /// What each robot is paid

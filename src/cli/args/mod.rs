@@ -23,7 +23,7 @@ pub use game::{GameArgs, PayoffArg};
 pub use live::{ClockArg, EmulateArgs, RunArgs, TransportArgs, TroubleArgs};
 #[cfg(feature = "mqtt")]
 pub use mqtt::MqttArgs;
-pub use optimize::{OptimizeArgs, SearchArg};
+pub use optimize::{LimitArgs, OptimizeArgs, SearchArg};
 pub use pattern::{
     AxisArg, BoxesArg, DescribeArgs, GenerateArgs, ImportCommand, PatternArgs, PatternCommand,
     PatternKind, TracksArgs,

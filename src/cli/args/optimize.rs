@@ -1,7 +1,8 @@
 //! What `pickline optimize` is given.
 
-use super::{Common, PatternSetArgs, Pictures, StationChoice, strategy_help};
+use super::{Common, ConditionArgs, PatternSetArgs, Pictures, StationChoice, strategy_help};
 use clap::{Args, ValueEnum};
+use std::path::PathBuf;
 
 /// Find the rule for each robot that picks best whatever the pattern
 ///
@@ -12,8 +13,12 @@ use clap::{Args, ValueEnum};
 Examples:
   pickline optimize --robots 3
   pickline optimize --station my-line.toml --patterns recorded/ --objective picked-share
+  pickline optimize --station my-line.toml --save
+  pickline optimize --robots 3 --save my-line.toml
   pickline optimize --robots 6 --search grasp --risk cvar:0.1 --format json
   pickline optimize --robots 3 --strategy onnx --strategy lookahead --validate 100
+  pickline optimize --camera-x 0.5 --grasp-success 0.9 --position-noise 0.005
+  pickline optimize --robots 12 --time-limit 20
   pickline optimize --robots 3 --html optimize.html --svg ranking.svg
 
 Charts for --chart: difference (the main one), how far each of the first 20 assignments
@@ -24,6 +29,8 @@ pub struct OptimizeArgs {
     pub station: StationChoice,
     #[command(flatten)]
     pub common: Common,
+    #[command(flatten)]
+    pub conditions: ConditionArgs,
     #[command(flatten)]
     pub set: PatternSetArgs,
     /// What to maximise: picking-rate, picked-share, weighted-rate, max-speed
@@ -51,8 +58,8 @@ pub struct OptimizeArgs {
         allow_negative_numbers = true
     )]
     pub speed_step: f64,
-    /// auto enumerates all 6^N assignments while that costs less than GRASP; both
-    /// states GRASP's gap to the optimum
+    /// auto enumerates all 6^N assignments while that costs less than GRASP, and runs GRASP
+    /// beside it where that adds less than a tenth; both states GRASP's gap to the optimum
     #[arg(long, value_enum, default_value_t = SearchArg::Auto, help_heading = "Search")]
     pub search: SearchArg,
     /// GRASP: number of starts
@@ -73,6 +80,8 @@ pub struct OptimizeArgs {
         allow_negative_numbers = true
     )]
     pub alpha: f64,
+    #[command(flatten)]
+    pub limits: LimitArgs,
     /// Fresh patterns (another seed) to score the winner on; 0 for none
     #[arg(
         long,
@@ -88,6 +97,15 @@ pub struct OptimizeArgs {
         "; may be given several times. With --format csv only strategies.csv of --out has them",
     ))]
     pub strategy: Vec<String>,
+    /// Save the winner as the strategy of the station file, which the other verbs then use;
+    /// with FILE as a new station file, which a built-in station needs
+    #[arg(
+        long,
+        value_name = "FILE",
+        num_args = 0..=1,
+        help_heading = "Search"
+    )]
+    pub save: Option<Option<PathBuf>>,
     /// Leave out how far the winner is at most from the best that any strategy can do
     #[arg(long, help_heading = "Search")]
     pub no_bound: bool,
@@ -101,6 +119,31 @@ pub struct OptimizeArgs {
     pub top: usize,
     #[command(flatten)]
     pub pictures: Pictures,
+}
+
+/// How long a search may take.
+#[derive(Debug, Clone, Args)]
+pub struct LimitArgs {
+    /// Most simulated runs of the search, ties included: one assignment on one pattern at one
+    /// belt speed; 0 for as many as it takes. The result is the best so far, the same on any
+    /// machine [default: 36000000 divided by the number of robots, 4000000 where
+    /// extended workspaces overlap or something can go wrong]
+    #[arg(
+        long,
+        value_name = "N",
+        help_heading = "Search",
+        allow_negative_numbers = true
+    )]
+    pub max_runs: Option<u64>,
+    /// End the search after this time [s] with the best so far, which then depends on the
+    /// machine; validation and bound come on top
+    #[arg(
+        long,
+        value_name = "S",
+        help_heading = "Search",
+        allow_negative_numbers = true
+    )]
+    pub time_limit: Option<f64>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

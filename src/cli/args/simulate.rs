@@ -69,5 +69,5 @@ Examples:
   pickline simulate --station my-line.toml --pattern items.csv --trace events.csv
   pickline simulate --strategy lookahead --check
   pickline simulate --robots 3 --html replay.html
-  pickline simulate --camera-x 0.5 --grasp-failures 0.8 --position-noise 0.01"
+  pickline simulate --camera-x 0.5 --grasp-success 0.8 --position-noise 0.01"
 }

@@ -6,7 +6,7 @@ use crate::dispatch::RULES;
 use crate::error::{Error, Result};
 use crate::optimize::Environment;
 use crate::pattern::{Pattern, random_stream};
-use crate::sim::{AssignmentTree, Scene};
+use crate::sim::{AssignmentTree, Conditions, Scene};
 use crate::station::Station;
 use crate::stats::{Interval, interval_of};
 use rand::seq::SliceRandom;
@@ -77,18 +77,19 @@ pub fn check_size(station: &Station) -> Result<()> {
 }
 
 impl LineGame {
-    /// Simulates all assignments of `station` on `patterns`. Sums are made in an order of
+    /// Simulates all assignments of `station` on `patterns` under `conditions`; the pattern
+    /// of place i has the luck of their seed + i. Sums are made in an order of
     /// the patterns that is always the same, so no figure depends on the number of
     /// threads.
     ///
     /// # Errors
-    /// Too many robots, a pattern that does not lie on the belt, an update frequency
-    /// that is none; interrupted before the first pattern was done.
+    /// Too many robots, a pattern that does not lie on the belt, conditions that
+    /// are none; interrupted before the first pattern was done.
     pub fn new(
         station: &Station,
         patterns: &[Pattern],
         payoff: PayoffKind,
-        update_hz: f64,
+        conditions: &Conditions,
         environment: &Environment,
     ) -> Result<Self> {
         check_size(station)?;
@@ -105,8 +106,8 @@ impl LineGame {
             let runs: Vec<Option<(Vec<f64>, bool)>> = batch
                 .par_iter()
                 .map(|&place| {
-                    let scene = Scene::new(station, &patterns[place])?;
-                    let scene = scene.with_update_hz(update_hz)?;
+                    let luck = conditions.of_place(place);
+                    let scene = Scene::under(station, &patterns[place], luck)?;
                     let rates = own_rates(&scene, &tree, environment)?;
                     Ok(rates.map(|rates| (rates, scene.is_independent())))
                 })

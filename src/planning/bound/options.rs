@@ -53,20 +53,33 @@ impl Options {
         Self {
             objective,
             schedule: false,
-            arcs: 100_000,
+            arcs: QUICK_ARCS,
             ..Self::default()
         }
     }
 
-    /// The same for holding runs against, the best of which picks `picked` items: a bound
-    /// that a run reaches cannot be bettered.
-    pub fn beside(picked: usize) -> Self {
+    /// The same for holding runs on a pattern of `items` items against, the best of which
+    /// picks `picked`: a bound that a run reaches cannot be bettered. A longer pattern is
+    /// worth time in proportion, or its slots would be too long to prove anything.
+    pub fn beside(picked: usize, items: usize) -> Self {
+        let share = (items as f64 / USUAL_ITEMS as f64).max(1.0);
         Self {
             known: picked as f64,
+            arcs: (QUICK_ARCS as f64 * share).min(MOST_BESIDE) as usize,
             ..Self::quick(Objective::Picks)
         }
     }
 }
+
+/// Picks in slots that reports afford by the way, on a pattern of so many items.
+const QUICK_ARCS: usize = 100_000;
+const USUAL_ITEMS: usize = 150;
+/// However long a pattern is, no more: several patterns are bounded at once, and this many
+/// take about 100 MB.
+const MOST_BESIDE: f64 = 4e6;
+/// Slots this many times as long as would be chosen for the picks alone are coarse: a fifth
+/// of a pick.
+const COARSE: f64 = 10.0;
 
 /// Shortest and longest slot [s] that may be asked for.
 const SLOT_RANGE: (f64, f64) = (1e-6, 1e6);
@@ -77,11 +90,17 @@ const MOST_SLOTS: f64 = 1e14;
 /// Slots in a mean processing time, unless that is too many for the whole.
 const SLOTS_PER_PICK: f64 = 50.0;
 
+/// Slots, and whether they are so long for want of memory or time that the bound is weak.
+pub(super) struct Chosen {
+    pub slots: Slots,
+    pub coarse: bool,
+}
+
 /// The slots for `scene`; none when there are too many items for any that are worth it.
 ///
 /// # Errors
 /// A length that is none, or so short that the picks do not fit into memory.
-pub(super) fn choose_slots(scene: &Scene, options: &Options) -> Result<Option<Slots>> {
+pub(super) fn choose_slots(scene: &Scene, options: &Options) -> Result<Option<Chosen>> {
     let robots = 0..scene.station().robots().len();
     let size = |slots: Slots| -> f64 {
         let sizes = robots.clone().map(|r| Network::size(scene.queue(r), slots));
@@ -118,7 +137,8 @@ pub(super) fn choose_slots(scene: &Scene, options: &Options) -> Result<Option<Sl
                 "give a longer slot, or leave it out to have one chosen",
             ));
         }
-        return Ok(Some(slots));
+        let coarse = false;
+        return Ok(Some(Chosen { slots, coarse }));
     }
     let (mut sum, mut count) = (0.0, 0.0);
     for robot in robots.clone() {
@@ -150,5 +170,8 @@ pub(super) fn choose_slots(scene: &Scene, options: &Options) -> Result<Option<Sl
     // In slots longer than a pick there is next to nothing left to bound.
     Ok(length
         .filter(|&length| count == 0.0 || length <= mean.max(wanted))
-        .map(|length| Slots { length }))
+        .map(|length| Chosen {
+            slots: Slots { length },
+            coarse: length > COARSE * wanted,
+        }))
 }

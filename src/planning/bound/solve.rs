@@ -2,7 +2,7 @@
 
 use super::ascent::{Ascent, Schedules};
 use super::dual::Dual;
-use super::options::{Objective, Options, choose_slots};
+use super::options::{Chosen, Objective, Options, choose_slots};
 use super::profile::{Ends, Leaving, Profile};
 use super::schedule::schedule;
 use crate::decision::{Figures, Outcome};
@@ -59,6 +59,9 @@ pub struct Bound {
     pub schedule: Option<Outcome>,
     /// Length of the slots [s]; 0 when there were none.
     pub slot_s: f64,
+    /// Whether the slots are so long, for want of time or memory, that shorter ones would
+    /// prove clearly more.
+    pub coarse: bool,
     /// Picks in slots, the size of the networks.
     pub arcs: usize,
     /// Steps of the prices.
@@ -126,7 +129,7 @@ pub fn upper_bound(
     } else {
         scene
     };
-    let Some(slots) = choose_slots(scene, options)? else {
+    let Some(Chosen { slots, coarse }) = choose_slots(scene, options)? else {
         return Ok(trivial(scene, options.objective));
     };
     let dual = Dual::new(scene, options.objective, slots);
@@ -157,7 +160,10 @@ pub fn upper_bound(
     if options.schedule && !search.stopped {
         search.make_schedules(scene, options.objective)?;
     }
-    Ok(search.finish(options.objective, ends))
+    Ok(Bound {
+        coarse,
+        ..search.finish(options.objective, ends)
+    })
 }
 
 /// The scene where nothing goes wrong, in which every pick that succeeds on `scene` is a
@@ -200,6 +206,7 @@ fn trivial(scene: &Scene, objective: Objective) -> Bound {
         prices: reachable.iter().map(|w| w.unwrap_or(0.0)).collect(),
         schedule: None,
         slot_s: 0.0,
+        coarse: true,
         arcs: 0,
         iterations: 0,
         stop: StopReason::TooMany,
@@ -332,6 +339,7 @@ impl Search {
             reachable: dual.earliest.iter().flatten().count(),
             prices: self.ascent.best_prices.iter().map(price).collect(),
             slot_s: dual.slots.length,
+            coarse: false,
             arcs: dual.networks.iter().map(|network| network.arcs()).sum(),
             iterations: self.steps,
             stop: if self.optimal() {

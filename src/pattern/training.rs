@@ -1,0 +1,100 @@
+//! Patterns like those that a strategy is judged on, to find it on: of the same kind, under
+//! another seed.
+
+use super::grid::grid;
+use super::set::{PatternSet, PatternSource, Recipe};
+use crate::error::Result;
+
+/// Half the width of the range around a grid's spacing, as a share of it.
+const AROUND: f64 = 0.1;
+
+/// A set to find strategies on.
+#[derive(Debug, Clone)]
+pub struct TrainingSet {
+    /// The patterns.
+    pub set: PatternSet,
+    /// Whether they are the very patterns that strategies are judged on, which must be said.
+    pub seen: bool,
+}
+
+impl PatternSource {
+    /// About `count` patterns of the kind of this source. The recipe's seed must be another
+    /// than that of the patterns that are judged. A grid is one pattern only, so its kind are
+    /// the grids of nearly its spacing; recorded patterns have no others of their kind.
+    ///
+    /// # Errors
+    /// As for [`PatternSource::build`].
+    pub fn training_set(&self, recipe: &Recipe, count: usize) -> Result<TrainingSet> {
+        if let Self::Grid(spacing) = self {
+            let set = grids_around(*spacing, recipe, count)?;
+            return Ok(TrainingSet { set, seen: false });
+        }
+        Ok(match self.draw_fresh(recipe, count)? {
+            Some(set) => TrainingSet { set, seen: false },
+            None => TrainingSet {
+                set: self.build(recipe)?,
+                seen: true,
+            },
+        })
+    }
+}
+
+/// `count` grids, or one more so that `spacing` [m] itself is none of them, evenly around it.
+///
+/// # Errors
+/// A spacing that makes no grid.
+pub fn grids_around(spacing: f64, recipe: &Recipe, count: usize) -> Result<PatternSet> {
+    let count = count.next_multiple_of(2).max(2);
+    let share = |place: usize| 1.0 - AROUND + 2.0 * AROUND * place as f64 / (count - 1) as f64;
+    let spacings: Vec<f64> = (0..count).map(|place| spacing * share(place)).collect();
+    let grids = spacings
+        .iter()
+        .map(|&s| grid(recipe.belt.width, s, recipe.items));
+    Ok(PatternSet {
+        description: format!(
+            "{count} grids of {:.4} to {:.4} m, {} items a pattern",
+            spacings[0],
+            spacings[count - 1],
+            recipe.items
+        ),
+        labels: spacings.iter().map(|s| format!("grid s={s:.4}")).collect(),
+        patterns: grids.collect::<Result<_>>()?,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn training_patterns_are_of_the_kind_and_others() {
+        let recipe = Recipe {
+            belt: *crate::station::built_in("paper")
+                .unwrap()
+                .station(None)
+                .unwrap()
+                .belt(),
+            items: 20,
+            shape: Default::default(),
+            attributes: Default::default(),
+            seed: 1,
+        };
+        let judged = Recipe { seed: 2, ..recipe };
+        for text in [
+            "grid:0.15",
+            "poisson:0.2:10",
+            "balanced:5",
+            "random:100/min:4",
+        ] {
+            let source: PatternSource = text.parse().unwrap();
+            let training = source.training_set(&recipe, 30).unwrap();
+            assert!(
+                !training.seen && training.set.patterns.len() == 30,
+                "{text}"
+            );
+            let judged = source.build(&judged).unwrap();
+            let shared = |p| training.set.patterns.contains(p);
+            assert!(!judged.patterns.iter().any(shared), "{text}");
+        }
+    }
+}

@@ -1,0 +1,227 @@
+//! What a policy was trained on, and how far a line is from that.
+//!
+//! A network says nothing about lines unlike those that it has seen; that it still answers
+//! something is no sign that the answer is good.
+
+use super::metadata::Metadata;
+use crate::error::shown_number;
+use crate::station::{Station, built_in};
+use serde::{Deserialize, Serialize};
+
+/// A line that exceeds a range by more than this share is far from the training. A quarter is
+/// what the belt's speed was varied by.
+const FAR: f64 = 0.25;
+/// What rounding may add to an end of a range.
+const SLACK: f64 = 1e-9;
+/// The entry of the metadata that holds the ranges.
+const KEY: &str = "trained_on";
+
+/// One quantity of lines, from where to where.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Extent {
+    /// What it is.
+    pub quantity: String,
+    /// Its unit; empty for counts.
+    pub unit: String,
+    /// The least value.
+    pub low: f64,
+    /// The largest.
+    pub high: f64,
+}
+
+/// The lines that a policy was trained on, as the ranges of their quantities.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Trained {
+    extents: Vec<Extent>,
+}
+
+/// A quantity in which a line is unlike all that a policy was trained on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outside {
+    /// What the line has.
+    pub line: Extent,
+    /// What it was trained on.
+    pub trained: Extent,
+}
+
+/// The quantities of a line. All that its robots' observations and the time that a pick
+/// takes depend on.
+fn extents(station: &Station) -> Vec<Extent> {
+    let (belt, robots) = (station.belt(), station.robots());
+    let extent = |quantity: &str, unit: &str, values: &[f64]| Extent {
+        quantity: quantity.to_owned(),
+        unit: unit.to_owned(),
+        low: values.iter().copied().fold(f64::INFINITY, f64::min),
+        high: values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+    };
+    let each = |of: &dyn Fn(&crate::station::Robot) -> f64| -> Vec<f64> {
+        robots.iter().map(of).collect()
+    };
+    let spacings: Vec<f64> = robots
+        .windows(2)
+        .map(|pair| pair[1].base.x - pair[0].base.x)
+        .collect();
+    let mut list = vec![
+        extent("robots", "", &[robots.len() as f64]),
+        extent("belt speed", "m/s", &[belt.speed]),
+        extent("belt width", "m", &[belt.width]),
+        extent("reach", "m", &each(&|robot| robot.reach)),
+        extent("arm speed", "m/s", &each(&|robot| robot.speed)),
+        extent(
+            "grasp and release time",
+            "s",
+            &each(&|robot| robot.grasp_time + robot.release_time),
+        ),
+    ];
+    if !spacings.is_empty() {
+        list.push(extent("spacing of the bases", "m", &spacings));
+    }
+    list
+}
+
+impl Trained {
+    /// The ranges over `stations`, each with its belt speed times `speed`, from and to.
+    pub fn on(stations: &[Station], speed: (f64, f64)) -> Self {
+        let mut merged: Vec<Extent> = Vec::new();
+        for mut extent in stations.iter().flat_map(extents) {
+            if extent.quantity == "belt speed" {
+                extent.low *= speed.0;
+                extent.high *= speed.1;
+            }
+            match merged.iter_mut().find(|e| e.quantity == extent.quantity) {
+                Some(known) => {
+                    known.low = known.low.min(extent.low);
+                    known.high = known.high.max(extent.high);
+                }
+                None => merged.push(extent),
+            }
+        }
+        Self { extents: merged }
+    }
+
+    /// Writes the ranges into a policy's metadata.
+    pub fn write(&self, metadata: &mut Metadata) {
+        // Numbers and texts always make JSON.
+        metadata.set(KEY, serde_json::to_string(self).unwrap_or_default());
+    }
+
+    /// What a policy's metadata says; none where it says nothing. Older files have no ranges
+    /// but the names of their stations, which are known where they are built in.
+    pub fn read(metadata: &Metadata) -> Option<Self> {
+        if let Some(text) = metadata.get(KEY) {
+            return serde_json::from_str(text).ok();
+        }
+        let record: serde_json::Value = serde_json::from_str(metadata.get("training")?).ok()?;
+        let names = record["stations"].as_array()?.iter();
+        let station = |name: &serde_json::Value| -> Option<Station> {
+            let name = name.as_str()?;
+            let (name, robots) = match name.split_once(':') {
+                Some((name, robots)) => (name, Some(robots.parse().ok()?)),
+                None => (name, None),
+            };
+            built_in(name).ok()?.station(robots).ok()
+        };
+        let stations: Vec<Station> = names.map(station).collect::<Option<_>>()?;
+        let speed = &record["plan"]["domain"]["speed"];
+        let speed = speed[0].as_f64().zip(speed[1].as_f64());
+        Some(Self::on(&stations, speed.unwrap_or((1.0, 1.0))))
+    }
+
+    /// In what `station` is unlike the training; nothing where it is within all ranges.
+    pub fn outside(&self, station: &Station) -> Vec<Outside> {
+        let outside = |line: Extent| {
+            let trained = self.extents.iter().find(|e| e.quantity == line.quantity)?;
+            let outside = Outside {
+                trained: trained.clone(),
+                line,
+            };
+            (outside.excess() > SLACK).then_some(outside)
+        };
+        extents(station).into_iter().filter_map(outside).collect()
+    }
+}
+
+impl Outside {
+    /// How far the line is outside, as a share of the nearer end of the range.
+    pub fn excess(&self) -> f64 {
+        let (line, trained) = (&self.line, &self.trained);
+        let share = |gap: f64, end: f64| {
+            if gap <= 0.0 {
+                0.0
+            } else if end > 0.0 {
+                gap / end
+            } else {
+                f64::INFINITY
+            }
+        };
+        let below = share(trained.low - line.low, trained.low);
+        below.max(share(line.high - trained.high, trained.high))
+    }
+
+    /// Whether the line is far from the training in this.
+    pub fn is_far(&self) -> bool {
+        self.excess() > FAR + SLACK
+    }
+}
+
+impl std::fmt::Display for Outside {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        let span = |extent: &Extent| {
+            // As one would write them: 1.6, not 1.5999999999999999.
+            let [low, high] = [extent.low, extent.high].map(|v| (v * 1e6).round() / 1e6);
+            let space = if extent.unit.is_empty() { "" } else { " " };
+            if low == high {
+                format!("{}{space}{}", shown_number(low), extent.unit)
+            } else {
+                format!(
+                    "{} to {}{space}{}",
+                    shown_number(low),
+                    shown_number(high),
+                    extent.unit
+                )
+            }
+        };
+        write!(
+            f,
+            "{} {} (trained on {})",
+            self.line.quantity,
+            span(&self.line),
+            span(&self.trained)
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn paper(robots: usize) -> Station {
+        built_in("paper").unwrap().station(Some(robots)).unwrap()
+    }
+
+    #[test]
+    fn a_line_is_as_far_as_its_quantities_say() {
+        let trained = Trained::on(&[paper(2), paper(4)], (0.8, 1.25));
+        assert!(trained.outside(&paper(3)).is_empty());
+        let slower = paper(3).with_belt_speed(0.04).unwrap();
+        assert!(trained.outside(&slower).is_empty());
+        let five = trained.outside(&paper(5));
+        assert_eq!(five.len(), 1);
+        assert_eq!(five[0].to_string(), "robots 5 (trained on 2 to 4)");
+        assert!(!five[0].is_far());
+        let one = trained.outside(&paper(1));
+        assert!(one[0].is_far());
+        let fast = paper(2).with_belt_speed(0.4).unwrap();
+        let fast = trained.outside(&fast);
+        assert_eq!(
+            fast[0].to_string(),
+            "belt speed 0.4 m/s (trained on 0.04 to 0.0625 m/s)"
+        );
+        assert!((fast[0].excess() - 5.4).abs() < 1e-9);
+        let mut metadata = Metadata::default();
+        assert_eq!(Trained::read(&metadata), None);
+        trained.write(&mut metadata);
+        assert_eq!(Trained::read(&metadata), Some(trained));
+    }
+}
