@@ -79,8 +79,10 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
     let usual = args.items.is_none() && recipe.items == DEFAULT_GRID.1;
     if generated && usual && axis != Axis::Speed {
         // These are judged by what they pick in the steady state.
-        recipe.items = sweep_values::items(&lines, &set.patterns, recipe.items)?;
-        set = source.build(&recipe)?;
+        let items = sweep_values::items(&lines, &set.patterns, recipe.items)?;
+        set = source.build(&Recipe { items, ..recipe })?;
+        // Robust GT is found for every line on many patterns; shorter ones do.
+        recipe.items = items.min(sweep_values::TRAINED);
     }
     args.station.check_set(&set)?;
     args.conditions.check_on(&args.station, &station)?;
