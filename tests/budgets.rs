@@ -89,6 +89,8 @@ fn a_time_limit_ends_the_search_with_the_best_so_far() {
         "2",
         "--starts",
         "1000000",
+        "--search",
+        "grasp",
         "--patterns",
         "balanced:5",
         "--items",
