@@ -46,7 +46,7 @@ pub struct Unsteady {
 pub enum UnsteadyReason {
     /// All of the pattern belongs to run-in and run-out, as its items arrive within
     /// `lasts` [s] and the longest departure window is `window` [s]; as many `items` of
-    /// this density would do, where a density can be told.
+    /// this density are enough, where there is a density.
     Short {
         /// From the first arrival to the last [s].
         lasts: f64,
@@ -148,7 +148,7 @@ pub fn steady_state(scene: &Scene, outcome: &Outcome) -> Result<SteadyState, Uns
 }
 
 /// A number of items, of the density of the pattern on `scene`, that is enough for a steady
-/// state; none where the density cannot be told.
+/// state; none where there is no density.
 pub fn enough_items(scene: &Scene) -> Option<usize> {
     let arrivals = Arrivals::of(scene);
     let flow = arrivals.flow(0..arrivals.starts.len() - 1);
@@ -275,8 +275,8 @@ fn longest_window(scene: &Scene) -> f64 {
 }
 
 /// What shows whether a run has settled, item by item: whether it is picked [1], and where it
-/// leaves the belt [m], at the end of the last workspace at the latest. The second tells a
-/// line on which a queue still grows from one that keeps up.
+/// leaves the belt [m], at the end of the last workspace at the latest. The second
+/// grows as long as a queue does, also on a line that still picks everything.
 fn pick_series(scene: &Scene, outcome: &Outcome) -> [Vec<f64>; 2] {
     let items = scene.pattern().len();
     let station = scene.station();

@@ -19,7 +19,7 @@ const FEWEST_STEPS: f64 = 10.0;
 /// Items, at most, in the patterns that robust GT is found on for a sweep whose own patterns
 /// are as long as a steady state takes.
 pub const TRAINED: usize = 150;
-/// So many patterns tell how long they must be.
+/// So many patterns are looked at to find how long they must be.
 const FEW: usize = 100;
 
 /// The values of a sweep and the line at each.
@@ -167,7 +167,7 @@ fn fastest(station: &Station, step: f64, most: f64) -> f64 {
 }
 
 /// How many items a generated pattern needs to have a steady state on all `lines`, of a
-/// density as in `patterns`; `usual` where that cannot be told.
+/// density as in `patterns`; `usual` where that is not known.
 ///
 /// # Errors
 /// A pattern that does not lie on the belt.

@@ -55,7 +55,7 @@ pub struct CaseReport {
     runs: Vec<Run>,
 }
 
-/// One run as a row of a CSV file; what is told only where items have attributes apart.
+/// One run as a row of a CSV file; what is shown only where items have attributes stands apart.
 #[derive(Debug, Clone)]
 struct Run {
     cells: [String; 11],
