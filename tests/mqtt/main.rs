@@ -505,7 +505,11 @@ fn what_is_wrong_with_a_certificate_is_said_with_its_cure() {
                 "subjectAltName=IP:127.0.0.1",
             ][..],
         ),
-        ("good", Some("other"), &["not trusted here", "--mqtt-ca"]),
+        (
+            "good",
+            Some("other"),
+            &["another one of the same name", "--mqtt-ca"],
+        ),
         ("good", None, &["not trusted here", "--mqtt-ca"]),
         (
             "expired",
