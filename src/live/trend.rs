@@ -120,7 +120,8 @@ impl Trend {
         let busy = |robot: usize| -> f64 {
             let times = latest().filter_map(|second| second.busy.get(robot));
             match span > 0.0 {
-                true => (times.sum::<f64>() / span).min(1.0),
+                // A sum of nothing is -0.
+                true => (times.fold(0.0, |sum, time| sum + time) / span).min(1.0),
                 false => 0.0,
             }
         };
