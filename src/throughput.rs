@@ -239,7 +239,8 @@ impl<'s> Arrivals<'s> {
                 .map(Interval::not_negative),
             flow: self.flow(groups).unwrap_or_default(),
             utilisation: robots
-                .map(|robot| (busy(robot) / (end - start)).min(1.0))
+                // A sum of nothing is -0.
+                .map(|robot| (busy(robot) / (end - start)).min(1.0) + 0.0)
                 .collect(),
         }
     }
