@@ -735,7 +735,10 @@ fn flags_of_each_verb() {
         ),
         (&["--objective", ""], &["--objective"]),
         (&["--risk", "wrost"], &["--risk", "`wrost`", "`worst`"]),
-        (&["--risk", "cvra:0.1"], &["--risk", "`cvra:0.1`", "`cvar`"]),
+        (
+            &["--risk", "cvra:0.1"],
+            &["--risk", "`cvra:0.1`", "`cvar:A`"],
+        ),
         (&["--risk", "cvar:0"], &["--risk", "`0`"]),
         (&["--risk", "cvar:nan"], &["--risk", "`nan`"]),
         (&["--risk", "cvar:1.5"], &["--risk", "`1.5`"]),

@@ -134,7 +134,7 @@ impl FromStr for Risk {
             Some(("cvar", share)) => match share.parse() {
                 Ok(a) if a > 0.0 && a <= 1.0 => Ok(Self::Cvar(a)),
                 Ok(_) => wrong(
-                    format!("{} is no share above 0 and at most 1", shown(share)),
+                    format!("`{}` is not above 0 and at most 1", shown(share)),
                     SHARE,
                 ),
                 Err(_) => wrong(format!("`{}` is not a number", shown(share)), SHARE),
@@ -167,8 +167,8 @@ mod tests {
         // Right names with wrong numbers are not taken for slips in the name.
         for (bad, words) in [
             ("cvar", "lacks its share"),
-            ("cvar:0", "0 is no share"),
-            ("cvar:2", "2 is no share"),
+            ("cvar:0", "`0` is not above 0"),
+            ("cvar:2", "`2` is not above 0"),
             ("cvar:a", "`a` is not a number"),
             ("mean:1", "write mean alone"),
         ] {

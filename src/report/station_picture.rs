@@ -72,7 +72,8 @@ pub fn station_picture(station: &Station, pattern: &Pattern, camera: Option<f64>
             .add(belt_rectangle(&frame, station)),
     );
     if frame.rows == 1 {
-        document = document.add(definitions).add(line).add(axes(&frame, 0));
+        document = document.add(definitions).add(line);
+        document = document.add(names(&frame, station, 0)).add(axes(&frame, 0));
     } else {
         definitions = definitions.add(line.set("id", "line"));
         let mut rows = Vec::new();
@@ -90,6 +91,7 @@ pub fn station_picture(station: &Station, pattern: &Pattern, camera: Option<f64>
                 .set("clip-path", format!("url(#{clip})"))
                 .add(shown);
             rows.push(shown);
+            rows.push(names(&frame, station, row));
             rows.push(axes(&frame, row));
         }
         document = document.add(definitions);
@@ -126,8 +128,18 @@ fn drawn(frame: &Frame, station: &Station, pattern: &Pattern, camera: Option<f64
     for (robot, colour) in coloured() {
         group = group.add(arm(frame, robot, colour));
     }
-    for (robot, place) in station.robots().iter().zip(&frame.labels) {
-        group = group.add(name(robot, *place));
+    group
+}
+
+/// The labels of the robots that a row names. They are not cut where the row ends: of two
+/// rows that show a base, the first that has room for its label names it.
+fn names(frame: &Frame, station: &Station, row: usize) -> Group {
+    let mut group = Group::new();
+    for (robot, (middle, y)) in station.robots().iter().zip(&frame.labels) {
+        if frame.row_of_label(*middle, label_width(robot)) == row {
+            let down = frame.row_top(row) - frame.row_top(0);
+            group = group.add(name(robot, (middle - frame.shift(row), y + down)));
+        }
     }
     group
 }
@@ -225,6 +237,20 @@ impl Frame {
     /// How far a row is moved to the left against the first [px].
     fn shift(&self, row: usize) -> f64 {
         row as f64 * (WIDTH - 2.0 * OVERLAP)
+    }
+
+    /// The row that names a robot whose label has its middle there in the first row, as long
+    /// as the whole line, and is so wide [px].
+    fn row_of_label(&self, middle: f64, width: f64) -> usize {
+        let inside = |row: &usize, room: f64| {
+            let x = middle - self.shift(*row);
+            (LEFT + room..=LEFT + WIDTH - room).contains(&x)
+        };
+        let mut rows = (0..self.rows).filter(|row| inside(row, 0.0));
+        let first = rows.next().unwrap_or(0);
+        let fits = inside(&first, 0.5 * width);
+        rows.find(|row| !fits && inside(row, 0.5 * width))
+            .unwrap_or(first)
     }
 
     /// From where to where a row shows the line [m].
@@ -560,7 +586,7 @@ mod tests {
         for (station, rows) in [
             (small.unwrap(), 1),
             (paper(2), 1),
-            (paper(12), 2),
+            (paper(12), 3),
             (paper(40), 6),
         ] {
             let frame = Frame::around(&station, Some(-0.5));
@@ -572,6 +598,9 @@ mod tests {
             let picture = station_picture(&station, &grid(0.05, 0.02, 9).unwrap(), Some(-0.5));
             assert!(!picture.contains("NaN") && !picture.contains("inf"));
             assert!(picture.contains("y across [m]") && picture.contains("camera"));
+            // Every robot is named once, with its whole label in its row.
+            let named = picture.matches("\nreach ").count();
+            assert_eq!(named, station.robots().len());
         }
     }
 }
