@@ -32,7 +32,7 @@ fn what_is_refused_is_named_with_its_line() {
     let long = "x".repeat(70_000);
     let said = remarks_on(&format!(
         "{{\"kind\":\"belt\",\"stamp\":5,\"speed\":0.05}}\n\
-         {{\"kind\":\"belt\",\"stamp\":5,\"speed\":0.05}}\n\
+         {{\"kind\":\"robot\",\"stamp\":5,\"name\":\"r1\",\"state\":\"idle\"}}\n\
          \n\
          {{\n\
          {long}\n\
