@@ -204,6 +204,13 @@ pub fn shown_number(value: f64) -> String {
     }
 }
 
+/// A number that was computed, to `digits` significant digits and without the noise of the
+/// last ones: `316.665` for 316.6654896958023.
+pub fn rounded(value: f64, digits: usize) -> String {
+    let short = format!("{value:.0$e}", digits.saturating_sub(1));
+    shown_number(short.parse().unwrap_or(value))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -227,6 +234,9 @@ mod tests {
             assert_eq!(shown_number(value), text);
         }
         assert_eq!(shown_number(f64::NAN), "NaN");
+        assert_eq!(rounded(316.6654896958023, 6), "316.665");
+        assert_eq!(rounded(-284.34000000000003, 9), "-284.34");
+        assert_eq!(rounded(f64::NAN, 9), "NaN");
     }
 
     #[test]

@@ -6,7 +6,7 @@
 //! The ranges are wide: they hold every line from a laboratory bench to an airport, and
 //! let no value pass that is off by a factor of 1000 from a usual one.
 
-use crate::error::{Error, shown_number};
+use crate::error::{Error, rounded};
 use std::fmt;
 
 /// A value that is allowed, and most likely wrong.
@@ -77,6 +77,10 @@ static SPEEDS: &[Unit] = &[
 ];
 static TIMES: &[Unit] = &[unit("milliseconds", "ms", 1e-3)];
 static MILLISECONDS: &[Unit] = &[unit("seconds", "s", 1e3), unit("microseconds", "us", 1e-3)];
+static FLOWS: &[Unit] = &[
+    unit("items per hour", "items/h", 1.0 / 60.0),
+    unit("items per second", "items/s", 60.0),
+];
 static AREAS: &[Unit] = &[
     unit("square millimetres", "mm^2", 1e-2),
     unit("square metres", "m^2", 1e4),
@@ -154,6 +158,23 @@ pub static ITEM_GAP: Quantity = length(
     0.0,
     10.0,
 );
+/// Standard deviation of an item's distance from its cluster's centre [m].
+pub static CLUSTER_SPREAD: Quantity = length("a spread of a cluster", 0.0, 5.0);
+/// Mean length of an empty stretch of belt [m].
+pub static GAP_LENGTH: Quantity = length("a mean length of an empty stretch", 0.01, 50.0);
+/// Flow of items [1/min].
+pub static FLOW: Quantity = Quantity {
+    name: "a flow",
+    symbol: "items/min",
+    right: "items per minute",
+    low: 0.1,
+    high: 20_000.0,
+    mistaken: FLOWS,
+};
+/// Jump of a track that makes it another item [m].
+pub static SPLIT_DISTANCE: Quantity = length("a jump from one item to another", 1e-3, 2.0);
+/// Distance within which tracks are one item [m].
+pub static MERGE_DISTANCE: Quantity = length("a distance between tracks of one item", 1e-4, 0.3);
 /// Error of a camera [m].
 pub static POSITION_NOISE: Quantity = length("a position error", 0.0, 0.2);
 /// Distance within which two detections are one item [m].
@@ -191,7 +212,7 @@ impl Quantity {
         let fits = |factor: f64| (self.low..=self.high).contains(&(value * factor)) && value > 0.0;
         let problem = format!(
             "{} {} is not plausible for {}{}",
-            shown_number(value),
+            rounded(value, 9),
             self.symbol,
             self.name,
             question(value, self.symbol, self.mistaken, fits),
@@ -214,10 +235,7 @@ pub fn question(value: f64, symbol: &str, units: &[Unit], fits: impl Fn(f64) -> 
     let names: Vec<&str> = likely.iter().map(|unit| unit.name).collect();
     let values = likely.iter().map(|unit| {
         // Without the last digits, which come from the conversion.
-        let converted: f64 = format!("{:.9e}", value * unit.factor)
-            .parse()
-            .unwrap_or(0.0);
-        let (value, converted) = (shown_number(value), shown_number(converted));
+        let (value, converted) = (rounded(value, 9), rounded(value * unit.factor, 9));
         format!("{value} {} are {converted} {symbol}", unit.symbol)
     });
     let values: Vec<String> = values.collect();
@@ -246,6 +264,17 @@ mod tests {
             (&ITEM_AREA, 0.008, &["square metres", "80 cm^2"]),
             (&DECISION_TIME, 0.01, &["10 ms", "seconds?"]),
             (&BELT_SPEED, 1e-5, &["not plausible"]),
+            (
+                &FLOW,
+                1e6,
+                &["items per hour", "1000000 items/h are 16666.6667 items/min"],
+            ),
+            (&FLOW, 0.05, &["items per second", "3 items/min"]),
+            (&CLUSTER_SPREAD, 100.0, &["millimetres", "0.1 m"]),
+            (&GAP_LENGTH, 1000.0, &["millimetres", "1000 mm are 1 m"]),
+            (&SPLIT_DISTANCE, 100.0, &["millimetres", "0.1 m"]),
+            (&MERGE_DISTANCE, 20.0, &["millimetres", "0.02 m"]),
+            (&ITEM_AREA, 14670977.999999998, &["14670978 cm^2 is not"]),
         ] {
             let warning = quantity.check("here", value).unwrap();
             let text = warning.to_string();

@@ -252,6 +252,52 @@ fn flows_are_given_in_the_source_or_beside_it() {
 }
 
 #[test]
+fn a_profile_is_not_written_over() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "time_s,flow_per_min\n0,30\n120,60\n";
+    let file = profile(folder.path(), text);
+    let name = file.to_str().unwrap();
+    let output = common::pickline(&[
+        "pattern",
+        "generate",
+        "profile",
+        "--profile",
+        name,
+        "-o",
+        name,
+        "--force",
+    ]);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains("is also the file of --profile"), "{said}");
+    assert_eq!(std::fs::read_to_string(file).unwrap(), text);
+}
+
+#[test]
+fn columns_of_a_cases_pattern_that_are_ignored_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    std::fs::write(path("p.csv"), "id,x,y,colour\na,0,0,red\nb,-0.2,0.1,blue\n").unwrap();
+    let case = "[[case]]\nname = \"mine\"\npattern = \"p.csv\"\n";
+    std::fs::write(path("cases.toml"), case).unwrap();
+    let output = common::pickline(&[
+        "compare",
+        "--cases",
+        &path("cases.toml"),
+        "--robust",
+        "SPT,SPT",
+        "--no-policy",
+        "--no-bound",
+    ]);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert!(
+        said.contains("case mine: ") && said.contains("column colour ignored"),
+        "{said}"
+    );
+}
+
+#[test]
 fn verbs_take_flows() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();

@@ -126,6 +126,52 @@ fn flags_and_patterns_in_wrong_units() {
 }
 
 #[test]
+fn feeds_in_wrong_units() {
+    let folder = tempfile::tempdir().unwrap();
+    let cases = folder.path().join("cases.toml");
+    let case = "[[case]]\nname = \"a\"\nfeed = \"random\"\nflow = 1e6\nitems = 5\n";
+    std::fs::write(&cases, case).unwrap();
+    let compare = format!(
+        "compare -q --robust SPT,SPT --no-policy --no-bound --cases {}",
+        cases.display()
+    );
+    for (line, place, words) in [
+        (
+            "pattern generate -q random --flow 1e6 --count 5",
+            "--flow",
+            "items per hour",
+        ),
+        (
+            "pattern generate -q clustered --cluster-spread 100 --count 5",
+            "--cluster-spread",
+            "100 mm are 0.1 m",
+        ),
+        (
+            "pattern generate -q gaps --gap-length 1000 --count 5",
+            "--gap-length",
+            "1000 mm are 1 m",
+        ),
+        (
+            "optimize -q --robots 1 --validate 0 --items 5 --patterns random:2 --flow 1e6 --no-bound",
+            "--flow",
+            "items per hour",
+        ),
+        (&compare, "case a: flow", "items per hour"),
+    ] {
+        let arguments: Vec<&str> = line.split(' ').collect();
+        let output = pickline(&arguments);
+        let told = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(0), "{line}: {told}");
+        let warned = told
+            .lines()
+            .any(|l| l.starts_with("warning: ") && l.contains(place) && l.contains(words));
+        assert!(warned, "{line}: {told}");
+        let strict = pickline(&[&arguments[..], &["--strict"]].concat());
+        assert_eq!(strict.status.code(), Some(2), "{line}");
+    }
+}
+
+#[test]
 fn what_the_program_brings_along_is_plausible() {
     for arguments in [
         "station check paper --strict",

@@ -8,10 +8,12 @@ use super::session::Session;
 use super::settings::{condition_notes, json, parse_strategy};
 use super::training::{Judged, Line, distance, full_name};
 use crate::error::{Error, Result, known_names, shown};
-use crate::experiment::{Case, Draws, Method, add_bounds, compare, load_cases};
+use crate::experiment::{Case, CaseSource, Draws, Method, add_bounds, compare, load_cases};
 use crate::files;
 use crate::optimize::Environment;
+use crate::pattern;
 use crate::planning::Allowance;
+use crate::plausible::FLOW;
 use crate::report::{COMPARISON_CHARTS, ComparisonReport, Provenance, comparison_page};
 use crate::strategies::{self, Parsed, policy_file};
 use std::path::Path;
@@ -49,6 +51,20 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
         let patterns = case.patterns(station.belt(), 1, args.common.seed)?;
         for (_, pattern) in &patterns {
             args.station.check_pattern(&case.name, pattern)?;
+        }
+        match &case.source {
+            CaseSource::File(path) => {
+                let loaded = pattern::load(path)?;
+                if !loaded.ignored.is_empty() {
+                    let (name, file) = (&case.name, path.display());
+                    remark(&format!("case {name}: {file} ({})", loaded.describe()));
+                }
+            }
+            CaseSource::Feed(_, flow) => {
+                let place = format!("{}: case {}: flow", args.cases, case.name);
+                args.station.check_values(&[(&place, &FLOW, *flow)])?;
+            }
+            _ => {}
         }
     }
     let mut read = vec![

@@ -25,7 +25,7 @@ pub fn run(args: &GameArgs, session: &Session) -> Result<()> {
     let station = args.station.load()?;
     args.conditions.check_on(&args.station, &station)?;
     check_size(&station)?;
-    let (source, shape) = args.set.feed.source(&args.set.patterns)?;
+    let (source, shape) = args.set.feed.source(&args.set.patterns, &args.station)?;
     let nfg = [(
         "--nfg",
         args.nfg.as_deref().filter(|file| *file != Path::new("-")),

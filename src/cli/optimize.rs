@@ -84,7 +84,7 @@ impl<'a> Job<'a> {
         let conditions = args.conditions.resolve(&args.common)?;
         let station = args.station.load()?;
         args.conditions.check_on(&args.station, &station)?;
-        let (source, shape) = args.set.feed.source(&args.set.patterns)?;
+        let (source, shape) = args.set.feed.source(&args.set.patterns, &args.station)?;
         let patterns = source.files()?;
         let mut read = vec![args.station.file()];
         read.extend(patterns.iter().map(|file| ("--patterns", Some(&**file))));

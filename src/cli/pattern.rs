@@ -8,12 +8,12 @@ use super::outputs::{self, Outputs};
 use super::session::{Session, tell};
 use super::settings::{DEFAULT_GRID, json, load_pattern};
 use super::warnings::warn;
-use crate::error::{Error, Result, shown, shown_number};
+use crate::error::{Error, Result, counted, shown, shown_number};
 use crate::files;
 use crate::pattern::{
     Feed, Feeder, Pattern, describe, grid, poisson_disk, random_stream, to_csv, tracking,
 };
-use crate::plausible::{BELT_SPEED, BELT_WIDTH};
+use crate::plausible::{BELT_SPEED, BELT_WIDTH, MERGE_DISTANCE, SPLIT_DISTANCE};
 use crate::report::{DescriptionReport, description_table, origin_comment};
 use rand::rngs::ChaCha8Rng;
 use serde::Serialize;
@@ -35,7 +35,7 @@ pub fn run(command: PatternCommand, session: &Session) -> Result<()> {
 
 fn generate(args: &GenerateArgs, session: &Session) -> Result<()> {
     let output = written(args.output.as_deref());
-    let read = [args.station.file()];
+    let read = [args.station.file(), ("--profile", args.profile.as_deref())];
     outputs::check(
         "pattern generate",
         args.force,
@@ -79,7 +79,7 @@ fn generate(args: &GenerateArgs, session: &Session) -> Result<()> {
             ));
         }
     }
-    let shape = args.feed.shape(&[&kind])?;
+    let shape = args.feed.shape(&[&kind], &args.station)?;
     let by_length = args.feed.flow.is_none() && matches!(kind, Feed::Grid | Feed::PoissonDisk);
     let pattern = if by_length {
         by_distance(args, &kind, belt.width, &mut rng)?
@@ -260,18 +260,40 @@ fn image_size(text: &str) -> Result<(f64, f64)> {
     })
 }
 
+/// Refuses to write into the folder of a recording: its files are the recording, and the
+/// output would be read as one of them the next time.
+fn check_outside(folder: &Path, written: &[(&str, Option<&Path>)]) -> Result<()> {
+    let whole = std::fs::canonicalize(folder).ok();
+    for (flag, file) in written {
+        if let Some(file) = file
+            && whole.is_some()
+            && std::fs::canonicalize(files::folder_of(file)).ok() == whole
+        {
+            return Err(Error::input(
+                *flag,
+                format!("{} lies in the folder of the recording", file.display()),
+                "write it to another folder",
+            ));
+        }
+    }
+    Ok(())
+}
+
 fn import_tracks(args: &TracksArgs, session: &Session) -> Result<()> {
     let output = written(args.output.as_deref());
     let targets = [("--output", output), ("--report", args.report.as_deref())];
     let read = [("the recording", Some(args.file.as_path()))];
     outputs::check("pattern import", args.force, &read, &targets)?;
+    if args.file.is_dir() {
+        check_outside(&args.file, &targets)?;
+    }
     let options = tracking::Options {
         format: args.form.as_deref().map(str::parse).transpose()?,
-        boxes: match args.boxes {
+        boxes: args.boxes.map(|boxes| match boxes {
             BoxesArg::Sizes => tracking::Boxes::Sizes,
             BoxesArg::Corners => tracking::Boxes::Corners,
             BoxesArg::Centres => tracking::Boxes::Centres,
-        },
+        }),
         image_size: args.image_size.as_deref().map(image_size).transpose()?,
         angle_deg: args.angle,
         accept_mismatch: args.accept_mismatch,
@@ -292,17 +314,43 @@ fn import_tracks(args: &TracksArgs, session: &Session) -> Result<()> {
     };
     let recording = tracking::Recording::load(&args.file)?;
     let import = tracking::import(&recording, &args.file.display().to_string(), &options)?;
-    let speed = BELT_SPEED.check("--belt-speed", args.belt_speed);
+    let flags = [
+        BELT_SPEED.check("--belt-speed", args.belt_speed),
+        SPLIT_DISTANCE.check("--split-distance", args.split_distance),
+        MERGE_DISTANCE.check("--merge-distance", args.merge_distance),
+    ];
     warn(
         args.strict,
-        speed
+        flags
             .into_iter()
+            .flatten()
             .chain(import.pattern.warnings("the pattern")),
     )?;
+    let doubts = &import.report.warnings;
+    if args.strict
+        && let [first, more @ ..] = &doubts[..]
+    {
+        let others = match more.len() {
+            0 => String::new(),
+            more => format!(
+                "; and {}, shown without --strict",
+                counted(more, "more warning")
+            ),
+        };
+        return Err(Error::input(
+            args.file.display().to_string(),
+            format!("{first}{others}"),
+            "put it right, or leave out --strict",
+        ));
+    }
     if !args.quiet {
         for line in import.report.lines() {
             tell(&line);
         }
+    }
+    // Also where remarks are not wanted, as nothing may be wrong in silence.
+    for doubt in doubts {
+        tell(&format!("warning: {doubt}"));
     }
     let command = session.command();
     let report = json(&Imported {

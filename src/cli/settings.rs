@@ -11,7 +11,7 @@ use crate::optimize::{Limits, MostRuns};
 use crate::pattern::{
     self, Attributes, Distribution, Feed, FeedShape, Pattern, PatternSource, grid,
 };
-use crate::plausible::POSITION_NOISE;
+use crate::plausible::{CLUSTER_SPREAD, FLOW, GAP_LENGTH, POSITION_NOISE};
 use crate::sim::{Conditions, Disturbances};
 use crate::station::{self, Overrides, Station};
 use crate::strategies::{self, Parsed};
@@ -88,8 +88,9 @@ impl FeedArgs {
     /// The shape of feeds, of which the call makes those of `feeds`.
     ///
     /// # Errors
-    /// A figure out of its range, or a flag that has no meaning for any of them.
-    pub fn shape(&self, feeds: &[&Feed]) -> Result<FeedShape> {
+    /// A figure out of its range, or a flag that has no meaning for any of them; with
+    /// `--strict` what is not plausible.
+    pub fn shape(&self, feeds: &[&Feed], station: &StationChoice) -> Result<FeedShape> {
         for (flag, given, own) in [
             ("--cluster-size", self.cluster_size, Feed::Clustered),
             ("--cluster-spread", self.cluster_spread, Feed::Clustered),
@@ -112,6 +113,11 @@ impl FeedArgs {
             gap_share: self.gap_share.unwrap_or(usual.gap_share),
         };
         shape.check()?;
+        station.check_values(&[
+            ("--flow", &FLOW, self.flow),
+            ("--cluster-spread", &CLUSTER_SPREAD, self.cluster_spread),
+            ("--gap-length", &GAP_LENGTH, self.gap_length),
+        ])?;
         Ok(shape)
     }
 
@@ -119,10 +125,14 @@ impl FeedArgs {
     ///
     /// # Errors
     /// A text that is no source, flags that have no meaning for it.
-    pub fn source(&self, patterns: &str) -> Result<(PatternSource, FeedShape)> {
+    pub fn source(
+        &self,
+        patterns: &str,
+        station: &StationChoice,
+    ) -> Result<(PatternSource, FeedShape)> {
         let source = patterns.parse::<PatternSource>()?.with_flow(self.flow)?;
         let feeds: Vec<&Feed> = source.feed().into_iter().collect();
-        let shape = self.shape(&feeds)?;
+        let shape = self.shape(&feeds, station)?;
         Ok((source, shape))
     }
 }

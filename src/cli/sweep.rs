@@ -52,7 +52,7 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
             strategy.alone(line.robots().len())?;
         }
     }
-    let (source, shape) = args.feed.source(&args.patterns)?;
+    let (source, shape) = args.feed.source(&args.patterns, &args.station)?;
     if matches!(source, PatternSource::Files(_)) && args.items.is_some() {
         return Err(Error::input(
             "--items",

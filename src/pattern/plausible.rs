@@ -22,13 +22,18 @@ impl Pattern {
             .filter(|area| *area > 0.0);
         [
             OFF_CENTRE.check(&place("y"), widest),
-            ITEM_GAP.check(&place("x"), along),
+            ITEM_GAP.check(&place("x"), six_digits(along)),
             area.and_then(|area| ITEM_AREA.check(&place("median area_cm2"), area)),
         ]
         .into_iter()
         .flatten()
         .collect()
     }
+}
+
+/// What was computed need not be shown to the last digit.
+fn six_digits(value: f64) -> f64 {
+    format!("{value:.5e}").parse().unwrap_or(value)
 }
 
 #[cfg(test)]

@@ -185,9 +185,10 @@ pub struct TracksArgs {
     /// Form of the file: mot, supervision, ultralytics, yolo, coco [default: recognised]
     #[arg(long = "as", value_name = "FORM")]
     pub form: Option<String>,
-    /// What the four figures of a box are, in MOT text
-    #[arg(long, value_enum, default_value_t = BoxesArg::Sizes)]
-    pub boxes: BoxesArg,
+    /// What the four figures of a box are, in MOT text and COCO JSON [default: sizes]; the
+    /// other forms say it themselves
+    #[arg(long, value_enum)]
+    pub boxes: Option<BoxesArg>,
     /// Width and height of the picture [px], for boxes given in shares of it
     #[arg(long, value_name = "WxH")]
     pub image_size: Option<String>,
@@ -252,13 +253,14 @@ pub struct TracksArgs {
     /// Also write what was dropped, split, merged and measured, and why, into this JSON file
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
-    /// Take warnings of values that are not plausible for errors
+    /// Take warnings for errors: of values that are not plausible, and of tracks that do not
+    /// agree with the figures given
     #[arg(long)]
     pub strict: bool,
     /// Overwrite files even if `pattern import` did not write them
     #[arg(long)]
     pub force: bool,
-    /// Do not tell on stderr what was dropped
+    /// Print warnings only, not what was read and dropped
     #[arg(short, long)]
     pub quiet: bool,
 }

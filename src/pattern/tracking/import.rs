@@ -1,14 +1,15 @@
 //! The import itself: read, split, drop, merge, drop, place.
 
-use super::formats::Recording;
-use super::link::link;
-use super::motion::{Motion, measure, way};
+use super::formats::{Format, Recording};
+use super::link::{link, other_way};
+use super::motion::{Motion, centre, measure, way};
 use super::options::{Axis, Boxes, Options};
+use super::pace::pace;
 use super::place::{BACKWARDS, Found, ODD_SHARE, STILL, not_riding, place};
 use super::read::read;
 use super::report::{Merged, Report, Split, count, named};
 use super::track::{Object, median_of, merge, split, stride};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, rounded};
 use crate::pattern::{Item, Pattern};
 
 /// The median over all items is surer than one item's speed, so it may be off by less.
@@ -27,11 +28,19 @@ pub struct Import {
 /// large a share of the items is [`ODD_SHARE`] off.
 const WRONG_SHARE: f64 = 0.15;
 const WRONG_ITEMS: f64 = 1.0 / 3.0;
+/// How the reason begins for which a track seen too seldom is dropped.
+const FEWER: &str = "fewer than";
 /// Places that are off by this much [m] are worth a warning, by that much an error.
 const OFF_M: f64 = 0.005;
 const WRONG_M: f64 = 0.05;
+/// Speeds that agree this well are never wrong, whatever comes of them over a long pattern;
+/// the second is for errors.
+const AGREEING_SHARE: f64 = 0.005;
+const CLOSE_SHARE: f64 = 0.01;
 /// Frame rates that cameras have [1/s].
-const USUAL_FPS: [f64; 8] = [24.0, 25.0, 30.0, 48.0, 50.0, 60.0, 100.0, 120.0];
+const USUAL_FPS: [f64; 12] = [
+    10.0, 15.0, 20.0, 23.976, 24.0, 25.0, 29.97, 30.0, 50.0, 60.0, 100.0, 120.0,
+];
 
 /// Turns a recording into a pattern, as the module's head tells;
 /// `name` is how messages call the file.
@@ -49,9 +58,19 @@ pub fn import(recording: &Recording, name: &str, options: &Options) -> Result<Im
     options.check()?;
     let mut reading = read(recording, name, options)?;
     let mut tracks = std::mem::take(&mut reading.tracks);
-    if tracks.is_empty() {
+    let mut misled = None;
+    let linked = tracks.is_empty();
+    if linked {
         let boxes = std::mem::take(&mut reading.loose);
         let count = boxes.len();
+        misled = other_way(&boxes, options);
+        if let Some((problem, cure)) = misled.clone().filter(|_| !options.accept_mismatch) {
+            return Err(Error::input(
+                name,
+                format!("the pattern would be wrong: {problem}"),
+                format!("{cure}; --accept-mismatch makes the pattern all the same"),
+            ));
+        }
         tracks = link(boxes, options);
         reading.remarks.push(format!(
             "no track ids: {count} boxes linked to {} tracks by the belt's motion",
@@ -63,7 +82,12 @@ pub fn import(recording: &Recording, name: &str, options: &Options) -> Result<Im
         .flat_map(|t| &t.sightings)
         .map(|s| s.line)
         .min();
+    let boxes = reading.boxes;
     let mut report = Report::new(name, options, reading, &tracks);
+    report.warnings = misled
+        .map(|(problem, cure)| format!("{problem}: {cure}"))
+        .into_iter()
+        .collect();
     let stride = stride(&tracks);
     let mut pieces = Vec::with_capacity(tracks.len());
     for track in tracks {
@@ -77,6 +101,8 @@ pub fn import(recording: &Recording, name: &str, options: &Options) -> Result<Im
         pieces.append(&mut parts);
     }
     let way = way(&pieces);
+    // Of what stands for a while, too: the belt may have stopped.
+    let pace = pace(&pieces);
     // What plainly does not ride goes first: its x0 means nothing, and must not draw a
     // passing item's track into a merger. A stump too short to tell stays for now.
     pieces.retain(|track| {
@@ -97,7 +123,7 @@ pub fn import(recording: &Recording, name: &str, options: &Options) -> Result<Im
         let speed = object.track.speed(options);
         let found = Found::new(object, speed, options);
         let reason = if object.track.sightings.len() < options.min_frames {
-            Some(format!("fewer than {} frames", options.min_frames))
+            Some(format!("{FEWER} {} frames", options.min_frames))
         } else if found.is_absurd(options) {
             Some("absurdly far away or large".to_owned())
         } else {
@@ -117,10 +143,20 @@ pub fn import(recording: &Recording, name: &str, options: &Options) -> Result<Im
         return Err(nothing_remains(&report, first_line, way, options));
     }
     let riding = objects.iter().zip(&rides).filter(|(_, rides)| **rides);
-    report.motion = measure(riding.map(|(object, _)| &object.track), options);
-    warn(&mut report, &found, &twins, options);
+    report.motion = measure(
+        riding.map(|(object, _)| &object.track),
+        pace.as_ref(),
+        options,
+    );
+    let speed = speed_off(&found, options);
+    let seen = Seen {
+        boxes,
+        speed,
+        linked,
+    };
+    warn(&mut report, &found, &twins, &seen, options);
     let items = place(found, &mut report, options);
-    contradictions(&report, &items, options)?;
+    contradictions(&report, &items, &seen, options)?;
     let pattern = Pattern::checked(items, name, &|_| name.to_owned())?;
     report.items = pattern.len();
     Ok(Import { pattern, report })
@@ -142,7 +178,75 @@ pub(super) fn import_text(text: &str, name: &str, options: &Options) -> Result<I
     import(&Recording::Text(text.to_owned()), name, options)
 }
 
-fn warn(report: &mut Report, found: &[Found], twins: &[String], options: &Options) {
+/// What the tracks are compared with besides the options.
+struct Seen {
+    /// What the boxes were read as.
+    boxes: Boxes,
+    speed: Option<SpeedOff>,
+    /// Whether the tracks were made here.
+    linked: bool,
+}
+
+/// How far the items' speed is off the belt's.
+struct SpeedOff {
+    /// Their median speed [m/s].
+    speed: f64,
+    /// The same as a share of the belt's.
+    share: f64,
+    /// How far that puts the first item seen off the last one [m]; 0 where it may be chance.
+    off_m: f64,
+}
+
+fn speed_off(found: &[Found], options: &Options) -> Option<SpeedOff> {
+    let belt = options.belt_speed;
+    let speeds: Vec<f64> = found.iter().filter_map(|f| f.speed).collect();
+    let (speed, error) = centre(&speeds)?;
+    let times = found.iter().map(|f| f.time);
+    let (first, last) = times.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), t| {
+        (l.min(t), h.max(t))
+    });
+    let difference = (speed - belt).abs();
+    let is_chance = difference < 3.0 * error;
+    Some(SpeedOff {
+        speed,
+        share: difference / belt,
+        off_m: if is_chance {
+            0.0
+        } else {
+            difference * (last - first)
+        },
+    })
+}
+
+impl SpeedOff {
+    fn is_odd(&self) -> bool {
+        self.share > MEDIAN_SHARE || (self.share > AGREEING_SHARE && self.off_m > OFF_M)
+    }
+
+    fn is_wrong(&self) -> bool {
+        self.share > WRONG_SHARE || (self.share > CLOSE_SHARE && self.off_m > WRONG_M)
+    }
+
+    fn text(&self, options: &Options) -> String {
+        let off = match self.off_m > OFF_M {
+            true => format!(", which puts items up to {:.3} m off", self.off_m),
+            false => String::new(),
+        };
+        format!(
+            "the items move at {:.4} m/s (median), the belt's speed was given as {} m/s{off}",
+            self.speed, options.belt_speed
+        )
+    }
+}
+
+/// Whether the belt changes its speed by so much that places are off by more than `limit`
+/// [m]: then it has no one speed that could be compared with what is given.
+fn is_unsteady(report: &Report, limit: f64) -> bool {
+    let motion = report.motion.as_ref();
+    motion.is_some_and(|motion| motion.unsteady_off_m > limit)
+}
+
+fn warn(report: &mut Report, found: &[Found], twins: &[String], seen: &Seen, options: &Options) {
     let belt = options.belt_speed;
     let off = |speed: f64, share: f64| (speed - belt).abs() > share * belt;
     let odd: Vec<&str> = found
@@ -151,33 +255,42 @@ fn warn(report: &mut Report, found: &[Found], twins: &[String], options: &Option
         .map(|f| f.item.id.as_str())
         .collect();
     report.odd_items = odd.len();
+    let unsteady = is_unsteady(report, OFF_M);
     if !odd.is_empty() {
+        let cause = match unsteady {
+            true => "",
+            false => ", scale, fps or belt speed may be wrong",
+        };
         report.warnings.push(format!(
-            "{} more than 25 % off the belt's speed, scale, fps or belt speed may be wrong: {}",
+            "{} more than 25 % off the belt's speed{cause}: {}",
             count(odd.len(), "item"),
             named(odd)
         ));
     }
-    if let Some(speed) = report
-        .measured_speed_items
-        .filter(|&v| off(v, MEDIAN_SHARE))
-    {
+    if let Some(speed) = seen.speed.as_ref().filter(|s| s.is_odd() && !unsteady) {
         report.warnings.push(format!(
-            "the items move at {speed:.4} m/s (median), the belt's speed was given as {belt} \
-             m/s: {}",
-            agreeing(speed, options)
+            "{}: {}",
+            speed.text(options),
+            agreeing(speed.speed, options)
         ));
     }
     if let Some(motion) = &report.motion {
         let mut found = Vec::new();
-        if looks_like_corners(motion, options) {
-            found.push(
-                "the boxes grow with their travel: if they are corners, give --boxes corners"
-                    .to_owned(),
-            );
+        if unsteady {
+            found.push(format!("{}: {STEADY}", unsteadily(motion)));
+        }
+        if looks_like_corners(motion, seen.boxes) {
+            found.push(format!(
+                "the boxes grow with their travel: if they are corners, {}",
+                corners(report.format)
+            ));
         }
         if motion.angle_off_m > OFF_M && is_turned(motion) {
-            found.push(format!("{}: {}", turned(motion), turning(motion, options)));
+            found.push(format!(
+                "{}: {}",
+                turned(motion, options),
+                turning(motion, options)
+            ));
         }
         if motion.bent_off_m > OFF_M {
             found.push(format!("{}: {STRAIGHTEN}", bent(motion)));
@@ -195,6 +308,15 @@ fn warn(report: &mut Report, found: &[Found], twins: &[String], options: &Option
             count(lost, "track")
         ));
     }
+    let short = report.dropped.iter();
+    let short = short.filter(|d| d.reason.starts_with(FEWER)).count();
+    if seen.linked && short > found.len() {
+        report.warnings.push(format!(
+            "{} linked from the boxes are too short, more than there are items: --scale, --fps \
+             or --belt-speed may be wrong, or the detector sees things that are not there",
+            count(short, "track")
+        ));
+    }
     if !twins.is_empty() {
         report.warnings.push(format!(
             "{} at one place at one time, perhaps one item tracked twice: {}",
@@ -205,17 +327,33 @@ fn warn(report: &mut Report, found: &[Found], twins: &[String], options: &Option
 }
 
 /// Refuses figures that the tracks contradict so much that the pattern would be wrong.
-fn contradictions(report: &Report, items: &[Item], options: &Options) -> Result<()> {
-    let belt = options.belt_speed;
+fn contradictions(report: &Report, items: &[Item], seen: &Seen, options: &Options) -> Result<()> {
     let odd = report.odd_items;
     let mut problems = Vec::new();
     let mut cures = Vec::new();
-    let speed = report.measured_speed_items.unwrap_or(belt);
-    let corners = report
-        .motion
-        .as_ref()
-        .is_some_and(|m| looks_like_corners(m, options));
-    if odd as f64 > WRONG_ITEMS * items.len() as f64 || (speed / belt - 1.0).abs() > WRONG_SHARE {
+    let motion = report.motion.as_ref();
+    let is_corners = motion.is_some_and(|m| looks_like_corners(m, seen.boxes));
+    let backwards = report.dropped.iter().filter(|d| d.reason == BACKWARDS);
+    let backwards = backwards.count();
+    if backwards > items.len() {
+        problems.push(format!(
+            "{} backwards, and {} not",
+            match backwards {
+                1 => "1 track travels".to_owned(),
+                more => format!("{more} tracks travel"),
+            },
+            count(items.len(), "item")
+        ));
+        cures.push(turn_over(options));
+    }
+    let unsteady = is_unsteady(report, WRONG_M);
+    if let Some(motion) = motion.filter(|_| unsteady) {
+        problems.push(unsteadily(motion));
+        cures.push(STEADY.to_owned());
+    }
+    let many_odd = odd as f64 > WRONG_ITEMS * items.len() as f64;
+    let speed = seen.speed.as_ref().filter(|s| many_odd || s.is_wrong());
+    if let Some(speed) = speed.filter(|_| !unsteady) {
         let share = match odd {
             0 => String::new(),
             _ => format!(
@@ -223,24 +361,23 @@ fn contradictions(report: &Report, items: &[Item], options: &Options) -> Result<
                 count(items.len(), "item")
             ),
         };
-        problems.push(format!(
-            "{share}the items move at {speed:.4} m/s (median), the belt's speed was given as \
-             {belt} m/s"
-        ));
-        if !corners {
-            cures.push(agreeing(speed, options));
+        problems.push(format!("{share}{}", speed.text(options)));
+        if !is_corners {
+            cures.push(agreeing(speed.speed, options));
         }
     }
-    if let Some(motion) = &report.motion {
-        if corners {
+    if let Some(motion) = motion {
+        if is_corners {
             problems.push("the boxes grow with their travel, as corners taken for sizes do".into());
-            cures.push("give --boxes corners".to_owned());
+            cures.push(corners(report.format).to_owned());
         }
-        if motion.angle_off_m > WRONG_M && is_turned(motion) && !corners {
-            problems.push(turned(motion));
+        if motion.angle_off_m > WRONG_M && is_turned(motion) && !is_corners {
+            problems.push(turned(motion, options));
             cures.push(turning(motion, options));
         }
-        if motion.bent_off_m > WRONG_M && !corners {
+        // Where the pattern is refused anyway, the lens may be why.
+        let bent_limit = if problems.is_empty() { WRONG_M } else { OFF_M };
+        if motion.bent_off_m > bent_limit && !is_corners {
             problems.push(bent(motion));
             cures.push(STRAIGHTEN.to_owned());
         }
@@ -260,24 +397,59 @@ fn contradictions(report: &Report, items: &[Item], options: &Options) -> Result<
 
 /// Whether the lower right corner was taken for the size: then the centre moves one and a
 /// half times as fast as the box, and the size as fast as the box.
-fn looks_like_corners(motion: &Motion, options: &Options) -> bool {
-    options.boxes == Boxes::Sizes && (0.55..0.8).contains(&motion.growth)
+fn looks_like_corners(motion: &Motion, boxes: Boxes) -> bool {
+    boxes == Boxes::Sizes && (0.55..0.8).contains(&motion.growth)
+}
+
+/// What to do about corners that were taken for sizes.
+fn corners(format: Format) -> &'static str {
+    match format {
+        Format::Table => "call their columns x_max and y_max",
+        _ => "give --boxes corners",
+    }
+}
+
+/// The other way along the axis.
+fn turn_over(options: &Options) -> String {
+    let flag = match options.reverse {
+        true => "leave out --reverse",
+        false => "give --reverse",
+    };
+    format!("{flag}, or check --axis")
 }
 
 /// The figures that would agree with items at `speed` [m/s].
 fn agreeing(speed: f64, options: &Options) -> String {
     let ratio = options.belt_speed / speed;
     let fps = options.fps * ratio;
-    let usual = USUAL_FPS
+    let off = |usual: &f64| (fps / usual - 1.0).abs();
+    let nearest = USUAL_FPS
         .iter()
-        .find(|usual| (fps / **usual - 1.0).abs() < 0.03);
-    let fps = match usual {
-        Some(usual) => format!("--fps {usual}"),
-        None => format!("--fps {fps:.2}"),
-    };
+        .min_by(|a, b| off(a).total_cmp(&off(b)))
+        .filter(|usual| off(usual) < CLOSE_SHARE);
+    // So many digits that what is given does not disagree again over a long pattern.
+    let shown = |value: f64| rounded(value, 5);
     format!(
-        "--scale {:.6}, {fps} or --belt-speed {speed:.4} would agree with the tracks",
-        options.scale_m_per_px * ratio
+        "--scale {}, --fps {} or --belt-speed {} would agree with the tracks",
+        shown(options.scale_m_per_px * ratio),
+        nearest.map_or_else(|| shown(fps), f64::to_string),
+        shown(speed)
+    )
+}
+
+const STEADY: &str = "cut out of the film a stretch at one speed: patterns of a belt that \
+                      changes its speed are not supported";
+
+fn unsteadily(motion: &Motion) -> String {
+    let speeds = motion
+        .speeds_over_time
+        .map_or(String::new(), |[slow, fast]| {
+            format!(", {slow:.4} to {fast:.4} m/s")
+        });
+    format!(
+        "the belt changes its speed during the recording{speeds}, which puts items up to {:.3} m \
+         off",
+        motion.unsteady_off_m
     )
 }
 
@@ -289,11 +461,16 @@ fn is_turned(motion: &Motion) -> bool {
     motion.angle_deg.abs() > 3.0 * motion.angle_error_deg
 }
 
-fn turned(motion: &Motion) -> String {
+fn turned(motion: &Motion, options: &Options) -> String {
+    let given = match options.angle_deg {
+        0.0 => String::new(),
+        angle => format!(", not at {} as given by --angle", rounded(angle, 9)),
+    };
     format!(
-        "the belt travels {:.2} degrees off --axis in the picture, which puts items up to \
+        "the belt travels {:.2} degrees off --axis in the picture{given}, which puts items up to \
          {:.3} m off",
-        motion.angle_deg, motion.angle_off_m
+        options.angle_deg + motion.angle_deg,
+        motion.angle_off_m
     )
 }
 
@@ -345,9 +522,9 @@ fn nothing_remains(
             let reverse = if across < 0.0 { " --reverse" } else { "" };
             format!("give --axis {axis}{reverse}, which is how the tracks travel: {speeds}")
         }
-        BACKWARDS => format!("turn --reverse over, or check --axis: {speeds}"),
+        BACKWARDS => format!("{}: {speeds}", turn_over(options)),
         STILL => format!("check --scale, --fps, --belt-speed and --axis: {speeds}"),
-        reason if reason.starts_with("fewer") => {
+        reason if reason.starts_with(FEWER) => {
             "lower --min-frames, or have the tracker keep its ids for longer".to_owned()
         }
         _ => "check --scale and --fps".to_owned(),
@@ -480,7 +657,7 @@ mod tests {
         let slow = track(1, 1..11, 0.0, 9.0, 50.0);
         let report = of(&slow).report;
         assert!(has(&report.warnings, "move at 0.0900 m/s"));
-        assert!(has(&report.lines(), "warning: the items move"));
+        assert!(has(&report.warnings, "the items move"));
     }
 
     #[test]

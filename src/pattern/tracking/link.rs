@@ -1,7 +1,7 @@
 //! Boxes of a detector without a tracker: items do not slide, so the belt's motion says
 //! which box is the same item a frame later.
 
-use super::options::Options;
+use super::options::{Axis, Options};
 use super::read::{Sighting, Track};
 use std::collections::BTreeMap;
 
@@ -72,4 +72,89 @@ pub(super) fn link(boxes: Vec<Sighting>, options: &Options) -> Vec<Track> {
         }
     }
     tracks
+}
+
+/// Pairs of frames that are looked at for the way; more would only take time.
+const MOST_PAIRS: usize = 2000;
+/// Boxes must move by so much from one frame of a pair to the other [px]: less could be the
+/// detector's noise.
+const LEAST_MOTION: f64 = 12.0;
+/// Longest time between the two in frames.
+const LONGEST_LAG: f64 = 50.0;
+
+/// The ways along the picture's axes, as (along, across) of the way given, which is the first.
+const WAYS: [(f64, f64); 4] = [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)];
+
+/// What is wrong with `--axis` and `--reverse`, and what to give instead, where boxes without
+/// tracks plainly travel another way: how many of them are found again a little later where
+/// the belt would have carried them is compared for all four ways.
+pub(super) fn other_way(boxes: &[Sighting], options: &Options) -> Option<(String, String)> {
+    let step = options.belt_speed / (options.fps * options.scale_m_per_px);
+    let lag = (LEAST_MOTION / step).ceil().clamp(1.0, LONGEST_LAG) as u32;
+    let mut by_frame: BTreeMap<u32, Vec<(f64, f64)>> = BTreeMap::new();
+    for s in boxes {
+        by_frame
+            .entry(s.frame)
+            .or_default()
+            .push((s.along, s.across));
+    }
+    by_frame
+        .values_mut()
+        .for_each(|boxes| boxes.sort_by(|a, b| a.0.total_cmp(&b.0)));
+    let mut scores = [0.0; WAYS.len()];
+    for (&frame, from) in by_frame
+        .iter()
+        .step_by(by_frame.len().div_ceil(MOST_PAIRS).max(1))
+    {
+        let later = frame.saturating_add(lag);
+        let Some((&then, to)) = by_frame
+            .range(later..=later.saturating_add(LONGEST_GAP))
+            .next()
+        else {
+            continue;
+        };
+        let motion = step * f64::from(then - frame);
+        // A belt of half or one and a half times the speed is still going that way.
+        let reach = motion / 2.0;
+        for ((along, across), score) in WAYS.iter().zip(&mut scores) {
+            for place in from {
+                let (x, y) = (place.0 + motion * along, place.1 + motion * across);
+                let first = to.partition_point(|other| other.0 < x - reach);
+                let near = to[first..].iter().take_while(|other| other.0 <= x + reach);
+                let off = near
+                    .take(NEIGHBOURS)
+                    .map(|other| (other.0 - x).hypot(other.1 - y) / reach)
+                    .fold(1.0, f64::min);
+                *score += 1.0 - off * off;
+            }
+        }
+    }
+    let given = scores[0];
+    let best = (1..WAYS.len()).max_by(|a, b| scores[*a].total_cmp(&scores[*b]))?;
+    let found = scores[best];
+    // More than chance, and more than the neighbours of dense items make.
+    if found < 1.5 * given || found - given <= 4.0 * (found + given).sqrt() {
+        return None;
+    }
+    let (along, across) = WAYS[best];
+    let swapped = across != 0.0;
+    let axis = match (options.axis, swapped) {
+        (Axis::X, false) | (Axis::Y, true) => "x",
+        (Axis::Y, false) | (Axis::X, true) => "y",
+    };
+    let backwards = match swapped {
+        true => across < 0.0,
+        false => (along < 0.0) != options.reverse,
+    };
+    let (pixels, reverse) = match backwards {
+        true => ("smaller", "with --reverse"),
+        false => ("larger", "without --reverse"),
+    };
+    Some((
+        format!(
+            "the boxes have no track ids and travel towards {pixels} pixels of image {axis}, \
+             which is not the way given"
+        ),
+        format!("give --axis {axis} {reverse}"),
+    ))
 }

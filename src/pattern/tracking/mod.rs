@@ -49,6 +49,7 @@ mod import;
 mod link;
 mod motion;
 mod options;
+mod pace;
 mod place;
 mod read;
 mod report;

@@ -6,6 +6,7 @@
 //! are median absolute deviations.
 
 use super::options::Options;
+use super::pace::{Pace, Step, steps};
 use super::read::{Sighting, Track};
 use super::track::{median_of, slope};
 
@@ -24,7 +25,7 @@ const NORMAL: f64 = 1.4826;
 pub struct Motion {
     /// Tracks that are long enough to tell.
     pub tracks: usize,
-    /// The travel's angle from the axis, positive towards larger pixels of the other axis
+    /// The travel's angle from the direction given, positive towards larger pixels of the other axis
     /// [degrees].
     pub angle_deg: f64,
     /// Standard error of that [degrees].
@@ -45,6 +46,11 @@ pub struct Motion {
     /// How far places are off for speeds that differ over the picture or tracks that bend
     /// [m]; 0 where neither is more than chance.
     pub bent_off_m: f64,
+    /// Slowest and fastest piece of the recording [m/s]; none where there are too few boxes.
+    pub speeds_over_time: Option<[f64; 2]>,
+    /// How far places are off for speeds that differ over time [m]; 0 where that may be
+    /// chance.
+    pub unsteady_off_m: f64,
     /// How much a box grows with its travel: two thirds where the lower right corner was
     /// taken for the size.
     pub growth: f64,
@@ -81,15 +87,16 @@ pub(super) fn way(tracks: &[Track]) -> Option<(f64, f64)> {
 }
 
 /// Median, and the standard error of it.
-fn centre(values: &[f64]) -> Option<(f64, f64)> {
+pub(super) fn centre(values: &[f64]) -> Option<(f64, f64)> {
     let middle = median_of(values.iter().copied())?;
     let deviation = median_of(values.iter().map(|value| (value - middle).abs()))?;
     Some((middle, NORMAL * deviation / (values.len() as f64).sqrt()))
 }
 
-/// What `tracks` show; none where hardly one is long enough.
+/// What `tracks` show on a belt of this pace; none where hardly one is long enough.
 pub(super) fn measure<'t>(
     tracks: impl Iterator<Item = &'t Track>,
+    pace: Option<&Pace>,
     options: &Options,
 ) -> Option<Motion> {
     let moving: Vec<(&Track, Velocity)> = tracks
@@ -113,11 +120,11 @@ pub(super) fn measure<'t>(
         Some(seen.last()?.along - seen.first()?.along)
     });
     let travel = median_of(travels)?;
-    let pieces_along = pieces_along(&moving, frame_speed);
+    let pieces_along = pieces_along(&moving, pace, frame_speed);
     let pieces_across = pieces_across(&moving);
     let bend = bend(&moving);
+    let scaled = |v: f64| v * metres * options.fps;
     let range = |pieces: &Option<Pieces>| {
-        let scaled = |v: f64| v * metres * options.fps;
         pieces
             .as_ref()
             .map(|p| [scaled(p.slowest), scaled(p.fastest)])
@@ -151,6 +158,8 @@ pub(super) fn measure<'t>(
             .any(|pieces| pieces.bends && pieces.off_px > 0.0)
             || bend > 0.0,
         bent_off_m: metres * off.max(off_across).max(bend),
+        speeds_over_time: pace.map(|pace| pace.range.map(scaled)),
+        unsteady_off_m: pace.map_or(0.0, |pace| pace.off_px * metres),
         growth: median_of(growths).unwrap_or_default().abs(),
     })
 }
@@ -217,19 +226,16 @@ fn compare(mut speeds: Vec<(f64, f64)>, frame_speed: f64, is_along: bool) -> Opt
     })
 }
 
-/// Speeds along the travel, from boxes an eighth of a track apart.
-fn pieces_along(moving: &[(&Track, Velocity)], frame_speed: f64) -> Option<Pieces> {
-    let mut speeds = Vec::new();
-    for (track, _) in moving {
-        let seen = &track.sightings;
-        let apart = (seen.len() / 8).max(2);
-        for (from, to) in seen.iter().zip(&seen[apart.min(seen.len())..]) {
-            let frames = f64::from(to.frame) - f64::from(from.frame);
-            let way = to.along - from.along;
-            speeds.push((f64::midpoint(from.along, to.along), way / frames));
-        }
-    }
-    compare(speeds, frame_speed, true)
+/// Speeds along the travel, without what is due to a belt that changes its speed.
+fn pieces_along(
+    moving: &[(&Track, Velocity)],
+    pace: Option<&Pace>,
+    frame_speed: f64,
+) -> Option<Pieces> {
+    let steps = steps(moving.iter().map(|(track, _)| *track));
+    let steady = |step: &Step| pace.map_or(step.speed, |pace| pace.steady(step));
+    let speeds = steps.iter().map(|step| (step.place, steady(step)));
+    compare(speeds.collect(), frame_speed, true)
 }
 
 /// Speeds of whole tracks across the travel.

@@ -17,6 +17,17 @@ pub enum Axis {
     Y,
 }
 
+impl Boxes {
+    /// As it is written after `--boxes`.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Sizes => "sizes",
+            Self::Corners => "corners",
+            Self::Centres => "centres",
+        }
+    }
+}
+
 impl FromStr for Axis {
     type Err = Error;
 
@@ -33,7 +44,7 @@ impl FromStr for Axis {
     }
 }
 
-/// What the four figures of a box are. Forms of file that say it themselves go before this.
+/// What the four figures of a box are. Some forms of file say it themselves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Boxes {
@@ -64,8 +75,8 @@ pub struct Options {
     pub belt_speed: f64,
     /// The form of the file; none: recognised by what is in it.
     pub format: Option<Format>,
-    /// What the four figures of a box are.
-    pub boxes: Boxes,
+    /// What the four figures of a box are; none: sizes, or what the form of the file says.
+    pub boxes: Option<Boxes>,
     /// Width and height of the picture [px], for boxes in shares of it.
     pub image_size: Option<(f64, f64)>,
     /// Whether a pattern is made although the tracks contradict the figures above by so much
@@ -97,7 +108,7 @@ impl Options {
             angle_deg: 0.0,
             belt_speed,
             format: None,
-            boxes: Boxes::Sizes,
+            boxes: None,
             image_size: None,
             accept_mismatch: false,
             centre_px: None,
@@ -185,6 +196,25 @@ impl Options {
                 ))
             }
             _ => Ok(()),
+        }
+    }
+
+    /// What the boxes are in a form of file that says it itself, which `source` names.
+    ///
+    /// # Errors
+    /// Another kind of boxes was given.
+    pub(super) fn boxes_of(&self, own: Boxes, source: &str) -> Result<Boxes> {
+        match self.boxes {
+            Some(given) if given != own => Err(Error::input(
+                "--boxes",
+                format!(
+                    "{source} says that the boxes are {}, not {}",
+                    own.name(),
+                    given.name()
+                ),
+                "leave it out",
+            )),
+            _ => Ok(own),
         }
     }
 

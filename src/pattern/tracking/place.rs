@@ -24,6 +24,8 @@ pub(super) struct Found {
     pub across: f64,
     /// Measured along the travel [m/s].
     pub speed: Option<f64>,
+    /// Middle of the time in which it was seen [s].
+    pub time: f64,
 }
 
 impl Found {
@@ -46,6 +48,8 @@ impl Found {
             item,
             across: object.track.across(),
             speed,
+            time: median_of(seen.iter().map(|s| f64::from(s.frame))).unwrap_or_default()
+                / options.fps,
         }
     }
 

@@ -1,7 +1,7 @@
 //! From lines to tracks: the broken lines set aside, the boxes without a track apart.
 
 use super::formats::{self, Format, Recording, Row};
-use super::options::Options;
+use super::options::{Boxes, Options};
 use super::report::{DroppedLine, LISTED};
 use crate::error::{Error, Result};
 use std::collections::HashMap;
@@ -59,6 +59,8 @@ pub(super) struct Track {
 #[derive(Debug)]
 pub(super) struct Reading {
     pub format: Format,
+    /// What the boxes were read as.
+    pub boxes: Boxes,
     /// How its form was read.
     pub remarks: Vec<String>,
     /// Lines that are not blank.
@@ -83,6 +85,7 @@ pub(super) fn read(recording: &Recording, name: &str, options: &Options) -> Resu
     let source = formats::read(recording, name, options)?;
     let mut reading = Reading {
         format: source.format,
+        boxes: source.boxes,
         remarks: source.remarks,
         lines: source.lines.len(),
         tracks: Vec::new(),
@@ -295,8 +298,8 @@ mod tests {
             ("9,1,nan,1,1,1,1", "left `nan`"),
             ("9,1,1,inf,1,1,1", "top `inf`"),
             ("9,1,1e9,1,1,1,1", "not a pixel"),
-            ("9,1,1,1,-5,4,1", "-5.0 x 4.0"),
-            ("9,1,1,1,5,0,1", "5.0 x 0.0"),
+            ("9,1,1,1,-5,4,1", "-5 x 4"),
+            ("9,1,1,1,5,0,1", "5 x 0"),
             ("9,1,-1,-1,-1,-1,1", "all four are -1"),
             ("9,1,1,1,1,1,high", "confidence `high`"),
             ("9,1,1,1", "width is missing"),

@@ -99,6 +99,8 @@ pub struct Report {
     pub centre_given: bool,
     /// What was added to every x0 [m], so that the largest is 0.
     pub shift_m: f64,
+    /// Angle of the travel from the axis as given [degrees].
+    pub angle_deg: f64,
     /// Belt speed as given [m/s].
     pub belt_speed: f64,
     /// Median of the objects' measured speeds [m/s], dropped ones included; none when
@@ -154,6 +156,7 @@ impl Report {
             centre_px: 0.0,
             centre_given: options.centre_px.is_some(),
             shift_m: 0.0,
+            angle_deg: options.angle_deg,
             belt_speed: options.belt_speed,
             measured_speed: None,
             measured_speed_items: None,
@@ -203,7 +206,7 @@ impl Report {
         groups
     }
 
-    /// The report as text, one finding a line.
+    /// The report as text without its warnings, one finding a line.
     pub fn lines(&self) -> Vec<String> {
         let mut out = vec![format!(
             "{} ({}): {} and {} became {}",
@@ -223,9 +226,11 @@ impl Report {
             ));
         }
         if let Some(motion) = &self.motion {
+            // Plus 0 makes a negative zero a plain one.
+            let angle = ((self.angle_deg + motion.angle_deg) * 100.0).round() / 100.0 + 0.0;
             out.push(format!(
-                "the belt travels at {:.2} degrees from --axis in the picture (+/- {:.2}), by {}",
-                motion.angle_deg,
+                "the belt travels at {angle:.2} degrees from --axis in the picture (+/- {:.2}), by \
+                 {}",
                 1.96 * motion.angle_error_deg,
                 count(motion.tracks, "track")
             ));
@@ -244,7 +249,6 @@ impl Report {
         ));
         self.line_findings(&mut out);
         self.track_findings(&mut out);
-        out.extend(self.warnings.iter().map(|text| format!("warning: {text}")));
         out
     }
 

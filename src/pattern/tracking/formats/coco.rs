@@ -40,10 +40,8 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
             Some((entry.get("id")?.as_i64()?, frame.as_f64()?))
         })
         .collect();
-    let options = Options {
-        boxes: Boxes::Sizes,
-        ..options.clone()
-    };
+    // COCO's are sizes, but programs write corners as well.
+    let kind = options.boxes.unwrap_or_default();
     let read = |entry: &Value| -> std::result::Result<Row, String> {
         let image = entry.get("image_id").and_then(Value::as_i64);
         let image = image.ok_or("the image_id is no whole number: the frames are missing")?;
@@ -58,7 +56,7 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
             .find_map(|key| entry.get(*key));
         let frame = frame(frames.get(&image).copied().unwrap_or(image as f64))?;
         let id = id.and_then(Value::as_i64).filter(|id| *id >= 0);
-        let mut row = boxed(frame, id, [*left, *top, *width, *height], &options)?;
+        let mut row = boxed(frame, id, [*left, *top, *width, *height], kind)?;
         row.confidence = entry.get("score").and_then(Value::as_f64);
         row.class = entry.get("category_id").and_then(Value::as_i64).map(|id| {
             names
@@ -79,9 +77,18 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
     }
     Ok(Lines {
         format: Format::Coco,
+        boxes: kind,
         lines: boxes.iter().enumerate().map(line).collect(),
         remarks,
-        cure: "give every detection an image_id that is its frame, and a bbox \
-               [left, top, width, height]",
+        cure: match kind {
+            Boxes::Sizes => {
+                "give every detection an image_id that is its frame, and a bbox \
+                 [left, top, width, height]"
+            }
+            _ => {
+                "give every detection an image_id that is its frame, and a bbox as --boxes says, \
+                 or leave out --boxes if it is [left, top, width, height]"
+            }
+        },
     })
 }

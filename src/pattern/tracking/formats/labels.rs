@@ -73,6 +73,7 @@ pub(super) fn read(
     options: &Options,
 ) -> Result<Lines> {
     let size = image_size(name, options)?;
+    let kind = options.boxes_of(Boxes::Centres, "Ultralytics' form")?;
     let rows = || files.iter().flat_map(|(_, _, text)| text.lines());
     let fields = |line: &str| line.split_whitespace().count();
     if let Some((_, file, _)) = files
@@ -106,7 +107,7 @@ pub(super) fn read(
                 number: index + 1,
                 // Lines differ by design: the first boxes of a track have no id yet.
                 filled: 5,
-                row: read_label(*frame, &fields, sixth, size, options),
+                row: read_label(*frame, &fields, sixth, size),
             });
         }
     }
@@ -119,6 +120,7 @@ pub(super) fn read(
     }
     Ok(Lines {
         format: Format::Ultralytics,
+        boxes: kind,
         lines,
         remarks,
         cure: "give lines `class xc yc w h [conf] [id]` in shares of the picture",
@@ -130,7 +132,6 @@ fn read_label(
     fields: &[&str],
     sixth: Sixth,
     size: (f64, f64),
-    options: &Options,
 ) -> std::result::Result<Row, String> {
     let field = |place: usize| fields.get(place).copied().unwrap_or_default();
     let share = |place: usize, what: &str| share(field(place), what);
@@ -146,11 +147,7 @@ fn read_label(
         Some(place) => track_id(number(field(place), "id")?)?,
         None => None,
     };
-    let options = Options {
-        boxes: Boxes::Centres,
-        ..options.clone()
-    };
-    let mut row = boxed(frame, id, [x, y, width, height], &options)?;
+    let mut row = boxed(frame, id, [x, y, width, height], Boxes::Centres)?;
     row.class = class(field(0));
     if let Some(place) = confidence {
         row.confidence = Some(number(field(place), "confidence")?);
@@ -203,10 +200,7 @@ pub(super) fn read_yolo(text: &str, name: &str, options: &Options) -> Result<Lin
         before = first;
     }
     let size = image_size(name, options)?;
-    let options = Options {
-        boxes: Boxes::Corners,
-        ..options.clone()
-    };
+    let kind = options.boxes_of(Boxes::Corners, "the YOLO tracker's form")?;
     let read = |fields: &[&str]| -> std::result::Result<Row, String> {
         let field = |place: usize| fields.get(place).copied().unwrap_or_default();
         let frame = frame(number(field(0), "frame")?)?;
@@ -216,7 +210,7 @@ pub(super) fn read_yolo(text: &str, name: &str, options: &Options) -> Result<Lin
             share(field(4), "x2")? * size.0,
             share(field(5), "y2")? * size.1,
         ];
-        let mut row = boxed(frame, None, corners, &options)?;
+        let mut row = boxed(frame, None, corners, kind)?;
         row.class = class(field(1));
         Ok(row)
     };
@@ -228,6 +222,7 @@ pub(super) fn read_yolo(text: &str, name: &str, options: &Options) -> Result<Lin
     };
     Ok(Lines {
         format: Format::Yolo,
+        boxes: kind,
         lines: rows.iter().map(line).collect(),
         remarks: vec!["classes from the second column".to_owned()],
         cure: "give lines `frame class x1 y1 x2 y2 xc yc` in shares of the picture",

@@ -5,8 +5,8 @@ mod labels;
 mod mot;
 mod table;
 
-use super::options::Options;
-use crate::error::{Error, Result, known_names, shown};
+use super::options::{Boxes, Options};
+use crate::error::{Error, Result, known_names, rounded, shown};
 use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
@@ -118,6 +118,8 @@ pub(super) struct Line {
 #[derive(Debug)]
 pub(super) struct Lines {
     pub format: Format,
+    /// What the boxes were read as.
+    pub boxes: Boxes,
     pub lines: Vec<Line>,
     /// What should be known of how they were read.
     pub remarks: Vec<String>,
@@ -273,7 +275,7 @@ fn boxed(
     frame: u32,
     id: Option<i64>,
     [left, top, width, height]: [f64; 4],
-    options: &Options,
+    boxes: Boxes,
 ) -> std::result::Result<Row, String> {
     let row = |left: f64, top: f64, size: Option<(f64, f64)>| Row {
         frame,
@@ -286,28 +288,29 @@ fn boxed(
     };
     let [left, top] = [pixel(left, "left")?, pixel(top, "top")?];
     let [width, height] = [pixel(width, "width")?, pixel(height, "height")?];
-    let (width, height) = match options.boxes {
-        super::Boxes::Corners => (width - left, height - top),
+    let (width, height) = match boxes {
+        Boxes::Corners => (width - left, height - top),
         _ => (width, height),
     };
     if width > 0.0 && height > 0.0 {
-        let (left, top) = match options.boxes {
-            super::Boxes::Centres => (left - width / 2.0, top - height / 2.0),
+        let (left, top) = match boxes {
+            Boxes::Centres => (left - width / 2.0, top - height / 2.0),
             _ => (left, top),
         };
         return Ok(row(left, top, Some((width, height))));
     }
-    let sizes = options.boxes != super::Boxes::Corners;
+    let sizes = boxes != Boxes::Corners;
     match (width, height) {
         (-1.0, -1.0) if sizes && left == -1.0 && top == -1.0 => {
             // The 3D challenge fills the image columns so.
             Err("neither box nor point: all four are -1".to_owned())
         }
         (-1.0, -1.0) | (0.0, 0.0) if sizes => Ok(row(left, top, None)),
-        _ if sizes => Err(format!("a box of {width:?} x {height:?} pixels")),
-        _ => Err(format!(
-            "a box of {width:?} x {height:?} pixels by its corners"
-        )),
+        _ => {
+            let (width, height) = (rounded(width, 9), rounded(height, 9));
+            let by = if sizes { "" } else { " by its corners" };
+            Err(format!("a box of {width} x {height} pixels{by}"))
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 //! `[,x,y,z]`.
 
 use super::{Format, Line, Lines, boxed, class, frame, number, track_id};
-use crate::pattern::tracking::options::Options;
+use crate::pattern::tracking::options::{Boxes, Options};
 
 /// The longest form; whatever follows is passed over.
 const FIELDS: usize = 10;
@@ -64,26 +64,40 @@ pub(super) fn read(text: &str, options: &Options) -> Lines {
         })
         .collect();
     let classes = has_classes(&lines);
+    let boxes = options.boxes.unwrap_or_default();
     let line = |&(number, filled, ref fields): &(usize, usize, [&str; FIELDS])| Line {
         file: None,
         number,
         filled,
-        row: read_box(fields, classes, options),
+        row: read_box(fields, classes, boxes),
     };
     let remark = classes.then(|| "classes from column 8".to_owned());
     Lines {
         format: Format::Mot,
+        boxes,
         lines: lines.iter().map(line).collect(),
         remarks: remark.into_iter().collect(),
-        cure: "give lines `frame,id,left,top,width,height,conf` with frames from 0 or 1, or one \
-               of the other forms of `pickline pattern import tracks --help`",
+        cure: match boxes {
+            Boxes::Sizes => {
+                "give lines `frame,id,left,top,width,height,conf` with frames from 0 or 1, or one \
+                 of the other forms of `pickline pattern import tracks --help`"
+            }
+            Boxes::Corners => {
+                "leave out --boxes corners if the boxes are left,top,width,height, or give \
+                 lines `frame,id,left,top,right,bottom,conf`"
+            }
+            Boxes::Centres => {
+                "leave out --boxes centres if the boxes are left,top,width,height, or give \
+                 lines `frame,id,xc,yc,width,height,conf`"
+            }
+        },
     }
 }
 
 fn read_box(
     fields: &[&str; FIELDS],
     classes: bool,
-    options: &Options,
+    boxes: Boxes,
 ) -> std::result::Result<super::Row, String> {
     let frame = frame(number(fields[0], "frame")?)?;
     let id = track_id(number(fields[1], "id")?)?;
@@ -91,7 +105,7 @@ fn read_box(
     let top = number(fields[3], "top")?;
     let width = number(fields[4], "width")?;
     let height = number(fields[5], "height")?;
-    let mut row = boxed(frame, id, [left, top, width, height], options)?;
+    let mut row = boxed(frame, id, [left, top, width, height], boxes)?;
     if !fields[6].is_empty() {
         row.confidence = Some(number(fields[6], "confidence")?);
     }

@@ -52,13 +52,11 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
         ));
     };
     // The names say which of the two the boxes are.
-    let options = Options {
-        boxes: match corners {
-            Some(_) => Boxes::Corners,
-            None => Boxes::Sizes,
-        },
-        ..options.clone()
+    let kind = match corners {
+        Some(_) => Boxes::Corners,
+        None => Boxes::Sizes,
     };
+    let kind = options.boxes_of(kind, "the header")?;
     let (id, confidence) = (place(ID), place(CONFIDENCE));
     let (class_name, class_id) = (place(CLASS_NAME), place(CLASS_ID));
     let mut lines = Vec::new();
@@ -102,7 +100,7 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
                 pixel(value(first, "width")?, "width")?,
                 pixel(value(second, "height")?, "height")?,
             ];
-            let mut row = boxed(frame, id, figures, &options)?;
+            let mut row = boxed(frame, id, figures, kind)?;
             if let Some(place) = confidence.filter(given) {
                 row.confidence = Some(value(place, "confidence")?);
             }
@@ -122,6 +120,7 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
     let source = class_name.or(class_id).and_then(|place| header.get(place));
     Ok(Lines {
         format: Format::Table,
+        boxes: kind,
         lines,
         remarks: source
             .map(|name| format!("classes from column {name}"))

@@ -1,0 +1,196 @@
+//! Whether the belt keeps its speed during the recording.
+//!
+//! Speeds of boxes may differ over time, as with a belt that stops, and over the picture, as
+//! with a lens. Items are not everywhere at all times, so each looks like the other: what
+//! explains the speeds better is taken out before the other is looked for (one step of the
+//! median polish of Tukey 1977, "Exploratory Data Analysis").
+
+use super::motion::centre;
+use super::read::{Sighting, Track};
+use super::track::median_of;
+
+/// Pieces of the recording in which speeds are compared, and of the picture.
+const MOST_TIMES: usize = 200;
+const PLACES: usize = 24;
+/// Speeds from which a piece's median is known well enough.
+const FEWEST_SPEEDS: usize = 8;
+/// A track counts where it is at least this share of the usual speed for a while: a belt
+/// that stops carries items that stand, dirt stands from its first frame to its last.
+const MOVES: f64 = 0.5;
+
+/// A part of a track.
+pub(super) struct Step {
+    /// The track, by number.
+    track: usize,
+    /// Its middle along the travel [px].
+    pub place: f64,
+    /// Its middle in time [frame].
+    frame: f64,
+    /// [px a frame]
+    pub speed: f64,
+}
+
+/// Steps of boxes an eighth of a track apart.
+pub(super) fn steps<'t>(tracks: impl Iterator<Item = &'t Track>) -> Vec<Step> {
+    let mut steps = Vec::new();
+    for (track, seen) in tracks.map(|track| &track.sightings).enumerate() {
+        let apart = (seen.len() / 8).max(2);
+        let frame = |s: &Sighting| f64::from(s.frame);
+        for (from, to) in seen.iter().zip(&seen[apart.min(seen.len())..]) {
+            steps.push(Step {
+                track,
+                place: f64::midpoint(from.along, to.along),
+                frame: f64::midpoint(frame(from), frame(to)),
+                speed: (to.along - from.along) / (frame(to) - frame(from)),
+            });
+        }
+    }
+    steps
+}
+
+/// Equal pieces of a range.
+struct Pieces {
+    low: f64,
+    width: f64,
+    count: usize,
+}
+
+impl Pieces {
+    fn of(places: impl Iterator<Item = f64>, count: usize) -> Self {
+        let (low, high) = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| {
+            (l.min(x), h.max(x))
+        });
+        let width = ((high - low) / count as f64).max(f64::MIN_POSITIVE);
+        Self { low, width, count }
+    }
+
+    fn piece(&self, place: f64) -> usize {
+        // Saturates where the place lies outside.
+        (((place - self.low) / self.width) as usize).min(self.count - 1)
+    }
+
+    /// The speeds of every piece.
+    fn speeds(&self, steps: &[Step], place: impl Fn(&Step) -> f64) -> Vec<Vec<f64>> {
+        let mut speeds = vec![Vec::new(); self.count];
+        for step in steps {
+            speeds[self.piece(place(step))].push(step.speed);
+        }
+        speeds
+    }
+}
+
+/// Median speed of every piece, the usual one where there are too few.
+fn medians(speeds: &[Vec<f64>], usual: f64) -> Vec<f64> {
+    let median = |speeds: &Vec<f64>| match speeds.len() {
+        FEWEST_SPEEDS.. => median_of(speeds.iter().copied()).unwrap_or(usual),
+        _ => usual,
+    };
+    speeds.iter().map(median).collect()
+}
+
+/// The belt's speed over time.
+pub(super) struct Pace {
+    /// Slowest and fastest piece of the recording [px a frame].
+    pub range: [f64; 2],
+    /// How far places are off for speeds that differ over time [px]; 0 where they may be
+    /// chance.
+    pub off_px: f64,
+    times: Pieces,
+    /// What every piece of the recording is faster than usual [px a frame]; nothing where
+    /// the place in the picture explains the speeds better.
+    excess: Vec<f64>,
+}
+
+impl Pace {
+    /// The speed of a step without what is due to its time [px a frame].
+    pub fn steady(&self, step: &Step) -> f64 {
+        let excess = self.excess.get(self.times.piece(step.frame));
+        step.speed - excess.copied().unwrap_or_default()
+    }
+}
+
+/// The pace of the belt that `tracks` show; none where there are too few.
+pub(super) fn pace(tracks: &[Track]) -> Option<Pace> {
+    let mut steps = steps(tracks.iter());
+    let rough = median_of(steps.iter().map(|s| s.speed).filter(|v| *v > 0.0))?;
+    let mut fast = vec![(0usize, 0usize); tracks.len()];
+    for step in &steps {
+        let (moving, all) = &mut fast[step.track];
+        *all += 1;
+        *moving += usize::from(step.speed > MOVES * rough);
+    }
+    // A tenth: a few bad boxes make no motion.
+    steps.retain(|step| fast[step.track].0 * 10 > fast[step.track].1);
+    let usual = median_of(steps.iter().map(|s| s.speed))?;
+    let frames = steps.iter().map(|s| s.frame);
+    let (first, last) = frames.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), f| {
+        (l.min(f), h.max(f))
+    });
+    let lengths = tracks.iter().filter_map(|track| {
+        let seen = &track.sightings;
+        Some(f64::from(seen.last()?.frame) - f64::from(seen.first()?.frame))
+    });
+    // No shorter than a step, so that neighbours do not share steps.
+    let step = (median_of(lengths)? / 8.0).max(1.0);
+    let count = ((last - first) / step) as usize;
+    let times = Pieces::of(steps.iter().map(|s| s.frame), count.clamp(1, MOST_TIMES));
+    let places = Pieces::of(steps.iter().map(|s| s.place), PLACES);
+    let over_time = medians(&times.speeds(&steps, |s| s.frame), usual);
+    let over_place = medians(&places.speeds(&steps, |s| s.place), usual);
+    let in_time = |s: &Step| over_time[times.piece(s.frame)];
+    let in_place = |s: &Step| over_place[places.piece(s.place)];
+    let left = |median: &dyn Fn(&Step) -> f64| -> f64 {
+        steps.iter().map(|s| (s.speed - median(s)).abs()).sum()
+    };
+    let by_time = left(&in_time) < left(&in_place);
+    let mut excess = Vec::new();
+    if by_time {
+        excess = over_time.iter().map(|speed| speed - usual).collect();
+    } else {
+        let corrected: Vec<f64> = steps
+            .iter()
+            .map(|s| s.speed - (in_place(s) - usual))
+            .collect();
+        for (step, speed) in steps.iter_mut().zip(corrected) {
+            step.speed = speed;
+        }
+    }
+    let (range, off_px) = deviation(&steps, &times, usual)?;
+    Some(Pace {
+        range,
+        off_px,
+        times,
+        excess,
+    })
+}
+
+/// The range of speeds over time, and how far the belt gets off its usual motion.
+fn deviation(steps: &[Step], times: &Pieces, usual: f64) -> Option<([f64; 2], f64)> {
+    let mut pieces: Vec<Vec<&Step>> = (0..times.count).map(|_| Vec::new()).collect();
+    for step in steps {
+        pieces[times.piece(step.frame)].push(step);
+    }
+    let (mut slowest, mut fastest) = (f64::INFINITY, f64::NEG_INFINITY);
+    let (mut place, mut least, mut most, mut variance) = (0.0f64, 0.0f64, 0.0f64, 0.0);
+    for piece in pieces.iter().filter(|p| p.len() >= FEWEST_SPEEDS) {
+        let speeds: Vec<f64> = piece.iter().map(|s| s.speed).collect();
+        let (speed, spread) = centre(&speeds)?;
+        let half = |odd: usize| {
+            let half = piece.iter().filter(|s| s.track % 2 == odd);
+            median_of(half.map(|s| s.speed))
+        };
+        // What one half of the tracks shows and the other does not is an error; what all
+        // show is the belt. The steps of a single track share its boxes: they count once.
+        let error = match (half(0), half(1)) {
+            (Some(one), Some(other)) => (one - other).abs() / 2.0,
+            _ => spread * (speeds.len() as f64).sqrt(),
+        };
+        (slowest, fastest) = (slowest.min(speed), fastest.max(speed));
+        place += times.width * (speed - usual);
+        variance += (times.width * error).powi(2);
+        (least, most) = (least.min(place), most.max(place));
+    }
+    let off = (most - least) / 2.0;
+    let chance = off < 4.0 * variance.sqrt() || fastest - slowest < 0.02 * usual.abs();
+    (slowest <= fastest).then_some(([slowest, fastest], if chance { 0.0 } else { off }))
+}
