@@ -30,11 +30,19 @@ impl Interval {
         (interval.map(|i| i.low), interval.map(|i| i.high))
     }
 
-    /// The part of it that is 0 or more, for what cannot be negative.
-    pub fn not_negative(self) -> Self {
+    /// Cut to what is possible, `low` to `high`.
+    pub fn within(self, low: f64, high: f64) -> Self {
         Self {
-            low: self.low.max(0.0),
-            high: self.high.max(0.0),
+            low: self.low.max(low).min(high),
+            high: self.high.min(high).max(low),
+        }
+    }
+
+    /// Both ends times `factor`.
+    pub fn times(self, factor: f64) -> Self {
+        Self {
+            low: factor * self.low,
+            high: factor * self.high,
         }
     }
 
@@ -55,6 +63,16 @@ pub fn mean_interval(values: &[f64]) -> Option<Interval> {
     let centre = mean(values);
     let squares: f64 = values.iter().map(|v| (v - centre) * (v - centre)).sum();
     interval_of(values.len(), centre, squares)
+}
+
+/// 95 % interval of the mean of shares, within 0 and 1.
+pub fn share_mean_interval(shares: &[f64]) -> Option<Interval> {
+    mean_interval(shares).map(|interval| interval.within(0.0, 1.0))
+}
+
+/// 95 % interval of the mean of rates, which are not negative.
+pub fn rate_mean_interval(rates: &[f64]) -> Option<Interval> {
+    mean_interval(rates).map(|interval| interval.within(0.0, f64::INFINITY))
 }
 
 /// 95 % interval by Student's t about the mean `centre` of `count` values, of which the

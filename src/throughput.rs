@@ -20,12 +20,15 @@ pub struct SteadyState {
     pub end: f64,
     /// How many of them are picked.
     pub picked: usize,
-    /// Picks per minute: the picked share of these items times their flow [1/min].
+    /// Picks per minute: the picked share of these items times the flow [1/min].
     pub throughput: f64,
     /// Its 95 % interval by batch means [1/min]; none of a single batch.
     pub interval: Option<Interval>,
-    /// Items that arrive per minute [1/min].
+    /// Items that arrive per minute over the whole pattern [1/min], whatever the line picks.
     pub flow: f64,
+    /// Whether the flow changes over the pattern, so that there is no steady state proper and
+    /// these items are all of the pattern but its ends.
+    pub flow_changes: bool,
     /// For each robot, upstream first, the share of the time in which it is busy while these
     /// items pass its base.
     pub utilisation: Vec<f64>,
@@ -72,6 +75,20 @@ const ENOUGH_WINDOWS: f64 = 12.0;
 const MOST_BATCHES: usize = 20;
 /// Items in a batch of the truncation rule (the 5 in MSER-5).
 const MSER_BATCH: usize = 5;
+/// The flow is judged over this many stretches of the pattern that last equally long, fewer
+/// where there are fewer than [`STRETCH`] arrivals for each, and not over fewer than 8.
+const STRETCHES: std::ops::RangeInclusive<usize> = 8..=20;
+/// Arrivals in a stretch, on average, at least: the columns of a grid then fall evenly.
+const STRETCH: usize = 10;
+/// A flow that scatters by less than this share over the stretches does not change.
+const EVEN: f64 = 0.1;
+/// One that scatters by more than this share is uneven, whether or not in an order.
+const UNEVEN: f64 = 0.25;
+/// Where the truncation rule leaves items of a flow that is further than this share from that
+/// of the pattern, what it found is a change of the flow.
+const ELSEWHERE: f64 = 0.2;
+/// One-sided 0.5 % point of the normal distribution.
+const SIGNIFICANT: f64 = 2.576;
 
 impl fmt::Display for UnsteadyReason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -105,7 +122,8 @@ impl fmt::Display for UnsteadyReason {
 /// Left out are the items that arrive within the longest departure window of the first or of
 /// the last one, since some robot has its window not yet or no longer full when it meets
 /// them; then what MSER-5 truncates at either end of what is left (White 1997,
-/// DOI 10.1177/003754979706900601).
+/// DOI 10.1177/003754979706900601). Where the flow changes over the pattern nothing of what is
+/// left is truncated: there is no steady state to be found, only a mean.
 ///
 /// # Errors
 /// A run that is too short or has not settled.
@@ -135,16 +153,26 @@ pub fn steady_state(scene: &Scene, outcome: &Outcome) -> Result<SteadyState, Uns
     let drifting = UnsteadyReason::Drifting {
         items: 2 * scene.pattern().len(),
     };
-    let Some(left) = truncate(whole, &pick_series(scene, outcome)) else {
-        return unsteady(drifting);
+    let summarise = |groups, flow_changes| {
+        Ok(arrivals.summarise(groups, flow_changes, window, scene.station(), outcome))
     };
-    // The cuts fall on times of arrival, so that items that arrive together stay together.
-    let begin = arrivals.starts.partition_point(|&start| start < left.start);
-    let end = arrivals.starts.partition_point(|&start| start <= left.end) - 1;
-    if begin >= end {
-        return unsteady(drifting);
+    let changes = arrivals.changes();
+    if begin < end && changes == Changes::InOrder {
+        return summarise(begin..end, true);
     }
-    Ok(arrivals.summarise(begin..end, window, scene.station(), outcome))
+    let left = truncate(whole, &pick_series(scene, outcome)).and_then(|left| {
+        // The cuts fall on times of arrival, so that items that arrive together stay together.
+        let begin = arrivals.starts.partition_point(|&start| start < left.start);
+        let end = arrivals.starts.partition_point(|&start| start <= left.end) - 1;
+        (begin < end).then_some(begin..end)
+    });
+    match left {
+        Some(left) if changes == Changes::None || !arrivals.elsewhere(&left) => {
+            summarise(left, false)
+        }
+        None if begin >= end || changes != Changes::Uneven => unsteady(drifting),
+        _ => summarise(begin..end, true),
+    }
 }
 
 /// A number of items, of the density of the pattern on `scene`, that is enough for a steady
@@ -153,6 +181,19 @@ pub fn enough_items(scene: &Scene) -> Option<usize> {
     let arrivals = Arrivals::of(scene);
     let flow = arrivals.flow(0..arrivals.starts.len() - 1);
     flow.map(|flow| round_up(ENOUGH_WINDOWS * longest_window(scene) * flow / 60.0))
+}
+
+/// How the flow changes over a pattern.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Changes {
+    /// Not, or by little.
+    None,
+    /// By chance as much as not, as clusters and gaps do.
+    Little,
+    /// By much, in no order that shows.
+    Uneven,
+    /// Neighbouring stretches have like flows: a shift's profile, a ramp.
+    InOrder,
 }
 
 /// The items by their times of arrival at the belt's start; those of one column of a grid
@@ -191,9 +232,51 @@ impl<'s> Arrivals<'s> {
         (items > 0).then(|| 60.0 * items as f64 / self.lasts(&groups))
     }
 
+    /// How the flow changes, a property of the pattern alone. The order is judged by the serial
+    /// correlation of the stretches (von Neumann 1941, DOI 10.1214/aoms/1177731677).
+    fn changes(&self) -> Changes {
+        let last = self.starts.len() - 1;
+        let count = (last / STRETCH).min(*STRETCHES.end());
+        if count < *STRETCHES.start() {
+            return Changes::None;
+        }
+        let (start, lasts) = (self.time(0), self.lasts(&(0..last)));
+        let mut items = vec![0.0; count];
+        for group in 0..last {
+            let share = (self.time(group) - start) / lasts;
+            let stretch = ((share * count as f64) as usize).min(count - 1);
+            items[stretch] += (self.starts[group + 1] - self.starts[group]) as f64;
+        }
+        let n = count as f64;
+        let mean = stats::mean(&items);
+        let off: Vec<f64> = items.iter().map(|items| items / mean - 1.0).collect();
+        let squares: f64 = off.iter().map(|off| off * off).sum();
+        let scatter = (squares / (n - 1.0)).sqrt();
+        if scatter < EVEN {
+            return Changes::None;
+        }
+        let products: f64 = off.windows(2).map(|pair| pair[0] * pair[1]).sum();
+        let serial = products / squares;
+        let deviation = ((n - 2.0) / (n * n - 1.0)).sqrt();
+        match serial + 1.0 / n > SIGNIFICANT * deviation {
+            true => Changes::InOrder,
+            false if scatter > UNEVEN => Changes::Uneven,
+            false => Changes::Little,
+        }
+    }
+
+    /// Whether the flow of these groups is far from that of the pattern.
+    fn elsewhere(&self, groups: &Range<usize>) -> bool {
+        let whole = self.flow(0..self.starts.len() - 1);
+        let here = self.flow(groups.clone());
+        let ratio = here.zip(whole).map(|(here, whole)| here / whole);
+        ratio.is_some_and(|ratio| (ratio - 1.0).abs() > ELSEWHERE)
+    }
+
     fn summarise(
         &self,
         groups: Range<usize>,
+        flow_changes: bool,
         window: f64,
         station: &Station,
         outcome: &Outcome,
@@ -208,13 +291,19 @@ impl<'s> Arrivals<'s> {
         let picked = |groups: &Range<usize>| -> usize {
             picked_before[self.starts[groups.end]] - picked_before[self.starts[groups.start]]
         };
-        let rate = |groups: &Range<usize>| 60.0 * picked(groups) as f64 / self.lasts(groups);
-        let throughput = rate(&groups);
-        let squares = self.batches(&groups, window).into_iter().map(|batch| {
-            let distance = rate(&batch) - throughput;
+        let count = |groups: &Range<usize>| self.starts[groups.end] - self.starts[groups.start];
+        let flow = self.flow(0..self.starts.len() - 1).unwrap_or_default();
+        let share = picked(&groups) as f64 / count(&groups) as f64;
+        let batches = self.batches(&groups, window);
+        // The share is a ratio of two sums: its batches differ by what they pick more or less
+        // than it says of their items, over the mean number of items.
+        let mean = count(&groups) as f64 / batches.len() as f64;
+        let squares = batches.iter().map(|batch| {
+            let distance = (picked(batch) as f64 - share * count(batch) as f64) / mean;
             distance * distance
         });
         let squares: Vec<f64> = squares.collect();
+        let interval = stats::interval_of(squares.len(), share, squares.iter().sum());
         let (start, end) = (self.time(groups.start), self.time(groups.end));
         let busy = |robot: usize| {
             let passes = station.robots()[robot].base.x / self.speed;
@@ -234,10 +323,10 @@ impl<'s> Arrivals<'s> {
             start,
             end,
             picked: picked(&groups),
-            throughput,
-            interval: stats::interval_of(squares.len(), throughput, squares.iter().sum())
-                .map(Interval::not_negative),
-            flow: self.flow(groups).unwrap_or_default(),
+            throughput: share * flow,
+            interval: interval.map(|share| share.within(0.0, 1.0).times(flow)),
+            flow,
+            flow_changes,
             utilisation: robots
                 // A sum of nothing is -0.
                 .map(|robot| (busy(robot) / (end - start)).min(1.0) + 0.0)
@@ -328,53 +417,107 @@ pub struct Throughput {
     pub mean: Option<f64>,
     /// Its 95 % interval: over the patterns, or by batch means where there is only one.
     pub interval: Option<Interval>,
-    /// Mean of the items that arrive per minute [1/min]: in the steady state, or over the
-    /// whole pattern where there is none.
+    /// Mean of the items that arrive per minute [1/min], over the same patterns; over all of
+    /// them where there is no throughput.
     pub flow: Option<f64>,
     /// For each robot the mean share of the time in which it is busy while the items of the
     /// steady state pass it; empty where there is none.
     pub utilisation: Vec<f64>,
-    /// How many runs have a steady state.
+    /// How many runs have a steady state and are counted.
     pub steady: usize,
+    /// How many of them have a flow that changes over the pattern.
+    pub changing: usize,
     /// How many runs there are.
     pub runs: usize,
     /// Why there is none, said of the first run that has none.
     pub missing: Option<UnsteadyReason>,
 }
 
+/// What a run says of its steady state.
+pub type Steadiness = Result<SteadyState, Unsteady>;
+
 impl Throughput {
     /// Of these runs.
-    pub fn of<'r>(runs: impl IntoIterator<Item = &'r Result<SteadyState, Unsteady>>) -> Self {
+    pub fn of<'r>(runs: impl IntoIterator<Item = &'r Steadiness>) -> Self {
         let runs: Vec<_> = runs.into_iter().collect();
-        let steady: Vec<&SteadyState> = runs.iter().filter_map(|run| run.as_ref().ok()).collect();
+        Self::on(&runs, |_| true)
+    }
+
+    /// Of several lines or methods on the same patterns, `runs` of each in the patterns' order.
+    /// They are compared on the patterns on which all of them have a steady state, as far as
+    /// these are half of the patterns; those that have fewer of their own do not take part.
+    pub fn beside(runs: &[Vec<&Steadiness>]) -> Vec<Self> {
+        let enough = |steady: usize, all: usize| steady > 0 && 2 * steady >= all;
+        let takes_part = |runs: &&Vec<&Steadiness>| {
+            enough(runs.iter().filter(|run| run.is_ok()).count(), runs.len())
+        };
+        let part: Vec<_> = runs.iter().filter(takes_part).collect();
+        let patterns = runs.first().map_or(0, Vec::len);
+        let common = (0..patterns).map(|p| part.iter().all(|runs| runs[p].is_ok()));
+        let common: Vec<bool> = common.collect();
+        let all = !enough(common.iter().filter(|common| **common).count(), patterns);
+        runs.iter()
+            .map(|own| Self::on(own, |p| all || common[p] || !takes_part(&own)))
+            .collect()
+    }
+
+    /// Of the runs on the patterns of which `counts` holds.
+    fn on(runs: &[&Steadiness], counts: impl Fn(usize) -> bool) -> Self {
+        let counted = runs.iter().enumerate().filter(|(p, _)| counts(*p));
+        let steady = counted.filter_map(|(_, run)| run.as_ref().ok());
+        let steady: Vec<&SteadyState> = steady.collect();
         let missing = runs.iter().find_map(|run| run.as_ref().err());
         let enough = !steady.is_empty() && 2 * steady.len() >= runs.len();
-        let flows = runs.iter().map(|run| match run {
-            Ok(steady) => Some(steady.flow),
-            Err(unsteady) => unsteady.flow,
-        });
-        let flows: Option<Vec<f64>> = flows.collect();
+        let flows: Option<Vec<f64>> = match enough {
+            true => Some(steady.iter().map(|run| run.flow).collect()),
+            false => {
+                let flow = |run: &&Steadiness| match run {
+                    Ok(steady) => Some(steady.flow),
+                    Err(unsteady) => unsteady.flow,
+                };
+                runs.iter().map(flow).collect()
+            }
+        };
+        let flow = flows.map(|flows| stats::mean(&flows));
         let rates: Vec<f64> = steady.iter().map(|run| run.throughput).collect();
         let robots = steady.first().map_or(0, |run| run.utilisation.len());
         let utilisation = |robot: usize| {
             let shares: Vec<f64> = steady.iter().map(|run| run.utilisation[robot]).collect();
             stats::mean(&shares)
         };
-        let interval = match &steady[..] {
-            [one] => one.interval,
-            _ => stats::mean_interval(&rates),
+        let interval = match (&steady[..], flow) {
+            ([one], _) => one.interval,
+            (_, Some(flow)) => {
+                // Of the picked share, as with batches: how the flows scatter says nothing of
+                // the line.
+                let mean = stats::mean(&rates);
+                let distances = steady
+                    .iter()
+                    .map(|run| run.throughput - mean / flow * run.flow);
+                let squares = distances.map(|distance| distance * distance).sum();
+                stats::interval_of(steady.len(), mean, squares)
+                    .map(|interval| interval.within(0.0, flow.max(mean)))
+            }
+            (_, None) => None,
         };
         Self {
             mean: enough.then(|| stats::mean(&rates)),
             interval: interval.filter(|_| enough),
-            flow: flows.map(|flows| stats::mean(&flows)),
+            flow,
             utilisation: match enough {
                 true => (0..robots).map(utilisation).collect(),
                 false => Vec::new(),
             },
             steady: steady.len(),
+            changing: steady.iter().filter(|run| run.flow_changes).count(),
             runs: runs.len(),
             missing: missing.map(|unsteady| unsteady.reason.clone()),
         }
+    }
+
+    /// Picks per arriving item, by which lines on other sets of patterns are compared.
+    pub fn share(&self) -> Option<f64> {
+        let flow = self.flow.filter(|flow| *flow > 0.0)?;
+        Some(self.mean? / flow)
     }
 }

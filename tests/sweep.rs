@@ -196,6 +196,40 @@ fn every_axis_is_swept() {
     }
 }
 
+/// The arm is little faster than the belt: the sweep ends below the arm's speed.
+#[test]
+fn the_default_range_ends_below_the_slowest_arm() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("slow.toml");
+    let station = "[belt]\nspeed = 0.05\nwidth = 0.4\n[line]\nrobots = 1\nfirst_base_x = 1.0\n\
+                   spacing = 1.6\nbase_offset = 0.1\nbin_offset = 0.0\ntail = 0.5\nreach = 0.7\n\
+                   speed = 0.06\ngrasp_time = 0.1\nrelease_time = 0.1\n";
+    std::fs::write(&file, station).unwrap();
+    let slow = ["--station", file.to_str().unwrap(), "--robust", "SPT"];
+    for range in [&[][..], &["--from", "0.04"]] {
+        let report = json(&[&slow[..], &["--no-bound"], range].concat());
+        let points = report["points"].as_array().unwrap();
+        let values = points.iter().map(|p| p["value"].as_f64().unwrap());
+        assert!(values.clone().all(|value| value < 0.06) && values.count() > 5);
+    }
+}
+
+/// Numbers of robots between those that were run may be fewer.
+#[test]
+fn the_fewest_robots_are_of_those_that_were_run() {
+    let table = |to: &str| {
+        let output = Command::new(env!("CARGO_BIN_EXE_pickline"))
+            .args(["sweep", "-q", "--sweep", "robots", "--no-bound", "--step"])
+            .args([to, "--to", "5", "--items", "600", "--train-items", "20"])
+            .args(["--train-patterns", "grid:0.2"])
+            .output()
+            .unwrap();
+        String::from_utf8(output.stdout).unwrap()
+    };
+    assert!(table("1").contains(" robots, the fewest with"));
+    assert!(table("2").contains(" robots, of the numbers that were run the fewest with"));
+}
+
 /// The page calls the policy what the tables call it, not what files do.
 #[cfg(feature = "onnx")]
 #[test]

@@ -33,7 +33,7 @@ pub fn lines(args: &SweepArgs, axis: Axis, station: &Station) -> Result<Lines> {
     let robots = station.robots();
     let around = |value: f64| Range::around(0.4 * value, 1.6 * value);
     let usual = match axis {
-        Axis::Speed => around(station.belt().speed),
+        Axis::Speed => below_arms(station, around(station.belt().speed)),
         Axis::Robots => Range {
             from: 1.0,
             to: (robots.len() + 2).clamp(6, 100) as f64,
@@ -136,10 +136,7 @@ pub fn speeds(
         true => Range::around(0.4 * speed, 1.6 * speed),
         false => Range::around((0.5 * low).min(0.8 * speed), (1.5 * high).max(1.2 * speed)),
     };
-    let usual = Range {
-        to: fastest(station, usual.step, usual.to),
-        ..usual
-    };
+    let usual = below_arms(station, usual);
     let mut values = range(args, Axis::Speed, usual).values()?;
     if args.step.is_none() {
         let (from, to) = (values[0], values[values.len() - 1]);
@@ -155,6 +152,14 @@ pub fn speeds(
         values.dedup();
     }
     values.into_iter().map(setting).collect()
+}
+
+/// `range` as far as every arm of `station` is faster than the belt.
+fn below_arms(station: &Station, range: Range) -> Range {
+    Range {
+        to: fastest(station, range.step, range.to),
+        ..range
+    }
 }
 
 /// The greatest multiple of `step` up to `most` that every arm of `station` outruns.

@@ -183,8 +183,12 @@ fn summarise(by_pattern: &[Vec<MethodRun>], methods: usize) -> Vec<MethodResult>
     };
     let first = figure(0, &Figures::picking_rate);
     let mean_of_first = stats::mean(&first);
-    (0..methods)
-        .map(|method| {
+    let steady = |method: usize| by_pattern.iter().map(|runs| &runs[method].steady).collect();
+    let throughputs = Throughput::beside(&(0..methods).map(steady).collect::<Vec<_>>());
+    throughputs
+        .into_iter()
+        .enumerate()
+        .map(|(method, throughput)| {
             let rates = figure(method, &Figures::picking_rate);
             let differences: Vec<f64> = rates.iter().zip(&first).map(|(a, b)| a - b).collect();
             let picking_rate = stats::mean(&rates);
@@ -192,11 +196,11 @@ fn summarise(by_pattern: &[Vec<MethodRun>], methods: usize) -> Vec<MethodResult>
             MethodResult {
                 runs: by_pattern.iter().map(|runs| runs[method].clone()).collect(),
                 picked_share: stats::mean(&shares),
-                picked_share_interval: stats::mean_interval(&shares),
+                picked_share_interval: stats::share_mean_interval(&shares),
                 end: stats::mean(&figure(method, &|f| f.end)),
-                throughput: Throughput::of(by_pattern.iter().map(|runs| &runs[method].steady)),
+                throughput,
                 picking_rate,
-                picking_rate_interval: stats::mean_interval(&rates),
+                picking_rate_interval: stats::rate_mean_interval(&rates),
                 weighted_rate: stats::mean(&figure(method, &Figures::weighted_rate)),
                 difference: stats::mean_interval(&differences),
                 // A line that picks nothing at all has no rate to be better than.

@@ -10,7 +10,7 @@ use crate::planning::bound::{Bound, certified_percent};
 use crate::sim::{Conditions, Scene};
 use crate::station::Station;
 use crate::stats::{self, Interval};
-use crate::throughput::Throughput;
+use crate::throughput::{Steadiness, Throughput};
 use rayon::prelude::*;
 
 /// What is varied.
@@ -194,10 +194,10 @@ impl Sweep {
     }
 
     /// The least value, of those at which no arms can meet, with which a method's throughput
-    /// is at least [`AS_GOOD`] of the highest; none where there is no throughput, or where
+    /// is at least [`AS_GOOD`] of the highest, each as a share of the flow; none where there is no throughput, or where
     /// arms can meet at every value.
     pub fn recommended(&self, method: usize) -> Option<f64> {
-        let throughput = |i: usize| self.points[i][method].throughput.mean;
+        let throughput = |i: usize| self.points[i][method].throughput.share();
         let may = (0..self.values.len()).filter(|&i| !self.arms_meet[i]);
         let fits: Vec<(usize, f64)> = may.filter_map(|i| Some((i, throughput(i)?))).collect();
         let best = fits.iter().map(|fit| fit.1).fold(0.0, f64::max);
@@ -243,8 +243,9 @@ pub fn sweep(
     environment
         .progress
         .begin("sweeping", settings.len() as u64, "values");
-    let mut points = Vec::with_capacity(settings.len());
+    let mut points: Vec<Vec<SweepPoint>> = Vec::with_capacity(settings.len());
     let mut bounds = Vec::new();
+    let mut steadiness: Vec<Vec<Steadiness>> = Vec::new();
     for setting in settings {
         let run = |(place, pattern): (usize, &Pattern)| -> Result<Runs> {
             if environment.stopped() {
@@ -280,10 +281,22 @@ pub fn sweep(
             summarise(method.title(), &runs, most)
         };
         bounds.extend(summarise_bounds(&by_pattern));
+        let of_method = |i: usize| {
+            by_pattern
+                .iter()
+                .map(move |runs| runs.runs[i].steady.clone())
+        };
+        steadiness.extend((0..setting.methods.len()).map(|i| of_method(i).collect()));
         points.push(setting.methods.iter().enumerate().map(point).collect());
         environment.progress.advance(1);
     }
     environment.progress.end();
+    // All values are compared on the same patterns.
+    let runs: Vec<Vec<&Steadiness>> = steadiness.iter().map(|of| of.iter().collect()).collect();
+    let throughputs = Throughput::beside(&runs);
+    for (point, throughput) in points.iter_mut().flatten().zip(throughputs) {
+        point.throughput = throughput;
+    }
     let done = settings.iter().take(points.len());
     Ok(Sweep {
         values: done.clone().map(|setting| setting.value).collect(),
@@ -328,10 +341,10 @@ fn summarise(title: String, runs: &[&MethodRun], most: Option<f64>) -> SweepPoin
     SweepPoint {
         title,
         picked_share: stats::mean(&shares),
-        picked_share_interval: stats::mean_interval(&shares),
+        picked_share_interval: stats::share_mean_interval(&shares),
         throughput: Throughput::of(runs.iter().map(|run| &run.steady)),
         picking_rate: stats::mean(&rates),
-        picking_rate_interval: stats::mean_interval(&rates),
+        picking_rate_interval: stats::rate_mean_interval(&rates),
         weighted_rate: stats::mean(&all(&Figures::weighted_rate)),
         complete_share: of_patterns(&Figures::complete),
         nearly_complete_share: of_patterns(&|run| run.picked_share() >= 0.99),

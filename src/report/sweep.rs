@@ -33,6 +33,9 @@ pub struct SweepReport {
     pub made: Provenance,
     /// The values at which arms can meet.
     pub arms_can_meet: Vec<f64>,
+    /// How many values there are in all; more than were run where the user stopped.
+    #[serde(skip)]
+    planned: usize,
     #[serde(skip)]
     pub(super) helps: bool,
     #[serde(skip)]
@@ -203,9 +206,12 @@ impl SweepReport {
     ) -> Self {
         let added = |place: usize, method: usize| {
             let before = place.checked_sub(1).filter(|_| axis == Axis::Robots)?;
-            let throughput = |place: usize| sweep.points[place][method].throughput.mean;
+            let of = |place: usize| &sweep.points[place][method].throughput;
             let robots = sweep.values[place] - sweep.values[before];
-            Some((throughput(place)? - throughput(before)?) / robots)
+            let (here, before) = (of(place), of(before));
+            // The flow is the same unless the patterns with a steady state are others.
+            let share = here.share()? - before.share()?;
+            Some(share * here.flow? / robots)
         };
         let added = &added;
         let points = sweep.values.iter().zip(&sweep.points).enumerate();
@@ -274,6 +280,7 @@ impl SweepReport {
         let meet = sweep.values.iter().zip(&sweep.arms_meet);
         let (robust_gt, rl) = paper::SPEED_LIMITS;
         Self {
+            planned: sweep.planned,
             helps: axis.helps(),
             sweep: axis.name(),
             unit: axis.unit(),
@@ -416,9 +423,24 @@ impl SweepReport {
             return Vec::new();
         }
         let unit = self.unit_word();
+        // What was not run may be better.
+        let values = self.points.len() / self.limits.len();
+        let gaps = || {
+            let points = self.points.iter().step_by(self.limits.len());
+            let values: Vec<f64> = points.map(|point| point.value).collect();
+            values.windows(2).any(|pair| pair[1] > pair[0] + 1.0)
+        };
         let least = match self.sweep {
             "robots" => "the fewest",
             _ => "the least",
+        };
+        let least = match (values < self.planned, self.sweep) {
+            (true, _) => format!(
+                "of the {values} of {} values that were run {least}",
+                self.planned
+            ),
+            (_, "robots") if gaps() => format!("of the numbers that were run {least}"),
+            _ => least.to_owned(),
         };
         let line = |(j, limit): (usize, &LimitReport)| match limit.recommended {
             Some(value) => {

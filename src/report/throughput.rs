@@ -26,6 +26,10 @@ pub struct ThroughputReport {
     /// Why there is no throughput, and the cure.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub no_throughput: Option<String>,
+    /// Whether the flow changes over the pattern, so that the throughput is the mean over it;
+    /// absent where not.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub flow_changes: bool,
     #[serde(skip)]
     pub(in crate::report) note: Option<String>,
 }
@@ -43,13 +47,28 @@ impl ThroughputReport {
     pub fn new(throughput: &Throughput) -> Self {
         let (throughput_low, throughput_high) = Interval::ends(throughput.interval);
         let reason = throughput.missing.as_ref();
-        let note = reason.map(|reason| match throughput.runs {
+        let missing = reason.map(|reason| match throughput.runs {
             1 => reason.to_string(),
+            runs if throughput.mean.is_some() => format!(
+                "over {} of {runs} patterns; on one of the others {reason}",
+                throughput.steady
+            ),
             runs => format!(
                 "{} of {runs} patterns have no steady state, one of them since {reason}",
                 runs - throughput.steady
             ),
         });
+        let flow_changes = throughput.mean.is_some() && throughput.changing > 0;
+        let changing = flow_changes.then(|| match (throughput.changing, throughput.runs) {
+            (_, 1) => "the flow changes over the pattern; this is the mean over it".to_owned(),
+            (changing, runs) => format!(
+                "the flow changes over the pattern on {changing} of {runs} patterns; there it is \
+                 the mean over the pattern"
+            ),
+        });
+        let note = [&missing, &changing];
+        let note: Vec<&str> = note.into_iter().flatten().map(String::as_str).collect();
+        let note = (!note.is_empty()).then(|| note.join("; "));
         Self {
             throughput_per_min: throughput.mean,
             throughput_low,
@@ -57,7 +76,8 @@ impl ThroughputReport {
             flow_per_min: throughput.flow,
             utilisation_steady: throughput.utilisation.clone(),
             steady_patterns: throughput.steady,
-            no_throughput: note.clone().filter(|_| throughput.mean.is_none()),
+            no_throughput: missing.filter(|_| throughput.mean.is_none()),
+            flow_changes,
             note,
         }
     }
@@ -105,9 +125,13 @@ impl ThroughputReport {
                     format!(" (95 % interval {})", interval(Some(ends), 1))
                 });
                 format!(
-                    "throughput {} picks/min{interval} of a flow of {} items/min, in the steady state\n",
+                    "throughput {} picks/min{interval} of a flow of {} items/min, {}\n",
                     fixed(throughput, 1),
-                    flow.unwrap_or_default()
+                    flow.unwrap_or_default(),
+                    match self.flow_changes {
+                        true => "the mean over a pattern whose flow changes",
+                        false => "in the steady state",
+                    }
                 )
             }
             (None, Some(reason)) => format!("throughput none: {reason}\n"),
