@@ -363,6 +363,18 @@ fn a_turned_camera_is_noticed_measured_and_put_right() {
 }
 
 #[test]
+fn a_turned_camera_is_not_taken_for_a_wrong_scale() {
+    for angle in [-30.0, 45.0, 60.0] {
+        let (text, _) = Film { angle, ..STRAIGHT }.shoot();
+        let message = read(&text, &options()).unwrap_err();
+        assert!(
+            message.contains("give --angle ") && !message.contains("--scale"),
+            "{message}"
+        );
+    }
+}
+
+#[test]
 fn a_wrong_frame_rate_scale_or_speed_is_refused_with_what_would_agree() {
     let (text, truth) = STRAIGHT.shoot();
     let mut fast = options();
@@ -443,6 +455,10 @@ fn corners_taken_for_sizes_are_noticed() {
         found.report.warnings
     );
     assert!((found.pattern.items()[0].area_cm2.unwrap() - 48.0).abs() < 0.1);
+    corners.boxes = Some(Boxes::Centres);
+    let message = read(&text, &corners).unwrap_err();
+    assert!(message.contains("--boxes corners"), "{message}");
+    corners.boxes = Some(Boxes::Corners);
     let (sizes, _) = STRAIGHT.shoot();
     let message = read(&sizes, &corners).unwrap_err();
     assert!(message.contains("by its corners"), "{message}");

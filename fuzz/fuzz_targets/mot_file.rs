@@ -1,15 +1,16 @@
 #![no_main]
-//! A tracker's file: whatever is accepted is a pattern that reads back.
+//! A tracker's file of any form: whatever is accepted is a pattern that reads back.
 
 use libfuzzer_sys::fuzz_target;
-use pickline::pattern::mot::{Axis, Options, import};
+use pickline::pattern::tracking::{Axis, Options, Recording, import};
 use pickline::pattern::{parse, to_csv};
 
 fuzz_target!(|text: &str| {
+    let recording = Recording::Text(text.to_owned());
     for (axis, min_frames) in [(Axis::X, 1), (Axis::Y, 2)] {
         let mut options = Options::new(10.0, 0.001, axis, 0.1);
         options.min_frames = min_frames;
-        let Ok(import) = import(text, "m", &options) else {
+        let Ok(import) = import(&recording, "m", &options) else {
             continue;
         };
         import.report.lines();

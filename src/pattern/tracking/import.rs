@@ -148,7 +148,7 @@ pub fn import(recording: &Recording, name: &str, options: &Options) -> Result<Im
         pace.as_ref(),
         options,
     );
-    let speed = speed_off(&found, options);
+    let speed = speed_off(&found, turn(&report), options);
     let seen = Seen {
         boxes,
         speed,
@@ -197,9 +197,18 @@ struct SpeedOff {
     off_m: f64,
 }
 
-fn speed_off(found: &[Found], options: &Options) -> Option<SpeedOff> {
+/// Speed along the travel over speed along the direction given: what a turned camera alone
+/// makes of the speed is no fault of the other figures.
+fn turn(report: &Report) -> f64 {
+    let turned = report.motion.as_ref().filter(|motion| is_turned(motion));
+    turned.map_or(1.0, |motion| {
+        1.0 / motion.angle_deg.to_radians().cos().max(0.01)
+    })
+}
+
+fn speed_off(found: &[Found], turn: f64, options: &Options) -> Option<SpeedOff> {
     let belt = options.belt_speed;
-    let speeds: Vec<f64> = found.iter().filter_map(|f| f.speed).collect();
+    let speeds: Vec<f64> = found.iter().filter_map(|f| Some(f.speed? * turn)).collect();
     let (speed, error) = centre(&speeds)?;
     let times = found.iter().map(|f| f.time);
     let (first, last) = times.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), t| {
@@ -248,7 +257,8 @@ fn is_unsteady(report: &Report, limit: f64) -> bool {
 
 fn warn(report: &mut Report, found: &[Found], twins: &[String], seen: &Seen, options: &Options) {
     let belt = options.belt_speed;
-    let off = |speed: f64, share: f64| (speed - belt).abs() > share * belt;
+    let turn = turn(report);
+    let off = |speed: f64, share: f64| (speed * turn - belt).abs() > share * belt;
     let odd: Vec<&str> = found
         .iter()
         .filter(|f| f.speed.is_some_and(|v| off(v, ODD_SHARE)))
@@ -395,10 +405,15 @@ fn contradictions(report: &Report, items: &[Item], seen: &Seen, options: &Option
     ))
 }
 
-/// Whether the lower right corner was taken for the size: then the centre moves one and a
-/// half times as fast as the box, and the size as fast as the box.
+/// Whether the lower right corner was taken for the size: the size moves as fast as the box
+/// then, and so does the upper left corner that is taken for the centre; a centre that is
+/// computed from both moves one and a half times as fast.
 fn looks_like_corners(motion: &Motion, boxes: Boxes) -> bool {
-    boxes == Boxes::Sizes && (0.55..0.8).contains(&motion.growth)
+    match boxes {
+        Boxes::Sizes => (0.55..0.8).contains(&motion.growth),
+        Boxes::Centres => (0.85..1.2).contains(&motion.growth),
+        Boxes::Corners => false,
+    }
 }
 
 /// What to do about corners that were taken for sizes.

@@ -52,7 +52,7 @@ pub struct Motion {
     /// chance.
     pub unsteady_off_m: f64,
     /// How much a box grows with its travel: two thirds where the lower right corner was
-    /// taken for the size.
+    /// taken for the size, 1 where the upper left one was taken for the centre as well.
     pub growth: f64,
 }
 
