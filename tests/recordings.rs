@@ -664,7 +664,8 @@ fn a_belt_that_changes_its_speed_is_named_and_refused() {
     let stops = |t: f64| 0.2 * (t - (t - 20.0).clamp(0.0, 5.0));
     let speeds_up = |t: f64| 0.2 * t + 0.005 * t * t / 2.0;
     let slower = |t: f64| 0.2 * t - 0.05 * (t - 25.0).max(0.0);
-    let films: [&dyn Fn(f64) -> f64; 3] = [&stops, &speeds_up, &slower];
+    let sways = |t: f64| 0.2 * t + 0.1 * (0.6 * t).sin();
+    let films: [&dyn Fn(f64) -> f64; 4] = [&stops, &speeds_up, &slower, &sways];
     for (number, moved) in films.into_iter().enumerate() {
         let text = moving_film(80, moved);
         let message = read(&text, &options).unwrap_err();
@@ -677,7 +678,7 @@ fn a_belt_that_changes_its_speed_is_named_and_refused() {
                 "{number}: {words} not in {message}"
             );
         }
-        for words in ["lens", "--belt-speed"] {
+        for words in ["lens", "tilted", "--belt-speed"] {
             assert!(!message.contains(words), "{number}: {words} in {message}");
         }
     }

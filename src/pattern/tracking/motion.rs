@@ -121,7 +121,9 @@ pub(super) fn measure<'t>(
     });
     let travel = median_of(travels)?;
     let pieces_along = pieces_along(&moving, pace, frame_speed);
-    let pieces_across = pieces_across(&moving);
+    // Whole tracks differ in speed where the belt's differs over time.
+    let is_steady = pace.is_none_or(|pace| !pace.explains());
+    let pieces_across = pieces_across(&moving).filter(|_| is_steady);
     let bend = bend(&moving);
     let scaled = |v: f64| v * metres * options.fps;
     let range = |pieces: &Option<Pieces>| {

@@ -102,6 +102,11 @@ pub(super) struct Pace {
 }
 
 impl Pace {
+    /// Whether time explains the differences between speeds, and they are more than chance.
+    pub fn explains(&self) -> bool {
+        self.off_px > 0.0 && !self.excess.is_empty()
+    }
+
     /// The speed of a step without what is due to its time [px a frame].
     pub fn steady(&self, step: &Step) -> f64 {
         let excess = self.excess.get(self.times.piece(step.frame));
