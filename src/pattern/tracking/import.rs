@@ -367,8 +367,9 @@ fn contradictions(report: &Report, items: &[Item], seen: &Seen, options: &Option
         let share = match odd {
             0 => String::new(),
             _ => format!(
-                "{odd} of {} are more than 25 % off the belt's speed; ",
-                count(items.len(), "item")
+                "{odd} of {} {} more than 25 % off the belt's speed; ",
+                count(items.len(), "item"),
+                if odd == 1 { "is" } else { "are" }
             ),
         };
         problems.push(format!("{share}{}", speed.text(options)));
@@ -459,6 +460,8 @@ fn unsteadily(motion: &Motion) -> String {
     let speeds = motion
         .speeds_over_time
         .map_or(String::new(), |[slow, fast]| {
+            // Plus 0 makes a negative zero a plain one.
+            let slow = (slow * 1e4).round() / 1e4 + 0.0;
             format!(", {slow:.4} to {fast:.4} m/s")
         });
     format!(

@@ -175,27 +175,32 @@ fn deviation(steps: &[Step], times: &Pieces, usual: f64) -> Option<([f64; 2], f6
     for step in steps {
         pieces[times.piece(step.frame)].push(step);
     }
-    let (mut slowest, mut fastest) = (f64::INFINITY, f64::NEG_INFINITY);
-    let (mut place, mut least, mut most, mut variance) = (0.0f64, 0.0f64, 0.0f64, 0.0);
+    let mut known = Vec::new();
     for piece in pieces.iter().filter(|p| p.len() >= FEWEST_SPEEDS) {
         let speeds: Vec<f64> = piece.iter().map(|s| s.speed).collect();
-        let (speed, spread) = centre(&speeds)?;
+        let (speed, error) = centre(&speeds)?;
         let half = |odd: usize| {
             let half = piece.iter().filter(|s| s.track % 2 == odd);
             median_of(half.map(|s| s.speed))
         };
         // What one half of the tracks shows and the other does not is an error; what all
-        // show is the belt. The steps of a single track share its boxes: they count once.
-        let error = match (half(0), half(1)) {
-            (Some(one), Some(other)) => (one - other).abs() / 2.0,
-            _ => spread * (speeds.len() as f64).sqrt(),
-        };
+        // show is the belt.
+        let halves = half(0).zip(half(1));
+        let error_of_halves = halves.map(|(one, other)| (one - other).abs() / 2.0);
+        known.push((speed, error * (speeds.len() as f64).sqrt(), error_of_halves));
+    }
+    // Where a single track is seen its steps share its boxes, so they count once; they differ
+    // more than usual where the belt changes its speed in the piece, which is no error.
+    let spread = median_of(known.iter().map(|(_, spread, _)| *spread))?;
+    let (mut slowest, mut fastest) = (f64::INFINITY, f64::NEG_INFINITY);
+    let (mut place, mut least, mut most, mut variance) = (0.0f64, 0.0f64, 0.0f64, 0.0);
+    for (speed, _, error) in known {
         (slowest, fastest) = (slowest.min(speed), fastest.max(speed));
         place += times.width * (speed - usual);
-        variance += (times.width * error).powi(2);
+        variance += (times.width * error.unwrap_or(spread)).powi(2);
         (least, most) = (least.min(place), most.max(place));
     }
     let off = (most - least) / 2.0;
     let chance = off < 4.0 * variance.sqrt() || fastest - slowest < 0.02 * usual.abs();
-    (slowest <= fastest).then_some(([slowest, fastest], if chance { 0.0 } else { off }))
+    Some(([slowest, fastest], if chance { 0.0 } else { off }))
 }
