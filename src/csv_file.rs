@@ -84,7 +84,13 @@ impl<'a> CsvFile<'a> {
     /// A row that is no CSV, a column without a name.
     pub fn header(&mut self) -> Result<(csv::StringRecord, usize)> {
         let mut record = csv::StringRecord::new();
-        let line = self.next_row(&mut record)?.unwrap_or(1);
+        let mut line = 1;
+        while let Some(next) = self.next_row(&mut record)? {
+            line = next;
+            if !record.iter().all(str::is_empty) {
+                break;
+            }
+        }
         trim_end(&mut record, 0);
         if let Some(place) = record.iter().position(str::is_empty) {
             return Err(Error::input(
@@ -311,6 +317,8 @@ mod tests {
                 4,
                 0,
             ),
+            ("  \nid,x\na,1\n", 2, 3),
+            (",,\nid,x\na,1\n", 2, 3),
             ("id,x\n,\n# more\n\na,1\n", 1, 5),
             ("#\n#\n\n#\nid,x\n,\na,1", 5, 7),
         ] {

@@ -154,6 +154,238 @@ fn boxes_without_tracks_are_linked_by_the_belts_motion() {
     }
 }
 
+/// The film as MOT lines: the id or the frame first, the box by `box_of`, then `more`.
+fn mot(
+    swapped: bool,
+    box_of: impl Fn([f64; 4]) -> String,
+    more: impl Fn(usize, u32) -> String,
+) -> String {
+    let mut text = String::new();
+    for (index, (frame, id, class, [x1, y1, x2, y2])) in rows().into_iter().enumerate() {
+        let (one, two) = if swapped { (id, frame) } else { (frame, id) };
+        let figures = box_of([x1, y1, x2 - x1, y2 - y1]);
+        let _ = writeln!(text, "{one},{two},{figures},0.9{}", more(index, class));
+    }
+    text
+}
+
+fn sizes([left, top, width, height]: [f64; 4]) -> String {
+    format!("{left:.2},{top:.2},{width:.2},{height:.2}")
+}
+
+#[test]
+fn column_8_is_a_class_by_the_form_that_most_lines_have() {
+    let some = |form: &dyn Fn(usize, u32) -> String| {
+        let made = read(&mot(false, sizes, form), &options()).unwrap();
+        let classed = !classes(&made.pattern)[0].is_empty();
+        (classed, made.report.remarks.concat())
+    };
+    let names = ["PET", "PE", "can"];
+    let forms: [&dyn Fn(usize, u32) -> String; 5] = [
+        &|index, class| match index {
+            7 => ",-1".to_owned(),
+            _ => format!(",{class}"),
+        },
+        &|_, class| format!(",{}", names[class as usize]),
+        &|_, class| format!(",{class},1,extra"),
+        &|_, class| format!(",{class},0.8,12"),
+        &|index, class| match index {
+            7 => ",0.5".to_owned(),
+            _ => format!(",{class},-1,-1"),
+        },
+    ];
+    for form in forms {
+        let (classed, remarks) = some(form);
+        assert!(
+            classed && remarks.contains("classes from column 8"),
+            "{remarks}"
+        );
+    }
+    let (classed, remarks) = some(&|_, _| ",-1,-1,-1".to_owned());
+    assert!(!classed && !remarks.contains("column 8"), "{remarks}");
+    for form in [&|_, class| format!(",{class},4.5,3"), &|_, class| {
+        format!(",{class}.25,0.5,3")
+    }] as [&dyn Fn(usize, u32) -> String; 2]
+    {
+        let (classed, remarks) = some(form);
+        assert!(
+            !classed && remarks.contains("column 8 is not read as a class"),
+            "{remarks}"
+        );
+    }
+}
+
+#[test]
+fn mot_files_of_other_habits_are_read_or_refused_by_what_they_are() {
+    let nothing = |_: usize, _: u32| ",-1,-1,-1".to_owned();
+    let plain = read(&mot(false, sizes, nothing), &options())
+        .unwrap()
+        .pattern;
+    let semicolons = mot(false, sizes, nothing)
+        .replace(',', ";")
+        .replace('.', ",");
+    let read_so = read(&semicolons, &options()).unwrap();
+    assert_eq!(read_so.pattern, plain);
+    let tabs = semicolons.replace(';', "\t");
+    assert_eq!(read(&tabs, &options()).unwrap().pattern, plain);
+
+    let message = read(&mot(true, sizes, nothing), &options()).unwrap_err();
+    assert!(
+        message.contains("id and frame, not frame and id"),
+        "{message}"
+    );
+
+    for (text, words) in [
+        (
+            "<?xml version=\"1.0\"?>\n<annotations></annotations>",
+            "CVAT's XML",
+        ),
+        ("<annotation><object/></annotation>", "Pascal VOC's XML"),
+        (
+            "0 1 Car 0 0 -10 1.4 248.1 33.4 268.1 -1 -1 -1 -1000 -1000 -1000 -10 0.6\n",
+            "KITTI's tracking labels",
+        ),
+        (
+            "Car 0 0 -10 1.4 248.1 33.4 268.1 -1 -1 -1 -1000 -1000 -1000 -10\n",
+            "KITTI's object",
+        ),
+    ] {
+        let message = read(text, &options()).unwrap_err();
+        assert!(message.contains(words), "{message}");
+    }
+}
+
+#[test]
+fn shares_of_the_picture_are_scaled_whatever_the_form() {
+    let tracked = load("supervision.csv", &options()).unwrap().pattern;
+    let mut sized = options();
+    sized.image_size = Some((1280.0, 400.0));
+    let shares = |[x, y, w, h]: [f64; 4]| {
+        let [x, w] = [x / 1280.0, w / 1280.0];
+        let [y, h] = [y / 400.0, h / 400.0];
+        format!("{x:.7},{y:.7},{w:.7},{h:.7}")
+    };
+    let plain = mot(false, shares, |_, _| String::new());
+    let table = format!("frame,id,bb_left,bb_top,bb_width,bb_height,conf\n{plain}");
+    let coco: Vec<serde_json::Value> = rows()
+        .into_iter()
+        .map(|(frame, id, _, [x1, y1, x2, y2])| {
+            let figures = [
+                x1 / 1280.0,
+                y1 / 400.0,
+                (x2 - x1) / 1280.0,
+                (y2 - y1) / 400.0,
+            ];
+            serde_json::json!({"image_id": frame, "track_id": id, "bbox": figures, "score": 0.9})
+        })
+        .collect();
+    for text in [plain, table, serde_json::Value::from(coco).to_string()] {
+        let made = read(&text, &sized).unwrap();
+        assert!(apart(&made.pattern, &tracked) < 1e-3, "{:#?}", made.report);
+        let message = read(&text, &options()).unwrap_err();
+        assert!(message.contains("--image-size"), "{message}");
+    }
+}
+
+#[test]
+fn json_of_other_habits_is_read() {
+    let tracked = load("supervision.csv", &options()).unwrap();
+    let sink: Vec<serde_json::Value> = rows()
+        .into_iter()
+        .map(|(frame, id, _, [x1, y1, x2, y2])| {
+            serde_json::json!({
+                "x_min": x1.to_string(), "y_min": y1.to_string(), "x_max": x2.to_string(),
+                "y_max": y2.to_string(), "class_id": "0", "confidence": "0.9",
+                "tracker_id": id.to_string(), "frame": frame
+            })
+        })
+        .collect();
+    let made = read(&serde_json::Value::from(sink).to_string(), &options()).unwrap();
+    assert!(apart(&made.pattern, &tracked.pattern) < 1e-9);
+
+    // Ids against the film, whose order the names have.
+    let frames: std::collections::BTreeSet<u32> = rows().iter().map(|row| row.0).collect();
+    let images: Vec<serde_json::Value> = frames
+        .iter()
+        .map(|frame| serde_json::json!({"id": 5000 - frame, "file_name": format!("a/f_{frame:05}_v2.png")}))
+        .collect();
+    let boxes: Vec<serde_json::Value> = rows()
+        .into_iter()
+        .map(|(frame, _, _, [x1, y1, x2, y2])| {
+            serde_json::json!({"image_id": 5000 - frame, "bbox": [x1, y1, x2 - x1, y2 - y1]})
+        })
+        .collect();
+    let data = serde_json::json!({"images": images, "annotations": boxes}).to_string();
+    let made = read(&data, &options()).unwrap();
+    assert!(
+        apart(&made.pattern, &tracked.pattern) < 1e-3,
+        "{:#?}",
+        made.report
+    );
+    assert!(
+        made.report.remarks.concat().contains("file_name"),
+        "{:?}",
+        made.report.remarks
+    );
+}
+
+#[test]
+fn labels_are_known_by_the_number_that_differs_and_confidences_of_1_are_no_ids() {
+    let tracked = load("supervision.csv", &options()).unwrap().pattern;
+    let mut sized = options();
+    sized.image_size = Some((1280.0, 400.0));
+    let import_as = |name: &dyn Fn(u32) -> String, sixth: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        let mut texts = std::collections::BTreeMap::<u32, String>::new();
+        for (frame, _, class, [x1, y1, x2, y2]) in rows() {
+            let text = texts.entry(frame).or_default();
+            let [x, w] = [(x1 + x2) / 2560.0, (x2 - x1) / 1280.0];
+            let [y, h] = [(y1 + y2) / 800.0, (y2 - y1) / 400.0];
+            let _ = writeln!(text, "{class} {x:.7} {y:.7} {w:.7} {h:.7}{sixth}");
+        }
+        for (frame, text) in texts {
+            std::fs::write(folder.path().join(name(frame)), text).unwrap();
+        }
+        let recording = Recording::load(folder.path()).map_err(|error| error.to_string())?;
+        import(&recording, "labels", &sized).map_err(|error| error.to_string())
+    };
+    let names: [&dyn Fn(u32) -> String; 4] = [
+        &|frame| format!("shot_{frame}_v2.txt"),
+        &|frame| format!("cam2-{frame:06}_2024.txt"),
+        &|frame| format!("img-{}.txt", 1_700_000_000_000_u64 + 40 * u64::from(frame)),
+        &|frame| format!("f{frame}_jpg.rf.{}.txt", ["a1b", "77c"][frame as usize % 2]),
+    ];
+    for name in names {
+        let made = import_as(name, "").unwrap();
+        let first = tracked.items()[0].x0 - made.pattern.items()[0].x0;
+        assert!(
+            first.abs() < 1e-9 && apart(&made.pattern, &tracked) < 1e-3,
+            "{}",
+            name(1)
+        );
+    }
+    let made = import_as(&|frame| format!("f_{frame}.txt"), " 1").unwrap();
+    assert!(apart(&made.pattern, &tracked) < 1e-3, "{:#?}", made.report);
+    assert_eq!(made.pattern.items()[0].p_detection, Some(1.0));
+    let made = import_as(&|frame| format!("f_{frame}.txt"), " 7").unwrap();
+    assert!(
+        made.report.remarks.concat().contains("is not read"),
+        "{:#?}",
+        made.report
+    );
+    let uneven = |frame: u32| {
+        format!(
+            "{}.txt",
+            1_700_000_000_000_u64 + 1013 * u64::from(frame).pow(2) + 7 * u64::from(frame)
+        )
+    };
+    assert!(
+        import_as(&uneven, "")
+            .unwrap_err()
+            .contains("stamps of time")
+    );
+}
+
 #[test]
 fn what_has_no_certain_meaning_is_refused_by_its_name() {
     let mut sized = options();

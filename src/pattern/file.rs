@@ -17,6 +17,9 @@ const COLUMNS: [&str; 8] = [
     "class",
 ];
 
+/// The place of the area in [`COLUMNS`].
+const AREA: usize = 3;
+
 /// A pattern, and what of its file was not used.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Loaded {
@@ -55,8 +58,8 @@ pub fn parse(text: &str, name: &str) -> Result<Pattern> {
 }
 
 /// Reads the text of a pattern file as [`CsvFile`] reads CSV; `name` is how messages call
-/// it. Columns are known by their names in any case. `x` and `y` may carry their unit,
-/// `x_mm` or `x [cm]`. Columns of other names are ignored.
+/// it. Columns are known by their names in any case. `x`, `y` and `area` may carry their unit,
+/// `x_mm`, `y [cm]` or `area [mm^2]`. Columns of other names are ignored.
 ///
 /// # Errors
 /// Whatever is wrong, with its line and column, the value found and the cure. A column
@@ -98,23 +101,38 @@ pub fn read(text: &str, name: &str) -> Result<Loaded> {
     Ok(Loaded { pattern, ignored })
 }
 
-/// For each known column, its place in this file and the metres in its unit.
+/// For each known column, its place in this file and what its unit is in ours.
 type Columns = [Option<(usize, f64)>; COLUMNS.len()];
 
-/// The known column that is called `name`, and the metres in its unit.
+/// The known column that is called `name`, and what one of its unit is in ours: metres, or
+/// cm^2 of an area.
 fn known_column(name: &str) -> Option<(usize, f64)> {
     if let Some(known) = COLUMNS.iter().position(|&column| column == name) {
         return Some((known, 1.0));
     }
     let (column, unit) = name.split_once(['_', ' ', '[', '('])?;
-    let known = ["x", "y"].iter().position(|&c| c == column.trim())?;
-    let metres = match unit.trim_matches([' ', '[', ']', '(', ')']) {
-        "m" => 1.0,
-        "cm" => 0.01,
-        "mm" => 0.001,
-        _ => return None,
-    };
-    Some((known + 1, metres))
+    let unit = unit.trim_matches([' ', '[', ']', '(', ')']);
+    match column.trim() {
+        axis @ ("x" | "y") => {
+            let metres = match unit {
+                "m" => 1.0,
+                "cm" => 0.01,
+                "mm" => 0.001,
+                _ => return None,
+            };
+            Some((if axis == "x" { 1 } else { 2 }, metres))
+        }
+        "area" => {
+            let square = match unit.replace(['^', ' '], "").replace('²', "2").as_str() {
+                "cm2" => 1.0,
+                "mm2" => 0.01,
+                "m2" => 1e4,
+                _ => return None,
+            };
+            Some((AREA, square))
+        }
+        _ => None,
+    }
 }
 
 fn read_header(
@@ -274,6 +292,24 @@ pub fn to_csv(pattern: &Pattern) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn areas_may_carry_their_unit() {
+        for (column, area) in [
+            ("area [cm^2]", 80.0),
+            ("area_cm2", 80.0),
+            ("area [mm^2]", 0.8),
+            ("Area_mm2", 0.8),
+            ("area (mm²)", 0.8),
+            ("area [m2]", 8e5),
+        ] {
+            let loaded = read(&format!("id,x,y,{column}\na,0,0,80\n"), "t").unwrap();
+            assert_eq!(loaded.pattern.items()[0].area_cm2, Some(area), "{column}");
+            assert!(loaded.ignored.is_empty(), "{column}");
+        }
+        let plain = read("id,x,y,area\na,0,0,80\n", "t").unwrap();
+        assert_eq!(plain.ignored, ["area"]);
+    }
 
     #[test]
     fn reads_back_what_it_writes() {

@@ -219,6 +219,25 @@ impl Pattern {
         self.items.len()
     }
 
+    /// What to do about items beside a belt that ends at `edge` [m] on either side: where
+    /// they would lie on it in another unit, that unit.
+    fn cure_beside(&self, edge: f64) -> String {
+        let furthest = self.items.iter().map(|item| item.y.abs());
+        let furthest = furthest.fold(0.0, f64::max);
+        // Ten belts wide is no belt of another station.
+        let unit = [("centimetres", "cm", 0.01), ("millimetres", "mm", 0.001)]
+            .into_iter()
+            .find(|(_, _, metres)| furthest > 10.0 * edge && furthest * metres <= edge);
+        match unit {
+            Some((unit, short, _)) => format!(
+                "if the positions are in {unit}, say so in the header: `x [{short}]` and \
+                 `y [{short}]`; patterns are in metres"
+            ),
+            None => "use a station with a wider belt (belt.width), or a pattern made for this one"
+                .to_owned(),
+        }
+    }
+
     /// Checks that every item lies on the station's belt.
     ///
     /// # Errors
@@ -235,7 +254,7 @@ impl Pattern {
                     shown_number(item.y),
                     shown_number(edge)
                 ),
-                "use a station with a wider belt (belt.width), or a pattern made for this one",
+                self.cure_beside(edge),
             )),
         }
     }
@@ -267,6 +286,27 @@ mod tests {
         let pattern = Pattern::new(items).unwrap();
         let ids: Vec<_> = pattern.items().iter().map(|i| i.id.as_str()).collect();
         assert_eq!(ids, ["b", "d", "a", "c"]);
+    }
+
+    #[test]
+    fn positions_in_another_unit_are_cured_by_the_unit() {
+        let station = crate::station::built_in("paper")
+            .unwrap()
+            .station(None)
+            .unwrap();
+        let cure = |y: f64| {
+            let pattern = Pattern::new(vec![Item::at("a", 0.0, y)]).unwrap();
+            pattern.check_on(&station).unwrap_err().to_string()
+        };
+        let half = station.belt().width / 2.0;
+        assert!(
+            cure(900.0 * half).contains("`y [mm]`"),
+            "{}",
+            cure(900.0 * half)
+        );
+        assert!(cure(90.0 * half).contains("`y [cm]`"));
+        assert!(cure(1.2 * half).contains("a wider belt"));
+        assert!(cure(2000.0 * half).contains("a wider belt"));
     }
 
     #[test]

@@ -98,6 +98,8 @@ pub(super) fn read(recording: &Recording, name: &str, options: &Options) -> Resu
     let mut dropped: Vec<DroppedLine> = Vec::new();
     let mut loose: Vec<(Option<String>, Sighting)> = Vec::new();
     let mut place_of: HashMap<i64, usize> = HashMap::new();
+    // In a folder every frame has a file of its own.
+    let mut file_of: HashMap<u32, String> = HashMap::new();
     let mut usual_fields = 0;
     let mut lines = source.lines.into_iter().peekable();
     while let Some(line) = lines.next() {
@@ -113,6 +115,11 @@ pub(super) fn read(recording: &Recording, name: &str, options: &Options) -> Resu
                 usual_fields = filled;
                 let id = row.id;
                 let sighting = Sighting::new(row, number, options);
+                if let Some(file) = &line.file {
+                    file_of
+                        .entry(sighting.frame)
+                        .or_insert_with(|| file.clone());
+                }
                 match id {
                     Some(id) => {
                         let place = *place_of.entry(id).or_insert_with(|| {
@@ -181,25 +188,28 @@ pub(super) fn read(recording: &Recording, name: &str, options: &Options) -> Resu
             source.cure,
         ));
     }
-    count_from_one(&mut reading);
+    let first = u32::from(count_from_one(&mut reading));
     dropped.truncate(LISTED);
     reading.dropped = dropped;
-    drop_repeated(&mut reading);
+    drop_repeated(&mut reading, |frame| file_of.get(&(frame - first)).cloned());
     Ok(reading)
 }
 
-/// Makes 1 the first frame of a file that counts from 0.
-fn count_from_one(reading: &mut Reading) {
+/// Makes 1 the first frame of a file that counts from 0; whether it did.
+fn count_from_one(reading: &mut Reading) -> bool {
     let tracked = reading.tracks.iter_mut().flat_map(|t| &mut t.sightings);
     let mut all: Vec<&mut Sighting> = tracked.chain(&mut reading.loose).collect();
-    if all.iter().any(|sighting| sighting.frame == 0) {
+    let from_zero = all.iter().any(|sighting| sighting.frame == 0);
+    if from_zero {
         all.iter_mut().for_each(|sighting| sighting.frame += 1);
         reading.remarks.push("frames counted from 0".to_owned());
     }
+    from_zero
 }
 
-/// Sorts every track by frame and keeps the first line of each frame.
-fn drop_repeated(reading: &mut Reading) {
+/// Sorts every track by frame and keeps the first line of each frame; `file_of` is the file
+/// of a frame, in a folder.
+fn drop_repeated(reading: &mut Reading, file_of: impl Fn(u32) -> Option<String>) {
     let mut repeated: Vec<(usize, u32, &str)> = Vec::new();
     for track in &mut reading.tracks {
         // Stable: of two lines of one frame the earlier one stays ahead.
@@ -219,11 +229,12 @@ fn drop_repeated(reading: &mut Reading) {
     reading
         .dropped
         .extend(listed.map(|&(line, frame, name)| DroppedLine {
-            file: None,
+            file: file_of(frame),
             line,
             reason: format!("frame {frame} of track {name} was there before"),
         }));
-    reading.dropped.sort_by_key(|dropped| dropped.line);
+    let place = |dropped: &DroppedLine| (dropped.file.clone(), dropped.line);
+    reading.dropped.sort_by_cached_key(place);
     reading.dropped.truncate(LISTED);
 }
 
@@ -291,7 +302,7 @@ mod tests {
             ("frame,id,left,top,width,height,conf", "`frame`"),
             ("-1,1,1,1,1,1,1", "counted from 0 or 1"),
             ("1.5,1,1,1,1,1,1", "not a frame"),
-            ("4000000000,1,1,1,1,1,1", "not a frame"),
+            ("4000000000,1,1,1,1,1,1", "past the largest that is read"),
             ("9,-1,1,1,1,1,1", "without a track"),
             ("9,-3,1,1,1,1,1", "-3.0 is not a track's id"),
             ("9,1e99,1,1,1,1,1", "not a track's id"),

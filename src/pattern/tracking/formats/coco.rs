@@ -3,11 +3,12 @@
 //! `annotations` and `categories` (Lin et al., "Microsoft COCO: Common Objects in Context",
 //! 2014, arXiv:1405.0312).
 
-use super::{Format, Line, Lines, Row, boxed, frame};
+use super::labels::frames_of;
+use super::{Format, Line, Lines, Row, boxed, frame, table};
 use crate::error::{Error, Result};
 use crate::pattern::tracking::options::{Boxes, Options};
 use serde_json::Value;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
     let data: Value = serde_json::from_str(text).map_err(|error| {
@@ -18,6 +19,15 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
              \"bbox\": [left, top, width, height], \"score\": 0.9}, ...]",
         )
     })?;
+    // What supervision's JSON sink writes: the rows of its CSV sink as objects.
+    if let Some(first) = data.as_array().and_then(|list| list.first())
+        && first.get("bbox").is_none()
+        && ["x_min", "x1", "bb_left"]
+            .iter()
+            .any(|key| first.get(*key).is_some())
+    {
+        return read_sink(&data, name, options);
+    }
     let listed = |key: &str| data.get(key).and_then(Value::as_array);
     let Some(boxes) = data.as_array().or_else(|| listed("annotations")) else {
         return Err(Error::input(
@@ -32,7 +42,7 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
         .filter_map(|entry| Some((entry.get("id")?.as_i64()?, entry.get("name")?.as_str()?)))
         .collect();
     // A data set of films says which frame an image is.
-    let frames: HashMap<i64, f64> = listed("images")
+    let mut frames: HashMap<i64, f64> = listed("images")
         .into_iter()
         .flatten()
         .filter_map(|entry| {
@@ -40,6 +50,14 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
             Some((entry.get("id")?.as_i64()?, frame.as_f64()?))
         })
         .collect();
+    let framed = !frames.is_empty();
+    let mut order = "frames from image_id";
+    if frames.is_empty()
+        && let Some(named) = listed("images").and_then(|images| frames_by_name(images))
+    {
+        frames = named;
+        order = "frames from the numbers in file_name, whose order the image ids do not have";
+    }
     // COCO's are sizes, but programs write corners as well.
     let kind = options.boxes.unwrap_or_default();
     let read = |entry: &Value| -> std::result::Result<Row, String> {
@@ -72,8 +90,8 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
         row: read(entry),
     };
     let mut remarks = vec!["classes from category_id".to_owned()];
-    if frames.is_empty() {
-        remarks.push("frames from image_id".to_owned());
+    if !framed {
+        remarks.push(order.to_owned());
     }
     Ok(Lines {
         format: Format::Coco,
@@ -91,4 +109,63 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
             }
         },
     })
+}
+
+/// The frames of images whose ids are not in the order of the film, by the numbers in their
+/// names; none where the ids are, or where the names tell no order.
+fn frames_by_name(images: &[Value]) -> Option<HashMap<i64, f64>> {
+    let mut ids = Vec::new();
+    let mut names = Vec::new();
+    for image in images {
+        ids.push(image.get("id")?.as_i64()?);
+        let path = std::path::Path::new(image.get("file_name")?.as_str()?);
+        names.push(path.file_stem()?.to_string_lossy().into_owned());
+    }
+    let frames = frames_of(&names).ok()?;
+    let mut pairs: Vec<(i64, u32)> = ids.into_iter().zip(frames).collect();
+    pairs.sort_unstable();
+    if pairs.is_sorted_by_key(|pair| pair.1) {
+        return None;
+    }
+    let distinct: HashSet<u32> = pairs.iter().map(|pair| pair.1).collect();
+    let usable = distinct.len() == pairs.len();
+    usable.then(|| {
+        pairs
+            .iter()
+            .map(|&(id, frame)| (id, f64::from(frame)))
+            .collect()
+    })
+}
+
+/// A list of objects with the columns of a table as their keys.
+fn read_sink(data: &Value, name: &str, options: &Options) -> Result<Lines> {
+    let objects = || data.as_array().into_iter().flatten();
+    let mut keys: Vec<&str> = Vec::new();
+    for key in objects()
+        .filter_map(Value::as_object)
+        .flat_map(|o| o.keys())
+    {
+        if !keys.contains(&key.as_str()) {
+            keys.push(key);
+        }
+    }
+    let text = |value: &Value| match value {
+        Value::Null => String::new(),
+        Value::String(text) => text.replace(['\n', '\r'], " "),
+        other => other.to_string(),
+    };
+    let mut rows = csv::Writer::from_writer(Vec::new());
+    // Into memory, so that no write fails.
+    let _ = rows.write_record(&keys);
+    for object in objects() {
+        let fields = keys
+            .iter()
+            .map(|key| object.get(*key).map(text).unwrap_or_default());
+        let _ = rows.write_record(fields);
+    }
+    let rows = rows.into_inner().unwrap_or_default();
+    let mut lines = table::read(&String::from_utf8_lossy(&rows), name, options)?;
+    // Objects are counted as the entries of COCO's lists are.
+    lines.lines.iter_mut().for_each(|line| line.number -= 1);
+    Ok(lines)
 }

@@ -6,41 +6,36 @@ use crate::error::{Error, Result};
 use crate::pattern::tracking::options::{Boxes, Options};
 use std::path::Path;
 
-/// Reads every text file of a folder; its frame is the last number in its name, as in
-/// `film_12.txt`.
+/// Reads every text file of a folder; its frame is the number in its name that differs from
+/// file to file, as in `film_12.txt`.
 pub(super) fn load(folder: &Path) -> Result<Vec<(u32, String, String)>> {
     let name = folder.display().to_string();
-    let mut files = Vec::new();
+    let mut stems = Vec::new();
+    let mut texts = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(|error| Error::read(folder, error))? {
         let path = entry.map_err(|error| Error::read(folder, error))?.path();
         let is_text = path
             .extension()
             .is_some_and(|e| e.eq_ignore_ascii_case("txt"));
-        let stem = path
-            .file_stem()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned();
+        let part = |part: Option<&std::ffi::OsStr>| {
+            part.unwrap_or_default().to_string_lossy().into_owned()
+        };
+        let stem = part(path.file_stem());
         // Lists of names and of classes lie in the same folders.
         if !is_text || ["classes", "labels"].contains(&stem.as_str()) {
             continue;
         }
-        let digits = stem.len() - stem.trim_end_matches(|c: char| c.is_ascii_digit()).len();
-        let Ok(frame) = stem[stem.len() - digits..].parse::<u32>() else {
+        if !stem.contains(|c: char| c.is_ascii_digit()) {
             return Err(Error::input(
                 path.display().to_string(),
-                "the name of the file ends in no number, so its frame is not known",
+                "the name of the file holds no number, so its frame is not known",
                 "name the files by their frames, as in film_12.txt",
             ));
-        };
-        let file = path
-            .file_name()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned();
-        files.push((frame, file, crate::files::read_text(&path)?));
+        }
+        stems.push(stem);
+        texts.push((part(path.file_name()), crate::files::read_text(&path)?));
     }
-    if files.is_empty() {
+    if texts.is_empty() {
         return Err(Error::input(
             name,
             "the folder holds no .txt file",
@@ -48,6 +43,11 @@ pub(super) fn load(folder: &Path) -> Result<Vec<(u32, String, String)>> {
              writes it, or name one file",
         ));
     }
+    let frames = frames_of(&stems).map_err(|(problem, cure)| Error::input(&name, problem, cure))?;
+    let with_text = frames.into_iter().zip(texts);
+    let mut files: Vec<(u32, String, String)> = with_text
+        .map(|(frame, (file, text))| (frame, file, text))
+        .collect();
     // The order of a folder is the file system's; frames are everybody's.
     files.sort();
     if let Some(pair) = files.windows(2).find(|pair| pair[0].0 == pair[1].0) {
@@ -60,11 +60,127 @@ pub(super) fn load(folder: &Path) -> Result<Vec<(u32, String, String)>> {
     Ok(files)
 }
 
+/// The frames that the names of a film's pictures give: the last of their numbers that is
+/// another in every name. Numbers that are too large for frames are stamps of time, of which
+/// one step is a frame. Otherwise the problem and its cure.
+pub(super) fn frames_of(names: &[String]) -> std::result::Result<Vec<u32>, (String, &'static str)> {
+    const CURE: &str = "name the files by their frames, as in film_12.txt";
+    let numbers = |name: &String| -> Vec<u64> {
+        let parts = name.split(|c: char| !c.is_ascii_digit());
+        // A longer one is a hash.
+        let parts = parts.filter(|part| !part.is_empty());
+        parts.map(|part| part.parse().unwrap_or(u64::MAX)).collect()
+    };
+    let numbers: Vec<Vec<u64>> = names.iter().map(numbers).collect();
+    let fewest = numbers.iter().map(Vec::len).min().unwrap_or_default();
+    let most = numbers.iter().map(Vec::len).max().unwrap_or_default();
+    if fewest == 0 {
+        return Err((
+            "a file's name holds no number, so its frame is not known".into(),
+            CURE,
+        ));
+    }
+    let from_start = |place: usize| -> Vec<u64> { numbers.iter().map(|n| n[place]).collect() };
+    let from_end =
+        |place: usize| -> Vec<u64> { numbers.iter().map(|n| n[n.len() - 1 - place]).collect() };
+    let all_differ = |list: &Vec<u64>| {
+        let distinct: std::collections::HashSet<&u64> = list.iter().collect();
+        distinct.len() == list.len()
+    };
+    let ends = (0..fewest).map(from_end);
+    let mut candidates: Box<dyn Iterator<Item = Vec<u64>>> = match fewest == most {
+        true => Box::new(ends),
+        // Something with digits of its own stands behind the frame in some names.
+        false => Box::new((0..fewest).map(from_start).chain(ends)),
+    };
+    let found = candidates.find(all_differ);
+    let found = found.unwrap_or_else(|| from_end(0));
+    if let Ok(frames) = found.iter().map(|&number| frame_number(number)).collect() {
+        return Ok(frames);
+    }
+    let first = found.iter().min().copied().unwrap_or_default();
+    let divisor = |mut a: u64, mut b: u64| {
+        while b > 0 {
+            (a, b) = (b, a % b);
+        }
+        a
+    };
+    let step = found
+        .iter()
+        .fold(0, |step, &number| divisor(step, number - first));
+    let frames: std::result::Result<Vec<u32>, ()> = found
+        .iter()
+        .map(|&number| frame_number((number - first) / step.max(1)))
+        .collect();
+    match frames {
+        // Steps that have nothing in common are no count of frames.
+        Ok(frames)
+            if frames
+                .iter()
+                .max()
+                .is_some_and(|&last| (last as usize) < 100 * names.len()) =>
+        {
+            Ok(frames)
+        }
+        _ => Err((
+            format!(
+                "the numbers in the files' names, from {first}, are no frames, and stamps of \
+                 time in uneven steps tell none"
+            ),
+            CURE,
+        )),
+    }
+}
+
+fn frame_number(number: u64) -> std::result::Result<u32, ()> {
+    match number {
+        number if number as f64 <= super::LAST_FRAME => u32::try_from(number).map_err(|_| ()),
+        _ => Err(()),
+    }
+}
+
 /// What the sixth of six fields is.
 #[derive(Clone, Copy, PartialEq)]
 enum Sixth {
     Confidence,
     Id,
+    /// Neither: a whole number that several boxes of one frame share.
+    Unknown,
+}
+
+/// What the sixth of six fields is: a fraction is a confidence and a whole number an id,
+/// unless boxes of one frame share it.
+fn sixth(files: &[(u32, String, String)]) -> Option<(Sixth, &'static str)> {
+    let (mut all, mut shared) = (0_usize, 0_usize);
+    let mut in_unit = true;
+    for (_, _, text) in files {
+        let values = text.lines().filter_map(|line| {
+            let fields: Vec<&str> = line.split_whitespace().collect();
+            (fields.len() == 6).then(|| fields[5].parse::<f64>().ok())?
+        });
+        let mut values: Vec<f64> = values.collect();
+        if values.iter().any(|value| value.fract() != 0.0) {
+            return Some((Sixth::Confidence, "holds fractions: confidences"));
+        }
+        all += values.len();
+        in_unit &= values.iter().all(|value| (0.0..=1.0).contains(value));
+        values.retain(|value| *value >= 0.0);
+        values.sort_by(f64::total_cmp);
+        shared += values.windows(2).filter(|pair| pair[0] == pair[1]).count();
+    }
+    match all {
+        0 => None,
+        // A tracker gives an id twice by mistake only.
+        all if shared * 4 <= all => Some((Sixth::Id, "holds whole numbers: track ids")),
+        _ if in_unit => Some((
+            Sixth::Confidence,
+            "holds 0 and 1 only, shared by boxes of one frame: confidences",
+        )),
+        _ => Some((
+            Sixth::Unknown,
+            "is not read: boxes of one frame share its whole numbers, so they are no track ids",
+        )),
+    }
 }
 
 pub(super) fn read(
@@ -74,7 +190,6 @@ pub(super) fn read(
 ) -> Result<Lines> {
     let size = image_size(name, options)?;
     let kind = options.boxes_of(Boxes::Centres, "Ultralytics' form")?;
-    let rows = || files.iter().flat_map(|(_, _, text)| text.lines());
     let fields = |line: &str| line.split_whitespace().count();
     if let Some((_, file, _)) = files
         .iter()
@@ -86,15 +201,8 @@ pub(super) fn read(
             "export boxes: run a detection model, whose labels are `class xc yc w h [conf] [id]`",
         ));
     }
-    let sixths: Vec<f64> = rows()
-        .filter(|line| fields(line) == 6)
-        .filter_map(|line| line.split_whitespace().nth(5)?.parse().ok())
-        .collect();
-    let sixth = if sixths.iter().all(|value| value.fract() == 0.0) {
-        Sixth::Id
-    } else {
-        Sixth::Confidence
-    };
+    let found = sixth(files);
+    let sixth = found.map_or(Sixth::Unknown, |(sixth, _)| sixth);
     let mut lines = Vec::new();
     for (frame, file, text) in files {
         for (index, line) in text.lines().enumerate() {
@@ -112,11 +220,18 @@ pub(super) fn read(
         }
     }
     let mut remarks = vec!["classes from the first column".to_owned()];
-    if !sixths.is_empty() {
-        remarks.push(match sixth {
-            Sixth::Id => "the sixth column holds whole numbers: track ids".to_owned(),
-            Sixth::Confidence => "the sixth column holds fractions: confidences".to_owned(),
-        });
+    let named = |frame: &u32, file: &str| {
+        file.split(|c: char| !c.is_ascii_digit())
+            .any(|part| part.parse() == Ok(*frame))
+    };
+    if files
+        .last()
+        .is_some_and(|(frame, file, _)| !named(frame, file))
+    {
+        remarks.push("frames from the steps between the stamps of time in the names".to_owned());
+    }
+    if let Some((_, words)) = found {
+        remarks.push(format!("the sixth column {words}"));
     }
     Ok(Lines {
         format: Format::Ultralytics,
@@ -140,7 +255,7 @@ fn read_label(
     let (confidence, id) = match fields.len() {
         7 => (Some(5), Some(6)),
         6 if sixth == Sixth::Id => (None, Some(5)),
-        6 => (Some(5), None),
+        6 if sixth == Sixth::Confidence => (Some(5), None),
         _ => (None, None),
     };
     let id = match id {

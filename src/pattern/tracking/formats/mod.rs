@@ -136,12 +136,79 @@ pub(super) fn read(recording: &Recording, name: &str, options: &Options) -> Resu
         Recording::Folder(files) => return labels::read(files, name, options),
         Recording::Text(text) => text.strip_prefix('\u{feff}').unwrap_or(text),
     };
-    match options.format.unwrap_or_else(|| recognise(text)) {
-        Format::Mot => Ok(mot::read(text, options)),
-        Format::Table => table::read(text, name, options),
-        Format::Yolo => labels::read_yolo(text, name, options),
-        Format::Coco => coco::read(text, name, options),
-        Format::Ultralytics => Err(labels::without_frames(name)),
+    let mut lines = match options.format.unwrap_or_else(|| recognise(text)) {
+        Format::Mot => {
+            if let Some((form, cure)) = unread(text) {
+                let problem = format!("the file holds {form}, a form that is not read");
+                return Err(Error::input(name, problem, cure));
+            }
+            mot::read(text, name, options)?
+        }
+        Format::Table => table::read(text, name, options)?,
+        Format::Yolo => return labels::read_yolo(text, name, options),
+        Format::Coco => coco::read(text, name, options)?,
+        Format::Ultralytics => return Err(labels::without_frames(name)),
+    };
+    scale_shares(&mut lines, name, options)?;
+    Ok(lines)
+}
+
+/// Turns boxes in shares of the picture into pixels, in forms of file that usually hold
+/// pixels: boxes that all lie within one pixel are none.
+fn scale_shares(lines: &mut Lines, name: &str, options: &Options) -> Result<()> {
+    /// How far a box may reach past the picture, in shares of it.
+    const PAST: f64 = 0.1;
+    let rows = || lines.lines.iter().filter_map(|line| line.row.as_ref().ok());
+    let inside = |row: &Row| {
+        let (width, height) = row.size.unwrap_or_default();
+        let ends = [row.left, row.top, row.left + width, row.top + height];
+        let share = -PAST..=1.0 + PAST;
+        ends.iter().all(|value| share.contains(value))
+    };
+    let broken = |row: &Row| row.left.fract() != 0.0 || row.top.fract() != 0.0;
+    if !rows().any(broken) || !rows().all(inside) {
+        return Ok(());
+    }
+    let (width, height) = image_size(name, options)?;
+    for row in lines.lines.iter_mut().filter_map(|l| l.row.as_mut().ok()) {
+        row.left *= width;
+        row.top *= height;
+        row.size = row.size.map(|(w, h)| (w * width, h * height));
+    }
+    lines.remarks.push(format!(
+        "boxes in shares of the picture of {width} x {height} pixels"
+    ));
+    Ok(())
+}
+
+/// What `text` is, of forms that are known and not read, and what to do about it.
+fn unread(text: &str) -> Option<(&'static str, &'static str)> {
+    const XML: &str = "export MOT 1.1, COCO 1.0 or YOLO labels instead";
+    if text.trim_start().starts_with('<') {
+        return Some(match text {
+            _ if text.contains("<annotations") => ("CVAT's XML", XML),
+            _ if text.contains("<annotation>") => ("Pascal VOC's XML", XML),
+            _ => ("XML", XML),
+        });
+    }
+    let line = text.lines().find(|line| !line.trim().is_empty())?;
+    let fields: Vec<&str> = line.split_whitespace().collect();
+    let numbers = |range: std::ops::Range<usize>| {
+        let mut range = range;
+        range.all(|place| fields[place].parse::<f64>().is_ok())
+    };
+    let is_name = |place: usize| fields[place].starts_with(char::is_alphabetic);
+    match fields.len() {
+        17 | 18 if numbers(0..2) && is_name(2) && numbers(3..17) => Some((
+            "KITTI's tracking labels",
+            "write lines `frame,id,left,top,width,height,conf`: columns 1 and 2, the corners in \
+             columns 7 to 10 (or give the corners and --boxes corners) and column 18",
+        )),
+        15 | 16 if is_name(0) && numbers(1..15) => Some((
+            "KITTI's object labels",
+            "they hold no frame: write lines `frame,id,left,top,width,height,conf` with id -1",
+        )),
+        _ => None,
     }
 }
 
@@ -211,8 +278,12 @@ pub fn recognised(text: &str) -> Option<String> {
         }
         Format::Mot => {
             let first = text.lines().next().unwrap_or_default();
-            let fields = first.split([',', ' ', '\t']);
-            let numbers: Option<Vec<f64>> = fields.map(|field| field.trim().parse().ok()).collect();
+            let fields: Vec<&str> = match first.contains(';') {
+                true => first.split(';').collect(),
+                false => first.split([',', ' ', '\t']).collect(),
+            };
+            let number = |field: &&str| field.trim().replace(',', ".").parse().ok();
+            let numbers: Option<Vec<f64>> = fields.iter().map(number).collect();
             numbers.is_some_and(|numbers| (6..=10).contains(&numbers.len()))
         }
         Format::Ultralytics | Format::Yolo => true,
@@ -238,7 +309,12 @@ fn pixel(value: f64, what: &str) -> std::result::Result<f64, String> {
 
 /// Some trackers print every column as a float, so `3.0` is frame 3.
 fn frame(value: f64) -> std::result::Result<u32, String> {
-    if value.fract() != 0.0 || !(0.0..=LAST_FRAME).contains(&value) {
+    if value > LAST_FRAME {
+        return Err(format!(
+            "frame {value:.0} is past the largest that is read, {LAST_FRAME:.0}"
+        ));
+    }
+    if value.fract() != 0.0 || value < 0.0 {
         return Err(format!(
             "{value:?} is not a frame: frames are counted from 0 or 1"
         ));

@@ -2,6 +2,7 @@
 //! `[,x,y,z]`.
 
 use super::{Format, Line, Lines, boxed, class, frame, number, track_id};
+use crate::error::{Error, Result};
 use crate::pattern::tracking::options::{Boxes, Options};
 
 /// The longest form; whatever follows is passed over.
@@ -14,7 +15,7 @@ const CLASS: usize = 7;
 fn split_fields(line: &str) -> (usize, [&str; FIELDS]) {
     let mut fields = [""; FIELDS];
     let mut filled = 0;
-    let separator = [',', ';'].into_iter().find(|&c| line.contains(c));
+    let separator = [';', ','].into_iter().find(|&c| line.contains(c));
     let all: Box<dyn Iterator<Item = &str>> = match separator {
         Some(separator) => Box::new(line.split(separator).map(str::trim)),
         None => Box::new(line.split_whitespace()),
@@ -28,30 +29,132 @@ fn split_fields(line: &str) -> (usize, [&str; FIELDS]) {
     (filled, fields)
 }
 
-/// Whether column 8 holds classes: a whole number in every good line, and nothing that
-/// would make it the x of a place in the world, which comes with y and z.
-fn has_classes(lines: &[(usize, usize, [&str; FIELDS])]) -> bool {
-    let good = |fields: &[&str; FIELDS]| fields[..6].iter().all(|f| f.parse::<f64>().is_ok());
-    let whole = |fields: &[&str; FIELDS]| {
-        fields[CLASS]
-            .parse::<f64>()
-            .is_ok_and(|n| n.fract() == 0.0 && (0.0..1e6).contains(&n))
-    };
-    let alone = |fields: &[&str; FIELDS]| {
-        let rest = &fields[CLASS + 1..];
-        rest[1].is_empty() || rest.iter().all(|f| f.parse() == Ok(-1.0))
-    };
-    // The last line may be cut off.
-    let but_last = &lines[..lines.len().saturating_sub(1)];
-    let mut boxes = but_last
-        .iter()
-        .map(|line| &line.2)
-        .filter(|fields| good(fields))
-        .peekable();
-    boxes.peek().is_some() && boxes.all(|fields| whole(fields) && alone(fields))
+/// What column 8 holds.
+#[derive(Clone, Copy, PartialEq)]
+enum Eighth {
+    /// Nothing, or -1 throughout.
+    Nothing,
+    Classes,
+    /// Something else, and what speaks against classes.
+    Other(&'static str),
 }
 
-pub(super) fn read(text: &str, options: &Options) -> Lines {
+/// What column 8 holds, by the form that most lines have: classes are whole numbers or
+/// names, and -1 stands for none. The x of a place in the world, which comes with y and z, is
+/// no class.
+fn eighth(lines: &[(usize, usize, [&str; FIELDS])]) -> Eighth {
+    let good = |fields: &&[&str; FIELDS]| fields[..6].iter().all(|f| f.parse::<f64>().is_ok());
+    // The last line may be cut off.
+    let but_last = match lines {
+        [one] => std::slice::from_ref(one),
+        more => &more[..more.len().saturating_sub(1)],
+    };
+    let (mut classes, mut others, mut places) = (0_usize, 0_usize, 0_usize);
+    for fields in but_last.iter().map(|line| &line.2).filter(good) {
+        match fields[CLASS].parse::<f64>() {
+            _ if fields[CLASS].is_empty() => continue,
+            Ok(-1.0) => continue,
+            Ok(number) if number.fract() == 0.0 && (0.0..1e6).contains(&number) => classes += 1,
+            Ok(_) => others += 1,
+            Err(_) => {
+                classes += 1;
+                continue;
+            }
+        }
+        // A visibility is a share; a y seldom is, all over a film.
+        let rest = |place: usize| fields[CLASS + place].parse::<f64>();
+        if let (Ok(y), Ok(z)) = (rest(1), rest(2)) {
+            places += usize::from(!(0.0..=1.0).contains(&y) && (y != -1.0 || z != -1.0));
+        }
+    }
+    match classes + others {
+        0 => Eighth::Nothing,
+        all if others * 2 > all => {
+            Eighth::Other("it holds fractions, as a place in the world does")
+        }
+        all if places * 2 > all => Eighth::Other("columns 9 and 10 make it a place in the world"),
+        _ => Eighth::Classes,
+    }
+}
+
+/// Whether the numbers have decimal commas: semicolons, blanks or tabs separate, no number
+/// has a point, and every field is a number once its comma is one.
+fn has_decimal_commas(text: &str) -> bool {
+    /// Lines that are looked at.
+    const SAMPLE: usize = 200;
+    let mut lines = text.lines().filter(|line| !line.trim().is_empty());
+    let whole = lines.by_ref().take(SAMPLE).collect::<Vec<_>>();
+    let is_number =
+        |field: &str| !field.ends_with(',') && field.replacen(',', ".", 1).parse::<f64>().is_ok();
+    let fits = |line: &&&str| {
+        let fields: Vec<&str> = match line.contains(';') {
+            true => line.split(';').map(str::trim).collect(),
+            false => line.split_whitespace().collect(),
+        };
+        fields.len() >= 6 && fields[..6].iter().all(|field| is_number(field))
+    };
+    let some = whole.iter().any(|line| line.contains(','));
+    // The last line may be cut off.
+    some && !text.contains('.') && whole.iter().filter(fits).count() + 1 >= whole.len().max(2)
+}
+
+/// Refuses a file whose first two columns are the id and the frame, not the frame and the id:
+/// read so, every track is the boxes of one picture, which lie far apart, while the boxes of
+/// one number in the first column are those of one object, which moves little by little.
+fn refuse_swapped(lines: &[Line], name: &str) -> Result<()> {
+    /// How many times as far boxes must lie apart.
+    const APART: f64 = 4.0;
+    /// Pairs of boxes that tell something.
+    const LEAST: usize = 20;
+    let rows: Vec<(i64, i64, f64, f64)> = lines
+        .iter()
+        .filter_map(|line| {
+            let row = line.row.as_ref().ok()?;
+            let (width, height) = row.size.unwrap_or_default();
+            let centre = (row.left + width / 2.0, row.top + height / 2.0);
+            Some((i64::from(row.frame), row.id?, centre.0, centre.1))
+        })
+        .collect();
+    let step = |frame_first: bool, quantile: f64| {
+        let mut rows: Vec<(i64, i64, f64, f64)> = match frame_first {
+            true => rows.iter().map(|&(f, id, x, y)| (id, f, x, y)).collect(),
+            false => rows.clone(),
+        };
+        rows.sort_by_key(|&(id, frame, ..)| (id, frame));
+        let pairs = rows.windows(2).filter(|pair| pair[0].0 == pair[1].0);
+        let mut steps: Vec<f64> = pairs
+            .map(|pair| (pair[1].2 - pair[0].2).hypot(pair[1].3 - pair[0].3))
+            .collect();
+        steps.sort_by(f64::total_cmp);
+        (steps.len() >= LEAST).then(|| steps[(steps.len() as f64 * quantile) as usize])
+    };
+    // Items that are detected twice put many boxes of one picture close together, not most.
+    match step(true, 0.5).zip(step(false, 0.8)) {
+        Some((as_said, swapped)) if swapped > 0.0 && as_said > APART * swapped => {
+            Err(Error::input(
+                name,
+                format!(
+                    "the first two columns seem to be id and frame, not frame and id: boxes with \
+                 one number in column 2 lie {as_said:.0} pixels apart (median), those with one \
+                 number in column 1 mostly less than {swapped:.0}"
+                ),
+                "write the frame into column 1 and the track's id into column 2",
+            ))
+        }
+        _ => Ok(()),
+    }
+}
+
+pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
+    let mut remarks = Vec::new();
+    let points;
+    let text = if has_decimal_commas(text) {
+        remarks.push("numbers with decimal commas".to_owned());
+        points = text.replace(',', ".");
+        &points
+    } else {
+        text
+    };
     // Without the blank end, the last line that `lines` gives is the last one written.
     let lines: Vec<(usize, usize, [&str; FIELDS])> = text
         .trim_end()
@@ -63,20 +166,28 @@ pub(super) fn read(text: &str, options: &Options) -> Lines {
             (index + 1, filled, fields)
         })
         .collect();
-    let classes = has_classes(&lines);
+    let eighth = eighth(&lines);
     let boxes = options.boxes.unwrap_or_default();
     let line = |&(number, filled, ref fields): &(usize, usize, [&str; FIELDS])| Line {
         file: None,
         number,
         filled,
-        row: read_box(fields, classes, boxes),
+        row: read_box(fields, eighth == Eighth::Classes, boxes),
     };
-    let remark = classes.then(|| "classes from column 8".to_owned());
-    Lines {
+    let lines: Vec<Line> = lines.iter().map(line).collect();
+    refuse_swapped(&lines, name)?;
+    match eighth {
+        Eighth::Nothing => {}
+        Eighth::Classes => remarks.push("classes from column 8".to_owned()),
+        Eighth::Other(cause) => {
+            remarks.push(format!("column 8 is not read as a class: {cause}"));
+        }
+    }
+    Ok(Lines {
         format: Format::Mot,
         boxes,
-        lines: lines.iter().map(line).collect(),
-        remarks: remark.into_iter().collect(),
+        lines,
+        remarks,
         cure: match boxes {
             Boxes::Sizes => {
                 "give lines `frame,id,left,top,width,height,conf` with frames from 0 or 1, or one \
@@ -91,7 +202,7 @@ pub(super) fn read(text: &str, options: &Options) -> Lines {
                  lines `frame,id,xc,yc,width,height,conf`"
             }
         },
-    }
+    })
 }
 
 fn read_box(
@@ -110,7 +221,12 @@ fn read_box(
         row.confidence = Some(number(fields[6], "confidence")?);
     }
     if classes {
-        row.class = class(fields[CLASS]);
+        // -1 stands for none, and a fraction among classes says nothing.
+        row.class = class(fields[CLASS]).filter(|class| {
+            class
+                .parse::<f64>()
+                .map_or(true, |number| number.fract() == 0.0 && number >= 0.0)
+        });
     }
     Ok(row)
 }
