@@ -114,6 +114,35 @@ fn a_sweep_over_robots_has_for_each_line_an_assignment_as_good_as_one_rule_for_a
 }
 
 #[cfg(feature = "onnx")]
+/// The patterns of such a sweep are as long as the steady state takes, and so are those that
+/// robust GT is found on.
+#[test]
+fn a_sweep_of_reach_has_an_assignment_as_good_as_one_rule_for_all() {
+    let report = json(&[
+        "sweep",
+        "--sweep",
+        "reach",
+        "--from",
+        "0.6",
+        "--to",
+        "0.6",
+        "--step",
+        "0.1",
+        "--strategy",
+        "SPT,SPT",
+        "--strategy",
+        "FIFO,FIFO",
+        "--no-bound",
+    ]);
+    let picked = |place: usize| report["points"][place]["picked_share"].as_f64().unwrap();
+    assert!(picked(0) > 0.98 * picked(1).max(picked(2)), "{report}");
+    assert!(
+        notes(&report).contains("mean picked share"),
+        "{}",
+        notes(&report)
+    );
+}
+
 #[test]
 fn a_policy_is_left_out_on_lines_far_from_its_training() {
     let compare = [

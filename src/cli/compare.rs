@@ -7,6 +7,7 @@ use super::progress::Bar;
 use super::session::Session;
 use super::settings::{condition_notes, json, parse_strategy};
 use super::training::{Judged, Line, distance, full_name};
+use crate::dispatch::RULES;
 use crate::error::{Error, Result, known_names, shown};
 use crate::experiment::{Case, CaseSource, Draws, Method, add_bounds, compare, load_cases};
 use crate::files;
@@ -15,6 +16,7 @@ use crate::pattern;
 use crate::planning::Allowance;
 use crate::plausible::FLOW;
 use crate::report::{COMPARISON_CHARTS, ComparisonReport, Provenance, comparison_page};
+use crate::station::Station;
 use crate::strategies::{self, Parsed, policy_file};
 use std::path::Path;
 
@@ -111,9 +113,12 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
         // A slip is told before the long search for robust GT.
         strategy.alone(robots)?;
     }
-    let reference = reference(args, &texts)?;
+    let greedy = greedy(args, &cases, &station)?;
+    first_notes.extend(greedy.clone().err());
+    let greedy = greedy.is_ok() && !args.no_greedy;
+    let reference = reference(args, greedy, &texts)?;
     // Alone, the first method has nothing to differ from.
-    if chart.name == "difference" && args.no_greedy && texts.is_empty() {
+    if chart.name == "difference" && !greedy && texts.is_empty() {
         return Err(chart.missing());
     }
     args.common.remark(&format!(
@@ -140,7 +145,7 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
         let mut notes = vec![robust.note];
         notes.extend(first_notes.iter().cloned());
         let mut methods = vec![Method::Robust(robust.rules)];
-        if !args.no_greedy {
+        if greedy {
             methods.push(Method::greedy(robots)?);
         }
         for strategy in &strategies {
@@ -219,10 +224,42 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
     outputs.deliver(session, &text).and(drawn)
 }
 
+/// Whether greedy GT can be found on the patterns of `cases` in about a minute, or why it is
+/// left out.
+fn greedy(
+    args: &CompareArgs,
+    cases: &[Case],
+    station: &Station,
+) -> Result<std::result::Result<(), String>> {
+    let robots = station.robots().len();
+    let (mut items, mut most) = (0.0, 0);
+    for case in cases {
+        let patterns = if case.is_random() { args.replicates } else { 1 };
+        let one = case.patterns(station.belt(), 1, args.common.seed)?;
+        let length: usize = one.iter().map(|(_, pattern)| pattern.len()).sum();
+        items += patterns as f64 * length as f64;
+        most = most.max(patterns);
+    }
+    Ok(match Method::greedy_limit(robots, most, items) {
+        Some(afforded) if !args.no_greedy => {
+            let cure = match afforded {
+                0 => String::new(),
+                afforded => format!("; --replicates {afforded} has it found"),
+            };
+            Err(format!(
+                "greedy GT is left out: the {}^{robots} assignments on every pattern would take \
+                 minutes{cure}",
+                RULES.len()
+            ))
+        }
+        _ => Ok(()),
+    })
+}
+
 /// The place of the method that the others are measured against.
-fn reference(args: &CompareArgs, texts: &[String]) -> Result<usize> {
+fn reference(args: &CompareArgs, greedy: bool, texts: &[String]) -> Result<usize> {
     let mut ids = vec!["robust_gt"];
-    if !args.no_greedy {
+    if greedy {
         ids.push("greedy_gt");
     }
     ids.extend(texts.iter().map(String::as_str));

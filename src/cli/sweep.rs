@@ -80,9 +80,8 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
     if generated && usual && axis != Axis::Speed {
         // These are judged by what they pick in the steady state.
         let items = sweep_values::items(&lines, &set.patterns, recipe.items)?;
-        set = source.build(&Recipe { items, ..recipe })?;
-        // Robust GT is found for every line on many patterns; shorter ones do.
-        recipe.items = items.min(sweep_values::TRAINED);
+        recipe.items = items;
+        set = source.build(&recipe)?;
     }
     args.station.check_set(&set)?;
     args.conditions.check_on(&args.station, &station)?;

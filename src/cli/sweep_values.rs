@@ -16,9 +16,6 @@ const RESOLUTION: f64 = 1.0 / 50.0;
 const FURTHEST: f64 = 4.0;
 /// A limit of fewer steps than this is looked for again with finer ones.
 const FEWEST_STEPS: f64 = 10.0;
-/// Items, at most, in the patterns that robust GT is found on for a sweep whose own patterns
-/// are as long as a steady state takes.
-pub const TRAINED: usize = 150;
 /// So many patterns are looked at to find how long they must be.
 const FEW: usize = 100;
 

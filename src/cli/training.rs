@@ -34,9 +34,17 @@ const LONG: usize = 6;
 const ITEMS: usize = 150;
 /// Patterns of the kind that is judged on which robust GT is found.
 const OF_THE_KIND: usize = 60;
-/// Robot passes, runs times robots, that finding one robust GT on them may take: a search is
-/// made for every line of a sweep.
+/// As many items as they have in all at most, unless few of them have more.
+const ITEMS_OF_THE_KIND: f64 = 150_000.0;
+/// So many they are at least, however long they are.
+const FEWEST_OF_THE_KIND: usize = 4;
+/// Robot passes that finding one robust GT on them may take: a search is made for every line
+/// of a sweep.
 const PASSES: u64 = 1_000_000;
+/// Patterns of so many items on average are judged by the share that is picked. What a line
+/// picks in the steady state is that share of the flow, while the picking rate also counts how
+/// long the last items take.
+const LONG_PATTERN: f64 = 300.0;
 
 /// What robust GT is found on where the user does not say.
 pub enum Judged {
@@ -90,10 +98,10 @@ impl<'a> Line<'a> {
         &self,
         set: &PatternSet,
         conditions: &Conditions,
+        objective: Objective,
         scan: Option<SpeedScan>,
         runs: MostRuns,
     ) -> Result<Optimum> {
-        let objective = Objective::PickingRate;
         let evaluator = Evaluator::new(self.station, &set.patterns, objective, conditions)?;
         let search = Search {
             kind: SearchKind::Auto,
@@ -122,8 +130,8 @@ impl<'a> Line<'a> {
         training: &TrainingArgs,
         judged: impl FnOnce() -> Result<Judged>,
     ) -> Result<Robust> {
-        let robots = self.station.robots().len();
         if let Some(text) = &training.robust {
+            let robots = self.station.robots().len();
             let rules = text
                 .parse::<RuleAssignment>()
                 .map_err(|e| e.at("--robust"))?;
@@ -143,11 +151,12 @@ impl<'a> Line<'a> {
             paper => {
                 let set = self.named_set(training)?;
                 let scan = Some(SpeedScan::default());
+                let rate = Objective::PickingRate;
                 let (conditions, why) = match paper {
                     Some(_) => (self.plain(), self.paper_note()),
                     None => (self.conditions, String::new()),
                 };
-                let optimum = self.train(&set, &conditions, scan, MostRuns::Usual)?;
+                let optimum = self.train(&set, &conditions, rate, scan, MostRuns::Usual)?;
                 let on = on(&set, &optimum, &conditions);
                 return Ok(Robust {
                     rules: optimum.ranking.best().assignment.clone(),
@@ -156,10 +165,15 @@ impl<'a> Line<'a> {
                 });
             }
         };
-        let runs = MostRuns::Of(PASSES / robots as u64);
+        let (objective, by) = if mean_items(&kind.set) >= LONG_PATTERN {
+            (Objective::PickedShare, "picked share")
+        } else {
+            (Objective::PickingRate, "picking rate")
+        };
+        let runs = MostRuns::Passes(PASSES);
         // The one of the highest mean: whoever compares it on the same kind of patterns with
         // a rule of his own wants to see the best, and no scan over speeds.
-        let optimum = self.train(&kind.set, &self.conditions, None, runs)?;
+        let optimum = self.train(&kind.set, &self.conditions, objective, None, runs)?;
         let told = if kind.seen {
             "the very patterns that are judged here, which flatters it; --train-patterns names \
              others"
@@ -169,7 +183,7 @@ impl<'a> Line<'a> {
         };
         Ok(Robust {
             rules: optimum.ranking.leader.clone(),
-            note: format!("robust GT has the highest mean picking rate on {told}"),
+            note: format!("robust GT has the highest mean {by} on {told}"),
             best_few: OnceCell::from(best_few(&optimum)),
         })
     }
@@ -217,7 +231,8 @@ impl<'a> Line<'a> {
             seed: self.seed,
             ..*judged
         };
-        let set = source.training_set(&recipe, OF_THE_KIND)?;
+        let count = how_many(source.expected_items(&recipe)?);
+        let set = source.training_set(&recipe, count)?;
         Ok(Judged::Kind(self.with_draws(set)))
     }
 
@@ -227,7 +242,10 @@ impl<'a> Line<'a> {
     /// A set that cannot be had.
     pub fn like_cases(&self, cases: &[Case], training: &TrainingArgs) -> Result<Judged> {
         let items = training.train_items;
-        let set = training_set(cases, self.station.belt(), items, OF_THE_KIND, self.seed)?;
+        let each = |case: &Case| case.expected_items(self.station.belt(), items);
+        let expected: Vec<f64> = cases.iter().map(each).collect::<Result<_>>()?;
+        let count = how_many(expected.iter().sum::<f64>() / expected.len().max(1) as f64);
+        let set = training_set(cases, self.station.belt(), items, count, self.seed)?;
         Ok(Judged::Kind(self.with_draws(set)))
     }
 
@@ -265,7 +283,8 @@ impl<'a> Line<'a> {
             let scan = (robots <= LONG).then(SpeedScan::default);
             // The plan itself meets what goes wrong when it runs.
             let plain = self.plain();
-            let found = best_few(&self.train(&few, &plain, scan, MostRuns::Usual)?);
+            let rate = Objective::PickingRate;
+            let found = best_few(&self.train(&few, &plain, rate, scan, MostRuns::Usual)?);
             Ok(known.get_or_init(|| found).clone())
         };
         let setup = Setup {
@@ -275,6 +294,17 @@ impl<'a> Line<'a> {
         };
         strategy.on(&setup)
     }
+}
+
+/// How many patterns of `items` items each robust GT is found on.
+fn how_many(items: f64) -> usize {
+    let afforded = (ITEMS_OF_THE_KIND / items.max(1.0)) as usize;
+    afforded.clamp(FEWEST_OF_THE_KIND, OF_THE_KIND)
+}
+
+fn mean_items(set: &PatternSet) -> f64 {
+    let items: usize = set.patterns.iter().map(|pattern| pattern.len()).sum();
+    items as f64 / set.patterns.len().max(1) as f64
 }
 
 /// What `optimum` was found on and under, in words.

@@ -226,9 +226,36 @@ impl Case {
         }
     }
 
+    /// Whether its patterns differ from seed to seed.
+    pub fn is_random(&self) -> bool {
+        match &self.source {
+            CaseSource::Grid(_) | CaseSource::File(_) => false,
+            CaseSource::Poisson(_) => true,
+            CaseSource::Feed(feed, _) => feed.is_random(),
+        }
+    }
+
     /// Whether its patterns are generated, not recorded.
     pub fn is_generated(&self) -> bool {
         !matches!(self.source, CaseSource::File(_))
+    }
+
+    /// About how many items one of its patterns has on `belt` where `items` are asked for; 0
+    /// for a recorded one.
+    ///
+    /// # Errors
+    /// A profile that cannot be read, a flow that is none.
+    pub fn expected_items(&self, belt: &Belt, items: Option<usize>) -> Result<f64> {
+        let items = items.unwrap_or(self.items);
+        match &self.source {
+            CaseSource::Feed(feed, flow) => {
+                let feeder = Feeder::new(feed, *flow, belt, FeedShape::default());
+                let feeder = feeder.map_err(|error| error.inside(&self.name))?;
+                Ok(feeder.expected_items(items))
+            }
+            CaseSource::File(_) => Ok(0.0),
+            _ => Ok(items as f64),
+        }
     }
 
     /// The patterns on `belt`, each with the seed that

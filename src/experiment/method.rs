@@ -42,6 +42,9 @@ impl MethodRun {
 /// Robots up to which greedy GT enumerates all assignments of every pattern.
 const MOST_ROBOTS: usize = 7;
 
+/// Robot passes times items of a minute of greedy GT.
+const GREEDY_PASSES: f64 = 300e6;
+
 impl Method {
     /// Greedy GT for a line of `robots` robots.
     ///
@@ -59,6 +62,16 @@ impl Method {
             ));
         }
         Ok(Self::Greedy(AssignmentTree::all(robots)))
+    }
+
+    /// How many of `patterns` patterns of `items` items in all greedy GT for a line of
+    /// `robots` robots can be found on in about a minute, where that is not all of them.
+    pub fn greedy_limit(robots: usize, patterns: usize, items: f64) -> Option<usize> {
+        let passes: f64 = (1..=robots as i32)
+            .map(|depth| (RULES.len() as f64).powi(depth))
+            .sum();
+        let afforded = GREEDY_PASSES / (passes * items);
+        (afforded < 1.0).then_some((afforded * patterns as f64) as usize)
     }
 
     /// The name in files.

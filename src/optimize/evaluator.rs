@@ -37,6 +37,9 @@ pub struct Evaluation {
 
 /// Patterns that tell what the others cost.
 const TRIAL: usize = 8;
+/// In how many parts, about, the others are evaluated where their costs differ: each then may
+/// take so many times as much as the mean.
+const PARTS: usize = 4;
 
 /// Objective and picked share of every assignment on one pattern.
 type OnPattern = (Vec<f64>, Vec<f64>);
@@ -138,6 +141,12 @@ impl<'a> Evaluator<'a> {
         self.order.iter().filter(independent).count()
     }
 
+    /// Items in one of the patterns that it judges on, in the mean.
+    pub(super) fn mean_items(&self) -> f64 {
+        let items: usize = self.order.iter().map(|&p| self.patterns[p].len()).sum();
+        items as f64 / self.order.len().max(1) as f64
+    }
+
     /// About how many runs it takes to score one assignment on one pattern.
     pub(super) fn runs_per_value(&self) -> f64 {
         match self.objective {
@@ -165,9 +174,9 @@ impl<'a> Evaluator<'a> {
         self.evaluate_within(assignments, u64::MAX, environment)
     }
 
-    /// As [`Evaluator::evaluate`], in about `most` runs: where those are not enough, on as
-    /// many patterns as they are enough for, at least one. Runs are counted, not timed, so
-    /// the same input gives the same result on any machine.
+    /// As [`Evaluator::evaluate`], in at most `most` runs: where those are not enough, on as
+    /// many patterns as they are enough for, which may be none. Runs are counted, not timed,
+    /// so the same input gives the same result on any machine.
     ///
     /// # Errors
     /// As for [`Evaluator::evaluate`].
@@ -178,17 +187,19 @@ impl<'a> Evaluator<'a> {
         environment: &Environment,
     ) -> Result<Evaluation> {
         let tree = AssignmentTree::new(assignments);
-        let on_place = |place: usize| {
+        let on_place = |place: usize, allowance: u64| {
             if environment.stopped() {
                 return None;
             }
-            let result = self.on_pattern(&self.scenes[place], &tree, environment);
-            environment.progress.advance(1);
-            result.transpose().map(|r| r.map(|values| (place, values)))
+            let result = self.on_pattern(&self.scenes[place], &tree, allowance, environment);
+            if let Ok(Some(_)) = &result {
+                environment.progress.advance(1);
+            }
+            Some(result.map(|values| (place, values)))
         };
         let began = self.runs();
         let mut done: Vec<(usize, OnPattern)> = Vec::with_capacity(self.order.len());
-        let mut left: &[usize] = &self.order;
+        let mut left: Vec<usize> = self.order.to_vec();
         // What a pattern costs is known once some are done, and before if it is one speed.
         let mut cost = tree.assignments().len() as f64 * self.runs_per_value();
         let by_speed = matches!(self.objective, Objective::MaxSpeed(_));
@@ -198,19 +209,38 @@ impl<'a> Evaluator<'a> {
             usize::MAX
         };
         while !left.is_empty() && !environment.stopped() {
-            let used = self.runs() - began;
-            let afforded = (most.saturating_sub(used) as f64 / cost.max(1.0)) as usize;
-            let least = usize::from(done.is_empty());
-            let count = afforded.min(trial).max(least).min(left.len());
+            let over = most.saturating_sub(self.runs() - began);
+            let afforded = (over as f64 / cost.max(1.0)) as usize;
+            // Speed limits of some patterns take far more runs than those of others, so they
+            // are sought in parts that the runs are amply enough for.
+            let part = if by_speed && most < u64::MAX {
+                (afforded / PARTS).max(1).min(trial)
+            } else {
+                afforded
+            };
+            let count = part.min(left.len());
             trial = usize::MAX;
-            if count == 0 {
+            if afforded == 0 || count == 0 {
                 break;
             }
-            let (now, later) = left.split_at(count);
-            let results = now.par_iter().filter_map(|&place| on_place(place));
-            done.extend(results.collect::<Result<Vec<_>>>()?);
+            let later = left.split_off(count);
+            let allowance = over / count as u64;
+            let results = left.par_iter();
+            let results = results.filter_map(|&place| on_place(place, allowance));
+            let results: Vec<(usize, Option<OnPattern>)> = results.collect::<Result<_>>()?;
+            let before = done.len();
             left = later;
-            cost = (self.runs() - began) as f64 / (self.order.len() - left.len()) as f64;
+            for (place, found) in results {
+                match found {
+                    Some(found) => done.push((place, found)),
+                    // Again when there is more for each, behind the others.
+                    None => left.push(place),
+                }
+            }
+            if done.len() == before {
+                break;
+            }
+            cost = (self.runs() - began) as f64 / done.len() as f64;
         }
         done.sort_unstable_by_key(|(place, _)| *place);
         let (patterns, done): (Vec<usize>, Vec<_>) = done.into_iter().unzip();
@@ -262,11 +292,13 @@ impl<'a> Evaluator<'a> {
         }))
     }
 
-    /// Objective and picked share of every assignment on one pattern; none when stopped.
+    /// Objective and picked share of every assignment on one pattern; none when stopped, or
+    /// when `most` runs are not enough.
     fn on_pattern(
         &self,
         scene: &Scene,
         tree: &AssignmentTree,
+        most: u64,
         environment: &Environment,
     ) -> Result<Option<OnPattern>> {
         let count = tree.assignments().len();
@@ -279,14 +311,19 @@ impl<'a> Evaluator<'a> {
         if !whole {
             return Ok(None);
         }
-        let mut runs = count as u64;
-        if let Objective::MaxSpeed(scan) = self.objective {
-            let (limits, more) =
-                scan.limits(self.station, scene.pattern(), tree, scene.conditions())?;
-            values = limits;
-            runs += more;
-        }
+        let runs = count as u64;
         self.runs.fetch_add(runs, Ordering::Relaxed);
+        if let Objective::MaxSpeed(scan) = self.objective {
+            let most = most.saturating_sub(runs);
+            let (pattern, conditions) = (scene.pattern(), scene.conditions());
+            let (limits, more) =
+                scan.limits_within(self.station, pattern, tree, conditions, most)?;
+            self.runs.fetch_add(more, Ordering::Relaxed);
+            let Some(limits) = limits else {
+                return Ok(None);
+            };
+            values = limits;
+        }
         Ok(Some((values, shares)))
     }
 }

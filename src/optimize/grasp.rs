@@ -108,7 +108,7 @@ impl Grasp {
         (runs, passes)
     }
 
-    /// Runs the search in about `most` runs; scores go to and come from `memo`.
+    /// Runs the search in at most `most` runs, but for the first score; scores go to and come from `memo`.
     pub(super) fn run(
         &self,
         evaluator: &Evaluator,
@@ -142,7 +142,14 @@ impl Grasp {
         // One rule for all robots is what anyone would try first: the result is never worse.
         let robots = evaluator.station().robots().len();
         let uniform = Rule::all().map(|rule| RuleAssignment::new(vec![rule; robots]));
-        outcome.cut = walk.values(&uniform.collect::<Vec<_>>(), true)?.is_none();
+        let mut uniform: Vec<RuleAssignment> = uniform.collect();
+        let each = evaluator.pattern_count() as f64 * evaluator.runs_per_value();
+        let afforded = (most as f64 / each) as usize;
+        if afforded < uniform.len() {
+            outcome.cut = true;
+            uniform.truncate(afforded.max(1));
+        }
+        outcome.cut |= walk.values(&uniform, true)?.is_none();
         let starts = if outcome.cut { 0 } else { self.starts };
         for start in 0..starts {
             let mut rng = random_stream(self.seed, start as u64);
@@ -265,9 +272,10 @@ impl Walk<'_, '_> {
             .collect();
         if !unknown.is_empty() {
             let cost = unknown.len() as f64 * evaluator.pattern_count() as f64;
-            let left = self.last_run.saturating_sub(evaluator.runs()) as f64;
-            // The first scores are there in any case, so that there is a result.
-            if cost * evaluator.runs_per_value() > left && !(whole && memo.is_empty()) {
+            let left = self.last_run.saturating_sub(evaluator.runs());
+            // The first score is there in any case, so that there is a result.
+            let first = whole && memo.is_empty();
+            if cost * evaluator.runs_per_value() > left as f64 && !first {
                 return Ok(None);
             }
             let within = Within {
@@ -280,7 +288,12 @@ impl Walk<'_, '_> {
                 stop: self.environment.stop,
                 progress: &within,
             };
-            let evaluation = evaluator.evaluate(unknown, &environment)?;
+            let mut evaluation = evaluator.evaluate_within(unknown.clone(), left, &environment)?;
+            let scored = evaluation.is_whole(evaluator);
+            if first && !scored && !environment.stopped() {
+                let one = unknown[..1].to_vec();
+                evaluation = evaluator.evaluate(one, &environment)?;
+            }
             if !evaluation.is_whole(evaluator) {
                 return Ok(None);
             }

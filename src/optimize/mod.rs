@@ -20,6 +20,8 @@ pub use grasp::{Grasp, GraspOutcome};
 pub use objective::{Objective, Risk};
 pub use ranking::{FRONT_RUNNERS, Ranked, Ranking, TieBreak};
 pub use rivals::{Rival, rivals};
-pub use search::{Limits, MostRuns, Optimum, Search, SearchKind, StopReason, optimize};
+pub use search::{
+    Limits, MostRuns, Optimum, Search, SearchKind, StopReason, USUAL_ITEMS, optimize,
+};
 pub use speed_limit::SpeedScan;
 pub use validation::{Validation, chosen_flow, validate};

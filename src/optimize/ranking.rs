@@ -238,7 +238,8 @@ fn affordable(
     let value = |place: &usize| risk.aggregate(&evaluation.scores[*place].values);
     let mut by_value: Vec<(usize, f64)> = contenders.iter().map(|p| (*p, value(p))).collect();
     by_value.sort_by(|a, b| b.1.total_cmp(&a.1));
-    by_value.truncate(FRONT_RUNNERS);
+    let afforded = (runs as f64 / each) as usize;
+    by_value.truncate(afforded.max(FRONT_RUNNERS));
     let mut first: Vec<usize> = by_value.into_iter().map(|(place, _)| place).collect();
     // Registry order, as everywhere.
     first.sort_unstable();
@@ -255,7 +256,7 @@ struct Speeds {
 /// Fewer patterns than this tell nobody apart.
 const LEAST_PATTERNS: usize = 10;
 
-/// Mean speed limits of `contenders` in about `runs`; none where they are not enough for a
+/// Mean speed limits of `contenders` in at most `runs`; none where they are not enough for a
 /// figure, or when the user stopped.
 fn speed_limits(
     contenders: &[usize],

@@ -25,18 +25,23 @@ pub enum SearchKind {
 }
 
 /// How many runs a search may take, ties and all: one assignment on one pattern at one speed.
-/// They are counted, so the result is the same on any machine; what is begun is ended, so
-/// there may be a few more.
+/// They are counted, so the result is the same on any machine. One assignment is scored in
+/// any case, as there is no result without.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MostRuns {
     /// What takes well under a minute on a usual machine.
     Usual,
+    /// What takes as long as so many passes of one robot over a pattern of
+    /// [`USUAL_ITEMS`] items.
+    Passes(u64),
     /// So many.
     Of(u64),
     /// As many as it takes.
     Any,
 }
 
+/// Items of a usual pattern. A run on a longer one takes longer in proportion.
+pub const USUAL_ITEMS: usize = 150;
 /// Robot passes of a usual search. A run takes one of every robot, so long lines get fewer.
 const PASSES: u64 = 36_000_000;
 /// The same where the event loop alone serves, which shares no work between assignments.
@@ -47,9 +52,12 @@ impl MostRuns {
     fn of(self, evaluator: &Evaluator) -> Option<u64> {
         let robots = evaluator.station().robots().len() as u64;
         let shared = evaluator.independent_patterns() == evaluator.pattern_count();
+        let length = evaluator.mean_items() / USUAL_ITEMS as f64;
+        let of_passes = |passes: u64| ((passes / robots) as f64 / length.max(1.0)) as u64;
         match self {
-            Self::Usual if shared => Some(PASSES / robots),
-            Self::Usual => Some(PASSES_ONE_BY_ONE / robots),
+            Self::Usual if shared => Some(of_passes(PASSES)),
+            Self::Usual => Some(of_passes(PASSES_ONE_BY_ONE)),
+            Self::Passes(passes) => Some(of_passes(passes)),
             Self::Of(runs) => Some(runs),
             Self::Any => None,
         }
@@ -147,8 +155,11 @@ const PER_VALUE: f64 = 24.0;
 
 /// Share of the runs that GRASP leaves for breaking ties.
 const FOR_TIES: f64 = 0.25;
-/// Patterns that GRASP judges on at least, however few runs it has.
-const LEAST_PATTERNS: usize = 24;
+/// Patterns of usual length that GRASP judges on at least while its runs are enough for one
+/// rule for all robots on them; of longer ones fewer show as much.
+const LEAST_PATTERNS: f64 = 24.0;
+/// So many patterns it judges on at least, however long they are.
+const LEAST_LONG_PATTERNS: usize = 3;
 /// An enumeration is joined by GRASP where that adds less than this share.
 const BESIDE: f64 = 0.1;
 
@@ -260,9 +271,17 @@ fn enumerate(evaluator: &Evaluator, most: u64, environment: &Environment) -> Res
         .progress
         .begin("enumerating", patterns, "patterns");
     let robots = evaluator.station().robots().len();
-    let all = RuleAssignment::all(robots).collect();
+    let all: Vec<RuleAssignment> = RuleAssignment::all(robots).collect();
+    let count = all.len();
     let evaluation = evaluator.evaluate_within(all, most, environment)?;
     environment.progress.end();
+    if evaluation.patterns.is_empty() && !environment.stopped() {
+        return Err(Error::input(
+            "--max-runs",
+            format!("{most} runs are too few for the {count} assignments on one pattern"),
+            "give more, or use --search grasp",
+        ));
+    }
     Ok(evaluation)
 }
 
@@ -272,7 +291,11 @@ fn sample<'a>(search: &Search, most: u64, evaluator: &Evaluator<'a>) -> Option<E
     let robots = evaluator.station().robots().len();
     let scores = search.grasp.estimated_scores(robots) * evaluator.runs_per_value();
     let afforded = ((1.0 - FOR_TIES) * most as f64 / scores) as usize;
-    let count = afforded.max(LEAST_PATTERNS);
+    let length = (evaluator.mean_items() / USUAL_ITEMS as f64).max(1.0);
+    let least = ((LEAST_PATTERNS / length).ceil() as usize).max(LEAST_LONG_PATTERNS);
+    let uniform = RULES.len() as f64 * evaluator.runs_per_value();
+    let possible = ((most as f64 / uniform) as usize).max(1);
+    let count = afforded.max(least.min(possible));
     (count < evaluator.pattern_count()).then(|| evaluator.sample(count))
 }
 

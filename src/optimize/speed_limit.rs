@@ -77,6 +77,19 @@ impl SpeedScan {
         tree: &AssignmentTree,
         conditions: &Conditions,
     ) -> Result<(Vec<f64>, u64)> {
+        let (limits, runs) = self.limits_within(station, pattern, tree, conditions, u64::MAX)?;
+        Ok((limits.unwrap_or_default(), runs))
+    }
+
+    /// The same in at most `most` runs; no limits where those are not enough.
+    pub(super) fn limits_within(
+        &self,
+        station: &Station,
+        pattern: &Pattern,
+        tree: &AssignmentTree,
+        conditions: &Conditions,
+        most: u64,
+    ) -> Result<(Option<Vec<f64>>, u64)> {
         let mut limits = vec![0.0; tree.assignments().len()];
         let mut runs = 0;
         // Those that have missed nothing yet, as places in `limits`.
@@ -86,6 +99,9 @@ impl SpeedScan {
             let speed = self.speed(k);
             if alive.is_empty() || !station.outruns(speed) {
                 break;
+            }
+            if runs + alive.len() as u64 > most {
+                return Ok((None, runs));
             }
             let station = station.with_belt_speed(speed)?;
             let scene = Scene::under(&station, pattern, *conditions)?;
@@ -104,7 +120,7 @@ impl SpeedScan {
                 alive = still.iter().map(|&place| alive[place]).collect();
             }
         }
-        Ok((limits, runs))
+        Ok((Some(limits), runs))
     }
 
     /// The same of whatever `run` makes of a scene.

@@ -250,6 +250,22 @@ impl PatternSource {
         given.unwrap_or(if whole { MOST_ITEMS } else { usual })
     }
 
+    /// About how many items one of its generated patterns has; 0 for recorded ones.
+    ///
+    /// # Errors
+    /// A profile that cannot be read, a flow that is none.
+    pub fn expected_items(&self, recipe: &Recipe) -> Result<f64> {
+        match self {
+            Self::Feed { feed, flow, .. } => {
+                let feeder = Feeder::new(feed, *flow, &recipe.belt, recipe.shape)
+                    .map_err(|error| error.inside(&self.flag()))?;
+                Ok(feeder.expected_items(recipe.items))
+            }
+            Self::Files(_) => Ok(0.0),
+            _ => Ok(recipe.items as f64),
+        }
+    }
+
     /// The set this source stands for. The same recipe makes the same set.
     ///
     /// # Errors

@@ -439,7 +439,10 @@ impl OptimumReport {
         let cut_short = [
             (StopReason::Interrupted, "interrupted"),
             (StopReason::TimeLimit, "ended by --time-limit"),
-            (StopReason::Budget, "ended by its budget of runs"),
+            (
+                StopReason::Budget,
+                "cut to what its budget of runs is enough for",
+            ),
         ];
         let cut_short = cut_short
             .iter()
@@ -464,10 +467,11 @@ impl OptimumReport {
                 ),
                 _ => String::new(),
             };
-            format!(
-                "; GRASP (alpha {}): {} of {} starts ended in its best{gap}",
-                grasp.alpha, grasp.hits, grasp.starts
-            )
+            let starts = match grasp.starts {
+                0 => "no start came to its end".to_owned(),
+                starts => format!("{} of {starts} starts ended in its best", grasp.hits),
+            };
+            format!("; GRASP (alpha {}): {starts}{gap}", grasp.alpha)
         });
         let most = match self.max_runs {
             Some(most) => format!(" of at most {most} (--max-runs)"),

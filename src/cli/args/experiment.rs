@@ -53,7 +53,7 @@ pub struct CompareArgs {
     pub strategy: Vec<String>,
     #[command(flatten)]
     pub training: TrainingArgs,
-    /// Leave greedy GT out
+    /// Leave greedy GT out, which is left out by itself where it would take minutes
     #[arg(long)]
     pub no_greedy: bool,
     /// Leave the trained policy out that ships with the program

@@ -127,7 +127,8 @@ pub struct LimitArgs {
     /// Most simulated runs of the search, ties included: one assignment on one pattern at one
     /// belt speed; 0 for as many as it takes. The result is the best so far, the same on any
     /// machine [default: 36000000 divided by the number of robots, 4000000 where
-    /// extended workspaces overlap or something can go wrong]
+    /// extended workspaces overlap or something can go wrong; fewer in proportion on patterns of
+    /// more than 150 items]
     #[arg(
         long,
         value_name = "N",
