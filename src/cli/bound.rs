@@ -72,6 +72,13 @@ pub fn run(args: &BoundArgs, session: &Session) -> Result<()> {
     .under(&conditions);
     let mut report = BoundReport::new(&pattern, &picks, weight.as_ref(), made);
     report.notes = notes(&conditions);
+    if picks.coarse {
+        report.notes.push(
+            "cut short: the pattern is so long that its slots are, too; a shorter --slot proves \
+             more, in more time and memory"
+                .to_owned(),
+        );
+    }
     let mut outputs = Outputs::default();
     let whole = json(&report)?;
     outputs.add_out(common, FILES[0], || whole);
@@ -104,12 +111,11 @@ fn bound(
     objective: Objective,
 ) -> Result<Bound> {
     let options = Options {
-        objective,
         slot_s: args.slot,
         iterations: args.iterations,
         // One of the undisturbed line may fail, and is then no schedule.
         schedule: !scene.conditions().disturbances.any(),
-        ..Options::default()
+        ..Options::in_full(objective, scene.pattern().len())
     };
     let bar = Bar::new(args.common.quiet);
     let mut begun = false;

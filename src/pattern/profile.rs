@@ -66,7 +66,7 @@ impl Profile {
             };
             let (time, flow) = (
                 read(time, COLUMNS[0], LONGEST)?,
-                read(flow, COLUMNS[1], 1e9)?,
+                read(flow, COLUMNS[1], 1e6)?,
             );
             if let Some((before, _)) = points.last().filter(|(before, _)| *before > time) {
                 return Err(Error::input(

@@ -119,7 +119,7 @@ impl CertifiedReport {
         };
         let cut_short = if self.cut_short {
             "          cut short, as the pattern is long: `pickline bound` takes its time and \
-             proves more\n"
+             proves more, with a short --slot still more\n"
         } else {
             ""
         };

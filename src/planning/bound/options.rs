@@ -48,6 +48,17 @@ impl Default for Options {
 }
 
 impl Options {
+    /// For a pattern of `items` items whose bound is all that is asked for: time and memory in
+    /// proportion, so that the slots of long patterns are no longer than those of short ones.
+    pub fn in_full(objective: Objective, items: usize) -> Self {
+        let usual = Self::default();
+        Self {
+            objective,
+            arcs: items.saturating_mul(ARCS_PER_ITEM).clamp(usual.arcs, MOST_IN_FULL),
+            ..usual
+        }
+    }
+
     /// What reports afford by the way: less than a tenth of a second on a usual pattern.
     pub fn quick(objective: Objective) -> Self {
         Self {
@@ -77,9 +88,12 @@ const USUAL_ITEMS: usize = 150;
 /// However long a pattern is, no more: several patterns are bounded at once, and this many
 /// take about 100 MB.
 const MOST_BESIDE: f64 = 4e6;
-/// Slots this many times as long as would be chosen for the picks alone are coarse: a fifth
-/// of a pick.
-const COARSE: f64 = 10.0;
+/// Picks in slots for each item where the bound is all that is asked for, and in all; these
+/// take about 500 MB.
+const ARCS_PER_ITEM: usize = 2000;
+const MOST_IN_FULL: usize = 20_000_000;
+/// Slots more than this many times as long as would be chosen for the picks alone are coarse.
+const COARSE: f64 = 2.5;
 
 /// Shortest and longest slot [s] that may be asked for.
 const SLOT_RANGE: (f64, f64) = (1e-6, 1e6);
