@@ -242,3 +242,38 @@ fn a_long_pattern_is_worth_time_in_proportion() {
     assert!(quick <= 1.1 * bound, "{quick} against {bound}");
     assert!(run["bound"].get("cut_short").is_none());
 }
+
+/// The slots of a long pattern are no longer than those of a short one, so its bound is as
+/// good; and where they are, that is said.
+#[test]
+fn the_bound_of_a_long_pattern_is_as_good_as_that_of_a_short_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("p.csv");
+    let file = file.to_str().unwrap();
+    let count = ["--count", "4000", "-o", file];
+    text(
+        &[
+            &["pattern", "generate", "random", "--flow", "600"],
+            &count[..],
+        ]
+        .concat(),
+    );
+    let flags = [
+        "bound",
+        "-q",
+        "--format",
+        "json",
+        "--iterations",
+        "2",
+        "--pattern",
+        file,
+    ];
+    let report: serde_json::Value = serde_json::from_str(&text(&flags)).unwrap();
+    assert!(
+        report["slot_s"].as_f64().unwrap() <= 0.05,
+        "{}",
+        report["slot_s"]
+    );
+    assert!(!report["notes"].to_string().contains("cut short"));
+    assert!(report["picks_upper_bound"].as_u64().unwrap() < 4000);
+}

@@ -385,3 +385,68 @@ fn verbs_take_flows() {
         assert!(message.contains(word), "{word} not in {message}");
     }
 }
+
+/// What is wrong with a profile is said of it, before any pattern is made.
+#[test]
+fn profiles_that_cannot_be_are_refused_by_their_fault() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("p.csv");
+    let source = format!("profile:{}", file.display());
+    for (text, words) in [
+        (None, &["p.csv"][..]),
+        (
+            Some("time_s,flow_per_min\n0,1e6\n28800,1e6\n"),
+            &["p.csv", "4.800e8 items"],
+        ),
+        (
+            Some("time_s,flow_per_min\n0,60\n600,1e8\n"),
+            &["p.csv:3: flow_per_min"],
+        ),
+        (
+            Some("time_s,flow_per_min\n6:00,60\n600,1\n"),
+            &["time_s", "5400"],
+        ),
+        (
+            Some("time_min,flow_per_min\n0,60\n600,1\n"),
+            &["time_min", "in seconds"],
+        ),
+        (
+            Some("time_s,flow_per_min\n0,-10\n600,1\n"),
+            &["flow_per_min", "items per minute"],
+        ),
+    ] {
+        if let Some(text) = text {
+            std::fs::write(&file, text).unwrap();
+        }
+        for verb in ["optimize", "sweep"] {
+            let output = common::pickline(&[verb, "--patterns", &source]);
+            let told = String::from_utf8(output.stderr).unwrap();
+            assert_eq!(output.status.code(), Some(2), "{told}");
+            for word in words {
+                assert!(told.contains(word), "{verb}: {word} not in {told}");
+            }
+        }
+    }
+}
+
+/// A whole shift is one long pattern, and a few of them show what many short ones do.
+#[test]
+fn a_long_profile_has_few_patterns_by_default() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("p.csv");
+    std::fs::write(&file, "time_s,flow_per_min\n0,60\n28800,60\n").unwrap();
+    let source = format!("profile:{}", file.display());
+    let flags = [
+        "--max-runs",
+        "6",
+        "--no-bound",
+        "--validate",
+        "1",
+        "--format",
+        "json",
+    ];
+    let call = [&["optimize", "-q", "--patterns", &source], &flags[..]].concat();
+    let report: serde_json::Value = serde_json::from_str(&common::text(&call)).unwrap();
+    let made = report["made"]["patterns"].as_str().unwrap();
+    assert!(made.starts_with("3 pattern(s)"), "{made}");
+}

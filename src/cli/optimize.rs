@@ -22,6 +22,12 @@ use crate::sim::Conditions;
 use crate::station::Station;
 use crate::strategies::{Blueprint, policy_file};
 
+/// Fresh patterns that the winner is scored on by default: so many, fewer where they have more
+/// items than this in all, and so many at least.
+const MOST_FRESH: usize = 1000;
+const ITEMS_OF_FRESH: f64 = 150_000.0;
+const FEWEST_FRESH: usize = 10;
+
 /// What is written into the folder for result files.
 const FILES: [&str; 3] = ["optimize.json", "ranking.csv", "strategies.csv"];
 
@@ -77,6 +83,8 @@ struct Job<'a> {
     search: Search,
     conditions: Conditions,
     strategies: Vec<Blueprint>,
+    /// Fresh patterns to score the winner on.
+    fresh: usize,
 }
 
 impl<'a> Job<'a> {
@@ -96,7 +104,16 @@ impl<'a> Job<'a> {
             .check_outputs("optimize", &FILES, &read, &written)?;
         let seed = args.common.seed;
         let recipe = pattern_set::recipe(&args.set, seed, &source, shape, &station)?;
-        source.check_fresh(&recipe, args.validate)?;
+        let source = source.for_length(&args.set.patterns, &recipe, pattern_set::USUAL_SET)?;
+        let fresh = match args.validate {
+            Some(count) => count,
+            // Long patterns show as much in smaller numbers.
+            None => {
+                let afforded = ITEMS_OF_FRESH / source.expected_items(&recipe)?.max(1.0);
+                (afforded as usize).clamp(FEWEST_FRESH, MOST_FRESH)
+            }
+        };
+        source.check_fresh(&recipe, fresh)?;
         let scan = SpeedScan::new(args.speed_step, &station)?;
         let values = [("--speed-step", &SPEED_STEP, Some(args.speed_step))];
         args.station.check_values(&values)?;
@@ -125,6 +142,7 @@ impl<'a> Job<'a> {
                 limits: args.limits.resolve()?,
             },
             conditions,
+            fresh,
             strategies: strategies.collect::<Result<_>>()?,
             args,
             station,
@@ -165,7 +183,7 @@ impl<'a> Job<'a> {
                  validation, other strategies) was not done; run again for a result to rely on"
                     .to_owned(),
             );
-        } else if validation.is_none() && args.validate > 0 {
+        } else if validation.is_none() && self.fresh > 0 {
             notes.push(format!(
                 "no validation: no fresh patterns can be drawn like {}",
                 self.source
@@ -198,7 +216,7 @@ impl<'a> Job<'a> {
 
     /// Patterns that had no part in the search, drawn under the next seed.
     fn fresh(&self, environment: &Environment) -> Result<Option<PatternSet>> {
-        let count = self.args.validate;
+        let count = self.fresh;
         if count == 0 || environment.stopped() {
             return Ok(None);
         }

@@ -8,6 +8,8 @@ use crate::sim::Conditions;
 use crate::station::Station;
 
 /// Items in a generated pattern, as in the balanced set of `docs/model.md`.
+/// Items in all of a set whose size is left open.
+pub const USUAL_SET: f64 = 40_000.0;
 const DEFAULT_ITEMS: usize = 150;
 
 /// How the patterns of `source` are made for `station`.

@@ -2,6 +2,7 @@
 
 use super::args::SweepArgs;
 use super::outputs::Outputs;
+use super::pattern_set::USUAL_SET;
 use super::progress::{Bar, Part};
 use super::session::Session;
 use super::settings::{DEFAULT_GRID, condition_notes, json, parse_strategy};
@@ -74,6 +75,7 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
         // Another seed than the training set's.
         seed: args.common.seed.wrapping_add(1),
     };
+    let source = source.for_length(&args.patterns, &recipe, USUAL_SET)?;
     let mut set = source.build(&recipe)?;
     let generated = !matches!(source, PatternSource::Files(_));
     let usual = args.items.is_none() && recipe.items == DEFAULT_GRID.1;

@@ -135,6 +135,8 @@ pub fn validate(
 
 /// Patterns that are bounded: enough for a figure, few enough to be done by the way.
 const CERTIFIED: usize = 100;
+/// Items that they have in all at most.
+const CERTIFIED_ITEMS: f64 = 60_000.0;
 
 /// `shares` of the items of `patterns`, picked on `station`, beside the best that any
 /// strategy can do. None when the user stopped.
@@ -145,7 +147,10 @@ fn certificate(
     shares: &[f64],
     environment: &Environment,
 ) -> Result<Option<Certificate>> {
-    let patterns = &patterns[..patterns.len().min(CERTIFIED)];
+    let items: usize = patterns.iter().map(Pattern::len).sum();
+    let mean = items as f64 / patterns.len().max(1) as f64;
+    let afforded = ((CERTIFIED_ITEMS / mean.max(1.0)) as usize).clamp(1, CERTIFIED);
+    let patterns = &patterns[..patterns.len().min(afforded)];
     let progress = environment.progress;
     progress.begin("bounding", patterns.len() as u64, "patterns");
     let places = patterns.par_iter().enumerate();

@@ -185,6 +185,10 @@ impl Feeder {
     pub fn new(feed: &Feed, flow: Option<f64>, belt: &Belt, shape: FeedShape) -> Result<Self> {
         shape.check()?;
         let profile = feed.file().map(Profile::load).transpose()?;
+        if let Some(profile) = &profile {
+            let share = flow.map_or(1.0, |flow| flow / profile.mean_flow());
+            profile.check_items(share)?;
+        }
         let flow = match (flow, &profile) {
             (Some(flow), _) => check_flow(flow)?,
             (None, Some(profile)) => profile.mean_flow(),

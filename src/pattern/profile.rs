@@ -1,5 +1,6 @@
 //! Profiles: the flow over a shift.
 
+use super::item::MOST_ITEMS;
 use crate::csv_file::CsvFile;
 use crate::error::{Error, Result, known_names, shown, shown_number};
 use rand::RngExt;
@@ -38,7 +39,11 @@ impl Profile {
                 return Err(Error::input(
                     format!("{name}:{line}: column {}", place + 1),
                     format!("unknown column `{}`", shown(column)),
-                    known_names(column, &COLUMNS),
+                    if column.starts_with("time") {
+                        "give the times in seconds, as `time_s`".to_owned()
+                    } else {
+                        known_names(column, &COLUMNS)
+                    },
                 ));
             };
             places[known] = Some(place);
@@ -60,7 +65,13 @@ impl Profile {
                     Error::input(
                         format!("{name}:{line}: {column}"),
                         format!("`{}` is not a number from 0 to {most:e}", shown(text)),
-                        file.number_cure(),
+                        match column {
+                            "time_s" => "give seconds from the start, for example 5400",
+                            _ if text.trim_start().starts_with('-') || text.contains("nan") => {
+                                "give items per minute, 0 where none arrive"
+                            }
+                            _ => file.number_cure(),
+                        },
                     )
                 })
             };
@@ -111,6 +122,23 @@ impl Profile {
     pub fn mean_flow(&self) -> f64 {
         let piece = |pair: &[(f64, f64)]| (pair[1].0 - pair[0].0) * (pair[0].1 + pair[1].1) / 2.0;
         self.points.windows(2).map(piece).sum::<f64>() / self.duration()
+    }
+
+    /// Refuses a profile that brings more items than a pattern may have at `scale` times its
+    /// flow.
+    ///
+    /// # Errors
+    /// Too many items.
+    pub fn check_items(&self, scale: f64) -> Result<()> {
+        let items = scale * self.mean_flow() * self.duration() / 60.0;
+        if items <= MOST_ITEMS as f64 {
+            return Ok(());
+        }
+        Err(Error::input(
+            &*self.name,
+            format!("the profile brings about {items:.3e} items"),
+            format!("give lower flows or a shorter time: a pattern has at most {MOST_ITEMS} items"),
+        ))
     }
 
     /// At most `count` arrivals of the inhomogeneous Poisson process of `scale` times this

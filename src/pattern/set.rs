@@ -18,6 +18,8 @@ use std::str::FromStr;
 /// Range of grid spacings and Poisson radii of the balanced set [m]
 /// (Jermann et al., results of the GT approach).
 const BALANCED_RANGE: (f64, f64) = (0.15, 0.4);
+/// Patterns of a profile that are drawn by default however long they are.
+const FEWEST_LONG: usize = 3;
 /// Patterns of each kind in the balanced set (Jermann et al., Table 1: 240 in all).
 const BALANCED_EACH: usize = 120;
 
@@ -326,12 +328,13 @@ impl PatternSource {
     /// The same for patterns of `items` in all.
     fn check_items(&self, recipe: &Recipe, patterns: f64, items: f64, flag: &str) -> Result<()> {
         check_count(recipe.items).map_err(|error| error.at("--items"))?;
+        let each = items / patterns.max(1.0);
         if items <= MOST_ITEMS as f64 {
             return Ok(());
         }
         Err(Error::input(
             flag,
-            format!("{patterns} patterns of {} items", recipe.items),
+            format!("{patterns} patterns of {} items", each.ceil()),
             format!("ask for fewer: a set holds at most {MOST_ITEMS} items"),
         ))
     }
@@ -342,7 +345,25 @@ impl PatternSource {
     /// # Errors
     /// Too many.
     pub fn check_fresh(&self, recipe: &Recipe, count: usize) -> Result<()> {
-        self.check_size(recipe, count as f64, &format!("--validate {count}"))
+        let items = count as f64 * self.expected_items(recipe)?;
+        self.check_items(recipe, count as f64, items, &format!("--validate {count}"))
+    }
+
+    /// The source with fewer patterns where `text`, which it was read from, leaves their number
+    /// open and a profile makes each of them long; about `items` items in all.
+    ///
+    /// # Errors
+    /// A profile that cannot be read.
+    pub fn for_length(mut self, text: &str, recipe: &Recipe, items: f64) -> Result<Self> {
+        let expected = self.expected_items(recipe)?;
+        if let Self::Feed { feed, count, .. } = &mut self
+            && feed.file().is_some()
+            && !text.ends_with(&format!(":{count}"))
+        {
+            let afforded = (items / expected.max(1.0)) as usize;
+            *count = afforded.clamp(FEWEST_LONG.min(*count), *count);
+        }
+        Ok(self)
     }
 
     /// How messages call it.

@@ -54,7 +54,9 @@ impl Options {
         let usual = Self::default();
         Self {
             objective,
-            arcs: items.saturating_mul(ARCS_PER_ITEM).clamp(usual.arcs, MOST_IN_FULL),
+            arcs: items
+                .saturating_mul(ARCS_PER_ITEM)
+                .clamp(usual.arcs, MOST_IN_FULL),
             ..usual
         }
     }
