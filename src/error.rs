@@ -32,12 +32,15 @@ pub enum Error {
         source: std::io::Error,
     },
     /// A strategy chose something that the model forbids.
-    #[error("illegal action at t = {time} s by robot {robot}: {problem}")]
+    #[error(
+        "illegal action at t = {time} s by robot `{}`: {problem}",
+        shown(robot)
+    )]
     IllegalAction {
         /// Time of the decision [s].
         time: f64,
-        /// Index of the deciding robot, upstream first.
-        robot: usize,
+        /// Name of the deciding robot.
+        robot: String,
         /// Which rule of the model it breaks.
         problem: String,
     },
@@ -61,6 +64,14 @@ impl Error {
             place: place.into(),
             problem: problem.into(),
             cure: cure.into(),
+        }
+    }
+
+    /// What is wrong, without place and cure, for a message that has its own.
+    pub fn problem(&self) -> String {
+        match self {
+            Self::Input { problem, .. } | Self::IllegalAction { problem, .. } => problem.clone(),
+            other => other.to_string(),
         }
     }
 
@@ -117,6 +128,11 @@ fn io_cure(action: &str, path: &Path, source: &std::io::Error) -> String {
             None => "check the path: there is no such file".into(),
         },
         ErrorKind::IsADirectory => "name a file: this is a folder".into(),
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
+            "make room on the disk, or name a place on another".into()
+        }
+        ErrorKind::ReadOnlyFilesystem => "name a place on a disk that is not read-only".into(),
+        ErrorKind::InvalidFilename => "give it a shorter name".into(),
         _ => format!("check that the path exists and that you may {action} it"),
     }
 }

@@ -47,8 +47,7 @@ pub fn utf8(bytes: Vec<u8>, name: &str) -> Result<String> {
 /// # Errors
 /// A folder or file that cannot be written; nothing is left behind then.
 pub fn write_whole(path: &Path, content: &[u8]) -> Result<()> {
-    // Only what exists can be a link or a special file.
-    let real = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    let real = followed(path);
     if real.exists() && !real.is_file() {
         let written = std::fs::OpenOptions::new()
             .write(true)
@@ -57,6 +56,24 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<()> {
         return written.map_err(|source| Error::write(path, source));
     }
     write_by_rename(&real, content).map_err(|source| Error::write(path, source))
+}
+
+/// Links in a chain of them that are followed before it is taken for a ring.
+const MOST_LINKS: usize = 40;
+
+/// The file that `path` names, links followed, whether it exists yet or not.
+fn followed(path: &Path) -> PathBuf {
+    if let Ok(real) = std::fs::canonicalize(path) {
+        return real;
+    }
+    let mut real = path.to_owned();
+    for _ in 0..MOST_LINKS {
+        let Ok(target) = std::fs::read_link(&real) else {
+            break;
+        };
+        real = folder_of(&real).join(target);
+    }
+    real
 }
 
 fn write_by_rename(path: &Path, content: &[u8]) -> std::io::Result<()> {
@@ -76,7 +93,7 @@ fn write_by_rename(path: &Path, content: &[u8]) -> std::io::Result<()> {
 /// Removes what writers of `path` that were killed have left beside it. To be called where
 /// nobody else writes it.
 pub fn remove_leftovers(path: &Path) {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let name = short_name(path);
     let entries = std::fs::read_dir(folder_of(path)).into_iter().flatten();
     for entry in entries.flatten() {
         let other = entry.file_name().to_string_lossy().into_owned();
@@ -110,7 +127,8 @@ pub fn folder_of(path: &Path) -> &Path {
 /// # Errors
 /// A path that is a folder, or in a folder that does not exist.
 pub fn check_target(path: &Path) -> Result<()> {
-    let folder = folder_of(path);
+    let real = followed(path);
+    let folder = folder_of(&real);
     let kind = std::fs::metadata(folder).map_err(|source| Error::write(path, source))?;
     if !kind.is_dir() {
         return Err(Error::write(path, ErrorKind::NotADirectory.into()));
@@ -127,9 +145,15 @@ pub fn check_target(path: &Path) -> Result<()> {
 /// # Errors
 /// A folder or file that cannot be written.
 pub fn try_target(path: &Path) -> Result<()> {
-    let real = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    let real = followed(path);
     if real.exists() && !real.is_file() {
         return Ok(());
+    }
+    // The temporary file has a short name whatever this one is.
+    if let Err(error) = std::fs::symlink_metadata(&real)
+        && error.kind() == ErrorKind::InvalidFilename
+    {
+        return Err(Error::write(path, error));
     }
     try_file(&temporary(&real)).map_err(|source| Error::write(path, source))
 }
@@ -141,8 +165,34 @@ fn try_file(temporary: &Path) -> std::io::Result<()> {
 
 /// Where the content of `path` is written first.
 fn temporary(path: &Path) -> PathBuf {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let name = short_name(path);
     path.with_file_name(format!(".{name}.{}.part", std::process::id()))
+}
+
+/// The name of `path` with room for what temporary names add to it: file systems take
+/// names of 255 bytes.
+fn short_name(path: &Path) -> String {
+    const LONGEST: usize = 200;
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    match name.len() {
+        0..=LONGEST => name.into_owned(),
+        _ => fingerprint(name.as_bytes()),
+    }
+}
+
+/// Checks that `path` may be replaced: a rename would not ask whether it is read-only.
+///
+/// # Errors
+/// A file that is read-only.
+pub fn check_not_read_only(flag: &str, path: &Path) -> Result<()> {
+    match std::fs::metadata(path) {
+        Ok(about) if about.is_file() && about.permissions().readonly() => Err(Error::input(
+            flag,
+            format!("{} is read-only", path.display()),
+            "make it writable (chmod u+w), or name another file",
+        )),
+        _ => Ok(()),
+    }
 }
 
 /// Checks that `folder` exists or could be made, without making it: a file is made in what
@@ -241,9 +291,10 @@ pub fn check_apart(read: &Named, written: &Named) -> Result<()> {
 /// The path that `file` is, however it is written; it may not exist yet.
 fn resolved(file: &Path) -> PathBuf {
     let whole = |path: &Path| std::fs::canonicalize(path).ok();
-    whole(file)
-        .or_else(|| Some(whole(folder_of(file))?.join(file.file_name()?)))
-        .unwrap_or_else(|| file.to_owned())
+    let real = followed(file);
+    whole(&real)
+        .or_else(|| Some(whole(folder_of(&real))?.join(real.file_name()?)))
+        .unwrap_or_else(|| real.components().collect())
 }
 
 #[cfg(test)]
@@ -297,6 +348,36 @@ mod tests {
         write_whole(&pipe, b"through").unwrap();
         assert_eq!(reader.join().unwrap(), b"through");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 3);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_to_files_that_do_not_exist_yet_are_followed() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        std::fs::create_dir(path("sub")).unwrap();
+        std::os::unix::fs::symlink("sub/real", path("link")).unwrap();
+        check_target(&path("link")).unwrap();
+        try_target(&path("link")).unwrap();
+        write_whole(&path("link"), b"new").unwrap();
+        assert_eq!(std::fs::read(path("sub/real")).unwrap(), b"new");
+        assert!(
+            std::fs::symlink_metadata(path("link"))
+                .unwrap()
+                .is_symlink()
+        );
+        std::os::unix::fs::symlink("none/real", path("lost")).unwrap();
+        assert!(check_target(&path("lost")).is_err());
+    }
+
+    #[test]
+    fn names_as_long_as_the_system_takes_are_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |length| folder.path().join("x".repeat(length));
+        try_target(&path(250)).unwrap();
+        write_whole(&path(250), b"new").unwrap();
+        assert_eq!(std::fs::read(path(250)).unwrap(), b"new");
+        assert!(try_target(&path(300)).is_err());
     }
 
     #[test]

@@ -225,6 +225,40 @@ impl Quantity {
     }
 }
 
+/// A warning at `place` where no controller decides `hz` times a second.
+pub fn check_rate(place: &str, hz: f64) -> Option<Warning> {
+    const PLAUSIBLE: std::ops::RangeInclusive<f64> = 0.1..=1e5;
+    // 0 is without any rate.
+    if hz == 0.0 || !hz.is_finite() || PLAUSIBLE.contains(&hz) {
+        return None;
+    }
+    let shown = rounded(hz, 9);
+    let meant = [
+        ("the period in seconds", "s", 1.0 / hz),
+        ("the period in milliseconds", "ms", 1e3 / hz),
+        ("kilohertz", "kHz", 1e3 * hz),
+    ];
+    let meant = meant.iter().filter(|(.., hz)| PLAUSIBLE.contains(hz));
+    let (names, values): (Vec<String>, Vec<String>) = meant
+        .map(|(name, symbol, hz)| {
+            let hz = rounded(*hz, 9);
+            (
+                (*name).to_owned(),
+                format!("{shown} {symbol} means {hz} Hz"),
+            )
+        })
+        .unzip();
+    let question = match names.is_empty() {
+        true => String::new(),
+        false => format!("; {}? ({})", names.join(" or "), values.join(", ")),
+    };
+    Some(Warning::new(
+        place,
+        format!("{shown} Hz is not plausible for a rate of decisions{question}"),
+        "give hertz [Hz]; if the value is right, ignore this warning",
+    ))
+}
+
 /// `: in millimetres? 600 mm are 0.6 m`, for every unit in which `value` would fit; empty
 /// where none does.
 pub fn question(value: f64, symbol: &str, units: &[Unit], fits: impl Fn(f64) -> bool) -> String {
@@ -282,6 +316,14 @@ mod tests {
                 assert!(text.contains(word), "{word} not in {text}");
             }
             assert!(text.starts_with("here: ") && text.contains("cure: "));
+        }
+        let rate = check_rate("--update-hz", 0.001).unwrap().to_string();
+        assert!(
+            rate.contains("period in seconds") && rate.contains("1000 Hz"),
+            "{rate}"
+        );
+        for hz in [0.0, 0.5, 50.0, 1000.0, f64::NAN] {
+            assert_eq!(check_rate("", hz), None);
         }
         assert!(!BELT_SPEED.check("", 1e-5).unwrap().problem.contains('?'));
         for (quantity, value) in [

@@ -103,6 +103,18 @@ pub fn policy_file(text: &str) -> Option<&Path> {
     (name == POLICY).then(|| Path::new(file))
 }
 
+/// The files in which weights of the policy in `file` stand; none of another file.
+#[cfg(feature = "onnx")]
+pub fn weight_files(file: &Path) -> Vec<std::path::PathBuf> {
+    crate::policy::weight_files(file)
+}
+
+/// Without policies nothing is read beside a file.
+#[cfg(not(feature = "onnx"))]
+pub fn weight_files(_: &Path) -> Vec<std::path::PathBuf> {
+    Vec::new()
+}
+
 /// How the bound is asked for by mistake.
 const BOUND: &str = "bound";
 

@@ -178,3 +178,35 @@ fn a_checked_run_reports_how_close_its_arms_came() {
         "{paper}"
     );
 }
+
+#[test]
+fn arms_that_come_nearer_than_their_thickness_are_doubtful() {
+    let (folder, path) = file([-0.5, 0.5], 1.7);
+    let toml = std::fs::read_to_string(&path).unwrap();
+    // Bases further and further apart until the arms are 1 mm apart.
+    let station = |gap: f64| facing([-0.5, 0.5], gap);
+    let distance = |gap: f64| {
+        apart(&station(gap))
+            .others
+            .map_or(0.0, |(distance, _)| distance)
+    };
+    let (mut low, mut high) = (0.5, 1.7);
+    for _ in 0..50 {
+        let middle = f64::midpoint(low, high);
+        match distance(middle) < 0.001 {
+            true => low = middle,
+            false => high = middle,
+        }
+    }
+    let near = pickline::station::to_toml(&station(high));
+    assert!(near != toml);
+    std::fs::write(&path, near).unwrap();
+    let report = text(&["station", "check", &path]);
+    assert!(
+        report.contains("can come as near as 0.001 m, less than 0.05 m")
+            && report.contains("doubtful"),
+        "{report}"
+    );
+    assert!(apart(&station(high)).is_doubtful() && !apart(&station(high + 0.06)).is_doubtful());
+    drop(folder);
+}

@@ -344,6 +344,25 @@ fn with_the_system_clock_too_and_over_a_crash() {
     replay(&[whole, "--clock", "messages"]);
 }
 
+#[test]
+fn files_that_are_compressed_as_a_whole_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("a.mcap");
+    for (head, word) in [
+        (&b"\x1f\x8b\x08\x00\x00"[..], "gzip"),
+        (b"\x28\xb5\x2f\xfd\x00", "zstd"),
+    ] {
+        std::fs::write(&file, head).unwrap();
+        let output = pickline(&["run", "--replay", file.to_str().unwrap()]);
+        let errors = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2));
+        assert!(
+            errors.contains(word) && errors.contains("decompress"),
+            "{errors}"
+        );
+    }
+}
+
 /// As other programs rewrite recordings: one run, its chunks of 600 bytes compressed.
 #[test]
 fn recordings_that_were_compressed_are_replayed() {

@@ -329,3 +329,65 @@ fn a_pattern_file_names_its_call() {
 fn pickline_text(arguments: &[&str]) -> String {
     String::from_utf8(pickline(arguments).stdout).unwrap()
 }
+
+#[test]
+fn an_output_among_the_patterns_that_are_read_is_refused() {
+    let place = Place::new();
+    std::fs::create_dir(place.at("pats")).unwrap();
+    std::fs::copy(place.at("in/p.csv"), place.at("pats/p.csv")).unwrap();
+    for verb in ["optimize", "sweep"] {
+        let call = [verb, "-q", "--station", "in/s.toml", "--patterns", "pats"];
+        place.refused(
+            &[&call[..], &["--out", "pats"]].concat(),
+            &["--out", "among the patterns"],
+        );
+    }
+    assert_eq!(std::fs::read_dir(place.at("pats")).unwrap().count(), 1);
+}
+
+#[test]
+fn a_picture_may_go_into_the_folder_that_is_made() {
+    let place = Place::new();
+    let simulate = ["simulate", "-q", "--no-bound", "--out", "new", "--html"];
+    let (code, _, told) = place.call(&[&simulate[..], &["new/r.html"]].concat());
+    assert_eq!(code, Some(0), "{told}");
+    assert!(place.at("new/r.html").exists() && place.at("new/run.json").exists());
+    std::fs::remove_dir_all(place.at("new")).unwrap();
+    place.refused(
+        &[&simulate[..], &["new/run.json"]].concat(),
+        &["is also the file of --out"],
+    );
+    place.refused(
+        &[&simulate[..], &["new/sub/r.html"]].concat(),
+        &["no folder"],
+    );
+}
+
+#[test]
+fn a_run_that_cannot_begin_leaves_nothing() {
+    let place = Place::new();
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = taken.local_addr().unwrap().to_string();
+    let before = std::fs::read_dir(place.folder.path()).unwrap().count();
+    let call = |address: &str| {
+        let mut call = vec!["run", "--journal", "e.j", "--listen"];
+        call.push(address);
+        if cfg!(feature = "mcap") {
+            call.extend(["--record", "e.mcap"]);
+        }
+        place.call(&call)
+    };
+    for address in [&address, "nohost.invalid:80"] {
+        let (code, _, told) = call(address);
+        assert_eq!(code, Some(2), "{told}");
+        assert_eq!(
+            std::fs::read_dir(place.folder.path()).unwrap().count(),
+            before,
+            "{told}"
+        );
+    }
+    // What was there stays.
+    std::fs::write(place.at("e.j"), "").unwrap();
+    call(&address);
+    assert!(place.at("e.j").exists());
+}

@@ -319,3 +319,162 @@ fn a_policy_that_answers_nonsense_ends_the_run() {
     assert!(said.contains("illegal_action"), "{said}");
     assert_eq!(told.matches("has no usable answer").count(), 1, "{told}");
 }
+
+/// The logits of `plain` beside another output of the same width.
+fn beside(operator: &str, other: &str, kind: DataType, name: &str) -> ModelProto {
+    let actions = LAYOUT.actions();
+    let mut model = plain("l0");
+    let graph = model.graph.as_mut().unwrap();
+    let inputs: &[&str] = if operator == "Greater" {
+        &["l0", "l0"]
+    } else {
+        &["l0"]
+    };
+    graph.node.push(node(operator, inputs, other));
+    graph.node.push(node("Identity", &["l0"], name));
+    graph.output = vec![
+        value(other, kind, actions),
+        value(name, DataType::Float, actions),
+    ];
+    model
+}
+
+#[test]
+fn the_output_of_the_logits_is_found_by_type_and_name_or_asked_for() {
+    let expected = logits(&read(&plain("logits")));
+    for model in [
+        beside("Greater", "mask_out", DataType::Bool, "pi"),
+        beside("Neg", "std", DataType::Float, "action_logits"),
+        beside("Neg", "action_std", DataType::Float, "action"),
+    ] {
+        assert_eq!(logits(&read(&model)), expected);
+    }
+    let unclear = beside("Neg", "a", DataType::Float, "b").encode_to_vec();
+    let error = Policy::from_bytes(&unclear, "p.onnx")
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("any of the outputs `a`, `b`") && error.contains("`logits`"),
+        "{error}"
+    );
+}
+
+#[test]
+fn an_output_of_open_width_shows_what_it_means() {
+    let waiting = Layout {
+        wait: true,
+        ..LAYOUT
+    };
+    let mut model = plain("logits");
+    let graph = model.graph.as_mut().unwrap();
+    graph.initializer[0] = weights("w", waiting.actions(), false);
+    graph.output[0].r#type = None;
+    let policy = read(&model);
+    assert_eq!(policy.layout(), waiting);
+}
+
+#[test]
+fn logits_in_half_and_beyond_single_precision_are_read() {
+    let mut half = plain("l0");
+    let graph = half.graph.as_mut().unwrap();
+    let mut cast = node("Cast", &["l0"], "logits");
+    cast.attribute.push(tract_onnx::pb::AttributeProto {
+        name: "to".into(),
+        i: DataType::Float16 as i64,
+        r#type: tract_onnx::pb::attribute_proto::AttributeType::Int as i32,
+        ..Default::default()
+    });
+    graph.node.push(cast);
+    graph.output = vec![value("logits", DataType::Float16, LAYOUT.actions())];
+    let expected = logits(&read(&plain("logits")));
+    for (found, expected) in logits(&read(&half)).iter().zip(&expected) {
+        assert!((found - expected).abs() <= 0.01 * expected.abs().max(1.0));
+    }
+    // The order stays.
+    let scaled = |factor: f64| {
+        let mut model = plain("logits");
+        let graph = model.graph.as_mut().unwrap();
+        graph.input[0] = value("obs", DataType::Double, LAYOUT.observation());
+        let mut matrix = weights("w", LAYOUT.actions(), true);
+        for bytes in matrix.raw_data.chunks_exact_mut(8) {
+            let number = f64::from_le_bytes(bytes.try_into().unwrap());
+            bytes.copy_from_slice(&(factor * number).to_le_bytes());
+        }
+        graph.initializer[0] = matrix;
+        graph.output[0] = value("logits", DataType::Double, LAYOUT.actions());
+        logits(&read(&model))
+    };
+    let best = |logits: &[f32]| {
+        assert!(logits.iter().all(|logit| logit.is_finite()), "{logits:?}");
+        (0..logits.len())
+            .max_by(|&a, &b| logits[a].total_cmp(&logits[b]))
+            .unwrap()
+    };
+    assert_eq!(best(&scaled(1e60)), best(&scaled(1.0)));
+}
+
+/// `plain` with its weights in the file `location`, as weights or as a constant.
+fn outside(location: &str, constant: bool) -> (ModelProto, Vec<u8>) {
+    let mut model = plain("logits");
+    let graph = model.graph.as_mut().unwrap();
+    let tensor = &mut graph.initializer[0];
+    let bytes = std::mem::take(&mut tensor.raw_data);
+    tensor.data_location = Some(DataLocation::External as i32);
+    tensor.external_data = vec![StringStringEntryProto {
+        key: "location".into(),
+        value: location.into(),
+    }];
+    if constant {
+        let mut holder = node("Constant", &[], "w");
+        holder.attribute.push(tract_onnx::pb::AttributeProto {
+            name: "value".into(),
+            t: graph.initializer.pop(),
+            r#type: tract_onnx::pb::attribute_proto::AttributeType::Tensor as i32,
+            ..Default::default()
+        });
+        graph.node.insert(0, holder);
+    }
+    (model, bytes)
+}
+
+#[test]
+fn weights_elsewhere_are_read_and_never_written_over() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::create_dir(at("data")).unwrap();
+    for constant in [false, true] {
+        let (model, bytes) = outside("data/w.bin", constant);
+        std::fs::write(at("p.onnx"), model.encode_to_vec()).unwrap();
+        std::fs::write(at("data/w.bin"), &bytes).unwrap();
+        let expected = logits(&read(&plain("logits")));
+        assert_eq!(logits(&Policy::load(&at("p.onnx")).unwrap()), expected);
+        let strategy = format!("onnx:{}", at("p.onnx").display());
+        let target = at("data/w.bin");
+        let output = pickline(&[
+            "simulate",
+            "-q",
+            "--no-bound",
+            "--force",
+            "--strategy",
+            &strategy,
+            "--html",
+            target.to_str().unwrap(),
+        ]);
+        assert_eq!(output.status.code(), Some(2));
+        assert_eq!(std::fs::read(&target).unwrap(), bytes);
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn weights_in_a_pipe_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("p.onnx");
+    std::fs::write(&path, outside("pipe", false).0.encode_to_vec()).unwrap();
+    let made = std::process::Command::new("mkfifo")
+        .arg(folder.path().join("pipe"))
+        .status();
+    assert!(made.unwrap().success());
+    let error = Policy::load(&path).unwrap_err().to_string();
+    assert!(error.contains("not a regular file"), "{error}");
+}

@@ -193,3 +193,21 @@ fn a_strategy_that_does_not_fit_is_told() {
         "{said}"
     );
 }
+
+#[cfg(unix)]
+#[test]
+fn a_read_only_station_file_is_refused_before_the_search() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("line.toml");
+    let before = init(&path);
+    let mut rights = std::fs::metadata(&path).unwrap().permissions();
+    rights.set_readonly(true);
+    std::fs::set_permissions(&path, rights).unwrap();
+    let (code, said) = told(&[&SMALL[..], &["--station", path.to_str().unwrap()]].concat());
+    assert_eq!(code, Some(2), "{said}");
+    assert!(
+        said.contains("is read-only") && !said.contains("optimizing"),
+        "{said}"
+    );
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), before);
+}

@@ -17,4 +17,4 @@ mod region;
 mod segment;
 
 pub use motion::{Clearance, TOLERANCE, smallest};
-pub use region::{Apart, Overlap, Shared, apart};
+pub use region::{Apart, MARGIN, Overlap, Shared, apart};

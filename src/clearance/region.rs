@@ -38,10 +38,22 @@ pub struct Overlap {
 pub struct Apart {
     /// The pairs of robots whose arms can touch, upstream first.
     pub overlaps: Vec<Overlap>,
+    /// Other pairs whose arms can come nearer than [`MARGIN`], and how near [m].
+    pub near: Vec<(f64, [usize; 2])>,
     /// How close arms of other pairs can come at most [m], and which; none where no other
     /// pair is left.
     pub others: Option<(f64, [usize; 2])>,
 }
+
+impl Apart {
+    /// Whether some arms can touch, or come nearer than [`MARGIN`].
+    pub fn is_doubtful(&self) -> bool {
+        !self.overlaps.is_empty() || !self.near.is_empty()
+    }
+}
+
+/// Arms have a thickness that the model does not know: nearer than this they may touch [m].
+pub const MARGIN: f64 = 0.05;
 
 /// Which arms of `station` can touch, by geometry alone.
 ///
@@ -63,6 +75,7 @@ pub fn apart(station: &Station) -> Apart {
         .collect();
     let mut found = Apart {
         overlaps: Vec::new(),
+        near: Vec::new(),
         others: None,
     };
     for first in 0..robots.len() {
@@ -70,7 +83,7 @@ pub fn apart(station: &Station) -> Apart {
             let (one, other) = (&swept[first], &swept[second]);
             let least = found.others.map_or(f64::INFINITY, |(distance, _)| distance);
             let boxes = between(one.bounds(), other.bounds());
-            if boxes > least {
+            if boxes > least.max(MARGIN) {
                 continue;
             }
             let both = one.intersection(other);
@@ -89,6 +102,10 @@ pub fn apart(station: &Station) -> Apart {
                 continue;
             }
             let distance = one.distance(other);
+            // Not where it is the margin but for rounding.
+            if distance < MARGIN - 1e-9 {
+                found.near.push((distance, [first, second]));
+            }
             if distance < least {
                 found.others = Some((distance, [first, second]));
             }

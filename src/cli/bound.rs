@@ -36,7 +36,8 @@ pub fn run(args: &BoundArgs, session: &Session) -> Result<()> {
     common.check_outputs("bound", &FILES, &read, &[])?;
     let conditions = args.conditions.resolve(common)?;
     let station = args.station.load()?;
-    args.conditions.check_on(&args.station, &station)?;
+    args.conditions
+        .check_on(&args.station, &args.common, &station)?;
     let (pattern, pattern_name) = load_pattern(args.pattern.as_deref(), station.belt().width)?;
     let named = args.pattern.as_deref().unwrap_or(&pattern_name);
     args.station.check_pattern(named, &pattern)?;

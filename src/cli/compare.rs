@@ -47,7 +47,8 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
     let (station, saved) = args.station.load_with_strategy(&remark)?;
     let robots = station.robots().len();
     let cases = load_cases(&args.cases)?;
-    args.conditions.check_on(&args.station, &station)?;
+    args.conditions
+        .check_on(&args.station, &args.common, &station)?;
     for case in &cases {
         // The patterns of a case are alike.
         let patterns = case.patterns(station.belt(), 1, args.common.seed)?;

@@ -23,7 +23,8 @@ pub fn run(args: &GameArgs, session: &Session) -> Result<()> {
     args.common.check()?;
     let conditions = args.conditions.resolve(&args.common)?;
     let station = args.station.load()?;
-    args.conditions.check_on(&args.station, &station)?;
+    args.conditions
+        .check_on(&args.station, &args.common, &station)?;
     check_size(&station)?;
     let (source, shape) = args.set.feed.source(&args.set.patterns, &args.station)?;
     let nfg = [(
@@ -33,6 +34,7 @@ pub fn run(args: &GameArgs, session: &Session) -> Result<()> {
     let patterns = source.files()?;
     let mut read = vec![args.station.file()];
     read.extend(patterns.iter().map(|file| ("--patterns", Some(&**file))));
+    read.push(("--patterns", source.folder()));
     args.common.check_outputs("game", &FILES, &read, &nfg)?;
     let seed = args.common.seed;
     let recipe = pattern_set::recipe(&args.set, seed, &source, shape, &station)?;

@@ -6,7 +6,7 @@ use super::session::Session;
 use crate::decision::Strategy;
 use crate::error::Result;
 use crate::files;
-use crate::live::journal::{Found, Journal, Owner};
+use crate::live::journal::{Found, Journal, Owner, lock_of};
 use crate::live::protocol::{Incoming, Outgoing};
 use crate::live::recording::Event;
 #[cfg(feature = "mcap")]
@@ -15,7 +15,7 @@ use crate::live::{ClockKind, Config, Controller};
 use crate::report::station_hash;
 use crate::station::Station;
 use crate::strategies::policy_file;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The program and its version.
 const PROGRAM: &str = concat!("pickline ", env!("CARGO_PKG_VERSION"));
@@ -26,6 +26,8 @@ const TOGETHER: u32 = 64;
 /// What a run keeps.
 #[derive(Default)]
 pub struct Kept {
+    /// Files that were not there before.
+    created: Vec<PathBuf>,
     journal: Option<Journal>,
     /// Steps since the last record, of which nothing was said.
     unsaid: u32,
@@ -100,6 +102,12 @@ impl Kept {
             program: PROGRAM.into(),
         };
         let path = args.kept.journal.as_deref();
+        let lock = path.map(lock_of);
+        let created = path.into_iter().chain(lock.as_deref());
+        let created = created
+            .filter(|file| file.symlink_metadata().is_err())
+            .map(Path::to_owned);
+        let mut created: Vec<PathBuf> = created.collect();
         let mut found = path.map(|path| Found::open(path, &owner)).transpose()?;
         let reading = found.as_mut().and_then(|found| found.reading.take());
         let is_restored = reading.is_some();
@@ -127,11 +135,29 @@ impl Kept {
             let state = is_restored.then(|| controller.whole());
             let recorder = Recorder::create(path, &heading, state.as_ref())?;
             kept.recording.recorder = Some(recorder);
+            // A recording replaces nothing.
+            kept.created.push(path.clone());
         }
         if let Some(found) = found {
-            kept.journal = Some(found.begin(&controller.whole(), args.kept.fsync)?);
+            match found.begin(&controller.whole(), args.kept.fsync) {
+                Ok(journal) => kept.journal = Some(journal),
+                Err(error) => {
+                    kept.discard();
+                    return Err(error);
+                }
+            }
         }
+        kept.created.append(&mut created);
         Ok((controller, kept))
+    }
+
+    /// Removes what was created, for a run that could not begin: it would be in the way of
+    /// the next one.
+    pub fn discard(self) {
+        for file in &self.created {
+            // Still locked. What cannot be removed only lies about.
+            let _ = std::fs::remove_file(file);
+        }
     }
 
     /// Keeps what has changed. To be called after every step, before anything that the

@@ -91,11 +91,13 @@ impl<'a> Job<'a> {
     fn new(args: &'a OptimizeArgs) -> Result<Self> {
         let conditions = args.conditions.resolve(&args.common)?;
         let station = args.station.load()?;
-        args.conditions.check_on(&args.station, &station)?;
+        args.conditions
+            .check_on(&args.station, &args.common, &station)?;
         let (source, shape) = args.set.feed.source(&args.set.patterns, &args.station)?;
         let patterns = source.files()?;
         let mut read = vec![args.station.file()];
         read.extend(patterns.iter().map(|file| ("--patterns", Some(&**file))));
+        read.push(("--patterns", source.folder()));
         read.extend(args.strategy.iter().map(|s| ("--strategy", policy_file(s))));
         let saved = args.save.iter().flatten();
         let saved = saved.map(|file| ("--save", Some(file.as_path())));

@@ -9,6 +9,7 @@ use super::args::Common;
 use super::session::Session;
 use crate::error::{Error, Result};
 use crate::files::{self, Named};
+use crate::pattern::is_pattern_name;
 use crate::report::is_result_of;
 use std::path::{Path, PathBuf};
 
@@ -24,15 +25,14 @@ pub fn check(verb: &str, force: bool, read: &Named, written: &Named) -> Result<(
     for file in written.iter().filter_map(|(_, file)| *file) {
         files::check_target(file)?;
     }
-    // A policy's weights may stand in a file of their own beside it.
+    // A policy's weights may stand in files of their own beside it.
     let mut weights = Vec::new();
     for (flag, file) in read {
-        if let Some(file) = file {
-            let mut name = file.as_os_str().to_owned();
-            name.push(".data");
-            weights.push((*flag, PathBuf::from(name)));
-        }
+        let file = file.filter(|file| file.is_file());
+        let beside = file.map(crate::strategies::weight_files);
+        weights.extend(beside.into_iter().flatten().map(|file| (*flag, file)));
     }
+    check_not_inputs(read, written)?;
     let weights = weights.iter().map(|(flag, file)| (*flag, Some(&**file)));
     let read: Vec<_> = read.iter().copied().chain(weights).collect();
     files::check_apart(&read, written)?;
@@ -42,6 +42,38 @@ pub fn check(verb: &str, force: bool, read: &Named, written: &Named) -> Result<(
             check_own(verb, flag, file)?;
         }
         files::try_target(file)?;
+    }
+    Ok(())
+}
+
+/// Checks that no file is put into a folder whose patterns are read: the next call would
+/// read it as one of them.
+///
+/// # Errors
+/// The first such file.
+fn check_not_inputs(read: &Named, written: &Named) -> Result<()> {
+    let real = |path: &Path| std::fs::canonicalize(path).ok();
+    let folders = read.iter().filter_map(|(flag, path)| {
+        let folder = path.filter(|path| path.is_dir())?;
+        Some((flag, folder, real(folder)?))
+    });
+    for (from, folder, folder_real) in folders {
+        for (flag, file) in written {
+            let Some(file) = file.filter(|file| is_pattern_name(file)) else {
+                continue;
+            };
+            if real(files::folder_of(file)).as_ref() == Some(&folder_real) {
+                return Err(Error::input(
+                    *flag,
+                    format!(
+                        "{} would be a file among the patterns of {from} {}",
+                        file.display(),
+                        folder.display()
+                    ),
+                    "name another folder",
+                ));
+            }
+        }
     }
     Ok(())
 }
@@ -98,7 +130,20 @@ impl Common {
             .collect();
         let there = out.iter().filter(|file| files::folder_of(file).exists());
         let there = there.map(|file| ("--out", Some(file.as_path())));
-        let written: Vec<_> = written.iter().copied().chain(there).collect();
+        let all: Vec<_> = out
+            .iter()
+            .map(|file| ("--out", Some(file.as_path())))
+            .collect();
+        files::check_apart(&all, written)?;
+        // Another file may go into the folder that is made.
+        let made = |file: &Path| {
+            let parts = |path: &Path| path.components().collect::<PathBuf>();
+            let out = self.out.as_ref().filter(|folder| !folder.exists());
+            out.is_some_and(|folder| parts(folder) == parts(files::folder_of(file)))
+        };
+        let written = written.iter().copied();
+        let written = written.filter(|(_, file)| !file.is_some_and(made));
+        let written: Vec<_> = written.chain(there).collect();
         check(verb, self.force, read, &written)
     }
 }

@@ -85,8 +85,11 @@ pub fn replay(args: &RunArgs, file: &Path, session: &Session) -> Result<()> {
         replay.collect();
     }
     replay.print(session, 0)?;
-    let ending = reader.ending();
-    args.transport.remark(&replay.verdict(ending));
+    let mut verdict = replay.verdict(reader.ending());
+    for doubt in reader.doubts() {
+        verdict += &format!("\n  {doubt}");
+    }
+    args.transport.remark(&verdict);
     Ok(())
 }
 
@@ -172,36 +175,43 @@ impl Replay {
     }
 
     fn verdict(&self, ending: Ending) -> String {
-        let same = self.same;
+        let same = match self.same {
+            1 => "1 message is".to_owned(),
+            same => format!("{same} messages are"),
+        };
         let mut text = match (&self.difference, self.recorded.front()) {
             (Some((recorded, said)), _) => format!(
-                "{same} messages are as recorded, then they differ\n  recorded: {recorded}\n  \
+                "{same} as recorded, then they differ\n  recorded: {recorded}\n  \
                  now:      {said}"
             ),
             (None, Some(recorded)) => format!(
-                "{same} messages are as recorded, then the recording has more\n  \
+                "{same} as recorded, then the recording has more\n  \
                  recorded: {recorded}"
             ),
             // A recording that was cut off lacks the last answers.
             (None, None) if !self.said.is_empty() && ending == Ending::Whole => {
                 let more = &self.said[0];
-                format!("{same} messages are as recorded, then there are more\n  now:      {more}")
+                format!("{same} as recorded, then there are more\n  now:      {more}")
             }
-            (None, None) => format!("all {same} messages are as recorded"),
+            (None, None) if self.same == 1 => format!("{same} as recorded"),
+            (None, None) => format!("all {same} as recorded"),
         };
-        text += match ending {
-            Ending::Whole => "",
-            Ending::Open => "; the recording was not finished, and goes no further",
+        let ending = match ending {
+            Ending::Whole => return text,
+            Ending::Open => "the recording was not finished, and goes no further",
             Ending::Torn => {
-                "; the recording stops in the midst of a record, and is replayed up to there"
+                "the recording stops in the midst of a record, and is replayed up to there"
             }
         };
-        text
+        // Not at the end of a recorded line, which may be long.
+        text += if text.contains('\n') { "\n  " } else { "; " };
+        text + ending
     }
 }
 
-/// Whether two statuses differ in how long decisions took alone, which is never the same.
-fn is_same_status(one: &str, other: &str) -> bool {
+/// Whether two statuses differ in nothing but how long decisions took, which is never the
+/// same, and what the version that recorded did not send.
+fn is_same_status(said: &str, recorded: &str) -> bool {
     let status = |line: &str| match decode_outgoing(line.as_bytes()) {
         Ok(Outgoing::Status(mut status)) => {
             status.latency = None;
@@ -209,5 +219,35 @@ fn is_same_status(one: &str, other: &str) -> bool {
         }
         _ => None,
     };
-    status(one).is_some_and(|one| Some(one) == status(other))
+    let (Some(said), Some(mut recorded)) = (status(said), status(recorded)) else {
+        return false;
+    };
+    // Earlier versions did not send it.
+    if recorded.layout.is_none() {
+        recorded.layout.clone_from(&said.layout);
+    }
+    said == recorded
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_status_without_a_field_of_later_versions_is_the_same() {
+        let status = |layout: &str, seen: u32| {
+            format!(
+                "{{\"v\":1,\"kind\":\"status\",\"stamp\":1.0,\"last\":false,{layout}\"seen\":{seen},\
+                 \"picked\":0,\"picked_share\":0.0,\"picks_per_min\":0.0,\"missed\":{{\
+                 \"unreachable\":0,\"grasp_failed\":0,\"no_result\":0,\"passed_over\":0,\"busy\":0}},\
+                 \"on_belt\":8,\"claimed\":0,\"open_tasks\":[],\"queued\":0,\"rejected\":{{}},\
+                 \"noted\":{{}},\"robots\":[]}}"
+            )
+        };
+        let layout = "\"layout\":\"542b1be4f7f7c276\",";
+        let now = status(layout, 8);
+        assert!(is_same_status(&now, &status("", 8)));
+        assert!(!is_same_status(&now, &status("", 7)));
+        assert!(!is_same_status(&now, &status("\"layout\":\"0\",", 8)));
+    }
 }

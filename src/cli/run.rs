@@ -78,10 +78,17 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
     let screen = Screen::open(args, &station, &made.name())?;
     let began = Instant::now();
     let (controller, kept) = Kept::open(args, session, station, (&text, made), config)?;
+    let hub = match args.transport.open(Side::Node) {
+        Ok(hub) => hub,
+        Err(error) => {
+            kept.discard();
+            return Err(error);
+        }
+    };
     let stopwatch = Box::new(move || began.elapsed().as_secs_f64());
     let mut node = Node {
         controller: controller.with_stopwatch(stopwatch),
-        hub: args.transport.open(Side::Node)?,
+        hub,
         kept,
         screen,
         transport: &args.transport,

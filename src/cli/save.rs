@@ -45,6 +45,9 @@ impl Target {
                 ));
             }
             files::check_target(&source)?;
+            files::check_not_read_only(FLAG, &source)?;
+            // The search may take minutes.
+            files::try_target(&source)?;
             return Ok(Self {
                 path: source.clone(),
                 source: Some(source),

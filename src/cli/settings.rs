@@ -11,7 +11,7 @@ use crate::optimize::{Limits, MostRuns};
 use crate::pattern::{
     self, Attributes, Distribution, Feed, FeedShape, Pattern, PatternSource, grid,
 };
-use crate::plausible::{CLUSTER_SPREAD, FLOW, GAP_LENGTH, POSITION_NOISE};
+use crate::plausible::{CLUSTER_SPREAD, FLOW, GAP_LENGTH, POSITION_NOISE, check_rate};
 use crate::sim::{Conditions, Disturbances};
 use crate::station::{self, Overrides, Station};
 use crate::strategies::{self, Parsed};
@@ -163,11 +163,17 @@ impl ConditionArgs {
     ///
     /// # Errors
     /// As for [`warn`].
-    pub fn check_on(&self, choice: &StationChoice, station: &Station) -> Result<()> {
+    pub fn check_on(
+        &self,
+        choice: &StationChoice,
+        common: &Common,
+        station: &Station,
+    ) -> Result<()> {
         let camera = self.camera_x;
         let camera = camera.and_then(|x| station.check_camera("--camera-x", x));
         let noise = POSITION_NOISE.check("--position-noise", self.position_noise);
-        warn(choice.strict, camera.into_iter().chain(noise))
+        let rate = check_rate("--update-hz", common.update_hz);
+        warn(choice.strict, camera.into_iter().chain(noise).chain(rate))
     }
 
     /// The conditions, their luck under the master seed.

@@ -46,7 +46,8 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
         .load_with_strategy(&|text| common.remark(text))?;
     let robots = station.robots().len();
     let (pattern, pattern_name) = load_pattern(args.pattern.as_deref(), station.belt().width)?;
-    args.conditions.check_on(&args.station, &station)?;
+    args.conditions
+        .check_on(&args.station, &args.common, &station)?;
     let values = [("--budget-ms", &DECISION_TIME, args.budget_ms)];
     args.station.check_values(&values)?;
     args.station

@@ -5,7 +5,7 @@ use super::outputs::{self, Outputs};
 use super::session::{Session, tell};
 use super::settings::load_pattern;
 use crate::clearance;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, rounded};
 use crate::files;
 use crate::kinematics;
 use crate::pattern::{Pattern, poisson_disk, random_stream};
@@ -142,9 +142,9 @@ fn check(file: String, strict: bool, session: &Session) -> Result<()> {
     let text = format!(
         "{}belt      {} m long, {} m wide, {} m/s\n{}{}{verdict:<10}{} ({} robots, hash {})\n",
         table.render(),
-        belt.length,
-        belt.width,
-        belt.speed,
+        rounded(belt.length, 9),
+        rounded(belt.width, 9),
+        rounded(belt.speed, 9),
         apart,
         remarks.concat(),
         choice.station,

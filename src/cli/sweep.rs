@@ -64,6 +64,7 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
     let patterns = source.files()?;
     let mut read = vec![args.station.file()];
     read.extend(patterns.iter().map(|file| ("--patterns", Some(&**file))));
+    read.push(("--patterns", source.folder()));
     read.extend(texts.iter().map(|s| ("--strategy", policy_file(s))));
     args.common
         .check_outputs("sweep", &FILES, &read, &args.pictures.files())?;
@@ -86,7 +87,8 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
         set = source.build(&recipe)?;
     }
     args.station.check_set(&set)?;
-    args.conditions.check_on(&args.station, &station)?;
+    args.conditions
+        .check_on(&args.station, &args.common, &station)?;
     // The ends of the range; what lies between them is no worse.
     if let [(_, first), .., (value, last)] = &lines[..] {
         let place = format!("--sweep {} at {value}", axis.name());

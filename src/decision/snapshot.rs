@@ -1,6 +1,7 @@
 //! What a strategy sees when a robot has to decide.
 
 use super::candidate::{Candidate, Moment};
+use crate::error::counted;
 use crate::station::Station;
 
 /// An unclaimed item on the belt, whoever may reach it.
@@ -53,10 +54,10 @@ impl<'a> Snapshot<'a> {
             format!("item {} at ({x:.4}, {y:.4}) m", candidate.item)
         });
         let mut text = format!(
-            "robot `{}` at t = {} s, {} candidates: {}",
+            "robot `{}` at t = {} s, {}: {}",
             moment.robot.name,
             self.time,
-            self.candidates.len(),
+            counted(self.candidates.len(), "candidate"),
             shown.collect::<Vec<_>>().join(", ")
         );
         if self.candidates.len() > MOST {

@@ -57,7 +57,7 @@ pub fn answer(strategy: &mut dyn Strategy, snapshot: &Snapshot) -> Result<Action
     };
     Err(Error::IllegalAction {
         time: snapshot.time,
-        robot: snapshot.robot,
+        robot: snapshot.station.robots()[snapshot.robot].name.clone(),
         problem: format!(
             "the strategy {}: {problem}\n  seen: {}\n  cure: use another strategy, or mend this \
              one (a policy: train it on stations and patterns like these and export it again)",

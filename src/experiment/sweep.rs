@@ -304,7 +304,7 @@ pub fn sweep(
         points,
         bounds: bounded.then_some(bounds),
         arms_meet: done
-            .map(|setting| !clearance::apart(&setting.station).overlaps.is_empty())
+            .map(|setting| clearance::apart(&setting.station).is_doubtful())
             .collect(),
         weighs: patterns.iter().any(Pattern::has_attributes),
     })

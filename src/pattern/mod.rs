@@ -22,7 +22,7 @@ pub use file::{Loaded, load, parse, read, to_csv};
 pub use grid::grid;
 pub use item::{Item, Pattern, sigmoid};
 pub use poisson::poisson_disk;
-pub use set::{PatternSet, PatternSource, Recipe};
+pub use set::{PatternSet, PatternSource, Recipe, is_pattern_name};
 pub use training::{TrainingSet, grids_around};
 
 use rand::SeedableRng;

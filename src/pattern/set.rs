@@ -199,6 +199,14 @@ impl PatternSource {
         }
     }
 
+    /// The folder that the patterns are read from, if they are read from one.
+    pub fn folder(&self) -> Option<&Path> {
+        match self {
+            Self::Files(path) => Some(path.as_path()).filter(|path| path.is_dir()),
+            _ => None,
+        }
+    }
+
     /// The feed that makes it.
     pub fn feed(&self) -> Option<&Feed> {
         match self {
@@ -498,6 +506,12 @@ impl PatternSet {
 }
 
 /// The recorded patterns at `path`, one or a folder of them.
+/// Whether a file of this name is read where a folder of patterns is.
+pub fn is_pattern_name(file: &Path) -> bool {
+    let extension = file.extension();
+    extension.is_some_and(|e| e.eq_ignore_ascii_case("csv"))
+}
+
 fn files_of(path: &Path) -> Result<Vec<PathBuf>> {
     if !path.is_dir() {
         return Ok(vec![path.to_owned()]);
@@ -505,10 +519,7 @@ fn files_of(path: &Path) -> Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for entry in std::fs::read_dir(path).map_err(|e| Error::read(path, e))? {
         let file = entry.map_err(|e| Error::read(path, e))?.path();
-        if file
-            .extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("csv"))
-        {
+        if is_pattern_name(&file) {
             files.push(file);
         }
     }

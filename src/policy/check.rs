@@ -1,6 +1,6 @@
 //! Looks a file over before tract builds anything from it.
 
-use super::external::gather;
+use super::external::{gather, tensors};
 use super::seal::check_seal;
 use crate::error::{Error, Result, shown};
 use prost::Message as _;
@@ -42,7 +42,7 @@ pub fn read(bytes: &[u8], folder: Option<&Path>, place: &str) -> Result<ModelPro
     if let (Some(folder), Some(graph)) = (folder, &mut model.graph) {
         gather(graph, folder, MOST_BYTES, place)?;
     }
-    for tensor in model.graph.iter().flat_map(|graph| &graph.initializer) {
+    for tensor in model.graph.iter_mut().flat_map(tensors) {
         check_tensor(tensor).map_err(wrong)?;
     }
     // Last, as it tells least of what is wrong.

@@ -2,9 +2,58 @@
 //! them by default (<https://onnx.ai/onnx/repo-docs/ExternalData.html>).
 
 use crate::error::{Error, Result, shown};
+use crate::files::folder_of;
+use prost::Message as _;
 use std::collections::HashMap;
 use std::path::{Component, Path, PathBuf};
-use tract_onnx::pb::{GraphProto, TensorProto, tensor_proto::DataLocation};
+use tract_onnx::pb::{GraphProto, ModelProto, TensorProto, tensor_proto::DataLocation};
+
+/// Larger files are not read for the names of the files of their weights [bytes].
+const MOST_BYTES: u64 = 256 << 20;
+
+/// The files in which weights of the policy in `file` stand, or could stand by their usual
+/// name; none of a file that is no policy.
+pub fn weight_files(file: &Path) -> Vec<PathBuf> {
+    let mut name = file.as_os_str().to_owned();
+    name.push(".data");
+    let mut found = vec![PathBuf::from(name)];
+    let is_read = std::fs::metadata(file).is_ok_and(|about| about.len() <= MOST_BYTES);
+    let bytes = std::fs::read(file).ok().filter(|_| is_read);
+    let model = bytes.and_then(|bytes| ModelProto::decode(&bytes[..]).ok());
+    if let Some(mut graph) = model.and_then(|model| model.graph) {
+        let locations = tensors(&mut graph).into_iter().filter_map(|tensor| {
+            let location = entry(tensor, "location").filter(|_| is_external(tensor))?;
+            Some(folder_of(file).join(location))
+        });
+        found.extend(locations);
+        found.sort();
+        found.dedup();
+    }
+    found
+}
+
+fn is_external(tensor: &TensorProto) -> bool {
+    tensor.data_location == Some(DataLocation::External as i32)
+}
+
+fn entry<'t>(tensor: &'t TensorProto, key: &str) -> Option<&'t str> {
+    let entry = tensor.external_data.iter().find(|entry| entry.key == key);
+    entry.map(|entry| entry.value.as_str())
+}
+
+/// All weights of `graph`, those in attributes of nodes and in the graphs inside it too.
+pub fn tensors(graph: &mut GraphProto) -> Vec<&mut TensorProto> {
+    let mut found: Vec<&mut TensorProto> = graph.initializer.iter_mut().collect();
+    for node in &mut graph.node {
+        for attribute in &mut node.attribute {
+            found.extend(attribute.t.iter_mut());
+            found.extend(attribute.tensors.iter_mut());
+            let graphs = attribute.g.iter_mut().chain(&mut attribute.graphs);
+            found.extend(graphs.flat_map(tensors));
+        }
+    }
+    found
+}
 
 /// Moves weights that stand in files in `folder` into `graph`. Files of more than `most`
 /// bytes are none of a policy. `place` is what messages call the ONNX file.
@@ -13,9 +62,10 @@ use tract_onnx::pb::{GraphProto, TensorProto, tensor_proto::DataLocation};
 /// A file that is missing, too large, too short or outside of the folder.
 pub fn gather(graph: &mut GraphProto, folder: &Path, most: usize, place: &str) -> Result<()> {
     let mut files: HashMap<PathBuf, Vec<u8>> = HashMap::new();
-    let external = DataLocation::External as i32;
-    let tensors = graph.initializer.iter_mut();
-    for tensor in tensors.filter(|tensor| tensor.data_location == Some(external)) {
+    for tensor in tensors(graph) {
+        if !is_external(tensor) {
+            continue;
+        }
         let wrong = |problem: String| {
             let cure = "keep the file of the weights beside the ONNX file under the name that it \
                         was exported with, or export with the weights inside (torch: \
@@ -23,11 +73,7 @@ pub fn gather(graph: &mut GraphProto, folder: &Path, most: usize, place: &str) -
             let name = shown(&tensor.name);
             Error::input(place, format!("the weights `{name}` {problem}"), cure)
         };
-        let entry = |key: &str| {
-            let mut entries = tensor.external_data.iter();
-            let entry = entries.find(|entry| entry.key == key);
-            entry.map(|entry| entry.value.as_str())
-        };
+        let entry = |key: &str| entry(tensor, key);
         let location = entry("location").unwrap_or_default();
         let name = Path::new(location);
         let is_beside = |part: Component| matches!(part, Component::Normal(_) | Component::CurDir);
@@ -45,6 +91,13 @@ pub fn gather(graph: &mut GraphProto, folder: &Path, most: usize, place: &str) -
                     path.display()
                 ))
             })?;
+            // Reading a pipe could take for ever.
+            if !size.is_file() {
+                return Err(wrong(format!(
+                    "stand in {}, which is not a regular file",
+                    path.display()
+                )));
+            }
             if size.len() > most as u64 {
                 return Err(wrong(format!(
                     "stand in {}, which is too large",

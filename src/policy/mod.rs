@@ -20,6 +20,8 @@ mod strategy;
 mod trained;
 
 #[cfg(feature = "onnx")]
+pub use external::weight_files;
+#[cfg(feature = "onnx")]
 pub use graph::{Attribute, GraphBuilder, INPUT, MASK, OUTPUT};
 pub use metadata::Metadata;
 #[cfg(feature = "onnx")]

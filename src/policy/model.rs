@@ -12,7 +12,7 @@ use std::sync::Arc;
 use tract_onnx::pb::{GraphProto, ModelProto, tensor_proto::DataType};
 use tract_onnx::prelude::{
     Datum, Framework, InferenceFact, InferenceModelExt, IntoRunnable, IntoTValue, TValue, TVec,
-    Tensor, TractResult, TypedRunnableModel, TypedSimpleState, tvec,
+    Tensor, TractResult, TypedRunnableModel, TypedSimpleState, f16, tvec,
 };
 
 /// The policy that ships with the program.
@@ -108,7 +108,27 @@ impl Policy {
         let told = metadata.layout(place)?;
         let graph = model.graph.clone().unwrap_or_default();
         let ports = Ports::find(&graph, told, place)?;
-        let build = || build(&model, &ports).map_err(|error| format!("{error:#}"));
+        let layouts = ports.layouts.clone();
+        let first = Self::with_ports(&model, &graph, metadata.clone(), ports, place);
+        // Where the file leaves the outputs' sizes open, running it shows what it means.
+        let mut others = layouts.into_iter().skip(1);
+        let other = first.is_err().then(|| {
+            others.find_map(|layout| {
+                let ports = Ports::find(&graph, Some(layout), place).ok()?;
+                Self::with_ports(&model, &graph, metadata.clone(), ports, place).ok()
+            })
+        });
+        other.flatten().map_or(first, Ok)
+    }
+
+    fn with_ports(
+        model: &ModelProto,
+        graph: &GraphProto,
+        metadata: Metadata,
+        ports: Ports,
+        place: &str,
+    ) -> Result<Self> {
+        let build = || build(model, &ports).map_err(|error| format!("{error:#}"));
         // tract trusts its input in places that our checks do not reach.
         let plan = std::panic::catch_unwind(std::panic::AssertUnwindSafe(build))
             .unwrap_or_else(|_| Err("tract gave up on it".into()))
@@ -129,7 +149,7 @@ impl Policy {
             remark: None,
             plan,
         };
-        policy.find_output(&graph)?;
+        policy.find_output(graph)?;
         Ok(policy)
     }
 
@@ -139,30 +159,41 @@ impl Policy {
         let mask = vec![true; self.layout.actions()];
         let mut state = self.state()?;
         let outputs = state.run(&observation, &mask)?;
-        let fits = |value: &TValue| value.len() == self.rows * self.layout.actions();
-        let named = graph.output.iter().position(|output| output.name == OUTPUT);
-        let found = named.filter(|place| outputs.get(*place).is_some_and(fits));
-        match found.or_else(|| outputs.iter().position(fits)) {
-            Some(place) => {
-                self.output = place;
-                let names = graph.output.iter();
-                let names: Vec<String> = names.map(|o| format!("`{}`", shown(&o.name))).collect();
-                self.remark = (names.len() > 1).then(|| {
-                    let (file, taken) = (&self.place, &names[place]);
-                    let all = names.join(", ");
-                    format!("{file}: of the outputs {all} takes {taken} for the logits")
-                });
-                Ok(())
-            }
-            None => Err(Error::input(
-                &self.place,
-                format!(
-                    "no output has {} numbers, one for each action",
-                    self.layout.actions()
+        let actions = self.layout.actions();
+        let fits = |value: &TValue| value.len() == self.rows * actions && is_real(value);
+        let names: Vec<&str> = graph.output.iter().map(|o| o.name.as_str()).collect();
+        let fitting: Vec<usize> = (0..outputs.len().min(names.len()))
+            .filter(|&place| fits(&outputs[place]))
+            .collect();
+        let listed = |places: &mut dyn Iterator<Item = usize>| {
+            let quoted = places.map(|place| format!("`{}`", shown(names[place])));
+            quoted.collect::<Vec<_>>().join(", ")
+        };
+        let Some(place) = named_for_logits(&names, &fitting) else {
+            return Err(match fitting.len() {
+                0 => Error::input(
+                    &self.place,
+                    format!("no output has {actions} real numbers, one for each action"),
+                    "export the network so that it returns the logits of the actions, as f32, \
+                     f64 or f16",
                 ),
-                "export the network so that it returns the logits of the actions",
-            )),
-        }
+                _ => Error::input(
+                    &self.place,
+                    format!(
+                        "any of the outputs {} could be the logits",
+                        listed(&mut fitting.iter().copied())
+                    ),
+                    format!("name the output of the logits `{OUTPUT}` when exporting"),
+                ),
+            });
+        };
+        self.output = place;
+        self.remark = (names.len() > 1).then(|| {
+            let (file, all) = (&self.place, listed(&mut (0..names.len())));
+            let taken = shown(names[place]);
+            format!("{file}: of the outputs {all} takes `{taken}` for the logits")
+        });
+        Ok(())
     }
 
     /// How to encode what it sees.
@@ -215,12 +246,11 @@ impl PolicyState {
     /// Never for a policy that was loaded; passed on from tract.
     pub fn logits(&mut self, observation: &[f32], mask: &[bool], to: &mut [f32]) -> Result<()> {
         let outputs = self.run(observation, mask)?;
-        let view = outputs[self.policy.output].try_as_plain_ram();
-        let values = view.and_then(|view| match view.as_slice::<f64>() {
-            Ok(values) => Ok(values.iter().map(|value| *value as f32).collect()),
-            Err(_) => view.as_slice::<f32>().map(<[f32]>::to_vec),
-        });
-        let values: Vec<f32> = values.map_err(|error| self.policy.failed(&error))?;
+        let values = real_numbers(&outputs[self.policy.output]);
+        let values = values.map_err(|error| self.policy.failed(&error))?;
+        let mut values = values.into_iter().take(to.len()).collect::<Vec<f64>>();
+        fit_single(&mut values, mask);
+        let values: Vec<f32> = values.into_iter().map(|value| value as f32).collect();
         to.copy_from_slice(&values[..to.len()]);
         Ok(())
     }
@@ -261,6 +291,58 @@ impl PolicyState {
     }
 }
 
+/// Whether a network's output is of a type that logits have.
+fn is_real(value: &TValue) -> bool {
+    [f32::datum_type(), f64::datum_type(), f16::datum_type()].contains(&value.datum_type())
+}
+
+fn real_numbers(value: &TValue) -> TractResult<Vec<f64>> {
+    let value = value.cast_to::<f64>()?;
+    Ok(value.try_as_plain_ram()?.as_slice::<f64>()?.to_vec())
+}
+
+/// Shifts finite logits beyond single precision so that the largest allowed one is 0: the
+/// order and the probabilities stay, where a cast would make them infinite.
+fn fit_single(logits: &mut [f64], mask: &[bool]) {
+    let most = f64::from(f32::MAX);
+    if !logits.iter().any(|v| v.is_finite() && v.abs() > most) {
+        return;
+    }
+    let allowed = logits.iter().zip(mask).filter(|(_, allowed)| **allowed);
+    let highest = allowed.fold(f64::NEG_INFINITY, |high, (value, _)| high.max(*value));
+    if !highest.is_finite() {
+        return;
+    }
+    for value in logits.iter_mut().filter(|value| value.is_finite()) {
+        *value = (*value - highest).clamp(-most, most);
+    }
+}
+
+/// Which of the outputs that fit has the name of logits: the only one, or the only one of
+/// the most telling names.
+fn named_for_logits(names: &[&str], fitting: &[usize]) -> Option<usize> {
+    if let [place] = fitting {
+        return Some(*place);
+    }
+    let lower = |place: usize| names[place].to_lowercase();
+    let is_other = |name: &str| {
+        let other = ["mask", "std", "sigma", "var", "value"];
+        other.iter().any(|word| name.contains(word))
+    };
+    let telling: [fn(&str) -> bool; 3] = [
+        |name| name == OUTPUT,
+        |name| name.contains("logit"),
+        |name| name.contains("action") || name.contains("policy") || name == "pi",
+    ];
+    telling.iter().find_map(|tells| {
+        let mut named = fitting
+            .iter()
+            .copied()
+            .filter(|&place| tells(&lower(place)) && !is_other(&lower(place)));
+        named.next().filter(|_| named.next().is_none())
+    })
+}
+
 /// As [`repeated`], in the type that the network takes.
 fn reals(row: &[f32], real: Real, rows: usize) -> TractResult<Tensor> {
     match real {
@@ -284,6 +366,8 @@ fn repeated<T: Datum + Copy>(row: &[T], rows: usize) -> TractResult<Tensor> {
 /// The network's inputs, and the layout that they mean.
 struct Ports {
     layout: Layout,
+    /// All layouts that the sizes could mean, the likeliest first.
+    layouts: Vec<Layout>,
     rows: usize,
     inputs: Vec<Port>,
 }
@@ -357,23 +441,30 @@ impl Ports {
             ));
         };
         let (observation, mask) = (parts.iter().sum::<usize>(), mask.first().copied());
-        let outputs = graph.output.iter().filter_map(check::shape);
-        let outputs: Vec<usize> = outputs.filter_map(|(dims, _)| *dims.last()?).collect();
-        let layout = match told {
-            Some(layout) => layout,
-            None => layout_of(observation, mask, &outputs).ok_or_else(|| {
-                wrong(
-                    format!(
-                        "an input of {observation} numbers with outputs of {outputs:?} is no \
-                         observation that this program makes"
-                    ),
-                    format!(
-                        "train on one of: {}; outputs are the logits of K slots, and one more \
-                         with waiting",
-                        View::ALL.map(written).join(", ")
-                    ),
-                )
-            })?,
+        // An exporter may leave the sizes of the outputs open.
+        let widths = graph.output.iter().map(|value| {
+            let (dims, _) = check::shape(value)?;
+            *dims.last()?
+        });
+        let is_open = widths.clone().any(|width| width.is_none());
+        let outputs: Vec<usize> = widths.flatten().collect();
+        let known = Some(&outputs[..]).filter(|_| !is_open);
+        let layouts = match told {
+            Some(layout) => vec![layout],
+            None => layouts_of(observation, mask, known),
+        };
+        let Some(&layout) = layouts.first() else {
+            return Err(wrong(
+                format!(
+                    "an input of {observation} numbers with outputs of {outputs:?} is no \
+                     observation that this program makes"
+                ),
+                format!(
+                    "train on one of: {}; outputs are the logits of K slots, and one more with \
+                     waiting",
+                    View::ALL.map(written).join(", ")
+                ),
+            ));
         };
         let expected = (layout.observation(), layout.actions());
         if (observation, mask.unwrap_or(expected.1)) != expected {
@@ -401,6 +492,7 @@ impl Ports {
         })?;
         Ok(Self {
             layout,
+            layouts,
             rows,
             inputs: found,
         })
@@ -447,8 +539,9 @@ fn written(view: View) -> String {
     )
 }
 
-/// The layout whose sizes these are, when the file does not say.
-fn layout_of(observation: usize, mask: Option<usize>, outputs: &[usize]) -> Option<Layout> {
+/// The layouts whose sizes these are, when the file does not say; `outputs` none where it
+/// leaves one open.
+fn layouts_of(observation: usize, mask: Option<usize>, outputs: Option<&[usize]>) -> Vec<Layout> {
     let all = View::ALL.into_iter().flat_map(|view| {
         [false, true].map(|wait| Layout {
             view,
@@ -466,13 +559,12 @@ fn layout_of(observation: usize, mask: Option<usize>, outputs: &[usize]) -> Opti
             },
         )
     });
-    // An exporter may leave the sizes of the outputs open.
-    let mut fitting = sized.filter(|layout| {
+    let fitting = sized.filter(|layout| {
         let actions = layout.actions();
         mask.is_none_or(|mask| mask == actions)
-            && (outputs.is_empty() || outputs.contains(&actions))
+            && outputs.is_none_or(|outputs| outputs.is_empty() || outputs.contains(&actions))
     });
-    fitting.next()
+    fitting.collect()
 }
 
 fn build(model: &ModelProto, ports: &Ports) -> TractResult<Arc<TypedRunnableModel>> {

@@ -45,7 +45,7 @@ impl PolicyStrategy {
         let (observation, mask) = (&self.observation, &self.mask);
         let state = self.state.as_mut().ok_or("the network has no state")?;
         let ran = state.logits(observation, mask, &mut self.logits);
-        ran.map_err(|error| error.to_string())?;
+        ran.map_err(|error| error.problem())?;
         let mut best: Option<usize> = None;
         for action in (0..self.mask.len()).filter(|action| self.mask[*action]) {
             let logit = self.logits[action];
@@ -58,7 +58,7 @@ impl PolicyStrategy {
         }
         let best = best.ok_or("no action is allowed")?;
         let action = self.encoder.action(snapshot, best);
-        action.map_err(|error| error.to_string())
+        action.map_err(|error| error.problem())
     }
 
     /// `problem` with the decision and the observation that it came of.

@@ -1,8 +1,8 @@
 //! How close arms come, in a run and by the station's geometry.
 
 use super::table::fixed;
-use crate::clearance::{Apart, Clearance, TOLERANCE};
-use crate::error::shown;
+use crate::clearance::{Apart, Clearance, MARGIN, TOLERANCE};
+use crate::error::{shown, shown_number};
 use crate::station::Station;
 use serde::Serialize;
 
@@ -45,8 +45,15 @@ impl ClearanceReport {
                  not keep arms apart\n"
             );
         }
+        let doubt = match self.distance_m < MARGIN {
+            true => format!(
+                ", less than {} m: arms have a thickness",
+                shown_number(MARGIN)
+            ),
+            false => String::new(),
+        };
         format!(
-            "arms      at least {} m apart: {one} and {other} at {time} s, near ({x}, {y}) m\n",
+            "arms      at least {} m apart: {one} and {other} at {time} s, near ({x}, {y}) m{doubt}\n",
             fixed(self.distance_m, 3)
         )
     }
@@ -91,10 +98,27 @@ pub fn arms_apart(station: &Station, apart: &Apart) -> (String, Vec<String>) {
             format!("the arms of {one} and {other} can collide: {shared}; at rest {rest}")
         })
         .collect();
+    let near = apart.near.iter().take(MOST_PAIRS).map(|(distance, pair)| {
+        let [one, other] = pair.map(name);
+        format!(
+            "the arms of {one} and {other} can come as near as {} m, less than {} m: arms have a \
+             thickness",
+            fixed(*distance, 3),
+            shown_number(MARGIN)
+        )
+    });
+    let near: Vec<String> = near.collect();
     let more = apart.overlaps.len().saturating_sub(MOST_PAIRS);
     if more > 0 {
         warnings.push(format!(
             "the arms of {more} more pairs of robots can collide"
+        ));
+    }
+    warnings.extend(near);
+    let more = apart.near.len().saturating_sub(MOST_PAIRS);
+    if more > 0 {
+        warnings.push(format!(
+            "the arms of {more} more pairs of robots can come that near"
         ));
     }
     (fine, warnings)

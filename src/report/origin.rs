@@ -23,6 +23,23 @@ pub fn with_origin(svg: &str, command: &str) -> String {
     format!("{open}\n<desc>{}</desc>{rest}", escape(&origin(command)))
 }
 
+/// The HTML page `page`, which the call `command` wrote, with that said at its head.
+pub fn with_page_origin(page: &str, command: &str) -> String {
+    // Behind the document type, which has to come first.
+    match page.split_once('\n') {
+        Some((first, rest)) => {
+            format!(
+                "{first}\n{PAGE_MARK}{} -->\n{rest}",
+                escape(&origin(command))
+            )
+        }
+        None => page.to_owned(),
+    }
+}
+
+/// What the second line of our pages begins with.
+const PAGE_MARK: &str = "<!-- made by ";
+
 fn origin(command: &str) -> String {
     let version = env!("CARGO_PKG_VERSION");
     // A file name may hold line ends, which would end the comment.
@@ -64,7 +81,9 @@ pub fn is_result_of(content: &[u8], verb: &str) -> bool {
             is_call(about, &called)
         }
         text if text.starts_with("<!doctype html>") || text.starts_with("<!DOCTYPE html>") => {
-            text.contains(&format!("\"command\":\"{called}"))
+            let second = text.lines().nth(1).unwrap_or_default();
+            let mark = second.strip_prefix(PAGE_MARK);
+            mark.is_some_and(|mark| is_call(mark, &called))
         }
         // Gambit's form: players and actions, then a comment.
         text if text.starts_with("NFG 1 R ") => {
@@ -114,6 +133,7 @@ mod tests {
         let comment = origin_comment("pickline pattern generate grid\n--seed 2");
         assert_eq!(comment.lines().count(), 1);
         let svg = with_origin("<svg width=\"1\">\n<g/></svg>", "pickline station show");
+        let page = with_page_origin("<!doctype html>\n<html>", "pickline compare --html a");
         for (content, verb) in [
             (comment.as_str(), "pattern generate"),
             (
@@ -125,10 +145,7 @@ mod tests {
             ("{\"command\": \"pickline train --out a.onnx\"}", "train"),
             ("{\"score\": 1, \"stations\": [], \"trainer\": 2}", "train"),
             (&svg, "station show"),
-            (
-                "<!doctype html><script>{\"command\":\"pickline compare\"",
-                "compare",
-            ),
+            (&page, "compare"),
             (
                 "NFG 1 R \"a\" { }\n\n{ }\n\"made by pickline 1: pickline game\"\n",
                 "game",
@@ -146,6 +163,8 @@ mod tests {
             "{\"command\": \"make; pickline\"}",
             "{\"made\": \"pickline simulate\"}",
             "<html>pickline simulate</html>",
+            "<!doctype html>\n<script>{\"command\":\"pickline simulate\"}</script>",
+            "<!doctype html>\n<p>\n<!-- made by pickline 0.1.0; pickline simulate -->",
             "<svg><text>; pickline simulate</text></svg>",
             "[belt]\nspeed = 1\n",
         ] {

@@ -12,6 +12,7 @@
 
 use super::clearance::ClearanceReport;
 use super::drawing::{self, RobotData, robots_data};
+use super::origin::with_page_origin;
 use super::page::{BASE_STYLE, fill, inert};
 use super::run::RunReport;
 use crate::error::{Error, Result};
@@ -104,7 +105,7 @@ pub fn replay_page(
         ..data(scene, station, report)
     })
     .unwrap_or_default();
-    fill(
+    let page = fill(
         PAGE,
         &[
             ("/*style*/", &[BASE_STYLE, drawing::STYLE, STYLE].concat()),
@@ -114,7 +115,8 @@ pub fn replay_page(
                 &[drawing::SCRIPTS.concat(), SCRIPTS.concat()].concat(),
             ),
         ],
-    )
+    );
+    with_page_origin(&page, &report.made.command)
 }
 
 fn data<'a>(scene: &Scene<'a>, name: &'a str, report: &'a RunReport) -> Data<'a> {

@@ -4,6 +4,7 @@ use super::bound::rounded_up;
 use super::provenance::Provenance;
 use super::table::{Table, cell, column, fixed, interval};
 use super::throughput::ThroughputReport;
+use crate::clearance::MARGIN;
 use crate::experiment::{AS_GOOD, Axis, Limit, Sweep, SweepBound, paper};
 use crate::stats::{self, Interval};
 use serde::Serialize;
@@ -463,7 +464,7 @@ impl SweepReport {
                 limit.method
             ),
             None => format!(
-                "{}: nothing is recommended, arms can meet at every value",
+                "{}: nothing is recommended, arms can come too near at every value",
                 limit.method
             ),
         };
@@ -480,7 +481,7 @@ impl SweepReport {
         };
         let unit = self.unit_word();
         // The belt's speed moves no arm.
-        let words = format!("{range} {unit}: workspaces overlap, so that arms can meet");
+        let words = format!("{range} {unit}: arms can meet, or come nearer than {MARGIN} m");
         (self.sweep != "speed").then_some(words)
     }
 

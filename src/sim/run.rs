@@ -171,7 +171,7 @@ impl<'a> Run<'a> {
         let illegal = |problem: String| {
             Err(Error::IllegalAction {
                 time,
-                robot,
+                robot: self.scene.station().robots()[robot].name.clone(),
                 problem,
             })
         };

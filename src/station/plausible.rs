@@ -71,7 +71,7 @@ impl Station {
             shown_number(y),
             shown_number(robot.reach),
             question(size, "m", LENGTHS, |factor| {
-                size > 5.0 && touches(x * factor, y * factor, robot.reach)
+                size > 5.0 && slips(x, y, factor).any(|(x, y)| touches(x, y, robot.reach))
             }),
         );
         let cure = "give base and reach in metres, y from the belt's centre line; or leave the \
@@ -98,6 +98,15 @@ impl Station {
     }
 }
 
+/// The place (x, y) with both coordinates in another unit, or with the larger one alone.
+fn slips(x: f64, y: f64, factor: f64) -> impl Iterator<Item = (f64, f64)> {
+    let one = match x.abs() > y.abs() {
+        true => (x * factor, y),
+        false => (x, y * factor),
+    };
+    [(x * factor, y * factor), one].into_iter()
+}
+
 /// A bin that its robot cannot reach.
 fn check_bin(robot: &Robot, at: &str) -> Option<Warning> {
     let away = |bin: (f64, f64)| distance(bin.0 - robot.base.x, bin.1 - robot.base.y);
@@ -112,10 +121,9 @@ fn check_bin(robot: &Robot, at: &str) -> Option<Warning> {
         "its bin is {:.3} m from its base, further than its reach of {} m{}",
         away(bin),
         shown_number(robot.reach),
-        question(size, "m", LENGTHS, |factor| within((
-            bin.0 * factor,
-            bin.1 * factor
-        ))),
+        question(size, "m", LENGTHS, |factor| {
+            slips(bin.0, bin.1, factor).any(within)
+        }),
     );
     let cure = "give base, bin and reach in metres, with the bin within reach of the base";
     Some(Warning::new(format!("{at}, bin"), problem, cure))

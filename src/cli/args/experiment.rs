@@ -105,7 +105,7 @@ pub struct TrainingArgs {
 /// item and the values above it at which everything is picked again. A sweep of the belt
 /// speed finds that limit first and lays its values around it. Sweeps of robots, spacing and
 /// reach recommend the least value with the highest throughput, of those at which arms
-/// cannot meet.
+/// stay 5 cm apart.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
 Examples:

@@ -181,7 +181,7 @@ impl Encoder {
             Some(place) => Ok(Action::Pick(*place)),
             None => Err(Error::IllegalAction {
                 time: snapshot.time,
-                robot: snapshot.robot,
+                robot: snapshot.station.robots()[snapshot.robot].name.clone(),
                 problem: format!(
                     "action {index} where {} of {} slots hold an item",
                     self.choice.chosen().len(),

@@ -2,6 +2,7 @@
 
 use super::Controller;
 use crate::decision::{Action, BeltItem, Moment, Snapshot};
+use crate::error::{counted, shown};
 use crate::live::claims::Claim;
 use crate::live::items::State;
 use crate::live::robots::{Service, Wait};
@@ -95,14 +96,17 @@ impl Controller {
         }
         let problem = match action {
             Action::NoAnswer => self.strategy.trouble().unwrap_or_default(),
-            other => format!("{other:?} among {} candidates", self.candidates.len()),
+            other => {
+                let count = counted(self.candidates.len(), "candidate");
+                format!("{other:?} among {count}")
+            }
         };
         self.complaint = Some(format!(
-            "the strategy {} has no usable answer for robot {} at t = {} s: {problem}\n  the \
+            "the strategy {} has no usable answer for robot `{}` at t = {} s: {problem}\n  the \
              robot gets no task and waits; further ones are only counted, as illegal_action in \
              the status",
             self.strategy.name(),
-            robot + 1,
+            shown(&self.station().robots()[robot].name),
             self.clock.now,
         ));
     }

@@ -24,9 +24,7 @@ impl Lock {
     /// # Errors
     /// A journal that another process uses, a lock file that cannot be made.
     pub fn take(path: &Path) -> Result<Self> {
-        let mut name = path.as_os_str().to_owned();
-        name.push(".lock");
-        let beside = PathBuf::from(name);
+        let beside = lock_of(path);
         for _ in 0..MOST_TRIES {
             let (file, is_new) = open(&beside).map_err(|error| Error::write(&beside, error))?;
             match file.try_lock() {
@@ -64,6 +62,13 @@ impl Drop for Lock {
             let _ = std::fs::remove_file(&self.beside);
         }
     }
+}
+
+/// The lock file of the journal at `path`.
+pub fn lock_of(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".lock");
+    PathBuf::from(name)
 }
 
 /// The lock file, and whether it is new.

@@ -17,6 +17,7 @@ use super::state::{Change, State};
 use crate::error::{Error, Result};
 use crate::files;
 use lock::Lock;
+pub use lock::lock_of;
 use record::Header;
 pub use record::Reading;
 use std::fs::File;

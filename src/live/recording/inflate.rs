@@ -5,14 +5,18 @@
 //! rewritten while they are read; everything else passes as it is, so that a file which was
 //! cut off ends where it ends.
 
+use crc32fast::Hasher;
 use std::io::{Error, ErrorKind, Read, Result};
 
 /// What a file begins with.
 const MAGIC: usize = 8;
+const MAGIC_BYTES: [u8; MAGIC] = *b"\x89MCAP0\r\n";
 /// A record: its kind, its length.
 const RECORD: usize = 1 + 8;
 /// The kind of a chunk.
 const CHUNK: u8 = 0x06;
+/// The kind of the record that ends the data, with their checksum.
+const DATA_END: u8 = 0x0f;
 /// Of a chunk: times of the first and the last message, size and checksum of its content.
 const CHUNK_FIXED: usize = 8 + 8 + 8 + 4;
 /// Longer names of compressions are damage.
@@ -31,6 +35,10 @@ pub struct Inflate<R> {
     passing: u64,
     /// Whether the file has ended, or a record that it breaks off in.
     is_over: bool,
+    /// Checksum of the file as it is, up to the end of its data.
+    sum: Option<Hasher>,
+    is_damaged: bool,
+    is_torn: bool,
 }
 
 impl<R: Read> Inflate<R> {
@@ -42,6 +50,35 @@ impl<R: Read> Inflate<R> {
             taken: 0,
             passing: MAGIC as u64,
             is_over: false,
+            sum: Some(Hasher::new()),
+            is_damaged: false,
+            is_torn: false,
+        }
+    }
+
+    /// Whether the checksum of the whole file is wrong, as far as it has been read; there
+    /// may be none.
+    pub fn is_damaged(&self) -> bool {
+        self.is_damaged
+    }
+
+    /// Whether the file has ended in the midst of a record.
+    pub fn is_torn(&self) -> bool {
+        self.is_torn
+    }
+
+    /// Adds what is `ready` from `start` on to the checksum.
+    fn add(&mut self, start: usize) {
+        if let Some(sum) = &mut self.sum {
+            sum.update(&self.ready[start..]);
+        }
+    }
+
+    /// Compares the checksum with the one that the end of the data says.
+    fn end_data(&mut self) {
+        let said = number(&self.ready[RECORD..]) as u32;
+        if let Some(sum) = self.sum.take() {
+            self.is_damaged = said != 0 && said != sum.finalize();
         }
     }
 
@@ -50,7 +87,10 @@ impl<R: Read> Inflate<R> {
         let before = self.ready.len();
         let read = self.file.by_ref().take(count).read_to_end(&mut self.ready);
         read?;
-        Ok((self.ready.len() - before) as u64 == count)
+        let is_whole = (self.ready.len() - before) as u64 == count;
+        // A file may end before a record, and after the last one there are eight bytes more.
+        self.is_torn = !is_whole && !self.ready.is_empty() && self.ready != MAGIC_BYTES;
+        Ok(is_whole)
     }
 
     /// Makes the beginning of the next record ready, or the whole of it if it is a
@@ -63,25 +103,37 @@ impl<R: Read> Inflate<R> {
             return Ok(());
         }
         let length = number(&self.ready[1..RECORD]);
+        if self.ready[0] == DATA_END && length == 4 {
+            match self.take(4)? {
+                true => self.end_data(),
+                false => self.is_over = true,
+            }
+            return Ok(());
+        }
+        self.add(0);
         let fixed = CHUNK_FIXED as u64 + 4;
         if self.ready[0] != CHUNK || length < fixed {
             self.passing = length;
             return Ok(());
         }
+        let start = self.ready.len();
         if !self.take(fixed)? {
             self.is_over = true;
             return Ok(());
         }
+        self.add(start);
         let name = number(&self.ready[RECORD + CHUNK_FIXED..]);
         let head = fixed + name + 8;
         if name > LONGEST_NAME || length < head {
             self.passing = length - fixed;
             return Ok(());
         }
+        let start = self.ready.len();
         if !self.take(name + 8)? {
             self.is_over = true;
             return Ok(());
         }
+        self.add(start);
         let at = RECORD + fixed as usize;
         let compression = self.ready[at..at + name as usize].to_vec();
         let (content, size) = (length - head, number(&self.ready[RECORD + 16..RECORD + 24]));
@@ -96,6 +148,7 @@ impl<R: Read> Inflate<R> {
             self.is_over = true;
             return Ok(());
         }
+        self.add(head);
         let bytes = decompressed(&compression, &self.ready[head..], size)?;
         let fixed = self.ready[RECORD..RECORD + CHUNK_FIXED].to_vec();
         self.ready.clear();
@@ -125,6 +178,10 @@ impl<R: Read> Read for Inflate<R> {
                     .min(usize::try_from(self.passing).unwrap_or(usize::MAX));
                 let read = self.file.read(&mut to[..most])?;
                 self.passing -= read as u64;
+                self.is_torn = read == 0 && !to.is_empty();
+                if let Some(sum) = &mut self.sum {
+                    sum.update(&to[..read]);
+                }
                 return Ok(read);
             }
             if self.is_over {
@@ -191,6 +248,33 @@ mod tests {
     fn read(file: &[u8]) -> Result<Vec<u8>> {
         let mut bytes = Vec::new();
         Inflate::new(file).read_to_end(&mut bytes).map(|_| bytes)
+    }
+
+    #[test]
+    fn the_checksum_of_the_data_is_compared() {
+        let data = [
+            b"12345678".to_vec(),
+            record(1, b"header"),
+            chunk("", 3, b"abc"),
+        ]
+        .concat();
+        let damaged = |sum: u32, place: Option<usize>| {
+            let mut file = [data.clone(), record(DATA_END, &sum.to_le_bytes())].concat();
+            file.extend(record(2, b"footer"));
+            if let Some(place) = place {
+                file[place] ^= 1;
+            }
+            let mut reader = Inflate::new(&file[..]);
+            let mut bytes = Vec::new();
+            reader.read_to_end(&mut bytes).unwrap();
+            assert_eq!(bytes, file);
+            reader.is_damaged()
+        };
+        let sum = crc32fast::hash(&data);
+        assert!(!damaged(sum, None) && damaged(sum ^ 1, None) && !damaged(0, None));
+        for place in [3, 18, data.len() - 1] {
+            assert!(damaged(sum, Some(place)), "{place}");
+        }
     }
 
     #[test]

@@ -11,7 +11,7 @@ use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOp
 use serde_json::{Map, Value};
 use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
-use std::io::{BufReader, ErrorKind, Read as _};
+use std::io::{BufRead as _, BufReader, ErrorKind, Read as _};
 use std::path::Path;
 
 /// Records are at most this long [bytes]; the state of a full belt is the longest.
@@ -45,6 +45,11 @@ pub struct Reader {
     file: Inflate<BufReader<File>>,
     reader: LinearReader,
     topics: HashMap<u16, String>,
+    /// What the file says that it is for.
+    profile: String,
+    /// Time of the last message [ns], and whether one was earlier than one before it.
+    last: u64,
+    is_unordered: bool,
     ending: Ending,
     entries: u64,
     /// What was run.
@@ -65,11 +70,17 @@ impl Reader {
             .with_skip_end_magic(true)
             .with_prevalidate_chunk_crcs(true)
             .with_record_length_limit(LONGEST);
+        let mut file = BufReader::new(file);
+        let head = file.fill_buf().map_err(|error| Error::read(path, error))?;
+        check_not_compressed(head, path)?;
         let mut reader = Self {
             name: path.display().to_string(),
-            file: Inflate::new(BufReader::new(file)),
+            file: Inflate::new(file),
             reader: LinearReader::new_with_options(options),
             topics: HashMap::new(),
+            profile: String::new(),
+            last: 0,
+            is_unordered: false,
             ending: Ending::Open,
             entries: 0,
             heading: Heading::of(&crate::live::Config::default()),
@@ -81,11 +92,16 @@ impl Reader {
         let wrong = |problem: String| Error::input(place.clone(), problem, strange);
         let (name, fields) = match reader.part() {
             Ok(Some(Part::Metadata(name, fields))) => (name, fields),
+            Err(_) if reader.profile.starts_with("ros") => return Err(ros_bag(&place)),
             Err(error) if reader.entries == 0 => return Err(error),
             // Messages before all else, whether they are of the protocol or not.
+            _ if reader.profile.starts_with("ros") => return Err(ros_bag(&place)),
             Ok(Some(Part::Entry(_))) | Err(_) => return Err(without_heading(&place)),
             Ok(None) => return Err(wrong("is no recording of pickline".into())),
         };
+        if name == "rosbag2" || reader.profile.starts_with("ros") {
+            return Err(ros_bag(&place));
+        }
         let heading = (name == "pickline").then(|| heading(&fields)).flatten();
         let heading = heading.ok_or_else(|| wrong("is no recording of pickline".into()))?;
         let versions = (heading.recording, heading.protocol);
@@ -119,6 +135,18 @@ impl Reader {
         self.ending
     }
 
+    /// What else is to be said of the file, once there is no further entry.
+    pub fn doubts(&self) -> Vec<&'static str> {
+        let damaged = self.file.is_damaged().then_some(
+            "the checksum of the file is wrong: it was damaged or changed; bring back a copy",
+        );
+        let unordered = self.is_unordered.then_some(
+            "its messages are not in the order of their log times, and are replayed in the order \
+             of the file; `mcap sort` orders them",
+        );
+        damaged.into_iter().chain(unordered).collect()
+    }
+
     /// What happened next; none at the end.
     ///
     /// # Errors
@@ -141,10 +169,26 @@ impl Reader {
         let at = |entries: u64, name: &str| format!("{name}, after message {entries}");
         loop {
             let event = match self.reader.next_event() {
-                None => return Ok(None),
+                None => {
+                    if self.ending == Ending::Open && self.file.is_torn() {
+                        self.ending = Ending::Torn;
+                    }
+                    return Ok(None);
+                }
                 Some(Err(McapError::UnexpectedEof)) if self.entries > 0 => {
                     self.ending = Ending::Torn;
                     return Ok(None);
+                }
+                Some(Err(McapError::UnsupportedCompression(name))) => {
+                    return Err(Error::input(
+                        at(self.entries, &self.name),
+                        format!(
+                            "is an MCAP file whose chunks are compressed as `{}`; this program \
+                             reads lz4 and zstd",
+                            shown(&name)
+                        ),
+                        "compress it otherwise, for example with `mcap compress`",
+                    ));
                 }
                 Some(Err(error)) => {
                     let is_none = matches!(error, McapError::BadMagic) || self.entries == 0;
@@ -183,6 +227,7 @@ impl Reader {
                 Error::input(at(self.entries, &self.name), error.to_string(), cure)
             })?;
             match record {
+                Record::Header(header) => self.profile = header.profile,
                 Record::Channel(channel) => {
                     self.topics.insert(channel.id, channel.topic);
                 }
@@ -191,6 +236,8 @@ impl Reader {
                 }
                 Record::Message { header, data } => {
                     self.entries += 1;
+                    self.is_unordered |= header.log_time < self.last;
+                    self.last = self.last.max(header.log_time);
                     let topic = self.topics.get(&header.channel_id);
                     if let Some(entry) =
                         entry(topic.map_or("", String::as_str), &data).map_err(|error| {
@@ -205,6 +252,33 @@ impl Reader {
             }
         }
     }
+}
+
+/// Checks that a file which begins with `head` is not compressed as a whole.
+fn check_not_compressed(head: &[u8], path: &Path) -> Result<()> {
+    let kinds: [(&[u8], &str, &str); 4] = [
+        (b"\x1f\x8b", "gzip", "gunzip"),
+        (b"\x28\xb5\x2f\xfd", "zstd", "unzstd"),
+        (b"\x04\x22\x4d\x18", "lz4", "unlz4"),
+        (b"PK\x03\x04", "zip", "unzip"),
+    ];
+    match kinds.iter().find(|(magic, ..)| head.starts_with(magic)) {
+        Some((_, kind, tool)) => Err(Error::input(
+            path.display().to_string(),
+            format!("the whole file is compressed with {kind}"),
+            format!("decompress it first, for example with `{tool}`"),
+        )),
+        None => Ok(()),
+    }
+}
+
+fn ros_bag(place: &str) -> Error {
+    Error::input(
+        place,
+        "is a ROS bag, not a recording of pickline",
+        "give a file that `pickline run --record` wrote; a bag is played to a line with `ros2 bag \
+         play` and `pickline run --ros2`",
+    )
 }
 
 /// An MCAP file of messages under the topics of a recording, by another program.

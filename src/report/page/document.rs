@@ -3,6 +3,7 @@
 use super::html::{escape, fill, inert};
 use super::table::PageTable;
 use crate::report::charts::{Chart, ChartKind, for_page};
+use crate::report::origin::with_page_origin;
 use crate::report::palette::series_css;
 use crate::report::provenance::Provenance;
 use serde::Serialize;
@@ -55,7 +56,7 @@ impl Page<'_> {
         let style = [BASE_STYLE, &series_css(), STYLE].concat();
         let answer = self.answer.iter().map(|line| format!("<p>{line}</p>\n"));
         let sections = self.sections.iter().map(Section::html);
-        fill(
+        let page = fill(
             PAGE,
             &[
                 ("/*title*/", &escape(&format!("pickline: {}", self.title))),
@@ -67,7 +68,8 @@ impl Page<'_> {
                 ("/*provenance*/", &provenance(self.made)),
                 ("/*data*/", &inert(&data)),
             ],
-        )
+        );
+        with_page_origin(&page, &self.made.command)
     }
 }
 
