@@ -207,6 +207,6 @@ fn arms_that_come_nearer_than_their_thickness_are_doubtful() {
             && report.contains("doubtful"),
         "{report}"
     );
-    assert!(apart(&station(high)).is_doubtful() && !apart(&station(high + 0.06)).is_doubtful());
+    assert!(apart(&station(high)).is_doubtful() && !apart(&station(high + 0.3)).is_doubtful());
     drop(folder);
 }
