@@ -155,6 +155,11 @@ fn a_time_limit_ends_the_search_with_the_best_so_far() {
     assert_eq!(report["stop_reason"], "time_limit");
     assert_eq!(report["best"].as_array().unwrap().len(), 8);
     assert!(report["validation"]["count"] == 20);
+    assert!(
+        report["notes"]
+            .to_string()
+            .contains("time of --time-limit was over")
+    );
     for (limit, words) in [
         ("0", "--time-limit"),
         ("-1", "--time-limit"),

@@ -450,3 +450,33 @@ fn a_long_profile_has_few_patterns_by_default() {
     let made = report["made"]["patterns"].as_str().unwrap();
     assert!(made.starts_with("3 pattern(s)"), "{made}");
 }
+
+#[test]
+fn a_count_that_a_profile_does_not_bring_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("p.csv");
+    std::fs::write(&file, "time_s,flow_per_min\n0,60\n600,60\n").unwrap();
+    let file = file.to_str().unwrap();
+    let call = [
+        "pattern",
+        "generate",
+        "profile",
+        "--profile",
+        file,
+        "--count",
+        "100000",
+    ];
+    let told = String::from_utf8(common::pickline(&call).stderr).unwrap();
+    assert!(told.contains("warning: --count 100000"), "{told}");
+    for (flags, words) in [
+        (["--from", "9"], "or a lower --from"),
+        (["--step", "0"], "at least 0.00"),
+    ] {
+        let call = ["sweep", "--sweep", "spacing", flags[0], flags[1]];
+        let told = String::from_utf8(common::pickline(&call).stderr).unwrap();
+        assert!(
+            told.contains(words) && !told.contains("000000000004"),
+            "{told}"
+        );
+    }
+}

@@ -203,3 +203,50 @@ fn a_policy_is_left_out_on_lines_far_from_its_training() {
         "{told}"
     );
 }
+
+#[test]
+fn a_training_set_without_a_flow_is_named_itself() {
+    let flags = [
+        "sweep",
+        "--patterns",
+        "random:3",
+        "--flow",
+        "60",
+        "--train-patterns",
+        "random:5",
+    ];
+    let output = pickline(&flags);
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{told}");
+    assert!(
+        told.contains("--train-patterns random:5: the feed random needs a flow"),
+        "{told}"
+    );
+    assert!(told.contains("random:60/min:5"), "{told}");
+}
+
+#[cfg(feature = "onnx")]
+#[test]
+fn optimize_says_how_far_a_policy_is_from_its_training() {
+    let far = [
+        "optimize",
+        "--belt-speed",
+        "0.4",
+        "--strategy",
+        "onnx",
+        "--no-bound",
+    ];
+    let small = [
+        "--patterns",
+        "balanced:2",
+        "--items",
+        "8",
+        "--validate",
+        "2",
+    ];
+    let report = json(&[&far[..], &small].concat());
+    assert!(
+        notes(&report).contains("onnx: this line is far from its training"),
+        "{report}"
+    );
+}

@@ -8,6 +8,7 @@ use super::progress::Bar;
 use super::save::Target;
 use super::session::Session;
 use super::settings::{json, other_luck, parse_strategy};
+use super::training::distance;
 use crate::error::Result;
 use crate::optimize::{
     Environment, Evaluator, Grasp, Objective, Optimum, Risk, Search, SearchKind, SpeedScan,
@@ -21,12 +22,15 @@ use crate::report::{
 use crate::sim::Conditions;
 use crate::station::Station;
 use crate::strategies::{Blueprint, policy_file};
+use std::time::Instant;
 
 /// Fresh patterns that the winner is scored on by default: so many, fewer where they have more
 /// items than this in all, and so many at least.
 const MOST_FRESH: usize = 1000;
 const ITEMS_OF_FRESH: f64 = 150_000.0;
 const FEWEST_FRESH: usize = 10;
+/// No more than so many where the time is over.
+const FRESH_IN_A_HURRY: usize = 24;
 
 /// What is written into the folder for result files.
 const FILES: [&str; 3] = ["optimize.json", "ranking.csv", "strategies.csv"];
@@ -168,17 +172,34 @@ impl<'a> Job<'a> {
         ));
         let evaluator = self.evaluator(&set, &self.conditions)?;
         let optimum = optimize(&evaluator, &self.search, environment)?;
-        let fresh = self.fresh(environment)?;
+        let until = self.search.limits.until;
+        let short = until.is_some_and(|until| Instant::now() >= until);
+        let count = match short {
+            true => self.fresh.min(FRESH_IN_A_HURRY),
+            false => self.fresh,
+        };
+        let fresh = self.fresh(count, environment)?;
         let luck = other_luck(&self.conditions);
         let on_fresh = fresh.as_ref().map(|fresh| self.evaluator(fresh, &luck));
         let on_fresh = on_fresh.transpose()?;
         let validation = match (&fresh, &on_fresh) {
-            (Some(fresh), Some(on)) => self.validation(fresh, on, &optimum, environment)?,
+            (Some(fresh), Some(on)) => {
+                let certify = !short && !args.no_bound;
+                self.validation(fresh, on, &optimum, certify, environment)?
+            }
             _ => None,
         };
         let (judged, on) = (fresh.as_ref().unwrap_or(&set), on_fresh.as_ref());
         let beside = self.beside(judged, on.unwrap_or(&evaluator), &optimum, environment)?;
         let mut notes = self.notes(&set, &evaluator, &optimum);
+        let unlike = |blueprint| distance(blueprint, &self.station).map(|found| found.text);
+        notes.extend(self.strategies.iter().filter_map(unlike));
+        if short {
+            notes.push(format!(
+                "the time of --time-limit was over: at most {FRESH_IN_A_HURRY} fresh patterns to \
+                 validate on, and no bound"
+            ));
+        }
         if environment.stopped() {
             notes.push(
                 "interrupted: what is missing above (patterns, tie-breaking by max speed, \
@@ -217,8 +238,7 @@ impl<'a> Job<'a> {
     }
 
     /// Patterns that had no part in the search, drawn under the next seed.
-    fn fresh(&self, environment: &Environment) -> Result<Option<PatternSet>> {
-        let count = self.fresh;
+    fn fresh(&self, count: usize, environment: &Environment) -> Result<Option<PatternSet>> {
         if count == 0 || environment.stopped() {
             return Ok(None);
         }
@@ -250,6 +270,7 @@ impl<'a> Job<'a> {
         fresh: &PatternSet,
         evaluator: &Evaluator,
         optimum: &Optimum,
+        certify: bool,
         environment: &Environment,
     ) -> Result<Option<ValidationReport>> {
         let best = optimum.ranking.best();
@@ -260,7 +281,7 @@ impl<'a> Job<'a> {
             flow,
             self.search.risk,
             &other_luck(&self.conditions),
-            !self.args.no_bound,
+            certify,
             environment,
         )?;
         Ok(validation.map(|v| ValidationReport::new(&v, &fresh.description)))

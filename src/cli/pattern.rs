@@ -91,6 +91,12 @@ fn generate(args: &GenerateArgs, session: &Session) -> Result<()> {
             None => DEFAULT_GRID.1,
         };
         let pattern = feeder.draw(args.count.unwrap_or(usual), &mut rng)?;
+        if let Some(count) = args.count.filter(|count| *count > pattern.len()) {
+            tell(&format!(
+                "warning: --count {count}: the profile brings {} items only",
+                pattern.len()
+            ));
+        }
         if !args.quiet {
             tell(&format!(
                 "generating the feed {kind} of {} items/min at {} m/s: {}",

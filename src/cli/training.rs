@@ -5,7 +5,7 @@ use super::args::{Common, TrainingArgs};
 use super::pattern_set;
 use super::settings::other_luck;
 use crate::dispatch::RuleAssignment;
-use crate::error::{Error, Result, shown_number};
+use crate::error::{Error, Result, shown, shown_number};
 use crate::experiment::{Case, training_set};
 use crate::optimize::{
     Environment, Evaluator, Grasp, Limits, MostRuns, Objective, Optimum, Ranked, Risk, Search,
@@ -208,6 +208,17 @@ impl<'a> Line<'a> {
         let text = training.train_patterns.as_deref().unwrap_or("balanced");
         let source = text.parse::<PatternSource>().map_err(|e| e.at(FLAG))?;
         let items = training.train_items.unwrap_or(ITEMS);
+        if let PatternSource::Feed {
+            feed, flow: None, ..
+        } = &source
+            && feed.file().is_none()
+        {
+            return Err(Error::input(
+                format!("{FLAG} {}", shown(text)),
+                format!("the feed {feed} needs a flow of its own here"),
+                format!("write it into the set, for example {FLAG} random:60/min:5"),
+            ));
+        }
         let set = source.build(&self.recipe(items))?;
         for (label, pattern) in set.labels.iter().zip(&set.patterns) {
             let on_belt = pattern.check_on(self.station);
@@ -389,7 +400,7 @@ pub fn distance(blueprint: &Blueprint, station: &Station) -> Option<Distance> {
     };
     (!facts.is_empty()).then(|| Distance {
         text: format!(
-            "this line {how}, {}: {}",
+            "{}: this line {how}: {}",
             blueprint.name(),
             facts.join(", ")
         ),

@@ -1,7 +1,7 @@
 //! The values of a sweep: those asked for, or about thirty around what the line can do.
 
 use super::sweep::Setting;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, shown_number};
 use crate::optimize::Environment;
 use crate::pattern::Pattern;
 use crate::sim::{Conditions, Scene};
@@ -40,14 +40,14 @@ impl Range {
             return flag(
                 "--to",
                 format!("{to} is no end of a sweep from {from}"),
-                "give --from or more",
+                &format!("give {from} or more as --to, or a lower --from"),
             );
         }
         if !(step > 0.0 && step.is_finite() && (to - from) / step <= MOST_VALUES) {
             let problem = format!("{step} is no step from {from} to {to}");
             let cure = format!(
                 "give a number above 0, at least {}",
-                (to - from) / MOST_VALUES
+                shown_number(round_up((to - from) / MOST_VALUES))
             );
             return flag("--step", problem, &cure);
         }
@@ -57,6 +57,15 @@ impl Range {
             .map(|k| ((from + f64::from(k) * step) * 1e9).round() / 1e9)
             .collect())
     }
+}
+
+/// The next number above `value` with one digit.
+fn round_up(value: f64) -> f64 {
+    if value <= 0.0 {
+        return value;
+    }
+    let power = 10f64.powi(value.log10().floor() as i32);
+    ((value / power - 1e-9).ceil() * power * 1e12).round() / 1e12
 }
 
 /// Rows that a sweep has at most where its step was not asked for.

@@ -137,7 +137,7 @@ pub struct LimitArgs {
     )]
     pub max_runs: Option<u64>,
     /// End the search after this time [s] with the best so far, which then depends on the
-    /// machine; validation and bound come on top
+    /// machine; then the winner is validated on a few patterns and not bounded
     #[arg(
         long,
         value_name = "S",
