@@ -161,9 +161,23 @@ pub fn nearest_file(path: &Path) -> Option<PathBuf> {
             .map(|name| text(&name.with_extension("")))
             .collect(),
     };
-    let name = nearest(&text(wanted), names.iter().map(String::as_str))?;
+    let given = text(wanted);
+    let name = nearest(&given, names.iter().map(String::as_str))?;
+    if !is_slip(&given, name) {
+        return None;
+    }
     let at = names.iter().position(|other| other == name)?;
     Some(path.with_file_name(&files[at]))
+}
+
+/// Whether the name of a file may be `other` with a slip of the pen. Folders hold more names
+/// than a format has keys, and of short names any is near to any other.
+fn is_slip(given: &str, other: &str) -> bool {
+    let [given, other] = [given, other].map(str::to_lowercase);
+    let distance = strsim::damerau_levenshtein(&given, &other);
+    let stem = |name: &str| Path::new(name).with_extension("").as_os_str().len();
+    let shorter = stem(&given).min(stem(&other));
+    distance == 0 || shorter > 2 && distance <= 1 + shorter / 6
 }
 
 /// The known name nearest to `given`, for "did you mean" hints; none when
@@ -270,6 +284,13 @@ mod tests {
                 message.contains("cure: did you mean ") && message.contains("my-line.toml?"),
                 "{message}"
             );
+        }
+        for stranger in ["nix.csv", "-", "d", "ours.toml"] {
+            for other in ["mixid.csv", "c", "no.toml"] {
+                std::fs::write(folder.path().join(other), "").unwrap();
+            }
+            let message = missing(stranger);
+            assert!(message.contains("there is no such file"), "{message}");
         }
         assert!(missing("other.csv").contains("there is no such file"));
         assert!(missing("none/a.toml").contains("there is no folder"));

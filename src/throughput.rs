@@ -101,7 +101,7 @@ impl fmt::Display for UnsteadyReason {
                 write!(
                     f,
                     "the pattern is too short for a steady state: its items arrive within {lasts:.1} s, \
-                     and it takes {:.1} s, {WINDOWS} of the longest departure window; ",
+                     and it takes {:.1} s, {WINDOWS} times the longest departure window; ",
                     WINDOWS * window
                 )?;
                 match items {

@@ -8,7 +8,7 @@ use super::session::Session;
 use super::settings::{condition_notes, json, parse_strategy};
 use super::training::{Judged, Line, distance, full_name};
 use crate::dispatch::RULES;
-use crate::error::{Error, Result, known_names, shown};
+use crate::error::{Error, Result, counted, known_names, shown};
 use crate::experiment::{Case, CaseSource, Draws, Method, add_bounds, compare, load_cases};
 use crate::files;
 use crate::optimize::Environment;
@@ -123,8 +123,9 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
         return Err(chart.missing());
     }
     args.common.remark(&format!(
-        "comparing on station {} ({robots} robots, belt at {} m/s), cases {}",
+        "comparing on station {} ({}, belt at {} m/s), cases {}",
         args.station.station,
+        counted(robots, "robot"),
         station.belt().speed,
         args.cases
     ));

@@ -61,6 +61,16 @@ pub fn load_cases(name: &str) -> Result<Vec<Case>> {
         "paper" => Ok(built_in(&PAPER)),
         "dense" => Ok(built_in(&DENSE)),
         "all" => Ok(built_in(&[PAPER, DENSE].concat())),
+        // As other commands' --patterns has it.
+        _ if !Path::new(name).exists() && is_feed(name) => Err(Error::input(
+            "--cases",
+            format!(
+                "`{}` is a feed, not a file of cases",
+                crate::error::shown(name)
+            ),
+            "write a case file, for example [[case]] with name = \"own\" and profile = \"FILE\" or \
+             feed = \"random\" and flow = 60, and name it (see `pickline compare --help`)",
+        )),
         _ if Path::new(name).exists() || name.contains(['/', '\\', '.']) => {
             let path = Path::new(name);
             parse(&read_text(path)?, name, path.parent())
@@ -74,6 +84,14 @@ pub fn load_cases(name: &str) -> Result<Vec<Case>> {
             crate::error::known_names(name, &["paper", "dense", "all"]),
         )),
     }
+}
+
+/// Whether `name` is a feed as `--patterns` takes it: `random:20`, `profile:FILE`.
+fn is_feed(name: &str) -> bool {
+    let kind = name.split_once(':').map(|(kind, _)| kind);
+    kind.is_some_and(|kind| {
+        kind == "grid" || kind == "poisson" || FEEDS.iter().any(|(name, _)| *name == kind)
+    })
 }
 
 fn parse(text: &str, name: &str, folder: Option<&Path>) -> Result<Vec<Case>> {
@@ -306,6 +324,10 @@ mod tests {
         let cases = load_cases("all").unwrap();
         assert_eq!(cases.len(), 8);
         assert_eq!(cases[2].name, "poisson 0.2, 29 items");
+        for feed in ["profile:x", "profile:x.csv", "random:20"] {
+            let message = load_cases(feed).unwrap_err().to_string();
+            assert!(message.contains("write a case file"), "{message}");
+        }
         let belt = Belt {
             speed: 0.05,
             length: 4.2,

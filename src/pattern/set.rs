@@ -6,7 +6,7 @@ use super::grid::{check_count, grid};
 use super::item::{MOST_ITEMS, Pattern};
 use super::poisson::poisson_disk;
 use super::random_stream;
-use crate::error::{Error, Result, known_names, shown, shown_number};
+use crate::error::{Error, Result, counted, known_names, shown, shown_number};
 use crate::station::Belt;
 use rand::RngExt;
 use rayon::prelude::*;
@@ -318,7 +318,8 @@ impl PatternSource {
                 self.check_items(recipe, *count as f64, expected, &self.flag())?;
                 set.draw(recipe, vec![Draw::Feed(&feeder); *count], self)?;
                 set.description = format!(
-                    "{count} pattern(s) of the feed {feed}, {} items/min at {} m/s, {made}",
+                    "{} of the feed {feed}, {} items/min at {} m/s, {made}",
+                    counted(*count, "pattern"),
                     shown_number(feeder.flow()),
                     shown_number(recipe.belt.speed),
                 );
@@ -491,8 +492,8 @@ impl PatternSet {
         }
         let all: String = self.patterns.iter().map(super::file::to_csv).collect();
         self.description = format!(
-            "{} recorded pattern(s) from {} (hash {})",
-            files.len(),
+            "{} from {} (hash {})",
+            counted(files.len(), "recorded pattern"),
             path.display(),
             crate::files::fingerprint(&all)
         );

@@ -1,6 +1,7 @@
 //! How a result was made: enough to make it again, nothing that changes from run to
 //! run, so that equal inputs give equal bytes.
 
+use crate::error::counted;
 use crate::files::{csv_comment, csv_text, fingerprint};
 use crate::sim::Conditions;
 use crate::station::{Station, to_toml};
@@ -37,8 +38,8 @@ impl Provenance {
             program: format!("pickline {}", env!("CARGO_PKG_VERSION")),
             command: command.to_owned(),
             station: format!(
-                "{name}, {} robot(s), belt at {} m/s",
-                station.robots().len(),
+                "{name}, {}, belt at {} m/s",
+                counted(station.robots().len(), "robot"),
                 station.belt().speed
             ),
             station_hash: station_hash(station),

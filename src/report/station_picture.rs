@@ -519,7 +519,7 @@ fn ticks(low: f64, high: f64, most: f64) -> impl Iterator<Item = f64> {
 fn head(station: &Station, camera: bool) -> Group {
     let y = 37.0;
     let entry = |x: f64, text: &str| label(x + 14.0, y, text).set("class", "small");
-    let at = |i: usize| LEFT + 8.0 + [0.0, 105.0, 265.0, 325.0, 580.0][i];
+    let at = |i: usize| LEFT + 8.0 + [0.0, 105.0, 265.0, 325.0, 640.0][i];
     let group = Group::new()
         .add(label(LEFT, 16.0, &title(station)))
         .add(

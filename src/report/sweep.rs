@@ -152,7 +152,16 @@ impl BoundsReport {
                 self.impossible.len() - 1
             ),
         };
+        let unit = unit_of(*nearest, unit);
         format!("no strategy picks everything at {nearest} {unit}{further}; that is proven")
+    }
+}
+
+/// The word for so many of `unit`.
+fn unit_of(value: f64, unit: &str) -> &str {
+    match unit {
+        "robots" if value == 1.0 => "robot",
+        unit => unit,
     }
 }
 
@@ -448,10 +457,7 @@ impl SweepReport {
                 let mut of_method = self.points.iter().skip(j).step_by(self.limits.len());
                 let point = of_method.find(|point| point.value == value);
                 let throughput = point.map_or("-".into(), |point| point.throughput.shown(1));
-                let unit = match (unit, value) {
-                    ("robots", 1.0) => "robot",
-                    (unit, _) => unit,
-                };
+                let unit = unit_of(value, unit);
                 format!(
                     "{}: {value} {unit}, {least} with at least {} % of the highest throughput; \
                      {throughput} picks/min",

@@ -6,7 +6,7 @@ use super::line::Line;
 use crate::error::{Error, Result, nearest_file, shown};
 use crate::toml_file::{File, Section};
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The strategy that a station file names by its key `strategy`.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -66,7 +66,12 @@ pub fn load_with_strategy(
 }
 
 fn load_built_in(name: &str, overrides: Overrides) -> Result<Station> {
-    let station = match (built_in(name), nearest_file(Path::new(name))) {
+    let with_extension = PathBuf::from(format!("{name}.toml"));
+    let meant = match with_extension.is_file() {
+        true => Some(with_extension),
+        false => nearest_file(Path::new(name)),
+    };
+    let station = match (built_in(name), meant) {
         (Ok(station), _) => station,
         (Err(_), Some(file)) if is_toml(&file) => {
             return Err(Error::input(

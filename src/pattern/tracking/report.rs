@@ -305,8 +305,9 @@ impl Report {
         if !self.merged.is_empty() {
             let all: Vec<String> = self.merged.iter().map(|m| m.parts.join(" + ")).collect();
             out.push(format!(
-                "merged {} that changed their id: {}",
+                "merged {} that changed {} id: {}",
                 count(all.len(), "object"),
+                if all.len() == 1 { "its" } else { "their" },
                 named(all.iter().map(String::as_str))
             ));
         }

@@ -129,7 +129,8 @@ fn scene(chart: &Chart, look: Look) -> Scene {
     let plots = chart
         .layers
         .iter()
-        .flat_map(|layer| plots(layer, names, look))
+        .zip(under(&chart.layers))
+        .flat_map(|(layer, under)| plots(layer, names, look, under))
         .collect();
     let mut scene = render_multiple(plots, layout);
     let mut behind = Vec::new();
@@ -358,7 +359,39 @@ fn grid(chart: &Chart, look: Look, computed: &ComputedLayout) -> Vec<Primitive> 
     lines
 }
 
-fn plots(layer: &Layer, names: usize, look: Look) -> Vec<Plot> {
+/// For each layer, how many of the lines that are drawn over it could hide it, at most as
+/// many as its size has room for.
+fn under(layers: &[Layer]) -> Vec<usize> {
+    const MOST: usize = 4;
+    let is_line = |layer: &Layer| {
+        matches!(
+            layer,
+            Layer::Points {
+                style: Style::Line | Style::Area,
+                ..
+            }
+        )
+    };
+    let later = |i: usize| {
+        layers[i + 1..]
+            .iter()
+            .filter(|layer| is_line(layer))
+            .count()
+    };
+    let each = layers.iter().enumerate();
+    each.map(|(i, layer)| {
+        if is_line(layer) {
+            later(i).min(MOST)
+        } else {
+            0
+        }
+    })
+    .collect()
+}
+
+/// How the layer is drawn; a line under others is wider and its markers are larger, so that
+/// lines which coincide all show.
+fn plots(layer: &Layer, names: usize, look: Look, under: usize) -> Vec<Plot> {
     match layer {
         Layer::Bars(groups) => {
             let mut plot = BarPlot::new().with_horizontal(true).with_width(GROUP);
@@ -374,11 +407,24 @@ fn plots(layer: &Layer, names: usize, look: Look) -> Vec<Plot> {
             }
             vec![Plot::Bar(plot)]
         }
-        Layer::Points { ink, style, points } => points_plots(*ink, *style, points, names, look),
+        Layer::Points { ink, style, points } => {
+            points_plots(*ink, *style, points, names, look, under)
+        }
     }
 }
 
-fn points_plots(ink: Ink, style: Style, points: &[Point], names: usize, look: Look) -> Vec<Plot> {
+fn points_plots(
+    ink: Ink,
+    style: Style,
+    points: &[Point],
+    names: usize,
+    look: Look,
+    under: usize,
+) -> Vec<Plot> {
+    /// By how much more a line is wide and a marker large for each line over it [px].
+    const WIDER: f64 = 1.4;
+    const LARGER: f64 = 1.2;
+    let under = under as f64;
     let colour = look.colour(ink);
     // Names are counted downwards from 0, kuva counts them upwards to their number.
     let y = |point: &Point| match names {
@@ -408,7 +454,7 @@ fn points_plots(ink: Ink, style: Style, points: &[Point], names: usize, look: Lo
         let line = LinePlot::new()
             .with_data(points.iter().map(place))
             .with_color(colour.clone())
-            .with_stroke_width(1.6)
+            .with_stroke_width(1.6 + WIDER * under)
             .with_line_style(style);
         plots.push(Plot::Line(line));
     }
@@ -423,7 +469,7 @@ fn points_plots(ink: Ink, style: Style, points: &[Point], names: usize, look: Lo
             Style::Dots => MARKER,
             Style::Intervals => 0.0,
             // Those on a line are close to each other.
-            Style::Line | Style::Area | Style::Bare => MARKER - 0.9,
+            Style::Line | Style::Area | Style::Bare => MARKER - 0.9 + LARGER * under,
         });
     for (dot, point) in dots.data.iter_mut().zip(points) {
         let about = |centre: f64, interval: Option<(f64, f64)>| {

@@ -15,6 +15,12 @@ function missedInAll(status) {
   return Object.values(status.missed).reduce((sum, count) => sum + count, 0);
 }
 
+/** Items picked of those that are neither on the belt nor claimed any more. */
+function settledShare(status) {
+  const settled = status.seen - status.on_belt - status.claimed;
+  return settled > 0 ? status.picked / settled : 0;
+}
+
 function showFigures(view) {
   const { status, latency } = view;
   const unit = (words) => element("small", ` ${words}`);
@@ -24,7 +30,8 @@ function showFigures(view) {
   const refused = Object.values(status.rejected).reduce((sum, count) => sum + count, 0);
   fillList(byName("figures"), [
     ["picked", [n("picked", 0), unit("of "), n("seen", 0)]],
-    ["picked share", [n("picked_share", 1, 100), unit("%")]],
+    // Of those whose fate is known: an item on the belt may still be picked.
+    ["picked share", [figure("settled_share", settledShare(status), 1, 100), unit("% of the settled")]],
     ["rate, last minute", [figure("trend.picks_per_min", view.trend.picks_per_min, 1), unit("/min")]],
     ["rate, since the start", [n("picks_per_min", 2), unit("/min")]],
     ["missed", [figure("missed", missedInAll(status), 0)]],

@@ -28,6 +28,8 @@ const AXIS_SPACE = 38;
 const LABEL = 30;
 const TO_LABEL = 11;
 const LEVELS = 3;
+// From the belt down to the end of the camera's label [px].
+const CAMERA = 24;
 // A line that would be lower than this [px] is broken into rows, which overlap by so much.
 const LOWEST = 110;
 const MOST_ROWS = 6;
@@ -60,7 +62,7 @@ function sceneView(station, width, mostHeight) {
   const scale = Math.min(whole / (right - left), most);
   const margin = AXIS_LEFT + (rows > 1 ? 0 : (inside - scale * (right - left)) / 2);
   const x = (value) => margin + (value - left) * scale;
-  const { spaces, labels } = placeLabels(robots, x);
+  const { spaces, labels } = placeLabels(robots, x, hasCamera(station));
   const y = (value) => spaces[0] + (top - value) * scale;
   const floor = y(bottom) + spaces[1];
   return {
@@ -84,11 +86,12 @@ function sceneView(station, width, mostHeight) {
 }
 
 /** Where the robots' labels stand: the side, and how far from there, beyond the bases. */
-function placeLabels(robots, x) {
+function placeLabels(robots, x, camera) {
   // Ends of what stands in each level, above and below.
   const ends = [new Array(LEVELS).fill(-Infinity), new Array(LEVELS).fill(-Infinity)];
   // The arrow of travel stands above the belt in any case.
-  const spaces = [LABEL, TO_LABEL];
+  // The camera's label stands below it.
+  const spaces = [LABEL, camera ? CAMERA : TO_LABEL];
   const labels = robots.map((robot) => {
     const side = robot.base[1] < 0 ? 1 : 0;
     const half = 0.5 * Math.max(7.3 * (Math.min(20, robot.name.length) + 10), 6 * reachWords(robot).length);
@@ -189,10 +192,13 @@ function drawBelt(ctx, view, station, state, theme) {
   text(ctx, metres(belt.width), end + 6, middle, theme.faint, SMALL_FONT, "left");
 }
 
+/** Whether a camera looks at the belt at a known place. */
+const hasCamera = ({ camera }) => camera !== undefined && camera !== null;
+
 /** Where the camera looks at the belt. */
 function drawCamera(ctx, view, station, theme) {
+  if (!hasCamera(station)) return;
   const { camera, belt } = station;
-  if (camera === undefined || camera === null) return;
   const x = view.x(camera);
   const [upper, lower] = [view.y(belt.width / 2) - 5, view.y(-belt.width / 2) + 5];
   ctx.strokeStyle = theme.ink;
