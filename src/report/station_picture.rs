@@ -15,6 +15,8 @@ const WIDTH: f64 = 900.0;
 const HEIGHT: f64 = 560.0;
 /// Left and right of the drawing area, for the axis across and the belt's width [px].
 const LEFT: f64 = 56.0;
+/// From the belt down to the end of the camera's label [px].
+const CAMERA: f64 = 22.0;
 const RIGHT: f64 = 58.0;
 /// For the axis below a row and the head above all of them [px].
 const AXIS: f64 = 46.0;
@@ -163,6 +165,7 @@ impl Frame {
     fn around(station: &Station, camera: Option<f64>) -> Self {
         let belt = station.belt();
         let places = || station.robots().iter().flat_map(|r| [r.base, r.bin]);
+        let with_camera = camera.is_some();
         let camera = camera.unwrap_or(0.0);
         let low = places().map(|p| p.x).fold(camera.min(0.0), f64::min);
         let high = places()
@@ -190,12 +193,12 @@ impl Frame {
             room: [0.0; 2],
             labels: Vec::new(),
         };
-        frame.place_labels(station);
+        frame.place_labels(station, with_camera);
         frame
     }
 
     /// Names stand beyond the bases, in as many levels as keep them apart.
-    fn place_labels(&mut self, station: &Station) {
+    fn place_labels(&mut self, station: &Station, with_camera: bool) {
         // Ends of what stands in each level, above and below.
         let mut ends = [[f64::NEG_INFINITY; LEVELS]; 2];
         let mut places = Vec::new();
@@ -211,7 +214,9 @@ impl Frame {
         }
         // The arrow of travel stands above the belt in any case.
         self.room[0] = self.room[0].max(LABEL);
-        self.room[1] = self.room[1].max(TO_LABEL);
+        // The camera's label stands below the belt.
+        let below = if with_camera { CAMERA } else { TO_LABEL };
+        self.room[1] = self.room[1].max(below);
         let (upper, lower) = (self.y(self.top), self.y(self.bottom));
         self.labels = places
             .into_iter()
