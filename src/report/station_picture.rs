@@ -15,9 +15,9 @@ const WIDTH: f64 = 900.0;
 const HEIGHT: f64 = 560.0;
 /// Left and right of the drawing area, for the axis across and the belt's width [px].
 const LEFT: f64 = 56.0;
+const RIGHT: f64 = 58.0;
 /// From the belt down to the end of the camera's label [px].
 const CAMERA: f64 = 22.0;
-const RIGHT: f64 = 58.0;
 /// For the axis below a row and the head above all of them [px].
 const AXIS: f64 = 46.0;
 const HEAD: f64 = 46.0;
