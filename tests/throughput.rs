@@ -332,3 +332,59 @@ fn csv_files_have_one_scheme() {
         seed.parse::<u64>().unwrap();
     }
 }
+
+/// Columns are called by what they hold, and none is empty throughout.
+#[test]
+fn csv_columns_are_named_by_the_objective_and_none_is_blank() {
+    let optimize = ["optimize", "-q", "--patterns", "grid:0.2", "--items", "20"];
+    for (objective, name) in [
+        ("picking-rate", "picking_rate_mean_per_min"),
+        ("picked-share", "picked_share_mean"),
+        ("max-speed", "max_speed_mean_m_per_s"),
+    ] {
+        let of = ["--robots", "1", "--objective", objective, "--format", "csv"];
+        let rows = common::csv_rows(&common::text(&[&optimize[..], &of].concat()));
+        assert!(rows[0].iter().any(|column| column == name), "{:?}", rows[0]);
+        no_blank_column(&rows);
+    }
+    let sweep = ["sweep", "-q", "--robust", "SPT,FIFO", "--no-bound"];
+    let few = ["--from", "0.04", "--to", "0.05", "--format", "csv"];
+    let text = common::text(&[&sweep[..], &few].concat());
+    no_blank_column(&common::csv_rows(&text));
+}
+
+fn no_blank_column(rows: &[Vec<String>]) {
+    for (place, name) in rows[0].iter().enumerate() {
+        assert!(rows[1..].iter().any(|row| !row[place].is_empty()), "{name}");
+    }
+}
+
+/// A limit on fifty items is theirs and not that of the line, which a sweep says with the
+/// cure; on longer patterns it is lower and nothing is said.
+#[test]
+fn a_limit_on_a_short_pattern_is_said_to_be_the_patterns() {
+    let sweep = ["sweep", "-q", "--robust", "SPT,FIFO", "--no-bound"];
+    let to = ["--from", "0.01", "--to", "0.06", "--step", "0.002"];
+    let short = common::text(&[&sweep[..], &to].concat());
+    assert!(short.contains("is that of the patterns"), "{short}");
+    assert!(short.contains("items or more (--items)"), "{short}");
+    let long = common::text(&[&sweep[..], &to, &["--items", "3000"]].concat());
+    assert!(!long.contains("is that of the patterns"), "{long}");
+}
+
+/// The page of a comparison begins with throughput where there is one.
+#[test]
+fn the_page_of_a_comparison_begins_with_throughput() {
+    let folder = tempfile::tempdir().unwrap();
+    let html = folder.path().join("compare.html");
+    let cases = folder.path().join("cases.toml");
+    let case = "[[case]]\nname = \"long\"\nsource = \"grid:0.15\"\nitems = 800\n";
+    std::fs::write(&cases, case).unwrap();
+    let compare = ["compare", "-q", "--robust", "SPT,FIFO", "--no-policy"];
+    let of = ["--cases", cases.to_str().unwrap(), "--no-bound", "--html"];
+    common::text(&[&compare[..], &of, &[html.to_str().unwrap()]].concat());
+    let page = std::fs::read_to_string(html).unwrap();
+    assert!(page.contains("has a throughput of <"));
+    let place = |words: &str| page.find(words).unwrap_or_else(|| panic!("{words}"));
+    assert!(place(">Throughput<") < place(">Picking rate<"));
+}

@@ -131,6 +131,7 @@ impl ComparisonReport {
         });
         let cases: Vec<CaseReport> = cases.collect();
         notes.extend(throughput_note(&cases));
+        notes.extend(changing_note(&cases));
         if with_paper {
             notes.extend(paper::REMARKS.map(str::to_owned));
         }
@@ -378,6 +379,22 @@ fn throughput_note(cases: &[CaseReport]) -> Option<String> {
         "no throughput on {}; on the first of these {why}",
         names.join("; ")
     ))
+}
+
+/// On which cases the flow changes, so that the throughput is a mean over the pattern.
+fn changing_note(cases: &[CaseReport]) -> Option<String> {
+    let changing = |case: &&CaseReport| {
+        let mut results = case.results.iter();
+        results.any(|result| result.throughput.flow_changes)
+    };
+    let cases = cases.iter().filter(changing);
+    let names: Vec<&str> = cases.map(|case| case.name.as_str()).collect();
+    (!names.is_empty()).then(|| {
+        format!(
+            "throughput: the flow changes over patterns of {}; there it is the mean over the pattern",
+            names.join("; ")
+        )
+    })
 }
 
 fn case_report(

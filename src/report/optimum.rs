@@ -2,7 +2,7 @@
 
 use super::provenance::Provenance;
 use super::rivals::RivalsReport;
-use super::table::{Table, cell, column, fixed, interval};
+use super::table::{Table, cell, column, fixed, interval, without_empty_columns};
 use crate::dispatch::RULES;
 use crate::optimize::{
     FRONT_RUNNERS, Objective, Optimum, Ranked, Risk, Search, SearchKind, StopReason, Validation,
@@ -291,12 +291,10 @@ impl OptimumReport {
         }
     }
 
-    /// The name in CSV files of a figure in the objective's unit.
+    /// The name in CSV files of a figure of the objective: `picking_rate_mean_per_min`.
     pub(super) fn column(&self, figure: &str) -> String {
-        match self.unit {
-            "1" => format!("{figure}_share"),
-            unit => column(figure, unit),
-        }
+        let objective = self.objective.replace('-', "_");
+        column(&format!("{objective}_{figure}"), self.unit)
     }
 
     /// Digits behind the point that the objective's unit asks for.
@@ -482,7 +480,7 @@ impl OptimumReport {
 
     /// The whole ranking as CSV.
     pub fn to_csv(&self) -> String {
-        let header = [
+        let header = vec![
             "rank".into(),
             "assignment".into(),
             self.column("mean"),
@@ -496,7 +494,7 @@ impl OptimumReport {
             "max_speed_m_per_s".into(),
         ];
         let rows = self.ranking.iter().enumerate().map(|(i, line)| {
-            [
+            vec![
                 (i + 1).to_string(),
                 line.assignment.join(" "),
                 line.mean.to_string(),
@@ -510,7 +508,8 @@ impl OptimumReport {
                 line.max_speed.map(|v| v.to_string()).unwrap_or_default(),
             ]
         });
-        self.made.csv(std::iter::once(header).chain(rows))
+        let rows = std::iter::once(header).chain(rows);
+        self.made.csv(without_empty_columns(rows))
     }
 }
 

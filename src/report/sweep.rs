@@ -2,11 +2,12 @@
 
 use super::bound::rounded_up;
 use super::provenance::Provenance;
-use super::table::{Table, cell, column, fixed, interval};
+use super::table::{Table, cell, column, fixed, interval, without_empty_columns};
 use super::throughput::ThroughputReport;
 use crate::clearance::MARGIN;
-use crate::experiment::{AS_GOOD, Axis, Limit, Sweep, SweepBound, paper};
+use crate::experiment::{AS_GOOD, Axis, Limit, Sweep, SweepBound, SweepPoint, paper};
 use crate::stats::{self, Interval};
+use crate::throughput::UnsteadyReason;
 use serde::Serialize;
 
 /// A sweep as it is printed and written; the JSON field names are the product's format.
@@ -203,6 +204,32 @@ pub struct PaperLimits {
     pub benefit_percent: f64,
 }
 
+/// That a limit on short patterns is not that of the line, where they are.
+fn short_limit(sweep: &Sweep) -> Option<String> {
+    let mut points = sweep.points.iter().flatten();
+    let enough = points
+        .clone()
+        .filter_map(|point| match point.throughput.missing {
+            Some(UnsteadyReason::Short { items, .. }) => items,
+            _ => None,
+        });
+    let enough = match enough.max() {
+        Some(items) => format!("{items} items or more"),
+        None => "more items".to_owned(),
+    };
+    let short = |point: &SweepPoint| {
+        let missing = &point.throughput.missing;
+        point.throughput.mean.is_none() && matches!(missing, Some(UnsteadyReason::Short { .. }))
+    };
+    points.any(short).then(|| {
+        format!(
+            "a limit on patterns as short as these is that of the patterns: the line picks \
+             everything of a few items also where it cannot keep up with their flow for long; for the \
+             limit of the line give patterns of {enough} (--items)"
+        )
+    })
+}
+
 impl SweepReport {
     /// The report of `sweep` over `axis`; `ids` are the methods' names in files,
     /// `with_paper` says that this is the paper's case.
@@ -287,6 +314,7 @@ impl SweepReport {
         let throughputs = points.iter().map(|point| &point.throughput);
         let mut notes = notes;
         notes.extend(ThroughputReport::note(throughputs));
+        notes.extend(short_limit(sweep).filter(|_| axis == Axis::Speed));
         let meet = sweep.values.iter().zip(&sweep.arms_meet);
         let (robust_gt, rl) = paper::SPEED_LIMITS;
         Self {
@@ -391,7 +419,7 @@ impl SweepReport {
         for limit in &self.limits {
             text += &self.limit_line(limit, many);
         }
-        for words in self.recommendations() {
+        for words in self.recommendations(str::to_owned) {
             text += &format!("choose    {words}\n");
         }
         if let Some(words) = self.avoided() {
@@ -427,8 +455,8 @@ impl SweepReport {
     }
 
     /// What to choose, in words, a sentence for each method; none in a sweep of the belt
-    /// speed, which is for the user to choose.
-    pub(super) fn recommendations(&self) -> Vec<String> {
+    /// speed, which is for the user to choose. `named` says how a method is called there.
+    pub(super) fn recommendations(&self, named: impl Fn(&str) -> String) -> Vec<String> {
         if self.sweep == "speed" {
             return Vec::new();
         }
@@ -461,17 +489,17 @@ impl SweepReport {
                 format!(
                     "{}: {value} {unit}, {least} with at least {} % of the highest throughput; \
                      {throughput} picks/min",
-                    limit.method,
+                    named(&limit.method),
                     100.0 * AS_GOOD
                 )
             }
             None if !self.is_steady() => format!(
                 "{}: nothing is recommended without a throughput (see the note)",
-                limit.method
+                named(&limit.method)
             ),
             None => format!(
                 "{}: nothing is recommended, arms can come too near at every value",
-                limit.method
+                named(&limit.method)
             ),
         };
         self.limits.iter().enumerate().map(line).collect()
@@ -598,6 +626,7 @@ impl SweepReport {
             row.extend(self.weighs.then(|| point.weighted_rate_per_min.to_string()));
             row
         });
-        self.made.csv(std::iter::once(header).chain(rows))
+        let rows = std::iter::once(header).chain(rows);
+        self.made.csv(without_empty_columns(rows))
     }
 }

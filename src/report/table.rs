@@ -86,6 +86,19 @@ pub fn column(figure: &str, unit: &str) -> String {
     format!("{figure}{suffix}")
 }
 
+/// The rows of a CSV file, header first, without the columns that are empty in all rows.
+pub fn without_empty_columns(rows: impl IntoIterator<Item = Vec<String>>) -> Vec<Vec<String>> {
+    let mut rows: Vec<Vec<String>> = rows.into_iter().collect();
+    let columns = rows.first().map_or(0, Vec::len);
+    let given = |c: usize| rows.len() < 2 || rows[1..].iter().any(|row| !row[c].is_empty());
+    let given: Vec<bool> = (0..columns).map(given).collect();
+    for row in &mut rows {
+        let mut given = given.iter();
+        row.retain(|_| *given.next().unwrap_or(&true));
+    }
+    rows
+}
+
 /// A number as a field of a CSV file, empty where there is none.
 pub fn cell(value: Option<f64>) -> String {
     value.map_or(String::new(), |value| value.to_string())

@@ -1,7 +1,7 @@
 //! The charts of a comparison.
 
 use super::chart::{
-    Bar, Chart, ChartKind, Entry, Ink, Layer, Mark, Point, Scale, Style, Swatch, beside, short,
+    Bar, Chart, ChartKind, Entry, Ink, Layer, Mark, Point, Scale, Style, Swatch, beside,
 };
 use crate::report::bound::{CaseBoundReport, rounded_up};
 use crate::report::comparison::{CaseReport, ComparisonReport, ResultReport};
@@ -275,10 +275,8 @@ fn difference(report: &ComparisonReport) -> Option<Chart> {
     };
     let mut ends: Vec<f64> = report.cases.iter().flat_map(ends_of).collect();
     ends.push(0.0);
-    let axis = format!(
-        "picking rate minus that of {} [1/min]",
-        short(&first.title, 40)
-    );
+    // The title names the first; a name of a long line would not fit here.
+    let axis = "picking rate minus that of the first method [1/min]".to_owned();
     Some(Chart {
         title: format!("Difference to {}", first.title),
         caption: "Difference of the picking rates on the same patterns, with the 95 % interval \

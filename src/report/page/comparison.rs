@@ -9,6 +9,11 @@ use crate::report::comparison::{CaseReport, ComparisonReport, MethodReport, Resu
 /// The page of `report`.
 pub fn comparison_page(report: &ComparisonReport) -> String {
     let mut sections = charts(COMPARISON_CHARTS, report);
+    // The first figure of the page, as in the tables.
+    let is_first = |section: &Section| matches!(section, Section::Chart("throughput", _));
+    if let Some(place) = sections.iter().position(is_first) {
+        sections[..=place].rotate_right(1);
+    }
     let counts = report.cases.iter();
     let counts = counts.map(|case| match case.patterns {
         1 => format!("a single one of {}", case.name),
@@ -90,10 +95,10 @@ fn answer(report: &ComparisonReport) -> Vec<String> {
             let (least, most) = ends(&rate);
             let shown =
                 |case: usize| figure(case, "picking_rate_per_min", rate(&report.cases[case]));
-            let mut text = match least == most {
-                true => format!("{title} has a picking rate of {}/min", shown(least)),
+            let rate = match least == most {
+                true => format!("a picking rate of {}/min", shown(least)),
                 false => format!(
-                    "{title} has a picking rate of {} to {}/min, depending on the case",
+                    "a picking rate of {} to {}/min, depending on the case",
                     shown(least),
                     shown(most)
                 ),
@@ -108,16 +113,13 @@ fn answer(report: &ComparisonReport) -> Vec<String> {
                 (steady.iter().min_by(order), steady.iter().max_by(order))
             {
                 let shown = |of: &(usize, f64)| figure(of.0, "throughput_per_min", of.1);
-                text += &match least == most {
-                    true => format!("; its throughput is {}/min", shown(least)),
-                    false => format!(
-                        "; its throughput is {} to {}/min",
-                        shown(least),
-                        shown(most)
-                    ),
+                let throughput = match least == most {
+                    true => format!("a throughput of {}/min", shown(least)),
+                    false => format!("a throughput of {} to {}/min", shown(least), shown(most)),
                 };
+                return format!("{title} has {throughput} and {rate}.");
             }
-            return text + ".";
+            return format!("{title} has {rate}.");
         }
         let benefit = |case: &CaseReport| case.results[j].benefit_percent;
         let (least, most) = ends(&benefit);

@@ -87,7 +87,7 @@ fn answer(report: &SweepReport) -> Vec<String> {
         text + "."
     };
     let mut lines: Vec<String> = report.limits.iter().enumerate().map(line).collect();
-    let chosen = report.recommendations().into_iter();
+    let chosen = report.recommendations(method_words).into_iter();
     lines.extend(chosen.map(|words| format!("Choose for {}.", escape(&words))));
     let avoided = report.avoided().into_iter();
     lines.extend(avoided.map(|words| format!("Avoid {}.", escape(&words))));

@@ -64,14 +64,15 @@ function fillTables(run) {
     return [
       [swatch, robot.name],
       of("picked", 0),
-      of("weight", 2),
+      ...(report.items_have_attributes ? [of("weight", 2)] : []),
       of("failed", 0),
       of("busy_s", 1),
       of("utilisation", 1, 100),
       ...(steady ? [of("utilisation_steady", 1, 100)] : []),
     ];
   });
-  const header = ["robot", "picked", "weight", "failed", "busy [s]", "utilisation [%]"];
+  const weight = report.items_have_attributes ? ["weight"] : [];
+  const header = ["robot", "picked", ...weight, "failed", "busy [s]", "utilisation [%]"];
   if (steady) header.push("in the steady state [%]");
   fillTable(byName("robots"), header, robots);
   const reasons = Object.entries(report.missed_by_reason);
