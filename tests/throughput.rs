@@ -378,7 +378,7 @@ fn the_page_of_a_comparison_begins_with_throughput() {
     let folder = tempfile::tempdir().unwrap();
     let html = folder.path().join("compare.html");
     let cases = folder.path().join("cases.toml");
-    let case = "[[case]]\nname = \"long\"\nsource = \"grid:0.15\"\nitems = 800\n";
+    let case = "[[case]]\nname = \"long\"\ngrid = 0.15\nitems = 800\n";
     std::fs::write(&cases, case).unwrap();
     let compare = ["compare", "-q", "--robust", "SPT,FIFO", "--no-policy"];
     let of = ["--cases", cases.to_str().unwrap(), "--no-bound", "--html"];
