@@ -40,7 +40,7 @@ impl Profile {
                     format!("{name}:{line}: column {}", place + 1),
                     format!("unknown column `{}`", shown(column)),
                     if column.starts_with("time") {
-                        "give the times in seconds, as `time_s`".to_owned()
+                        format!("{}; give seconds", known_names(column, &COLUMNS))
                     } else {
                         known_names(column, &COLUMNS)
                     },
