@@ -60,7 +60,7 @@ fn result_files_leave_the_input_alone() {
         let output = pickline(&[arguments, &["-q", "--out", out]].concat());
         let told = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(2), "{arguments:?}: {told}");
-        for word in ["--out: ", file, "is also the file of --", "cure:"] {
+        for word in ["--out", file, "is also the file of --", "cure:"] {
             assert!(told.contains(word), "{arguments:?}: {word} not in {told}");
         }
     }

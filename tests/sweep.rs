@@ -159,8 +159,9 @@ fn no_spacing_is_recommended_at_which_arms_meet() {
             "{point}"
         );
     }
-    // Bases on either side are 1.25 m apart across the belt, reaches are 0.8 m.
-    let apart = (1.6f64 * 1.6 - 1.25 * 1.25).sqrt();
+    // Bases on either side are 1.25 m apart across the belt, reaches are 0.8 m, and arms have
+    // to stay 0.05 m apart.
+    let apart = (1.65f64 * 1.65 - 1.25 * 1.25).sqrt();
     let recommended = report["limits"][0]["recommended"].as_f64().unwrap();
     assert!((apart..apart + 0.1).contains(&recommended), "{recommended}");
     let meet = report["arms_can_meet"].as_array().unwrap();

@@ -621,7 +621,7 @@ mod tests {
         let result = of(&text);
         assert_eq!(ids(&result), ["1"]);
         assert_eq!(result.report.merged[0].parts, ["1", "2", "3"]);
-        assert!(has(&result.report.lines(), "changed their id: 1 + 2 + 3"));
+        assert!(has(&result.report.lines(), "changed its id: 1 + 2 + 3"));
         // A glitch of one frame splits a track in three; its ends find each other.
         let glitch = track(1, 1..8, 0.0, 10.0, 50.0)
             + &track(1, 8..9, 400.0, 10.0, 50.0)
