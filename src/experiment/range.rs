@@ -84,7 +84,7 @@ pub fn round_step(most: f64) -> f64 {
     decimal(step.unwrap_or(decade))
 }
 
-/// The least of those steps with which a sweep from `from` to `to` has no more than [`ROWS`]
+/// The least of those steps with which a sweep from `from` to `to` has no more than `ROWS`
 /// rows.
 pub fn step_between(from: f64, to: f64) -> f64 {
     let least = (to - from) / (ROWS - 1.0);
@@ -114,7 +114,7 @@ fn decimal(value: f64) -> f64 {
 }
 
 impl Range {
-    /// From `low` to `high` on multiples of a round step, with about [`ROWS`] values.
+    /// From `low` to `high` on multiples of a round step, with about `ROWS` values.
     pub fn around(low: f64, high: f64) -> Self {
         let step = step_between(low, high);
         let from = decimal((low / step).floor().max(1.0) * step);

@@ -57,7 +57,7 @@ pub fn parse(text: &str, name: &str) -> Result<Pattern> {
     Ok(read(text, name)?.pattern)
 }
 
-/// Reads the text of a pattern file as [`CsvFile`] reads CSV; `name` is how messages call
+/// Reads the text of a pattern file as `CsvFile` reads CSV; `name` is how messages call
 /// it. Columns are known by their names in any case. `x`, `y` and `area` may carry their unit,
 /// `x_mm`, `y [cm]` or `area [mm^2]`. Columns of other names are ignored.
 ///
