@@ -211,3 +211,25 @@ fn a_read_only_station_file_is_refused_before_the_search() {
     );
     assert_eq!(std::fs::read_to_string(&path).unwrap(), before);
 }
+
+/// A station file and its policy can be moved together.
+#[cfg(feature = "onnx")]
+#[test]
+fn a_policy_is_looked_for_beside_the_station_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("line.toml");
+    let before = init(&path);
+    std::fs::write(&path, format!("strategy = \"onnx:pol.onnx\"\n{before}")).unwrap();
+    let file = path.to_str().unwrap();
+    let (code, said) = told(&["simulate", "--station", file]);
+    let policy = folder.path().join("pol.onnx");
+    assert_eq!(code, Some(2), "{said}");
+    assert!(said.contains(policy.to_str().unwrap()), "{said}");
+    let ships = concat!(env!("CARGO_MANIFEST_DIR"), "/policies/pickline.onnx");
+    std::fs::copy(ships, &policy).unwrap();
+    let run = json(&["simulate", "--station", file]);
+    assert!(
+        run["strategy"].as_str().unwrap().ends_with("pol.onnx"),
+        "{run}"
+    );
+}

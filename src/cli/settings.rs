@@ -64,9 +64,15 @@ impl StationChoice {
         remark: &dyn Fn(&str),
     ) -> Result<(Station, Option<String>)> {
         let (station, saved) = station::load_with_strategy(&self.station, self.overrides())?;
-        let Some(saved) = saved else {
+        let Some(mut saved) = saved else {
             return Ok((station, None));
         };
+        // A policy is looked for beside the station file that names it.
+        if let Some(policy) = strategies::policy_file(&saved.text)
+            && let Some(folder) = Path::new(&self.station).parent()
+        {
+            saved.text = format!("onnx:{}", folder.join(policy).display());
+        }
         let robots = station.robots().len();
         let parsed = strategies::parse(&saved.text).map_err(|e| e.at(&saved.place))?;
         match parsed.alone(robots) {
