@@ -184,12 +184,7 @@ impl ComparisonReport {
                     self.methods[i].title.clone(),
                 ];
                 if steady {
-                    let throughput = &result.throughput;
-                    row.extend([
-                        throughput.shown(1),
-                        throughput.interval(1),
-                        throughput.flow(1),
-                    ]);
+                    row.extend(result.throughput.table_cells(1));
                 }
                 row.extend([
                     fixed(100.0 * result.picked_share, 1),

@@ -378,12 +378,7 @@ impl SweepReport {
                 point.title.clone(),
             ];
             if steady {
-                let throughput = &point.throughput;
-                row.extend([
-                    throughput.shown(1),
-                    throughput.interval(1),
-                    throughput.flow(1),
-                ]);
+                row.extend(point.throughput.table_cells(1));
             }
             let added = point.added_per_robot_per_min;
             row.extend(adds.then(|| added.map_or(String::new(), |added| fixed(added, 1))));

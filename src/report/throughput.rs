@@ -115,6 +115,11 @@ impl ThroughputReport {
         value.map_or("-".to_owned(), |value| fixed(value, digits))
     }
 
+    /// The cells of a table: throughput, its interval and the flow.
+    pub(in crate::report) fn table_cells(&self, digits: usize) -> [String; 3] {
+        [self.shown(digits), self.interval(digits), self.flow(digits)]
+    }
+
     /// One line for a terminal.
     pub(in crate::report) fn line(&self) -> String {
         let flow = self.flow_per_min.map(|flow| fixed(flow, 1));
