@@ -45,7 +45,7 @@ mod served {
                 args.transport.remark(&format!("dashboard at http://{at}/"));
                 if !at.ip().is_loopback() {
                     let remark = "anybody who reaches this address can watch the line";
-                    args.transport.remark(remark);
+                    args.transport.warn(remark);
                 }
                 Ok(dashboard)
             };

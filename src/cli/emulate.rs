@@ -13,7 +13,8 @@ use crate::live::transport::{Heard, Hub, Side};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-pub fn run(args: &EmulateArgs, _session: &Session) -> Result<()> {
+pub fn run(args: &EmulateArgs, session: &Session) -> Result<()> {
+    session.log_into(args.transport.log());
     let station = args.station.load()?;
     let width = station.belt().width;
     let file = args.pattern.as_ref().map(|file| file.to_string_lossy());
@@ -47,6 +48,7 @@ pub fn run(args: &EmulateArgs, _session: &Session) -> Result<()> {
         ClockKind::Messages => play.go_in_turns(&stop)?,
     }
     play.listen_to_the_end(&stop)?;
+    args.transport.log().sum_up();
     args.transport.remark(&play.summary(items));
     let broken = play.emulator.broken_promises().first().cloned();
     play.hub.close(PATIENCE)?;

@@ -2,6 +2,8 @@
 
 use super::args::RunArgs;
 use super::live::unix_now;
+#[cfg(feature = "mcap")]
+use super::log::{Level, Log};
 use super::session::Session;
 use crate::decision::Strategy;
 use crate::error::Result;
@@ -16,6 +18,8 @@ use crate::report::station_hash;
 use crate::station::Station;
 use crate::strategies::policy_file;
 use std::path::{Path, PathBuf};
+#[cfg(feature = "mcap")]
+use std::sync::Arc;
 
 /// The program and its version.
 const PROGRAM: &str = concat!("pickline ", env!("CARGO_PKG_VERSION"));
@@ -42,6 +46,8 @@ pub struct Kept {
 struct Recording {
     recorder: Option<Recorder>,
     failure: Option<crate::error::Error>,
+    /// Where that is told.
+    log: Option<Arc<Log>>,
 }
 
 /// Checks, before the work begins, that what a run keeps can be written and is none of
@@ -135,6 +141,7 @@ impl Kept {
             let state = is_restored.then(|| controller.whole());
             let recorder = Recorder::create(path, &heading, state.as_ref())?;
             kept.recording.recorder = Some(recorder);
+            kept.recording.log = Some(Arc::clone(args.transport.log()));
             // A recording replaces nothing.
             kept.created.push(path.clone());
         }
@@ -240,7 +247,10 @@ impl Recording {
         if let Some(recorder) = &mut self.recorder
             && let Err(error) = write(recorder)
         {
-            super::session::tell(&format!("the recording ends here: {error}"));
+            let text = format!("the recording ends here: {error}");
+            if let Some(log) = &self.log {
+                log.say(Level::Error, &text, &text);
+            }
             self.failure = Some(error);
             self.recorder = None;
         }

@@ -1,7 +1,7 @@
 //! What `run` and `emulate` have in common: the place to talk at, the clock, the signals.
 
-use super::args::{ClockArg, TransportArgs};
-use super::session::tell;
+use super::args::{ClockArg, LogFormatArg, TransportArgs};
+use super::log::{Level, Log, Style, kind_of};
 use crate::error::{Error, Result, shown_number};
 use crate::live::ClockKind;
 use crate::live::transport::{Hub, Place, Side};
@@ -38,7 +38,7 @@ impl TransportArgs {
         if let Some(address) = hub.address() {
             self.remark(&format!("listening at {address}"));
             if !address.ip().is_loopback() {
-                self.remark("anybody who reaches this address can command the line");
+                self.warn("anybody who reaches this address can command the line");
             }
         }
         Ok(hub)
@@ -59,7 +59,7 @@ impl TransportArgs {
             let (domain, namespace) = (settings.domain, &settings.namespace);
             self.remark(&format!("talking in ROS domain {domain} under {namespace}"));
             if !settings.networks.iter().all(IpAddr::is_loopback) {
-                self.remark("anybody in these networks can command the line");
+                self.warn("anybody in these networks can command the line");
             }
             return Ok(Place::Ros2(Box::new(settings)));
         }
@@ -70,10 +70,31 @@ impl TransportArgs {
         })
     }
 
+    /// The log, which is opened when it is first asked for.
+    pub fn log(&self) -> &Arc<Log> {
+        let style = || match self.log_format {
+            LogFormatArg::Auto => Style::found(),
+            LogFormatArg::Text => Style::Text,
+            LogFormatArg::Journald => Style::Journald,
+            LogFormatArg::Stamped => Style::Stamped,
+        };
+        self.log.get_or_init(|| Arc::new(Log::on_stderr(style())))
+    }
+
     /// A remark for the user, unless quiet.
     pub fn remark(&self, text: &str) {
+        self.say(Level::Info, &kind_of(text), text);
+    }
+
+    /// A remark on something that is wrong, unless quiet.
+    pub fn warn(&self, text: &str) {
+        self.say(Level::Warning, &kind_of(text), text);
+    }
+
+    /// A remark, unless quiet, that is summed up with others of its `kind`.
+    pub fn say(&self, level: Level, kind: &str, text: &str) {
         if !self.quiet {
-            tell(text);
+            self.log().say(level, kind, text);
         }
     }
 }

@@ -8,6 +8,7 @@ mod emulate;
 mod game;
 mod kept;
 mod live;
+mod log;
 #[cfg(feature = "mqtt")]
 mod mqtt;
 mod node;
@@ -69,7 +70,7 @@ pub fn main() -> ExitCode {
         Ok(()) if session.interrupted() => ExitCode::from(INTERRUPTED),
         Ok(()) => ExitCode::from(DONE),
         Err(error) => {
-            session::tell(&format!("pickline: {error}"));
+            session.complain(&format!("pickline: {error}"));
             ExitCode::from(match error {
                 Error::Input { .. } | Error::Io { .. } => USAGE,
                 Error::Interrupted => INTERRUPTED,

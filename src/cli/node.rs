@@ -4,6 +4,7 @@ use super::args::TransportArgs;
 use super::dashboard::Screen;
 use super::kept::Kept;
 use super::live::{BREATH, GLANCE, unix_now, until};
+use super::log::Level;
 use crate::error::Result;
 use crate::live::layout;
 use crate::live::protocol::{Incoming, Outgoing, Rejected, decode};
@@ -108,7 +109,7 @@ impl Node<'_> {
                 Some(heard @ (Heard::Left(_) | Heard::Down(_) | Heard::Ended(_))) => {
                     if matches!(heard, Heard::Down(_)) {
                         let remark = "nobody is there any more: with message time this ends it";
-                        self.transport.remark(remark);
+                        self.transport.warn(remark);
                     }
                     self.talking = self.talking.saturating_sub(1);
                     if self.talking == 0 {
@@ -171,7 +172,8 @@ impl Node<'_> {
     fn tell(&self, origin: &Origin, rejected: &Rejected) {
         let (reason, message) = (rejected.reason.name(), &rejected.message);
         let text = format!("{origin}: refused ({reason}): {message}");
-        self.transport.remark(&text);
+        let kind = format!("{} {reason}", origin.sender());
+        self.transport.say(Level::Warning, &kind, &text);
     }
 
     /// Somebody is there who may not have heard what was said.
@@ -197,7 +199,7 @@ impl Node<'_> {
     /// Sends what the controller has to say, once the journal has what it follows from.
     fn speak(&mut self) -> Result<()> {
         if let Some(complaint) = self.controller.take_complaint() {
-            self.transport.remark(&complaint);
+            self.transport.warn(&complaint);
         }
         let output = self.controller.take_output();
         self.kept.keep(&mut self.controller, !output.is_empty())?;
@@ -214,7 +216,7 @@ impl Node<'_> {
             for number in self.hub.try_send(message, matters) {
                 self.hub.leave(number);
                 self.transport
-                    .remark("a peer did not keep up and was disconnected");
+                    .warn("a peer did not keep up and was disconnected");
             }
         }
         Ok(())
@@ -233,6 +235,8 @@ impl Node<'_> {
         self.report(true, queued);
         self.speak()?;
         let status = self.controller.status(true, 0);
+        // What was counted stands before the figures of the end.
+        self.transport.log().sum_up();
         let latency = self.controller.latency();
         if stopped && !status.open_tasks.is_empty() {
             let open: Vec<String> = status.open_tasks.iter().map(u64::to_string).collect();

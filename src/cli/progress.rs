@@ -1,5 +1,6 @@
 //! Progress on stderr: a bar with rate and remaining time.
 
+use crate::error::grouped;
 use crate::optimize::Progress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::fmt::Write;
@@ -135,15 +136,7 @@ fn rate_text(per_second: f64) -> String {
     if per_second < 9.95 {
         return format!("{per_second:.1}/s");
     }
-    let digits = format!("{per_second:.0}");
-    let mut text = String::new();
-    for (place, digit) in digits.chars().enumerate() {
-        if place > 0 && (digits.len() - place) % 3 == 0 {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text + "/s"
+    grouped(per_second.round() as u64) + "/s"
 }
 
 #[cfg(test)]

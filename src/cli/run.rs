@@ -29,6 +29,7 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
     if let Some(file) = &args.kept.replay {
         return super::replay::replay(args, file, session);
     }
+    session.log_into(args.transport.log());
     check_range("--tolerance", args.tolerance, 0.0, 1.0, "m")?;
     check_range("--ack-timeout", args.ack_timeout, 1e-3, 1e3, "s")?;
     check_range("--result-timeout", args.result_timeout, 1e-3, 1e4, "s")?;

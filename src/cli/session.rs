@@ -1,16 +1,19 @@
 //! What every verb is handed: the command line, the stop flag, stdout.
 
+use super::log::{Level, Log};
 use crate::error::{Error, Result};
 use crate::files;
 use std::io::{ErrorKind, Write as _};
 use std::path::Path;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
 
 /// One call of the program.
 pub struct Session {
     arguments: Vec<String>,
     stop: Arc<AtomicBool>,
+    /// Where errors go while a line runs.
+    log: OnceLock<Arc<Log>>,
 }
 
 /// Flags that cannot change a result, and whether they take a value; they are left
@@ -40,6 +43,7 @@ impl Session {
         Self {
             arguments,
             stop: Arc::default(),
+            log: OnceLock::new(),
         }
     }
 
@@ -68,6 +72,19 @@ impl Session {
     /// Whether Ctrl-C was pressed.
     pub fn interrupted(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
+    }
+
+    /// Has errors go into this log, so that they wait for nobody either.
+    pub fn log_into(&self, log: &Arc<Log>) {
+        let _ = self.log.set(Arc::clone(log));
+    }
+
+    /// Says what was wrong.
+    pub fn complain(&self, text: &str) {
+        match self.log.get() {
+            Some(log) => log.say(Level::Error, text, text),
+            None => tell(text),
+        }
     }
 
     /// The command line for provenance.

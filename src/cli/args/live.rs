@@ -1,8 +1,10 @@
 //! What `pickline run` and `pickline emulate` are given.
 
+use super::super::log::Log;
 use super::{StationChoice, strategy_help};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
+use std::sync::{Arc, OnceLock};
 
 /// Where the time comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -11,6 +13,19 @@ pub enum ClockArg {
     System,
     /// The stamps of the messages: the same messages give the same output, to the bit
     Messages,
+}
+
+/// How remarks are written on stderr.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum LogFormatArg {
+    /// As journald where stderr leads there, else as text
+    Auto,
+    /// The text alone
+    Text,
+    /// The level before each line, as journald reads it: <4>text
+    Journald,
+    /// Time [s] since 1970 and level before the text, for files
+    Stamped,
 }
 
 /// How two programs talk to each other.
@@ -36,6 +51,12 @@ pub struct TransportArgs {
     /// No remarks on stderr; refused messages are only counted
     #[arg(short, long)]
     pub quiet: bool,
+    /// How remarks are written on stderr
+    #[arg(long, value_enum, default_value_t = LogFormatArg::Auto)]
+    pub log_format: LogFormatArg,
+    /// Where they go; not an argument, opened with the first of them.
+    #[arg(skip)]
+    pub log: OnceLock<Arc<Log>>,
 }
 
 /// Run a line: take detections, send tasks to the robots

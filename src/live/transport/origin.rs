@@ -19,6 +19,19 @@ pub enum Origin {
     Topic(Arc<str>),
 }
 
+impl Origin {
+    /// Who sent it, whichever line and connection it was: stdin, a host or a topic.
+    pub fn sender(&self) -> String {
+        match self {
+            Self::Line { peer: None, .. } => "stdin".to_owned(),
+            Self::Line {
+                peer: Some(peer), ..
+            } => peer.ip().to_string(),
+            Self::Topic(_) => self.to_string(),
+        }
+    }
+}
+
 impl fmt::Display for Origin {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -1,0 +1,102 @@
+//! How a line of the log is written.
+
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// How much a remark matters. The numbers are those of syslog (RFC 5424, section 6.2.1),
+/// which journald reads.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Level {
+    /// The program or a part of it cannot go on.
+    Error = 3,
+    /// Something is wrong, and the line goes on.
+    Warning = 4,
+    /// What an operator wants to know.
+    Info = 6,
+}
+
+impl Level {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Error => "error",
+            Self::Warning => "warning",
+            Self::Info => "info",
+        }
+    }
+}
+
+/// How a line of the log is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Style {
+    /// The text alone.
+    Text,
+    /// With the level as journald reads it: `<4>text`.
+    Journald,
+    /// With the time as in stamps, and the level: `1795656426.123 warning text`.
+    Stamped,
+}
+
+impl Style {
+    /// How journald wants it where stderr leads there, else the text alone.
+    pub fn found() -> Self {
+        match std::env::var("JOURNAL_STREAM") {
+            Ok(stream) if leads_to(&stream) => Self::Journald,
+            _ => Self::Text,
+        }
+    }
+
+    /// `text` as it is written, with its line end.
+    pub fn line(self, level: Level, text: &str) -> String {
+        match self {
+            Self::Text => format!("{text}\n"),
+            // Each line is an entry of its own there.
+            Self::Journald => {
+                let lines = text.lines();
+                lines
+                    .map(|line| format!("<{}>{line}\n", level as u8))
+                    .collect()
+            }
+            Self::Stamped => {
+                let since = SystemTime::now().duration_since(UNIX_EPOCH);
+                let stamp = since.unwrap_or_default().as_secs_f64();
+                format!("{stamp:.3} {} {text}\n", level.name())
+            }
+        }
+    }
+}
+
+/// Whether stderr is the stream of this device and inode, `DEVICE:INODE`: the variable is
+/// handed on to programs whose stderr leads elsewhere.
+#[cfg(unix)]
+fn leads_to(stream: &str) -> bool {
+    use std::os::fd::AsFd as _;
+    use std::os::unix::fs::MetadataExt as _;
+    let stderr = std::io::stderr().as_fd().try_clone_to_owned();
+    let Ok(stderr) = stderr.map(std::fs::File::from) else {
+        return false;
+    };
+    let found = stderr.metadata();
+    found.is_ok_and(|found| stream == format!("{}:{}", found.dev(), found.ino()))
+}
+
+#[cfg(not(unix))]
+fn leads_to(_: &str) -> bool {
+    false
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_line_for_journald_has_its_level() {
+        let text = "camera: no word\n  cure: look";
+        assert_eq!(
+            Style::Journald.line(Level::Warning, text),
+            "<4>camera: no word\n<4>  cure: look\n"
+        );
+        assert_eq!(Style::Text.line(Level::Error, "a"), "a\n");
+        let stamped = Style::Stamped.line(Level::Info, "a");
+        let stamp = stamped.strip_suffix(" info a\n").unwrap();
+        assert!(stamp.parse::<f64>().unwrap() > 1.7e9, "{stamped}");
+    }
+}
