@@ -117,6 +117,68 @@ impl RobotInfo {
     }
 }
 
+/// All robots, upstream first.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fleet {
+    robots: Vec<RobotInfo>,
+}
+
+impl Fleet {
+    /// So many robots of which nothing was heard yet.
+    pub fn new(robots: usize) -> Self {
+        Self {
+            robots: vec![RobotInfo::default(); robots],
+        }
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.robots.len()
+    }
+
+    /// Each with its index.
+    pub fn iter(&self) -> impl Iterator<Item = (usize, &RobotInfo)> {
+        self.robots.iter().enumerate()
+    }
+
+    /// The robot of this index.
+    pub fn get(&self, robot: usize) -> &RobotInfo {
+        &self.robots[robot]
+    }
+
+    /// The robot of this index, to be changed.
+    pub fn get_mut(&mut self, robot: usize) -> &mut RobotInfo {
+        &mut self.robots[robot]
+    }
+
+    /// A window of `robot` opens at `open` [s]: if it waits for one, it waits until then.
+    pub fn window_opens(&mut self, robot: usize, open: f64) {
+        let info = &mut self.robots[robot];
+        if info.service == Service::Ready && info.wait == Wait::Window {
+            info.free_at = info.free_at.min(open);
+        }
+    }
+
+    /// Whoever waits decides again, from `now` [s] on.
+    pub fn wake_all(&mut self, now: f64) {
+        for robot in &mut self.robots {
+            if robot.service == Service::Ready && robot.wait != Wait::No {
+                robot.free_at = now;
+                robot.wait = Wait::No;
+            }
+        }
+    }
+
+    /// When each can set out next [s]; infinite for those that do not work.
+    pub fn free_at(&self, into: &mut Vec<f64>) {
+        into.clear();
+        into.extend(self.robots.iter().map(|robot| match robot.service {
+            Service::Ready => robot.free_at,
+            _ => f64::INFINITY,
+        }));
+    }
+}
+
 /// A time that may be infinite, which JSON has no number for.
 mod never {
     use serde::{Deserialize as _, Deserializer, Serialize as _, Serializer};

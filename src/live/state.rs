@@ -7,28 +7,20 @@
 use super::belt::{Motion, MotionChange};
 use super::claims::Claim;
 use super::items::{Numbers, Tracked};
-use super::protocol::MissedCounts;
 use super::robots::RobotInfo;
+use super::tally::Tally;
 use crate::error::{Error, Result};
 use serde::{Deserialize, Serialize};
-use std::borrow::Cow;
 use std::collections::BTreeMap;
-
-/// Counts by what was counted.
-pub(super) type Counts = BTreeMap<Cow<'static, str>, u64>;
 
 /// Numbers that only grow.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub(super) struct Counters {
     pub next_task: u64,
     pub numbers: Numbers,
-    /// Items seen so far.
-    pub seen: u64,
-    /// Fates of items that are forgotten.
-    pub picked: u64,
-    pub missed: MissedCounts,
-    pub rejected: Counts,
-    pub noted: Counts,
+    /// What was counted.
+    #[serde(flatten)]
+    pub tally: Tally,
 }
 
 /// How a state differs from an earlier one: every part that is not what it was, as it is

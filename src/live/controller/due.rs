@@ -6,25 +6,25 @@ use crate::live::clock::ClockKind;
 impl Controller {
     /// With the system clock: the time is `stamp` [s since 1970], and what is due is done.
     pub fn advance(&mut self, stamp: f64) {
-        if self.clock.kind == ClockKind::System {
-            let time = self.clock.time(stamp);
+        if self.stamps.clock.kind == ClockKind::System {
+            let time = self.stamps.clock.time(stamp);
             // Decisions are never made in the past: the robots could not leave then.
-            self.clock.now = self.clock.now.max(time);
-            self.settle(self.clock.now, true);
+            self.stamps.clock.now = self.stamps.now().max(time);
+            self.settle(self.stamps.now(), true);
         }
     }
 
     /// With message time: no further message comes.
     pub fn finish(&mut self) {
-        if self.clock.kind == ClockKind::Messages {
+        if self.stamps.clock.kind == ClockKind::Messages {
             self.resolve_last();
-            self.settle(self.clock.now, true);
+            self.settle(self.stamps.now(), true);
         }
     }
 
     /// Stamp at which something is due if no message comes [s].
     pub fn next_stamp(&mut self) -> Option<f64> {
-        self.next_due().map(|time| self.clock.stamp(time))
+        self.next_due().map(|time| self.stamps.clock.stamp(time))
     }
 
     pub(super) fn next_due(&mut self) -> Option<f64> {
@@ -50,8 +50,8 @@ impl Controller {
     pub(super) fn settle(&mut self, until: f64, included: bool) {
         let is_due = |time: f64| time < until || (included && time == until);
         loop {
-            if !self.awaits_belt && self.motion.is_off(self.clock.now) {
-                self.plan_anew();
+            if self.world.is_off(self.stamps.now()) {
+                self.plan_again();
             }
             let deadline = self.next_deadline().filter(|(time, _)| is_due(*time));
             let decision = self.next_decision().filter(|(time, _)| is_due(*time));
@@ -62,7 +62,7 @@ impl Controller {
             let first = first.into_iter().flatten().fold(f64::INFINITY, f64::min);
             if is_due(self.next_status) && self.next_status < first {
                 // As things are then: what is due at the same time is done before.
-                self.clock.now = self.clock.now.max(self.next_status);
+                self.stamps.clock.now = self.stamps.now().max(self.next_status);
                 self.next_status += self.config.status_every;
                 self.forget_gone();
                 self.report(false, 0);
@@ -70,17 +70,17 @@ impl Controller {
             }
             match (deadline, decision) {
                 (Some((at, task)), decision) if decision.is_none_or(|(time, _)| at <= time) => {
-                    self.clock.now = self.clock.now.max(at);
+                    self.stamps.clock.now = self.stamps.now().max(at);
                     self.overdue(task);
                 }
                 (_, Some((time, robot))) => {
-                    self.clock.now = self.clock.now.max(time);
+                    self.stamps.clock.now = self.stamps.now().max(time);
                     self.decide(robot);
                 }
                 _ => break,
             }
         }
-        self.clock.now = self.clock.now.max(until);
+        self.stamps.clock.now = self.stamps.now().max(until);
         self.forget_gone();
     }
 }

@@ -1,56 +1,51 @@
 //! Where things stand.
 
 use super::Controller;
-use super::items::Fate;
 use crate::live::clock::ClockKind;
+use crate::live::fate::Fate;
 use crate::live::protocol::{Outgoing, Status};
-use std::borrow::Cow;
-use std::collections::BTreeMap;
 
 impl Controller {
     /// The figures as they are now. `queued` is how many messages wait to be sent.
     pub fn status(&self, last: bool, queued: u64) -> Status {
-        let now = self.clock.now;
-        let travel = self.motion.travel(now);
-        let (mut picked, mut missed) = (self.picked, self.missed);
+        let now = self.stamps.now();
+        let (mut picked, mut missed) = self.tally.forgotten();
         let (mut on_belt, mut claimed) = (0, 0);
-        for (_, tracked) in self.items.iter() {
-            match self.fate(tracked, tracked.place + travel) {
+        let travel = self.world.motion().travel(now);
+        for (_, tracked) in self.world.items().iter() {
+            match self.world.fate(tracked, tracked.place + travel) {
                 Fate::Picked => picked += 1,
                 Fate::Claimed => claimed += 1,
                 Fate::OnBelt => on_belt += 1,
                 fate => {
-                    fate.count(&mut missed);
+                    if let Some(count) = fate.count(&mut missed) {
+                        *count += 1;
+                    }
                 }
             }
         }
-        let counts = |counts: &BTreeMap<Cow<'static, str>, u64>| {
-            let counts = counts.iter();
-            counts
-                .map(|(name, count)| (name.to_string(), *count))
-                .collect()
-        };
+        let seen = self.tally.seen();
         let share = |part: f64, whole: f64| if whole > 0.0 { part / whole } else { 0.0 };
-        let robots = self.nominal.robots().iter().zip(&self.robots);
+        let robots = self.station().robots().iter().zip(self.fleet.iter());
         Status {
-            stamp: self.clock.stamp(now),
+            stamp: self.stamps.clock.stamp(now),
             last,
             layout: Some(self.layout.clone()),
-            seen: self.seen,
+            seen,
             picked,
-            picked_share: share(picked as f64, self.seen as f64),
+            picked_share: share(picked as f64, seen as f64),
             picks_per_min: share(60.0 * picked as f64, now),
             missed,
             on_belt,
             claimed,
-            open_tasks: self.claims.keys().copied().collect(),
+            open_tasks: self.tasks.numbers(),
             queued,
-            rejected: counts(&self.rejected),
-            noted: counts(&self.noted),
+            rejected: self.tally.rejected(),
+            noted: self.tally.noted(),
             robots: robots
-                .map(|(robot, info)| info.report(&robot.name, now))
+                .map(|(robot, (_, info))| info.report(&robot.name, now))
                 .collect(),
-            latency: (self.clock.kind == ClockKind::System).then(|| self.latency.latency()),
+            latency: (self.stamps.clock.kind == ClockKind::System).then(|| self.decider.latency()),
         }
     }
 
@@ -62,6 +57,6 @@ impl Controller {
 
     /// How long decisions took so far.
     pub fn latency(&self) -> crate::live::protocol::Latency {
-        self.latency.latency()
+        self.decider.latency()
     }
 }

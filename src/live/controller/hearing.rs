@@ -27,49 +27,42 @@ impl Controller {
         result
     }
 
-    /// Why the message that was held back was refused, if it was since this was last asked.
-    pub fn take_dropped(&mut self) -> Option<Rejected> {
-        self.dropped.take()
-    }
-
     fn take(&mut self, message: Incoming) -> Result<Taken, Rejected> {
-        let (stamp, is_tick) = (message.stamp(), matches!(message, Incoming::Tick { .. }));
-        let mut belief = self.clock.judge(stamp, is_tick)?;
-        if let Some(held) = self.held_back.take() {
-            let confirmed = self.clock.confirms(held.stamp(), stamp);
+        let stamp = message.stamp();
+        let mut belief = self.stamps.judge(&message)?;
+        if let Some((held, confirmed)) = self.stamps.take_held_back(Some(stamp)) {
             self.resolve(held, confirmed);
-            belief = self.clock.judge(stamp, is_tick)?;
+            belief = self.stamps.judge(&message)?;
         }
         if let Belief::Certain(time) = belief {
             return self.heed(time, message).map(|()| Taken::Heeded);
         }
-        if is_tick && self.clock.origin().is_none() {
+        let is_tick = matches!(message, Incoming::Tick { .. });
+        if is_tick && self.stamps.clock.origin().is_none() {
             // Whatever time it is, nothing is due; who asks may say nothing more until
             // there is an answer.
             self.output.push(Outgoing::Due(Due { stamp, next: None }));
         }
-        self.held_back = Some(message);
+        self.stamps.hold_back(message);
         Ok(Taken::Held)
     }
 
-    /// No message comes after the one that is held back. The first of all is heeded then:
-    /// nothing speaks against it.
+    /// No message comes after the one that is held back.
     pub(super) fn resolve_last(&mut self) {
-        if let Some(held) = self.held_back.take() {
-            let is_first = self.clock.origin().is_none();
-            self.resolve(held, is_first);
+        if let Some((held, confirmed)) = self.stamps.take_held_back(None) {
+            self.resolve(held, confirmed);
         }
     }
 
     /// Heeds a message that was held back, or refuses it.
     fn resolve(&mut self, held: Incoming, confirmed: bool) {
-        let is_first = self.clock.origin().is_none();
+        let is_first = self.stamps.clock.origin().is_none();
         let result = if confirmed {
-            let time = self.clock.time(held.stamp());
+            let time = self.stamps.clock.time(held.stamp());
             if !is_first {
                 self.note("leap");
             }
-            if time > self.clock.now + LEAP {
+            if time > self.stamps.now() + LEAP {
                 self.skip_statuses(time - LEAP);
             }
             if is_first && matches!(held, Incoming::Tick { .. }) {
@@ -79,16 +72,16 @@ impl Controller {
                 self.heed(time, held)
             }
         } else {
-            Err(self.clock.unconfirmed(held.stamp()))
+            Err(self.stamps.clock.unconfirmed(held.stamp()))
         };
         if let Err(rejected) = result {
             self.count_rejected(rejected.reason);
-            self.dropped = Some(rejected);
+            self.stamps.drop_held_back(rejected);
         }
     }
 
     fn heed(&mut self, time: f64, message: Incoming) -> Result<(), Rejected> {
-        if self.clock.kind == ClockKind::Messages && time > self.clock.now {
+        if self.stamps.clock.kind == ClockKind::Messages && time > self.stamps.clock.now {
             // What was due before this came is decided without it.
             self.settle(time, false);
         }
@@ -102,9 +95,9 @@ impl Controller {
             Incoming::Ack(ack) => self.heed_ack(ack.task),
             Incoming::Result(report) => self.heed_result(time, &report),
             Incoming::Tick { stamp } => {
-                if self.clock.kind == ClockKind::Messages {
+                if self.stamps.clock.kind == ClockKind::Messages {
                     self.settle(time, true);
-                    let next = self.next_due().map(|time| self.clock.stamp(time));
+                    let next = self.next_due().map(|time| self.stamps.clock.stamp(time));
                     self.output.push(Outgoing::Due(Due { stamp, next }));
                 }
                 Ok(())

@@ -1,15 +1,11 @@
 //! What the camera tells, and what becomes of items.
 
 use super::Controller;
-use crate::decision::Candidate;
 use crate::error::{shown, shown_number};
-use crate::live::items::{State, Tracked};
-use crate::live::protocol::{Detection, MissedCounts, Rejected, Rejection};
-use crate::live::robots::{Service, Wait};
+use crate::live::items::State;
+use crate::live::protocol::{Detection, Rejected, Rejection};
 use crate::pattern::Item;
 
-/// How far past the belt's end an item is kept [m], so that late news of it finds it.
-const PAST_THE_END: f64 = 0.5;
 /// How far beside the belt a detection may lie [m]: cameras are not exact.
 const BESIDE: f64 = 0.05;
 /// A position that differs by less [m] is the same.
@@ -21,50 +17,10 @@ const TWIN: f64 = 1e-3;
 /// Detections of one item lie within so many standard deviations of it.
 const DEVIATIONS: f64 = 3.0;
 
-/// What becomes of an item that is not picked nor claimed.
-pub(super) enum Fate {
-    Picked,
-    Claimed,
-    OnBelt,
-    Unreachable,
-    GraspFailed,
-    NoResult,
-    PassedOver,
-    Busy,
-}
-
-impl Fate {
-    /// Why the item was missed, as the figures name it; none when it was not.
-    pub fn reason(&self) -> Option<&'static str> {
-        match self {
-            Self::Unreachable => Some("unreachable"),
-            Self::GraspFailed => Some("grasp_failed"),
-            Self::NoResult => Some("no_result"),
-            Self::PassedOver => Some("passed_over"),
-            Self::Busy => Some("busy"),
-            Self::Picked | Self::Claimed | Self::OnBelt => None,
-        }
-    }
-
-    /// Adds it to the counts; false when it is none of theirs.
-    pub fn count(&self, missed: &mut MissedCounts) -> bool {
-        let count = match self {
-            Self::Unreachable => &mut missed.unreachable,
-            Self::GraspFailed => &mut missed.grasp_failed,
-            Self::NoResult => &mut missed.no_result,
-            Self::PassedOver => &mut missed.passed_over,
-            Self::Busy => &mut missed.busy,
-            Self::Picked | Self::Claimed | Self::OnBelt => return false,
-        };
-        *count += 1;
-        true
-    }
-}
-
 impl Controller {
     /// The camera saw something at `time` [s].
     pub(super) fn detect(&mut self, time: f64, detection: Detection) -> Result<(), Rejected> {
-        let belt = *self.nominal.belt();
+        let belt = *self.station().belt();
         let y = detection.y;
         let off_belt = |axis: &str, value: f64, expected: String| {
             let value = shown_number(value);
@@ -79,16 +35,16 @@ impl Controller {
                 format!("|y| up to the belt's edge at {edge} m"),
             ));
         }
-        let place = detection.x - self.motion.travel(time);
+        let place = detection.x - self.world.motion().travel(time);
         let known = match &detection.id {
-            Some(id) => self.items.find(id),
+            Some(id) => self.world.items().find(id),
             None => self.associate(time, place, &detection),
         };
         if let Some(item) = known {
             self.see_again(item, time, place, &detection);
             return Ok(());
         }
-        let x = place + self.motion.travel(self.clock.now);
+        let x = place + self.world.motion().travel(self.stamps.now());
         if x > belt.length {
             let end = shown_number(belt.length);
             return Err(off_belt(
@@ -97,7 +53,7 @@ impl Controller {
                 format!("x up to the belt's end at {end} m, now"),
             ));
         }
-        if self.items.len() >= self.config.most_items {
+        if self.world.items().len() >= self.config.most_items {
             let most = self.config.most_items;
             let id = shown(detection.id.as_deref().unwrap_or("without id"));
             return Err(Rejected::new(
@@ -106,9 +62,11 @@ impl Controller {
             ));
         }
         let figures = described(&detection);
-        let item = self.items.add(detection.id, place, time, &figures);
-        self.seen += 1;
-        self.open_windows(item);
+        let now = self.stamps.now();
+        let at = (place, time);
+        self.world
+            .add(detection.id, at, &figures, now, &mut self.fleet);
+        self.tally.see();
         Ok(())
     }
 
@@ -116,7 +74,8 @@ impl Controller {
     fn associate(&self, time: f64, place: f64, detection: &Detection) -> Option<u32> {
         let variance = detection.covariance.map_or(0.0, |[xx, _, yy]| xx.max(yy));
         let gate = self.config.tolerance.max(DEVIATIONS * variance.sqrt());
-        self.items
+        self.world
+            .items()
             .nearest((place, detection.y), gate, |tracked, way| {
                 // One picture shows an item once.
                 let fits = tracked.measured != time || way <= TWIN;
@@ -126,21 +85,24 @@ impl Controller {
     }
 
     fn see_again(&mut self, item: u32, time: f64, place: f64, detection: &Detection) {
-        let Some(tracked) = self.items.get_mut(item) else {
+        let Some(tracked) = self.world.items().get(item) else {
             return;
         };
         let is_late = time < tracked.measured;
         let moved = (tracked.place - place).hypot(tracked.y - detection.y);
         let state = tracked.state;
+        let now = self.stamps.now();
         if !is_late {
-            tracked.measured = time;
-            if detection.weight.or(detection.area_cm2).is_some() {
-                tracked.weight = described(detection).reward();
-            }
+            self.world.describe(item, now, &mut self.fleet, |tracked| {
+                tracked.measured = time;
+                if detection.weight.or(detection.area_cm2).is_some() {
+                    tracked.weight = described(detection).reward();
+                }
+            });
             if moved > SAME {
-                self.items.place(item, place, detection.y);
+                let to = (place, detection.y);
+                self.world.place(item, to, now, &mut self.fleet);
                 match state {
-                    State::Free => self.open_windows(item),
                     State::Claimed(task) if moved > MOVED => self.follow(task),
                     _ => {}
                 }
@@ -153,94 +115,11 @@ impl Controller {
         });
     }
 
-    /// Opens the windows of an item, if it is free, for every robot that may take it, and
-    /// wakes those that wait for one.
-    pub(super) fn open_windows(&mut self, item: u32) {
-        let (Some(station), Some(tracked)) = (&self.planning, self.items.get(item)) else {
-            return;
-        };
-        let (now, mut windowed) = (self.clock.now, tracked.windowed);
-        let x0 = tracked.place + self.motion.planned_offset();
-        for (index, robot) in station.robots().iter().enumerate() {
-            self.windows[index].remove(item);
-            if tracked.state != State::Free || tracked.refused & (1 << index) != 0 {
-                continue;
-            }
-            let window = robot.departure_window(station.belt(), x0, tracked.y);
-            let Some((open, close)) = window.filter(|(_, close)| *close >= now) else {
-                continue;
-            };
-            windowed = true;
-            self.windows[index].add(Candidate {
-                item,
-                x0,
-                y: tracked.y,
-                weight: tracked.weight,
-                open,
-                close,
-            });
-            let info = &mut self.robots[index];
-            if info.service == Service::Ready && info.wait == Wait::Window {
-                info.free_at = info.free_at.min(open.max(now));
-            }
-        }
-        if windowed != tracked.windowed
-            && let Some(tracked) = self.items.get_mut(item)
-        {
-            tracked.windowed = true;
-        }
-    }
-
-    /// An item is nobody's any more; it goes back to the pool, or is given up.
-    pub(super) fn give_back(&mut self, item: u32) {
-        if let Some(tracked) = self.items.get_mut(item) {
-            let again = tracked.attempts < self.config.most_attempts;
-            tracked.state = if again { State::Free } else { State::GivenUp };
-            self.open_windows(item);
-        }
-    }
-
-    /// What has become of an item that is at `x` [m].
-    pub(super) fn fate(&self, tracked: &Tracked, x: f64) -> Fate {
-        match tracked.state {
-            State::Picked(_) => Fate::Picked,
-            State::Claimed(_) => Fate::Claimed,
-            State::NoResult => Fate::NoResult,
-            State::GivenUp => Fate::GraspFailed,
-            State::Free if x <= self.nominal.belt().length => Fate::OnBelt,
-            State::Free if tracked.attempts > 0 => Fate::GraspFailed,
-            State::Free if tracked.offered => Fate::PassedOver,
-            State::Free if tracked.windowed => Fate::Busy,
-            State::Free => Fate::Unreachable,
-        }
-    }
-
     /// Forgets what has left the belt, so that memory does not grow.
     pub(super) fn forget_gone(&mut self) {
-        if self.awaits_belt {
-            return;
-        }
-        let travel = self.motion.travel(self.clock.now);
-        let end = self.nominal.belt().length + PAST_THE_END - travel;
-        let past = self.items.within(end.next_up(), f64::INFINITY);
-        let gone = past.filter(|(_, tracked)| !matches!(tracked.state, State::Claimed(_)));
-        let gone: Vec<u32> = gone.map(|(item, _)| item).collect();
-        for item in gone {
-            let Some(tracked) = self.items.forget(item) else {
-                continue;
-            };
-            for windows in &mut self.windows {
-                windows.remove(item);
-            }
-            for task in &tracked.tasks {
-                self.closed.remove(task);
-            }
-            match self.fate(&tracked, f64::INFINITY) {
-                Fate::Picked => self.picked += 1,
-                fate => {
-                    fate.count(&mut self.missed);
-                }
-            }
+        for (_, tracked, fate) in self.world.forget_gone(self.stamps.now()) {
+            self.tasks.forget(&tracked.tasks);
+            self.tally.forget(fate);
         }
     }
 }

@@ -14,20 +14,18 @@ mod recovery;
 mod tasks;
 mod watch;
 
-use super::belt::Motion;
-use super::claims::Claim;
 use super::clock::{Clock, ClockKind};
-use super::items::Items;
-use super::latency::Histogram;
-use super::protocol::{Incoming, MissedCounts, Outgoing, Rejected, Rejection};
-use super::robots::RobotInfo;
-use super::windows::Windows;
-use crate::decision::{BeltItem, Candidate, Strategy};
+use super::decider::{Decider, Stopwatch};
+use super::protocol::{Outgoing, Rejected, Rejection};
+use super::robots::Fleet;
+use super::stamps::Stamps;
+use super::tally::Tally;
+use super::tasks::Tasks;
+use super::world::World;
+use crate::decision::Strategy;
 use crate::live::layout::layout_hash;
 use crate::station::Station;
 use recovery::Told;
-use std::borrow::Cow;
-use std::collections::BTreeMap;
 
 pub use hearing::Taken;
 
@@ -68,67 +66,38 @@ impl Default for Config {
     }
 }
 
-/// Reads a stopwatch [s]; passed in, as the controller has no clock of its own.
-pub type Stopwatch = Box<dyn FnMut() -> f64 + Send>;
-
-/// The state of a live line.
+/// The state of a live line: its parts, and what is to be said.
+///
+/// Each part holds what belongs together and keeps it consistent; what is done with news,
+/// and when, is here, as methods that call the parts.
 pub struct Controller {
     config: Config,
-    /// The station as its file says.
-    nominal: Station,
-    /// Hash of its layout.
+    /// Hash of the station's layout.
     layout: String,
-    /// The station with the belt as fast as it is planned with; none while no robot can
-    /// work: the belt runs backwards or outruns an arm.
-    planning: Option<Station>,
-    strategy: Box<dyn Strategy>,
-    name: String,
-    stopwatch: Option<Stopwatch>,
-    latency: Histogram,
-    clock: Clock,
-    motion: Motion,
-    items: Items,
-    robots: Vec<RobotInfo>,
-    windows: Vec<Windows>,
-    /// Tasks whose result is not known.
-    claims: BTreeMap<u64, Claim>,
-    /// Tasks that are over, with their item, until that is forgotten.
-    closed: BTreeMap<u64, u32>,
-    next_task: u64,
+    /// What is known of the belt and its items.
+    world: World,
+    /// What is known of the robots.
+    fleet: Fleet,
+    /// The tasks that were given.
+    tasks: Tasks,
+    /// The time, and which stamps are believed.
+    stamps: Stamps,
+    /// What is counted.
+    tally: Tally,
+    /// Who decides.
+    decider: Decider,
     /// When the next status is due [s]; never without message time.
     next_status: f64,
     output: Vec<Outgoing>,
-    /// With message time, a message whose stamp the next one has to confirm.
-    held_back: Option<Incoming>,
-    /// Why such a message was refused, until somebody asks.
-    dropped: Option<Rejected>,
     held: bool,
     stopping: bool,
-    /// Whether the belt has to be heard before anything is done: it may have stopped
-    /// while nobody listened.
-    awaits_belt: bool,
     /// What was last told of the state; none while nobody asks for its changes.
     told: Option<Told>,
-    seen: u64,
-    /// Fates of items that are forgotten.
-    picked: u64,
-    missed: MissedCounts,
-    rejected: BTreeMap<Cow<'static, str>, u64>,
-    noted: BTreeMap<Cow<'static, str>, u64>,
-    /// What is wrong with the strategy's answers, until somebody asks.
-    complaint: Option<String>,
-    has_complained: bool,
-    /// What a decision is made on, kept to be filled again.
-    candidates: Vec<Candidate>,
-    view: Vec<BeltItem>,
-    free_at: Vec<f64>,
 }
 
 impl Controller {
     /// A line of which nothing is known yet.
     pub fn new(station: Station, strategy: Box<dyn Strategy>, config: Config) -> Self {
-        let robots = station.robots().len();
-        let speed = station.belt().speed;
         let tells = config.clock == ClockKind::Messages && config.status_every > 0.0;
         Self {
             next_status: if tells {
@@ -137,50 +106,29 @@ impl Controller {
                 f64::INFINITY
             },
             config,
-            planning: Some(station.clone()),
             layout: layout_hash(&station),
-            nominal: station,
-            name: strategy.name(),
-            strategy,
-            stopwatch: None,
-            latency: Histogram::default(),
-            clock: Clock::new(config.clock),
-            motion: Motion::new(speed),
-            items: Items::default(),
-            robots: vec![RobotInfo::default(); robots],
-            windows: vec![Windows::default(); robots],
-            claims: BTreeMap::new(),
-            closed: BTreeMap::new(),
-            next_task: 1,
+            fleet: Fleet::new(station.robots().len()),
+            world: World::new(station),
+            tasks: Tasks::default(),
+            stamps: Stamps::new(Clock::new(config.clock)),
+            tally: Tally::default(),
+            decider: Decider::new(strategy),
             output: Vec::new(),
-            held_back: None,
-            dropped: None,
             held: false,
             stopping: false,
-            awaits_belt: false,
             told: None,
-            seen: 0,
-            picked: 0,
-            missed: MissedCounts::default(),
-            rejected: BTreeMap::new(),
-            noted: BTreeMap::new(),
-            complaint: None,
-            has_complained: false,
-            candidates: Vec::new(),
-            view: Vec::new(),
-            free_at: Vec::new(),
         }
     }
 
     /// The same controller, which times its decisions.
     pub fn with_stopwatch(mut self, stopwatch: Stopwatch) -> Self {
-        self.stopwatch = Some(stopwatch);
+        self.decider.time_with(stopwatch);
         self
     }
 
     /// The station as its file says.
     pub fn station(&self) -> &Station {
-        &self.nominal
+        self.world.station()
     }
 
     /// What is to be sent, in order.
@@ -202,10 +150,25 @@ impl Controller {
 
     /// Counts a line that was refused before it became a message.
     pub fn count_rejected(&mut self, reason: Rejection) {
-        *self.rejected.entry(reason.name().into()).or_default() += 1;
+        self.tally.reject(reason);
+    }
+
+    /// Why the message that was held back was refused, if it was since this was last asked.
+    pub fn take_dropped(&mut self) -> Option<Rejected> {
+        self.stamps.take_dropped()
+    }
+
+    /// What is wrong with the first answer of the strategy that cannot be used, once.
+    pub fn take_complaint(&mut self) -> Option<String> {
+        self.decider.take_complaint()
+    }
+
+    /// The time now [s], 0 at the first message.
+    pub fn now(&self) -> f64 {
+        self.stamps.now()
     }
 
     fn note(&mut self, what: &'static str) {
-        *self.noted.entry(what.into()).or_default() += 1;
+        self.tally.note(what);
     }
 }

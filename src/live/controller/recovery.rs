@@ -7,8 +7,11 @@ use crate::live::belt::Plan;
 use crate::live::claims::{Claim, Stage};
 use crate::live::clock::Clock;
 use crate::live::items::Items;
-use crate::live::robots::RobotInfo;
+use crate::live::robots::Fleet;
+use crate::live::stamps::Stamps;
 use crate::live::state::{Change, Counters, State};
+use crate::live::tasks::Tasks;
+use crate::live::world::World;
 use crate::station::Station;
 use std::collections::BTreeMap;
 
@@ -17,7 +20,7 @@ use std::collections::BTreeMap;
 #[derive(Debug)]
 pub(super) struct Told {
     claims: BTreeMap<u64, Claim>,
-    robots: Vec<RobotInfo>,
+    fleet: Fleet,
     counters: Counters,
     plan: Plan,
     now: f64,
@@ -40,7 +43,7 @@ impl Controller {
         /// The machine's clock may have been corrected by this much [s].
         const AHEAD: f64 = 5.0;
         let mut controller = Self::new(station, strategy, config);
-        state.check(controller.robots.len())?;
+        state.check(controller.fleet.len())?;
         let mut clock = Clock::resume(config.clock, state.origin, state.now);
         if let Some(stamp) = stamp {
             let time = clock.time(stamp);
@@ -55,28 +58,17 @@ impl Controller {
             clock.now = clock.now.max(time);
         }
         controller.skip_statuses(clock.now);
-        controller.clock = clock;
-        controller.motion = state.motion.unwrap_or(controller.motion);
+        controller.stamps = Stamps::new(clock);
         for (robot, info) in state.robots {
-            controller.robots[robot] = info;
+            *controller.fleet.get_mut(robot) = info;
         }
-        let tasks = state.items.iter().flat_map(|(item, tracked)| {
-            let over = tracked.tasks.iter();
-            let over = over.filter(|task| !state.claims.contains_key(task));
-            over.map(|task| (*task, *item))
-        });
-        controller.closed = tasks.collect();
-        controller.items = Items::restore(state.items, state.counters.numbers);
-        controller.claims = state.claims;
-        controller.next_task = state.counters.next_task;
-        controller.seen = state.counters.seen;
-        controller.picked = state.counters.picked;
-        controller.missed = state.counters.missed;
-        controller.rejected = state.counters.rejected;
-        controller.noted = state.counters.noted;
-        controller.awaits_belt = controller.motion.is_heard();
-        controller.plan_station();
-        controller.rebuild_windows();
+        controller.tasks = Tasks::restore(state.claims, &state.items, state.counters.next_task);
+        let items = Items::restore(state.items, state.counters.numbers);
+        let station = controller.world.station().clone();
+        controller.world = World::restore(station, state.motion, items);
+        controller.tally = state.counters.tally;
+        let now = controller.stamps.now();
+        controller.world.rebuild_windows(now, &mut controller.fleet);
         controller.send_again();
         controller.output.clear();
         Ok(controller)
@@ -84,31 +76,35 @@ impl Controller {
 
     /// Whether nothing is done until the belt has been heard.
     pub fn awaits_belt(&self) -> bool {
-        self.awaits_belt
+        self.world.awaits_belt()
     }
 
     /// How many items are known, and how many tasks are open.
     pub fn load(&self) -> (usize, usize) {
-        (self.items.len(), self.claims.len())
+        (self.world.items().len(), self.tasks.len())
     }
 
     /// The whole state, as the change from nothing. From now on [`Controller::change`]
     /// tells what changes.
     pub fn whole(&mut self) -> Change {
-        self.items.watch();
-        let items = self.items.iter();
+        self.world.watch();
+        let items = self.world.items().iter();
         let change = Change {
-            origin: self.clock.origin(),
-            now: self.clock.now,
+            origin: self.stamps.clock.origin(),
+            now: self.stamps.now(),
             items: items.map(|(n, item)| (n, Some(item.clone()))).collect(),
             claims: self
-                .claims
+                .tasks
                 .iter()
-                .map(|(n, claim)| (*n, Some(claim.clone())))
+                .map(|claim| (claim.task, Some(claim.clone())))
                 .collect(),
-            robots: self.robots.iter().cloned().enumerate().collect(),
+            robots: self
+                .fleet
+                .iter()
+                .map(|(n, info)| (n, info.clone()))
+                .collect(),
             counters: Some(self.counters()),
-            motion: self.motion.change(None),
+            motion: self.world.motion().change(None),
         };
         self.told = Some(self.tell());
         change
@@ -119,27 +115,27 @@ impl Controller {
     pub fn change(&mut self, said: bool) -> Option<Change> {
         let before = self.told.take()?;
         let mut change = Change {
-            origin: self.clock.origin(),
-            now: self.clock.now,
-            items: self.items.take_changed(),
+            origin: self.stamps.clock.origin(),
+            now: self.stamps.now(),
+            items: self.world.take_changed(),
             ..Change::default()
         };
-        for (task, claim) in &self.claims {
+        for (task, claim) in self.tasks.table() {
             if before.claims.get(task) != Some(claim) {
                 change.claims.push((*task, Some(claim.clone())));
             }
         }
         let over = before.claims.keys();
-        let over = over.filter(|task| !self.claims.contains_key(task));
+        let over = over.filter(|task| self.tasks.get(**task).is_none());
         change.claims.extend(over.map(|task| (*task, None)));
-        for (robot, info) in self.robots.iter().enumerate() {
-            if before.robots[robot] != *info {
+        for (robot, info) in self.fleet.iter() {
+            if before.fleet.get(robot) != info {
                 change.robots.push((robot, info.clone()));
             }
         }
         let counters = self.counters();
         change.counters = (counters != before.counters).then_some(counters);
-        change.motion = self.motion.change(Some(before.plan));
+        change.motion = self.world.motion().change(Some(before.plan));
         let later = said && before.now != change.now;
         if change.is_empty() && !later {
             self.told = Some(before);
@@ -151,23 +147,19 @@ impl Controller {
 
     fn tell(&self) -> Told {
         Told {
-            claims: self.claims.clone(),
-            robots: self.robots.clone(),
+            claims: self.tasks.table().clone(),
+            fleet: self.fleet.clone(),
             counters: self.counters(),
-            plan: self.motion.plan(),
-            now: self.clock.now,
+            plan: self.world.motion().plan(),
+            now: self.stamps.now(),
         }
     }
 
     fn counters(&self) -> Counters {
         Counters {
-            next_task: self.next_task,
-            numbers: self.items.numbers(),
-            seen: self.seen,
-            picked: self.picked,
-            missed: self.missed,
-            rejected: self.rejected.clone(),
-            noted: self.noted.clone(),
+            next_task: self.tasks.next(),
+            numbers: self.world.items().numbers(),
+            tally: self.tally.clone(),
         }
     }
 
@@ -176,11 +168,11 @@ impl Controller {
     /// answers and changes that were lost on the way come again.
     pub fn send_again(&mut self) {
         self.be_patient();
-        for claim in self.claims.clone().values() {
+        for claim in self.tasks.table().clone().values() {
             match claim.stage {
                 Stage::Sent => {
-                    if let Some(claim) = self.claims.get_mut(&claim.task) {
-                        claim.deadline = claim.deadline.min(self.clock.now);
+                    if let Some(claim) = self.tasks.get_mut(claim.task) {
+                        claim.deadline = claim.deadline.min(self.stamps.now());
                     }
                 }
                 Stage::Acknowledged => self.send(claim),
@@ -194,8 +186,8 @@ impl Controller {
 
     /// Waits for the results of all open tasks from now on: none could come before.
     pub(super) fn be_patient(&mut self) {
-        let until = self.clock.now + self.config.result_timeout;
-        let answered = self.claims.values_mut().filter(|c| c.stage != Stage::Sent);
+        let until = self.stamps.now() + self.config.result_timeout;
+        let answered = self.tasks.iter_mut().filter(|c| c.stage != Stage::Sent);
         for claim in answered {
             claim.deadline = claim.deadline.max(until);
         }

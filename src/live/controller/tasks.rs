@@ -12,9 +12,9 @@ use crate::live::robots::{Service, Wait};
 impl Controller {
     /// Sends the task of `claim` as it is now.
     pub(super) fn send(&mut self, claim: &Claim) {
-        let robot = &self.nominal.robots()[claim.robot];
-        let tracked = self.items.get(claim.item);
-        let stamp = |time: f64| self.clock.stamp(time);
+        let robot = &self.station().robots()[claim.robot];
+        let tracked = self.world.items().get(claim.item);
+        let stamp = |time: f64| self.stamps.clock.stamp(time);
         self.output.push(Outgoing::Task(Task {
             id: claim.task,
             revision: claim.revision,
@@ -35,31 +35,33 @@ impl Controller {
             },
             free_at: stamp(claim.free_at),
             priority: tracked.map_or(0.0, |t| t.weight),
-            strategy: self.name.clone(),
+            strategy: self.decider.name().to_owned(),
         }));
     }
 
     pub(super) fn cancel(&mut self, task: u64, robot: usize, reason: &str) {
         self.output.push(Outgoing::Cancel(Cancel {
-            stamp: self.clock.stamp(self.clock.now),
+            stamp: self.stamps.clock.stamp(self.stamps.now()),
             task,
-            robot: self.nominal.robots()[robot].name.clone(),
+            robot: self.station().robots()[robot].name.clone(),
             reason: reason.to_owned(),
         }));
     }
 
     /// The next time that something has to be done about a task [s], and which.
     pub(super) fn next_deadline(&self) -> Option<(f64, u64)> {
-        // Where the items are is not known; see `Controller::restore`.
-        let open = self.claims.values().filter(|_| !self.awaits_belt);
-        let due = open.filter(|c| !(self.held && c.stage == Stage::Sent));
-        due.map(|claim| (claim.deadline, claim.task))
-            .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
+        if self.world.awaits_belt() {
+            // Where the items are is not known; see `Controller::restore`.
+            return None;
+        }
+        let held = self.held;
+        self.tasks
+            .next_deadline(|claim| !(held && claim.stage == Stage::Sent))
     }
 
     /// Nothing was heard of a task for too long.
     pub(super) fn overdue(&mut self, task: u64) {
-        let Some(claim) = self.claims.get(&task) else {
+        let Some(claim) = self.tasks.get(task) else {
             return;
         };
         let (robot, item, acknowledged) = (claim.robot, claim.item, claim.acknowledged);
@@ -68,7 +70,7 @@ impl Controller {
             return;
         }
         self.close(task);
-        let info = &mut self.robots[robot];
+        let info = self.fleet.get_mut(robot);
         if info.task == Some(task) {
             info.task = None;
             info.service = Service::Silent;
@@ -76,27 +78,24 @@ impl Controller {
         if acknowledged {
             // It may lie in the bin or on the belt; another robot could reach into nothing.
             self.note("result_timeout");
-            if let Some(tracked) = self.items.get_mut(item) {
-                tracked.state = State::NoResult;
-            }
+            self.world.write_off(item, task);
         } else {
             self.note("ack_timeout");
-            self.give_back(item);
+            self.give_back(item, task);
         }
     }
 
     /// Sends a task again, as things are now: it was not acknowledged, or its item or the
     /// belt is not where it was expected. What cannot be done any more is cancelled.
     pub(super) fn follow(&mut self, task: u64) {
-        let now = self.clock.now;
-        let Some(mut claim) = self.claims.remove(&task) else {
+        let now = self.stamps.now();
+        let Some(mut claim) = self.tasks.take(task) else {
             return;
         };
-        let tracked = self.items.get(claim.item);
-        let at = tracked.map(|t| (t.place + self.motion.planned_offset(), t.y));
+        let at = self.world.planned_place(claim.item);
         let over = claim.stage == Stage::Cancelling || (claim.acknowledged && now >= claim.meet_at);
         if let Some(at) = at.filter(|_| !over) {
-            let possible = self.planning.as_ref().is_some_and(|station| {
+            let possible = self.world.planning().is_some_and(|station| {
                 let (robot, belt) = (&station.robots()[claim.robot], station.belt());
                 if claim.acknowledged {
                     claim.redirect(robot, belt, now, at)
@@ -106,7 +105,7 @@ impl Controller {
             });
             let patience = self.config.result_timeout;
             if possible {
-                let info = &mut self.robots[claim.robot];
+                let info = self.fleet.get_mut(claim.robot);
                 if info.task == Some(task) {
                     info.free_at = claim.free_at;
                 }
@@ -121,17 +120,20 @@ impl Controller {
                 self.cancel(task, claim.robot, "too late to meet the item");
             }
         }
-        self.claims.insert(task, claim);
+        self.tasks.put(claim);
+    }
+
+    /// The item of a task that is over is nobody's any more.
+    fn give_back(&mut self, item: u32, task: u64) {
+        let (most, now) = (self.config.most_attempts, self.stamps.now());
+        self.world.give_back(item, task, most, now, &mut self.fleet);
     }
 
     /// A task is over.
     fn close(&mut self, task: u64) -> Option<Claim> {
-        let claim = self.claims.remove(&task)?;
+        let items = self.world.items();
         // With its item the task is forgotten too.
-        if self.items.get(claim.item).is_some() {
-            self.closed.insert(task, claim.item);
-        }
-        Some(claim)
+        self.tasks.close(task, |item| items.get(item).is_some())
     }
 
     fn unknown_task(&self, task: u64) -> Rejected {
@@ -143,21 +145,19 @@ impl Controller {
 
     /// A robot has understood a task.
     pub(super) fn heed_ack(&mut self, task: u64) -> Result<(), Rejected> {
-        match self.claims.get_mut(&task) {
-            Some(claim) => {
-                if claim.stage == Stage::Sent {
-                    claim.stage = Stage::Acknowledged;
-                    claim.deadline = claim.free_at + self.config.result_timeout;
-                }
-                claim.acknowledged = true;
-                Ok(())
+        let Some(claim) = self.tasks.get_mut(task) else {
+            if self.tasks.over(task).is_none() {
+                return Err(self.unknown_task(task));
             }
-            None if self.closed.contains_key(&task) => {
-                self.note("late_ack");
-                Ok(())
-            }
-            None => Err(self.unknown_task(task)),
+            self.note("late_ack");
+            return Ok(());
+        };
+        if claim.stage == Stage::Sent {
+            claim.stage = Stage::Acknowledged;
+            claim.deadline = claim.free_at + self.config.result_timeout;
         }
+        claim.acknowledged = true;
+        Ok(())
     }
 
     /// A robot says what came of a task.
@@ -165,11 +165,11 @@ impl Controller {
         let task = report.task;
         let free = report
             .available_at
-            .map_or(time, |stamp| self.clock.time(stamp));
+            .map_or(time, |stamp| self.stamps.clock.time(stamp));
         let Some(claim) = self.close(task) else {
             return self.heed_late_result(time, report);
         };
-        let info = &mut self.robots[claim.robot];
+        let info = self.fleet.get_mut(claim.robot);
         if info.task == Some(task) && info.service != Service::Fault {
             if info.told_at.is_some_and(|told| time < told) {
                 // It has said since when it is free.
@@ -182,53 +182,40 @@ impl Controller {
         match report.result {
             Verdict::Picked => {
                 info.picked += 1;
-                self.set_picked(claim.item, claim.meet_at.min(time));
+                self.world.pick(claim.item, claim.meet_at.min(time));
                 return Ok(());
             }
             Verdict::GraspFail | Verdict::Missed => {
                 info.failed += 1;
-                if let Some(tracked) = self.items.get_mut(claim.item) {
-                    tracked.attempts += 1;
-                }
+                self.world.count_attempt(claim.item);
             }
             Verdict::Rejected => {
                 self.note("task_rejected");
-                if let Some(tracked) = self.items.get_mut(claim.item) {
-                    tracked.refused |= 1 << claim.robot;
-                }
+                self.world.refuse(claim.item, claim.robot);
             }
             Verdict::Cancelled => self.note("task_cancelled"),
         }
-        self.give_back(claim.item);
+        self.give_back(claim.item, task);
         Ok(())
-    }
-
-    fn set_picked(&mut self, item: u32, time: f64) {
-        if let Some(tracked) = self.items.get_mut(item) {
-            tracked.state = State::Picked(time);
-        }
-        for windows in &mut self.windows {
-            windows.remove(item);
-        }
     }
 
     /// A result that is not waited for any more: what was picked after all is picked.
     fn heed_late_result(&mut self, time: f64, report: &Report) -> Result<(), Rejected> {
-        let Some(item) = self.closed.get(&report.task).copied() else {
+        let Some(item) = self.tasks.over(report.task) else {
             return Err(self.unknown_task(report.task));
         };
         self.note("late_result");
-        let state = self.items.get(item).map(|tracked| tracked.state);
+        let state = self.world.items().get(item).map(|tracked| tracked.state);
         if report.result != Verdict::Picked || matches!(state, Some(State::Picked(_))) {
             return Ok(());
         }
-        self.set_picked(item, time);
+        self.world.pick(item, time);
         if let Some(State::Claimed(other)) = state
-            && let Some(claim) = self.claims.get_mut(&other)
+            && let Some(claim) = self.tasks.get_mut(other)
         {
             // Another robot is after what is in a bin already. Its answer frees it.
             claim.stage = Stage::Cancelling;
-            claim.deadline = claim.free_at.max(self.clock.now) + self.config.result_timeout;
+            claim.deadline = claim.free_at.max(self.stamps.now()) + self.config.result_timeout;
             let robot = claim.robot;
             self.cancel(other, robot, "another robot has picked the item");
         }
@@ -237,7 +224,7 @@ impl Controller {
 
     /// A robot says what it is doing.
     pub(super) fn heed_robot(&mut self, time: f64, status: &RobotStatus) -> Result<(), Rejected> {
-        let robots = self.nominal.robots();
+        let robots = self.station().robots();
         let Some(index) = robots.iter().position(|robot| robot.name == status.name) else {
             let known: Vec<&str> = robots.iter().map(|robot| robot.name.as_str()).collect();
             return Err(Rejected::new(
@@ -251,17 +238,24 @@ impl Controller {
         };
         // What it said before it said something newer is over: a robot at fault must not be
         // given a task because word of its better days came late.
-        if self.robots[index].said_at.is_some_and(|said| time < said) {
+        if self
+            .fleet
+            .get(index)
+            .said_at
+            .is_some_and(|said| time < said)
+        {
             self.note("late_robot");
             return Ok(());
         }
-        self.robots[index].said_at = Some(time);
-        let free = status.available_at.map(|stamp| self.clock.time(stamp));
-        let current = self.robots[index].task;
-        let claim = current.and_then(|task| self.claims.get(&task));
+        self.fleet.get_mut(index).said_at = Some(time);
+        let free = status
+            .available_at
+            .map(|stamp| self.stamps.clock.time(stamp));
+        let current = self.fleet.get(index).task;
+        let claim = current.and_then(|task| self.tasks.get(task));
         // It may not have heard of its task when it said this.
         let crossed = claim.is_some_and(|c| !c.acknowledged || time < c.decided);
-        let info = &mut self.robots[index];
+        let info = self.fleet.get_mut(index);
         // Before its last result it was not yet what that has made it.
         let is_over = info.service == Service::Ready && info.told_at.is_some_and(|at| time < at);
         match status.state {
@@ -295,13 +289,13 @@ impl Controller {
     /// A robot is out of service. What it was after goes back to the pool, unless it may
     /// have it in its gripper.
     fn fault(&mut self, index: usize) {
-        let now = self.clock.now;
-        let info = &mut self.robots[index];
+        let now = self.stamps.now();
+        let info = self.fleet.get_mut(index);
         if info.service == Service::Fault {
             return;
         }
         (info.service, info.task) = (Service::Fault, None);
-        let its = self.claims.values().filter(|claim| claim.robot == index);
+        let its = self.tasks.iter().filter(|claim| claim.robot == index);
         let its: Vec<u64> = its.map(|claim| claim.task).collect();
         for task in its {
             let Some(claim) = self.close(task) else {
@@ -309,12 +303,12 @@ impl Controller {
             };
             self.cancel(task, index, "the robot has reported a fault");
             if now < claim.meet_at || !claim.acknowledged {
-                self.give_back(claim.item);
-            } else if let Some(tracked) = self.items.get_mut(claim.item) {
-                tracked.state = State::NoResult;
+                self.give_back(claim.item, task);
+            } else {
+                self.world.write_off(claim.item, task);
             }
         }
         // Others may have waited because this one was to take their items.
-        self.rebuild_windows();
+        self.world.rebuild_windows(now, &mut self.fleet);
     }
 }

@@ -1,8 +1,8 @@
 //! What is shown to whoever watches.
 
 use super::Controller;
-use super::items::Fate;
 use crate::live::clock::ClockKind;
+use crate::live::fate::Fate;
 use crate::live::items::Tracked;
 use crate::live::trend::TrendView;
 use crate::live::view::{ClaimView, ItemView, View};
@@ -16,24 +16,28 @@ const ROOM: f64 = 0.5;
 impl Controller {
     /// The line as it is now, without a trend. `queued` is how many messages wait to be sent.
     pub fn view(&self, queued: u64) -> View {
-        let travel = self.motion.travel(self.clock.now);
+        let travel = self.world.motion().travel(self.stamps.now());
         let mut view = View {
             status: self.status(false, queued),
             latency: self.latency(),
-            steady: self.clock.kind == ClockKind::System,
-            belt_speed: self.motion.speed(),
+            steady: self.stamps.clock.kind == ClockKind::System,
+            belt_speed: self.world.motion().speed(),
             belt_travel: travel,
             items: Vec::new(),
             left_out: 0,
             claims: self.show_claims(),
             trend: TrendView::default(),
         };
-        let end = self.nominal.belt().length + ROOM;
-        let near: Vec<_> = self.items.within(-ROOM - travel, end - travel).collect();
+        let end = self.station().belt().length + ROOM;
+        let near: Vec<_> = self
+            .world
+            .items()
+            .within(-ROOM - travel, end - travel)
+            .collect();
         // By number, so that an item that is shown stays while as many are there.
         let every = near.len().div_ceil(MOST_SHOWN).max(1) as u32;
         for (item, tracked) in near {
-            let (fate, reason) = match self.fate(tracked, tracked.place + travel) {
+            let (fate, reason) = match self.world.fate(tracked, tracked.place + travel) {
                 Fate::Picked => continue,
                 Fate::Claimed => ("claimed", None),
                 Fate::OnBelt => ("waiting", None),
@@ -58,32 +62,28 @@ impl Controller {
         view
     }
 
-    /// Time since the first message [s].
-    pub fn now(&self) -> f64 {
-        self.clock.now
-    }
-
     /// Picks of each robot so far, and whether it is busy, upstream first.
     pub fn workload(&self) -> impl Iterator<Item = (u64, bool)> + '_ {
-        let now = self.clock.now;
-        let robots = self.robots.iter();
-        robots.map(move |info| (info.picked, info.state(now) == "busy"))
+        let now = self.stamps.now();
+        let robots = self.fleet.iter();
+        robots.map(move |(_, info)| (info.picked, info.state(now) == "busy"))
     }
 
     fn robot_after(&self, tracked: &Tracked) -> Option<usize> {
         let task = tracked.claimed_by()?;
-        self.claims.get(&task).map(|claim| claim.robot)
+        self.tasks.get(task).map(|claim| claim.robot)
     }
 
     fn show_claims(&self) -> Vec<ClaimView> {
-        let stamp = |time: f64| self.clock.stamp(time);
-        let claims = self.claims.values();
+        let stamp = |time: f64| self.stamps.clock.stamp(time);
+        let claims = self.tasks.iter();
         let shown = claims.map(|claim| ClaimView {
             task: claim.task,
             revision: claim.revision,
             robot: claim.robot,
             item: self
-                .items
+                .world
+                .items()
                 .get(claim.item)
                 .map(|tracked| tracked.id.clone())
                 .unwrap_or_default(),

@@ -1,0 +1,79 @@
+//! What is counted. The numbers only grow, but for a reason to miss an item that turns out
+//! to have been picked.
+
+use super::fate::Fate;
+use super::protocol::{MissedCounts, Rejection};
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+
+/// Counts by what was counted.
+type Counts = BTreeMap<Cow<'static, str>, u64>;
+
+/// What was counted so far.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Tally {
+    /// Items seen.
+    seen: u64,
+    /// Fates of items that are forgotten.
+    picked: u64,
+    missed: MissedCounts,
+    rejected: Counts,
+    noted: Counts,
+}
+
+impl Tally {
+    /// One more item was seen.
+    pub fn see(&mut self) {
+        self.seen += 1;
+    }
+
+    /// Something happened that is counted.
+    pub fn note(&mut self, what: &'static str) {
+        *self.noted.entry(what.into()).or_default() += 1;
+    }
+
+    /// A message was refused.
+    pub fn reject(&mut self, reason: Rejection) {
+        *self.rejected.entry(reason.name().into()).or_default() += 1;
+    }
+
+    /// An item of this fate is forgotten.
+    pub fn forget(&mut self, fate: Fate) {
+        match fate {
+            Fate::Picked => self.picked += 1,
+            fate => {
+                if let Some(count) = fate.count(&mut self.missed) {
+                    *count += 1;
+                }
+            }
+        }
+    }
+
+    /// Items seen so far.
+    pub fn seen(&self) -> u64 {
+        self.seen
+    }
+
+    /// Items that are forgotten: picked, and missed by reason.
+    pub fn forgotten(&self) -> (u64, MissedCounts) {
+        (self.picked, self.missed)
+    }
+
+    /// Messages that were refused, by reason.
+    pub fn rejected(&self) -> BTreeMap<String, u64> {
+        by_name(&self.rejected)
+    }
+
+    /// What else was noted, by what it was.
+    pub fn noted(&self) -> BTreeMap<String, u64> {
+        by_name(&self.noted)
+    }
+}
+
+fn by_name(counts: &Counts) -> BTreeMap<String, u64> {
+    let counts = counts.iter();
+    counts
+        .map(|(name, count)| (name.to_string(), *count))
+        .collect()
+}
