@@ -47,6 +47,7 @@
 pub mod error;
 pub mod kinematics;
 pub mod plausible;
+pub mod names;
 pub mod files;
 mod toml_file;
 mod csv_file;

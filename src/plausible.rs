@@ -71,9 +71,23 @@ pub static LENGTHS: &[Unit] = &[
     unit("millimetres", "mm", 1e-3),
     unit("centimetres", "cm", 1e-2),
 ];
-static SPEEDS: &[Unit] = &[
+/// Units of speed.
+pub static SPEEDS: &[Unit] = &[
     unit("millimetres per second", "mm/s", 1e-3),
     unit("metres per minute", "m/min", 1.0 / 60.0),
+];
+/// Units of stamps.
+pub static STAMPS: &[Unit] = &[
+    unit("milliseconds", "ms", 1e-3),
+    unit("microseconds", "us", 1e-6),
+    unit("nanoseconds", "ns", 1e-9),
+];
+/// Units of probabilities.
+pub static SHARES: &[Unit] = &[unit("per cent", "%", 1e-2)];
+/// Units of variances of positions.
+pub static VARIANCES: &[Unit] = &[
+    unit("square millimetres", "mm^2", 1e-6),
+    unit("square centimetres", "cm^2", 1e-4),
 ];
 static TIMES: &[Unit] = &[unit("milliseconds", "ms", 1e-3)];
 static MILLISECONDS: &[Unit] = &[unit("seconds", "s", 1e3), unit("microseconds", "us", 1e-3)];
@@ -158,6 +172,9 @@ pub static ITEM_GAP: Quantity = length(
     0.0,
     10.0,
 );
+/// Place of an item along the belt, as a camera sees it [m]: from far upstream of the start to
+/// the end of the longest belt.
+pub static ITEM_PLACE: Quantity = length("a place along the belt", -25.0, 250.0);
 /// Standard deviation of an item's distance from its cluster's centre [m].
 pub static CLUSTER_SPREAD: Quantity = length("a spread of a cluster", 0.0, 5.0);
 /// Mean length of an empty stretch of belt [m].
@@ -177,6 +194,8 @@ pub static SPLIT_DISTANCE: Quantity = length("a jump from one item to another", 
 pub static MERGE_DISTANCE: Quantity = length("a distance between tracks of one item", 1e-4, 0.3);
 /// Error of a camera [m].
 pub static POSITION_NOISE: Quantity = length("a position error", 0.0, 0.2);
+/// Standard deviation of a place that a camera has measured [m].
+pub static DEVIATION: Quantity = length("a standard deviation of a place", 0.0, 0.05);
 /// Distance within which two detections are one item [m].
 pub static TOLERANCE: Quantity = length("a distance between detections of one item", 0.0, 0.2);
 /// Time until something is sent again or given up [s].
@@ -209,19 +228,26 @@ impl Quantity {
         if !value.is_finite() || (self.low..=self.high).contains(&value) {
             return None;
         }
-        let fits = |factor: f64| (self.low..=self.high).contains(&(value * factor)) && value > 0.0;
         let problem = format!(
             "{} {} is not plausible for {}{}",
             rounded(value, 9),
             self.symbol,
             self.name,
-            question(value, self.symbol, self.mistaken, fits),
+            self.question(value),
         );
         let cure = format!(
             "give {} [{}]; if the value is right, ignore this warning",
             self.right, self.symbol
         );
         Some(Warning::new(place, problem, cure))
+    }
+
+    /// The units in which `value` would be plausible, as [`question`] asks for them.
+    pub fn question(&self, value: f64) -> String {
+        question(value, self.symbol, self.mistaken, |factor| {
+            let meant = value * factor;
+            meant != 0.0 && (self.low..=self.high).contains(&meant)
+        })
     }
 }
 
@@ -270,7 +296,9 @@ pub fn question(value: f64, symbol: &str, units: &[Unit], fits: impl Fn(f64) -> 
     let values = likely.iter().map(|unit| {
         // Without the last digits, which come from the conversion.
         let (value, converted) = (rounded(value, 9), rounded(value * unit.factor, 9));
-        format!("{value} {} are {converted} {symbol}", unit.symbol)
+        let text = format!("{value} {} are {converted} {symbol}", unit.symbol);
+        // Shares have no symbol.
+        text.trim_end().to_owned()
     });
     let values: Vec<String> = values.collect();
     format!("; {}? ({})", names.join(" or "), values.join(", "))

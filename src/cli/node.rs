@@ -11,6 +11,7 @@ use crate::live::protocol::{Incoming, Outgoing, Rejected, decode};
 use crate::live::recording::Event;
 use crate::live::transport::{Heard, Hub, Origin};
 use crate::live::{ClockKind, Controller, Taken};
+use crate::plausible::Warning;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
@@ -153,6 +154,9 @@ impl Node<'_> {
         self.kept.heard(&message);
         let taken = self.controller.handle(message);
         self.tell_dropped();
+        if let Some(doubt) = self.controller.take_doubt() {
+            self.question(&origin, &doubt);
+        }
         match taken {
             Ok(Taken::Heeded) => {}
             Ok(Taken::Held) => self.held_back = Some(origin),
@@ -167,6 +171,14 @@ impl Node<'_> {
         {
             self.tell(&origin, &rejected);
         }
+    }
+
+    /// Asks whether a value that is most likely wrong is meant.
+    fn question(&self, origin: &Origin, doubt: &Warning) {
+        let (place, problem, cure) = (&doubt.place, &doubt.problem, &doubt.cure);
+        let kind = format!("{} {place}", origin.sender());
+        let text = format!("{origin}: {place}: {problem}; {cure}");
+        self.transport.say(Level::Warning, &kind, &text);
     }
 
     fn tell(&self, origin: &Origin, rejected: &Rejected) {

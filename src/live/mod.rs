@@ -9,6 +9,7 @@ mod claims;
 mod clock;
 mod controller;
 mod decider;
+mod doubts;
 pub mod emulator;
 mod fate;
 mod items;

@@ -1,6 +1,7 @@
 //! Items and the validated, sorted pattern.
 
 use crate::error::{Error, Result, shown, shown_number};
+use crate::names::check_name;
 use crate::station::Station;
 use std::collections::HashMap;
 
@@ -17,11 +18,6 @@ pub(super) fn is_share(value: f64) -> bool {
 /// Whether `value` is an area [cm^2] or a weight.
 pub(super) fn is_amount(value: f64) -> bool {
     (0.0..=1e12).contains(&value)
-}
-
-/// Whether a pattern file gives `text` back as it is.
-fn fits_a_line(text: &str) -> bool {
-    text.trim() == text && !text.contains(['\n', '\r'])
 }
 
 /// One item on the belt.
@@ -78,19 +74,17 @@ impl Item {
         let position = |value: f64| value.is_finite() && value.abs() <= LARGEST;
         let share = |value: &Option<f64>| value.is_none_or(is_share);
         let amount = |value: &Option<f64>| value.is_none_or(is_amount);
+        let class = self.class.as_deref().filter(|class| !class.is_empty());
         if self.id.is_empty() {
             Some(("id", "the id is empty".into(), "give every item an id"))
-        } else if !fits_a_line(&self.id) {
-            let problem = format!("`{}` has a line break or blanks at an end", shown(&self.id));
-            Some(("id", problem, "give ids that fit on one line, without them"))
-        } else if !self.class.as_deref().is_none_or(fits_a_line) {
-            let class = shown(self.class.as_deref().unwrap_or_default());
-            let problem = format!("`{class}` has a line break or blanks at an end");
-            Some((
-                "class",
-                problem,
-                "give classes that fit on one line, without them",
-            ))
+        } else if let Err(bad) = check_name(&self.id) {
+            let cure = "give ids that fit on one line, of at most 200 printable characters, \
+                        without blanks at an end";
+            Some(("id", bad.problem, cure))
+        } else if let Some(Err(bad)) = class.map(check_name) {
+            let cure = "give classes that fit on one line, of at most 200 printable \
+                        characters, without blanks at an end";
+            Some(("class", bad.problem, cure))
         } else if !position(self.x0) {
             let cure = "give metres in the belt frame";
             Some((

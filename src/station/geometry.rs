@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Result, shown, shown_number};
 use crate::kinematics;
+use crate::names::check_name;
 use nalgebra::{Point2, Vector2};
 
 /// Lengths and times past this [m, s, m/s] are refused: no real line has them, and
@@ -198,12 +199,12 @@ fn check_robot(
     dwell(place, &key("grasp_time"), robot.grasp_time)?;
     dwell(place, &key("release_time"), robot.release_time)?;
     outruns(&|| place(&key("speed")), robot, belt)?;
-    if robot.name.trim().is_empty() {
-        return Err(Error::input(
-            place(&key("name")),
-            "the name is empty",
-            "give every robot a name of its own",
-        ));
+    if let Err(bad) = check_name(&robot.name) {
+        let cure = format!(
+            "give every robot a name of its own; expected {}",
+            bad.expected
+        );
+        return Err(Error::input(place(&key("name")), bad.problem, cure));
     }
     if upstream.iter().any(|other| other.name == robot.name) {
         return Err(Error::input(

@@ -20,9 +20,15 @@ impl Controller {
     /// # Errors
     /// A message that cannot be heeded; it is counted, and nothing has changed.
     pub fn handle(&mut self, message: Incoming) -> Result<Taken, Rejected> {
+        let is_doubtful = self.doubts.look(&message);
         let result = self.take(message);
-        if let Err(rejected) = &result {
-            self.count_rejected(rejected.reason);
+        match &result {
+            Ok(_) if is_doubtful => self.note("doubtful_value"),
+            Ok(_) => {}
+            Err(rejected) => {
+                self.doubts.take();
+                self.count_rejected(rejected.reason);
+            }
         }
         result
     }

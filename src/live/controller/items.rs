@@ -5,6 +5,7 @@ use crate::error::{shown, shown_number};
 use crate::live::items::State;
 use crate::live::protocol::{Detection, Rejected, Rejection};
 use crate::pattern::Item;
+use crate::plausible::{LENGTHS, question};
 
 /// How far beside the belt a detection may lie [m]: cameras are not exact.
 const BESIDE: f64 = 0.05;
@@ -22,9 +23,10 @@ impl Controller {
     pub(super) fn detect(&mut self, time: f64, detection: Detection) -> Result<(), Rejected> {
         let belt = *self.station().belt();
         let y = detection.y;
-        let off_belt = |axis: &str, value: f64, expected: String| {
+        let off_belt = |axis: &str, value: f64, most: f64, expected: String| {
+            let meant = question(value, "m", LENGTHS, |factor| (value * factor).abs() <= most);
             let value = shown_number(value);
-            let problem = format!("the item is at {axis} = {value} m; expected {expected}");
+            let problem = format!("the item is at {axis} = {value} m; expected {expected}{meant}");
             Rejected::new(Rejection::OffBelt, problem)
         };
         if y.abs() > 0.5 * belt.width + BESIDE {
@@ -32,6 +34,7 @@ impl Controller {
             return Err(off_belt(
                 "y",
                 y,
+                0.5 * belt.width,
                 format!("|y| up to the belt's edge at {edge} m"),
             ));
         }
@@ -50,6 +53,7 @@ impl Controller {
             return Err(off_belt(
                 "x",
                 x,
+                belt.length,
                 format!("x up to the belt's end at {end} m, now"),
             ));
         }

@@ -16,6 +16,7 @@ mod watch;
 
 use super::clock::{Clock, ClockKind};
 use super::decider::{Decider, Stopwatch};
+use super::doubts::Doubts;
 use super::protocol::{Outgoing, Rejected, Rejection};
 use super::robots::Fleet;
 use super::stamps::Stamps;
@@ -24,6 +25,7 @@ use super::tasks::Tasks;
 use super::world::World;
 use crate::decision::Strategy;
 use crate::live::layout::layout_hash;
+use crate::plausible::Warning;
 use crate::station::Station;
 use recovery::Told;
 
@@ -84,6 +86,8 @@ pub struct Controller {
     stamps: Stamps,
     /// What is counted.
     tally: Tally,
+    /// Which values are most likely wrong.
+    doubts: Doubts,
     /// Who decides.
     decider: Decider,
     /// When the next status is due [s]; never without message time.
@@ -108,6 +112,7 @@ impl Controller {
             config,
             layout: layout_hash(&station),
             fleet: Fleet::new(station.robots().len()),
+            doubts: Doubts::new(&station),
             world: World::new(station),
             tasks: Tasks::default(),
             stamps: Stamps::new(Clock::new(config.clock)),
@@ -156,6 +161,11 @@ impl Controller {
     /// Why the message that was held back was refused, if it was since this was last asked.
     pub fn take_dropped(&mut self) -> Option<Rejected> {
         self.stamps.take_dropped()
+    }
+
+    /// What of the last message is most likely wrong, if that was not asked before.
+    pub fn take_doubt(&mut self) -> Option<Warning> {
+        self.doubts.take()
     }
 
     /// What is wrong with the first answer of the strategy that cannot be used, once.

@@ -2,18 +2,27 @@
 
 use super::decode::{Rejected, Rejection};
 use super::incoming::{Detection, Incoming};
-use crate::error::{shown, shown_number};
+use crate::error::shown_number;
+use crate::names::check_name;
+use crate::plausible::{BELT_SPEED, ITEM_AREA, ITEM_PLACE, SHARES, STAMPS, VARIANCES, question};
 
-/// Ids and names are at most this long [characters].
-pub const LONGEST_TEXT: usize = 200;
 /// Stamps are at most this late [s]: seconds since 1970 reach it in some thousand years.
 pub const LARGEST_STAMP: f64 = 1e11;
 /// Positions past this [m] are on no belt.
 const LARGEST_POSITION: f64 = 1e6;
+/// Further upstream of a belt's start [m] no camera looks.
+const FURTHEST_UPSTREAM: f64 = 250.0;
 /// Speeds past this [m/s] are no belt's.
-const LARGEST_SPEED: f64 = 100.0;
-/// Areas [cm^2] and weights past this are none.
-const LARGEST_AMOUNT: f64 = 1e12;
+const LARGEST_SPEED: f64 = 10.0;
+/// Areas past this [cm^2] are no item's.
+const LARGEST_AREA: f64 = 1e6;
+/// Weights past this are none.
+const LARGEST_WEIGHT: f64 = 1e12;
+/// Variances past this [m^2] are no camera's: three standard deviations then hold all
+/// neighbours within 0.6 m.
+const LARGEST_VARIANCE: f64 = 0.04;
+/// Stamps of these days [s].
+const THESE_DAYS: std::ops::RangeInclusive<f64> = 1e9..=1e10;
 
 /// Checks the values of `message`.
 pub(super) fn check(message: &Incoming) -> Result<(), Rejected> {
@@ -22,9 +31,11 @@ pub(super) fn check(message: &Incoming) -> Result<(), Rejected> {
         Incoming::Detection(detection) => check_detection(detection),
         Incoming::Belt(belt) => {
             let speeds = -LARGEST_SPEED..=LARGEST_SPEED;
-            within("speed", belt.speed, speeds, "a belt speed [m/s]")?;
+            let meant = |speed: f64| BELT_SPEED.question(speed.abs());
+            within("speed", belt.speed, speeds, "a belt speed [m/s]", meant)?;
             let places = -1e12..=1e12;
-            optional("position", belt.position, places, "a belt position [m]")
+            let what = "a belt position [m]";
+            optional("position", belt.position, places, what, nothing)
         }
         Incoming::Robot(robot) => {
             text("name", &robot.name)?;
@@ -43,36 +54,52 @@ fn check_detection(detection: &Detection) -> Result<(), Rejected> {
     for (name, value) in [("id", &detection.id), ("class", &detection.class)] {
         value.as_ref().map_or(Ok(()), |value| text(name, value))?;
     }
-    let places = -LARGEST_POSITION..=LARGEST_POSITION;
-    within("x", detection.x, places.clone(), "a position [m]")?;
-    within("y", detection.y, places, "a position [m]")?;
-    let amounts = 0.0..=LARGEST_AMOUNT;
+    let along = -FURTHEST_UPSTREAM..=LARGEST_POSITION;
+    let place = |value: f64| ITEM_PLACE.question(value);
+    within("x", detection.x, along, "a position [m]", place)?;
+    let across = -LARGEST_POSITION..=LARGEST_POSITION;
+    within("y", detection.y, across, "a position [m]", place)?;
+    let areas = 0.0..=LARGEST_AREA;
+    let area = |value: f64| ITEM_AREA.question(value);
     optional(
         "area_cm2",
         detection.area_cm2,
-        amounts.clone(),
+        areas,
         "an area [cm^2]",
+        area,
     )?;
-    optional("weight", detection.weight, amounts, "a weight")?;
-    optional(
-        "p_detection",
-        detection.p_detection,
-        0.0..=1.0,
-        "a probability",
-    )?;
-    optional("p_grasp", detection.p_grasp, 0.0..=1.0, "a probability")?;
-    let Some([xx, xy, yy]) = detection.covariance else {
-        return Ok(());
-    };
-    let squares = 0.0..=1.0;
+    let weights = 0.0..=LARGEST_WEIGHT;
+    optional("weight", detection.weight, weights, "a weight", nothing)?;
+    for (name, value) in [
+        ("p_detection", detection.p_detection),
+        ("p_grasp", detection.p_grasp),
+    ] {
+        optional(name, value, 0.0..=1.0, "a probability", |value| {
+            question(value, "", SHARES, |factor| {
+                value > 2.0 && value * factor <= 1.0
+            })
+        })?;
+    }
+    detection.covariance.map_or(Ok(()), check_covariance)
+}
+
+fn check_covariance([xx, xy, yy]: [f64; 3]) -> Result<(), Rejected> {
+    let squares = 0.0..=LARGEST_VARIANCE;
+    let expected =
+        format!("[xx, xy, yy] in m^2, with 0 <= xx, yy <= {LARGEST_VARIANCE} and xy^2 <= xx yy");
+    for (name, value) in [("xx", xx), ("yy", yy)] {
+        if value > LARGEST_VARIANCE {
+            let meant = question(value, "m^2", VARIANCES, |factor| {
+                squares.contains(&(value * factor))
+            });
+            let problem = format!("has {name} = {} m^2", shown_number(value));
+            return Err(wrong("covariance", &problem, &(expected + &meant)));
+        }
+    }
     if squares.contains(&xx) && squares.contains(&yy) && xy * xy <= xx * yy {
         return Ok(());
     }
-    Err(wrong(
-        "covariance",
-        "is no covariance",
-        "[xx, xy, yy] in m^2, with 0 <= xx, yy <= 1 and xy^2 <= xx yy",
-    ))
+    Err(wrong("covariance", "is no covariance", &expected))
 }
 
 fn wrong(field: &str, problem: &str, expected: &str) -> Rejected {
@@ -83,14 +110,26 @@ fn wrong(field: &str, problem: &str, expected: &str) -> Rejected {
 }
 
 fn stamp(field: &str, value: f64) -> Result<(), Rejected> {
-    within(field, value, 0.0..=LARGEST_STAMP, "a stamp [s]")
+    within(field, value, 0.0..=LARGEST_STAMP, "a stamp [s]", |value| {
+        question(value, "s", STAMPS, |factor| {
+            THESE_DAYS.contains(&(value * factor))
+        })
+    })
 }
 
+/// Asks for no unit.
+fn nothing(_: f64) -> String {
+    String::new()
+}
+
+/// Checks that a value is within a range; `meant` asks, where it is not, for the unit that it
+/// was probably given in.
 fn within(
     field: &str,
     value: f64,
     range: std::ops::RangeInclusive<f64>,
     what: &str,
+    meant: impl Fn(f64) -> String,
 ) -> Result<(), Rejected> {
     if range.contains(&value) {
         return Ok(());
@@ -99,7 +138,7 @@ fn within(
     Err(wrong(
         field,
         &format!("= {}", shown_number(value)),
-        &format!("{what} from {low} to {high}"),
+        &format!("{what} from {low} to {high}{}", meant(value)),
     ))
 }
 
@@ -108,31 +147,11 @@ fn optional(
     value: Option<f64>,
     range: std::ops::RangeInclusive<f64>,
     what: &str,
+    meant: impl Fn(f64) -> String,
 ) -> Result<(), Rejected> {
-    value.map_or(Ok(()), |value| within(field, value, range, what))
+    value.map_or(Ok(()), |value| within(field, value, range, what, meant))
 }
 
 fn text(field: &str, value: &str) -> Result<(), Rejected> {
-    if value.is_empty() || value.trim() != value {
-        return Err(wrong(
-            field,
-            &format!("`{}` is empty or has blanks at an end", shown(value)),
-            "a name without them",
-        ));
-    }
-    if value.chars().nth(LONGEST_TEXT).is_some() {
-        return Err(wrong(
-            field,
-            &format!("`{}` is too long", shown(value)),
-            &format!("at most {LONGEST_TEXT} characters"),
-        ));
-    }
-    if value.chars().any(char::is_control) {
-        return Err(wrong(
-            field,
-            &format!("`{}` holds control characters", shown(value)),
-            "printable characters only",
-        ));
-    }
-    Ok(())
+    check_name(value).map_err(|bad| wrong(field, &bad.problem, &bad.expected))
 }

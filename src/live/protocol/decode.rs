@@ -1,11 +1,12 @@
 //! From a line to a message, or to one clear line about what was wrong with it.
 
+use super::VERSION;
 use super::check::check;
 use super::fields::Fields;
 use super::incoming::Incoming;
 use super::outgoing::Outgoing;
-use super::{LONGEST_TEXT, VERSION};
 use crate::error::{known_names, shown};
+use crate::names::LONGEST_NAME;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
@@ -186,7 +187,7 @@ fn read<M: DeserializeOwned>(line: &[u8], kinds: &[&str]) -> Result<M, Rejected>
 fn one_line(text: &str) -> String {
     let mut line: String = text
         .chars()
-        .take(LONGEST_TEXT)
+        .take(LONGEST_NAME)
         .flat_map(|c| {
             if c.is_control() {
                 c.escape_debug().collect()
@@ -195,7 +196,7 @@ fn one_line(text: &str) -> String {
             }
         })
         .collect();
-    if text.chars().nth(LONGEST_TEXT).is_some() {
+    if text.chars().nth(LONGEST_NAME).is_some() {
         line.push_str("...");
     }
     line

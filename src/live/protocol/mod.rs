@@ -11,7 +11,7 @@ mod message;
 mod outgoing;
 mod schema;
 
-pub use check::{LARGEST_STAMP, LONGEST_TEXT};
+pub use check::LARGEST_STAMP;
 pub use decode::{LONGEST_LINE, Rejected, Rejection, decode, decode_outgoing};
 pub use incoming::{Ack, BeltState, Detection, Incoming, Report, RobotState, RobotStatus, Verdict};
 pub use message::Message;

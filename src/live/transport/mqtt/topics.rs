@@ -1,8 +1,9 @@
 //! Which message goes to which topic, and what a topic means.
 
 use crate::error::{Error, Result, shown};
-use crate::live::protocol::{Incoming, LONGEST_TEXT, Message, Outgoing};
+use crate::live::protocol::{Incoming, Message, Outgoing};
 use crate::live::transport::Side;
+use crate::names::LONGEST_NAME;
 
 impl Side {
     /// The topic under the prefix at which it says whether it is there.
@@ -45,7 +46,7 @@ impl Topics {
     pub fn new(prefix: &str) -> Result<Self> {
         let levels = prefix.split('/').all(|level| !level.is_empty());
         let letters = |c: char| !c.is_control() && !"+#".contains(c);
-        let short = prefix.len() <= LONGEST_TEXT;
+        let short = prefix.len() <= LONGEST_NAME;
         if levels && short && prefix.chars().all(letters) && !prefix.starts_with('$') {
             return Ok(Self {
                 prefix: prefix.to_owned(),

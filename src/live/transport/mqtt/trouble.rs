@@ -3,7 +3,7 @@
 use super::tls;
 use super::url::Broker;
 use crate::error::{Error, shown};
-use crate::live::protocol::LONGEST_TEXT;
+use crate::names::LONGEST_NAME;
 use rumqttc::mqttbytes::Error as PacketError;
 use rumqttc::mqttbytes::v5::ConnectReturnCode;
 use rumqttc::tokio_rustls::rustls;
@@ -109,5 +109,5 @@ pub fn told(error: &ConnectionError) -> String {
     };
     // A broker may say anything.
     let printable = text.trim().chars().filter(|c| !c.is_control());
-    printable.take(LONGEST_TEXT).collect()
+    printable.take(LONGEST_NAME).collect()
 }
