@@ -295,7 +295,10 @@ pub fn question(value: f64, symbol: &str, units: &[Unit], fits: impl Fn(f64) -> 
     let names: Vec<&str> = likely.iter().map(|unit| unit.name).collect();
     let values = likely.iter().map(|unit| {
         // Without the last digits, which come from the conversion.
-        let (value, converted) = (rounded(value, 9), rounded(value * unit.factor, 9));
+        // Stamps have more digits that matter.
+        let digits = if value.abs() < 1e9 { 9 } else { 13 };
+        let shown = |value: f64| rounded(value, digits);
+        let (value, converted) = (shown(value), shown(value * unit.factor));
         let text = format!("{value} {} are {converted} {symbol}", unit.symbol);
         // Shares have no symbol.
         text.trim_end().to_owned()
