@@ -213,6 +213,9 @@ impl Node<'_> {
         if let Some(complaint) = self.controller.take_complaint() {
             self.transport.warn(&complaint);
         }
+        for remark in self.controller.take_remarks() {
+            self.transport.warn(&remark);
+        }
         let output = self.controller.take_output();
         self.kept.keep(&mut self.controller, !output.is_empty())?;
         for message in output {

@@ -101,6 +101,11 @@ impl World {
         (change, awaited)
     }
 
+    /// What is strange about the belt, since this was last asked.
+    pub fn take_remarks(&mut self) -> Vec<String> {
+        self.motion.take_remarks()
+    }
+
     /// Whether the belt at `now` [s] is not where plans put it, where that is known.
     pub fn is_off(&self, now: f64) -> bool {
         !self.awaits_belt && self.motion.is_off(now)

@@ -87,6 +87,15 @@ pub enum Found {
     Reset(f64, f64),
 }
 
+impl Found {
+    /// Travel since time 0 [m].
+    pub fn travel(&self) -> f64 {
+        match self {
+            Self::Travel(travel) | Self::Reset(travel, _) => *travel,
+        }
+    }
+}
+
 impl Encoder {
     /// How often its zero has changed.
     pub fn resets(&self) -> u64 {
@@ -124,7 +133,11 @@ impl Encoder {
             self.doubt = None;
             return Found::Travel(position - zero);
         }
-        let shown = if gap > 0.0 { moved / gap } else { f64::INFINITY };
+        let shown = if gap > 0.0 {
+            moved / gap
+        } else {
+            f64::INFINITY
+        };
         let is_possible =
             shown * speed >= 0.0 && shown.abs() <= FASTEST * speed.abs().max(reading.nominal);
         if let Some(doubt) = self.doubt
@@ -153,13 +166,14 @@ impl Encoder {
     }
 }
 
-/// A moment that was compared.
-#[derive(Debug, Clone, Copy)]
+/// A moment that was compared: sums over what was read before, without the resets.
+#[derive(Debug, Clone, Copy, Default)]
 struct Mark {
+    /// Time [s].
     time: f64,
-    /// By the encoder [m].
+    /// Travel by the encoder [m].
     travel: f64,
-    /// By the speeds [m].
+    /// Travel by the speeds [m].
     driven: f64,
 }
 
@@ -195,18 +209,22 @@ impl Comparison {
         &mut self,
         encoder: &mut Encoder,
         reading: &Reading,
-        travel: f64,
+        found: Found,
         (mean, changed, dead): (f64, bool, f64),
     ) {
-        let time = reading.time;
-        let driven = match (self.marks.back(), reading.heard) {
-            (Some(mark), Some((last, said))) => mark.driven + said * (time - last),
-            _ => 0.0,
-        };
-        if let Some((last, _)) = reading.heard {
-            let moved = travel - reading.before.travel(last);
-            let expected = reading.before.speed * (time - last);
-            self.steps.note(moved - expected);
+        let mut now = self.marks.back().copied().unwrap_or_default();
+        match (reading.heard, found) {
+            (Some((last, said)), Found::Travel(travel)) => {
+                let gap = reading.time - last;
+                let moved = travel - reading.before.travel(last);
+                now.time += gap;
+                now.travel += moved;
+                now.driven += said * gap;
+                self.steps.note(moved - reading.before.speed * gap);
+            }
+            // Nothing was measured.
+            _ if !self.marks.is_empty() && !changed => return,
+            _ => {}
         }
         if changed {
             // What was before says nothing of the new speed, but the ratio may.
@@ -215,12 +233,8 @@ impl Comparison {
                 encoder.slip = None;
             }
         }
-        self.marks.push_back(Mark {
-            time,
-            travel,
-            driven,
-        });
-        while self.marks.len() > 2 && self.marks[1].time <= time - COMPARED {
+        self.marks.push_back(now);
+        while self.marks.len() > 2 && self.marks[1].time <= now.time - COMPARED {
             self.marks.pop_front();
         }
         self.compare(encoder, mean, dead);

@@ -218,12 +218,13 @@ impl Motion {
                 speed: belt.speed,
                 nominal: self.plan.nominal,
             };
-            travel = self.read(&reading);
+            let found = self.read(&reading);
+            travel = found.travel();
             let means = (mean, changed, dead);
             let encoder = &mut self.plan.encoder;
             self.learned
                 .comparison
-                .note(encoder, &reading, travel, means);
+                .note(encoder, &reading, found, means);
             self.compare(time, mean);
         }
         let stands = |speed: f64| speed.abs() <= dead;
@@ -260,7 +261,7 @@ impl Motion {
         }
     }
 
-    fn read(&mut self, reading: &Reading) -> f64 {
+    fn read(&mut self, reading: &Reading) -> Found {
         let zeroed = self.plan.encoder.read(reading);
         let is_reset = matches!(zeroed, Found::Reset(..));
         let (last, said) = reading.heard.unwrap_or((reading.time, reading.speed));
@@ -274,21 +275,18 @@ impl Motion {
                 shown_number(reading.position),
             ));
         }
-        match zeroed {
-            Found::Travel(travel) => travel,
-            Found::Reset(travel, unsure) => {
-                if unsure > UNSURE {
-                    let unsure = rounded(unsure, 2);
-                    self.learned.remarks.push(format!(
-                        "the encoder was set to another zero while the belt went from {from} to {to} m/s, \
-                         in {gap} s without a message: what was seen before may be {unsure} m from where \
-                         it is thought to be\n  have the encoder keep its count, or send belt messages \
-                         more often"
-                    ));
-                }
-                travel
-            }
+        if let Found::Reset(_, unsure) = zeroed
+            && unsure > UNSURE
+        {
+            let unsure = rounded(unsure, 2);
+            self.learned.remarks.push(format!(
+                "the encoder was set to another zero while the belt went from {from} to {to} m/s, \
+                 in {gap} s without a message: what was seen before may be {unsure} m from where \
+                 it is thought to be\n  have the encoder keep its count, or send belt messages \
+                 more often"
+            ));
         }
+        zeroed
     }
 
     /// Tells of an encoder that differs from the speed for some time.
@@ -302,8 +300,15 @@ impl Motion {
             Some(Slip::Speed(speed)) => speed,
         };
         let since = *self.learned.differs.get_or_insert(time);
-        let share = if mean == 0.0 { 1.0 } else { measured / mean - 1.0 };
-        let is_news = self.learned.told.is_none_or(|told| (share - told).abs() > TOLD);
+        let share = if mean == 0.0 {
+            1.0
+        } else {
+            measured / mean - 1.0
+        };
+        let is_news = self
+            .learned
+            .told
+            .is_none_or(|told| (share - told).abs() > TOLD);
         if time - since < TOLD_AFTER || share.abs() < TOLD || !is_news {
             return;
         }

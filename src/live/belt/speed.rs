@@ -9,8 +9,11 @@ const WINDOW: usize = 15;
 const LEAST: usize = 5;
 /// Noise is at most this share of the speed: more is how the belt moves.
 const MOST_NOISE: f64 = 0.05;
-/// The mean is over at most so many messages.
-const MOST: u32 = 100;
+/// The mean is over at most so many messages, or so much time [s] where that is more.
+const MOST: f64 = 100.0;
+const LONGEST: f64 = 1.0;
+/// The noise is smoothed over so many messages.
+const SMOOTHED: f64 = 32.0;
 /// Allowance and threshold of the test for changes [standard deviations]: a message in some
 /// thousands is taken for a change by mistake, and a change of three standard deviations is
 /// found within four messages.
@@ -87,6 +90,8 @@ pub struct SpeedMean {
     before: [Option<f64>; 2],
     /// Second differences: a ramp has none.
     bends: Spread,
+    /// Their level, smoothed.
+    level: f64,
 }
 
 impl SpeedMean {
@@ -101,6 +106,7 @@ impl SpeedMean {
             down: Side::default(),
             before: [None; 2],
             bends: Spread::default(),
+            level: 0.0,
         }
     }
 
@@ -113,7 +119,7 @@ impl SpeedMean {
     pub fn noise(&self) -> f64 {
         // Of a second difference it is sqrt(6) of that of one value, and three quarters of a
         // normal distribution lie within 1.15 of it.
-        let noise = self.bends.level() / (1.15 * 6_f64.sqrt());
+        let noise = self.level / (1.15 * 6_f64.sqrt());
         noise.min(self.dead.max(MOST_NOISE * self.mean.abs()))
     }
 
@@ -136,22 +142,29 @@ impl SpeedMean {
             (self.mean, self.count) = (speed, 1);
             changed
         } else {
-            self.test(speed, (speed - self.mean) / noise, noise)
+            let most = MOST.max(LONGEST / gap.unwrap_or(LONGEST).max(1e-6));
+            self.test(speed, noise, most)
         };
         if changed || is_apart {
             (self.up, self.down) = (Side::default(), Side::default());
         }
         if let [Some(last), Some(first)] = self.before {
             self.bends.note(speed - 2.0 * last + first);
+            let level = self.bends.level();
+            if level == 0.0 || self.level == 0.0 {
+                self.level = level;
+            }
+            self.level += (level - self.level) / SMOOTHED;
         }
         self.before = [Some(speed), self.before[0]];
         changed
     }
 
-    fn test(&mut self, speed: f64, deviation: f64, noise: f64) -> bool {
+    fn test(&mut self, speed: f64, noise: f64, most: f64) -> bool {
+        let deviation = (speed - self.mean) / noise;
         let (up, down) = (self.up.note(deviation), self.down.note(-deviation));
         if !up && !down {
-            self.count = MOST.min(self.count + 1);
+            self.count = most.min(f64::from(self.count) + 1.0) as u32;
             self.mean += (speed - self.mean) / f64::from(self.count);
             return false;
         }
@@ -180,7 +193,9 @@ mod tests {
         let mut state = 1_u64;
         std::iter::repeat_with(move || {
             let uniform = || {
-                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+                state = state
+                    .wrapping_mul(6_364_136_223_846_793_005)
+                    .wrapping_add(1);
                 (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
             };
             std::iter::repeat_with(uniform).take(12).sum()
@@ -212,7 +227,9 @@ mod tests {
             let value = mean * (1.0 + 0.02 * noise.next().unwrap());
             speed.note(value, Some(0.02))
         };
-        (0..20).for_each(|_| drop(say(&mut speed, 0.3)));
+        for _ in 0..20 {
+            say(&mut speed, 0.3);
+        }
         let changes = (0..2000).filter(|_| say(&mut speed, 0.3)).count();
         assert!(changes <= 4, "{changes} changes");
         assert!((speed.mean() - 0.3).abs() < 0.0025, "{}", speed.mean());
@@ -222,7 +239,9 @@ mod tests {
         assert!(say(&mut other, 0.0) && other.mean() == 0.0);
         let heard = (1..).find(|_| say(&mut speed, 0.27)).unwrap();
         assert!(heard <= 8, "{heard} messages");
-        (0..30).for_each(|_| drop(say(&mut speed, 0.27)));
+        for _ in 0..30 {
+            say(&mut speed, 0.27);
+        }
         assert!((speed.mean() - 0.27).abs() < 0.004, "{}", speed.mean());
     }
 

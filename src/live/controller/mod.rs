@@ -93,6 +93,8 @@ pub struct Controller {
     /// When the next status is due [s]; never without message time.
     next_status: f64,
     output: Vec<Outgoing>,
+    /// What is strange about the line, until somebody asks.
+    remarks: Vec<String>,
     held: bool,
     stopping: bool,
     /// What was last told of the state; none while nobody asks for its changes.
@@ -119,6 +121,7 @@ impl Controller {
             tally: Tally::default(),
             decider: Decider::new(strategy),
             output: Vec::new(),
+            remarks: Vec::new(),
             held: false,
             stopping: false,
             told: None,
@@ -171,6 +174,11 @@ impl Controller {
     /// What is wrong with the first answer of the strategy that cannot be used, once.
     pub fn take_complaint(&mut self) -> Option<String> {
         self.decider.take_complaint()
+    }
+
+    /// What is strange about the line, since this was last asked.
+    pub fn take_remarks(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.remarks)
     }
 
     /// The time now [s], 0 at the first message.

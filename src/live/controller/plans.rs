@@ -19,6 +19,7 @@ impl Controller {
         if self.world.motion().encoder_resets() > resets {
             self.note("encoder_reset");
         }
+        self.remarks.append(&mut self.world.take_remarks());
     }
 
     /// The belt is not where plans put it: windows, tasks and waits are made again.
