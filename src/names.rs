@@ -76,7 +76,7 @@ mod tests {
         ] {
             let problem = check_name(name).unwrap_err().problem;
             assert!(problem.contains(word), "{problem}");
-            assert!(!problem.contains(|c| is_hidden(c)), "{problem:?}");
+            assert!(!problem.contains(is_hidden), "{problem:?}");
         }
     }
 }

@@ -8,8 +8,8 @@ use pickline::dashboard::Dashboard;
 use pickline::live::protocol::Status;
 use pickline::live::{ItemView, TrendView, View};
 use pickline::station::built_in;
-use std::io::{BufRead as _, BufReader, Write as _};
-use std::net::TcpStream;
+use std::io::{BufRead as _, BufReader, Read as _, Write as _};
+use std::net::{SocketAddr, TcpStream};
 use std::time::{Duration, Instant};
 
 fn view(stamp: f64, items: usize) -> View {
@@ -34,6 +34,7 @@ fn view(stamp: f64, items: usize) -> View {
             p99_ms: 0.0,
             max_ms: 0.0,
         },
+        decision_times: pickline::live::DecisionTimes::default(),
         steady: true,
         belt_speed: 0.05,
         belt_travel: 0.0,
@@ -88,6 +89,45 @@ fn who_does_not_read_stalls_nobody_and_the_newest_wins() {
     assert!(told.is_sorted() && told.len() < 1000, "{}", told.len());
     assert_eq!(told.last(), Some(&9999.0));
     drop(stalled);
+}
+
+/// What the server answers a request for this path, head and all.
+fn get(address: SocketAddr, path: &str) -> String {
+    let mut stream = TcpStream::connect(address).unwrap();
+    write!(stream, "GET {path} HTTP/1.1\r\nHost: {address}\r\n\r\n").unwrap();
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).unwrap();
+    answer
+}
+
+/// `tests/metrics` holds them to the reference parser.
+#[test]
+fn metrics_are_of_now_or_not_at_all() {
+    let station = built_in("paper").unwrap().station(Some(2)).unwrap();
+    let dashboard = Dashboard::open("127.0.0.1:0", &station, "paper", "a\"b").unwrap();
+    let address = dashboard.address();
+    dashboard.show(view(1.0, 1));
+    // The line stands still: what it showed once is no answer.
+    let answer = get(address, "/metrics");
+    assert!(answer.starts_with("HTTP/1.1 503 "), "{answer}");
+    assert!(dashboard.is_watched());
+    dashboard.show(view(2.0, 1));
+    assert!(!dashboard.is_watched());
+    std::thread::scope(|scope| {
+        let answer = scope.spawn(move || get(address, "/metrics"));
+        while !dashboard.is_watched() {
+            std::thread::yield_now();
+        }
+        dashboard.show(view(3.5, 1));
+        let answer = answer.join().unwrap();
+        assert!(answer.starts_with("HTTP/1.1 200 "), "{answer}");
+        assert!(
+            answer.contains("\npickline_stamp_seconds 3.5\n"),
+            "{answer}"
+        );
+        assert!(answer.contains(r#"strategy="a\"b""#), "{answer}");
+    });
+    dashboard.close(Duration::from_secs(5));
 }
 
 #[test]

@@ -15,6 +15,8 @@ python3 tests/load/load.py --pickline "${CARGO_TARGET_DIR:-target}/debug/picklin
 bash tests/gambit/run.sh
 # Recordings of live runs, read by the mcap package of Python.
 bash tests/mcap/run.sh
+# Metrics of a running line, read by the parser of Prometheus' client library.
+bash tests/metrics/run.sh
 # The live protocol over a real MQTT broker, which it installs.
 bash tests/mqtt/run.sh
 # The same over ROS 2, also with another DDS implementation, which it installs.

@@ -12,8 +12,9 @@ use crate::live::transport::listen_at;
 use crate::report::dashboard_line;
 use crate::station::Station;
 use hyper::body::Bytes;
-use server::Texts;
+use server::{Scraped, Texts};
 use std::net::SocketAddr;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::sync::{Arc, Weak};
 use std::thread;
@@ -26,6 +27,8 @@ pub struct Dashboard {
     views: watch::Sender<Option<Arc<View>>>,
     /// Gone when the server has ended.
     texts: Weak<Texts>,
+    /// Whether somebody waits for the next view.
+    wanted: Arc<AtomicBool>,
     address: SocketAddr,
     /// Hears when every browser has been sent the last view.
     ended: Receiver<()>,
@@ -56,14 +59,21 @@ impl Dashboard {
         let (views, seen) = watch::channel(None);
         let texts = Arc::new(watch::Sender::new(Bytes::new()));
         let weak = Arc::downgrade(&texts);
+        let wanted = Arc::new(AtomicBool::new(false));
+        let scraped = Scraped {
+            views: seen.clone(),
+            wanted: Arc::clone(&wanted),
+            strategy: strategy.to_owned(),
+        };
         let (done, ended) = sync_channel(1);
         thread::spawn(move || {
-            runtime.block_on(server::serve(listener, line, seen, texts));
+            runtime.block_on(server::serve(listener, line, scraped, seen, texts));
             let _ = done.send(());
         });
         Ok(Self {
             views,
             texts: weak,
+            wanted,
             address: at,
             ended,
         })
@@ -74,14 +84,15 @@ impl Dashboard {
         self.address
     }
 
-    /// Whether any browser watches.
+    /// Whether any browser watches, or somebody has asked for metrics.
     pub fn is_watched(&self) -> bool {
         let texts = self.texts.upgrade();
-        texts.is_some_and(|texts| texts.receiver_count() > 0)
+        self.wanted.load(Ordering::Relaxed) || texts.is_some_and(|texts| texts.receiver_count() > 0)
     }
 
     /// Shows a view, now or, to a browser that does not keep up, never.
     pub fn show(&self, view: View) {
+        self.wanted.store(false, Ordering::Relaxed);
         self.views.send_replace(Some(Arc::new(view)));
     }
 

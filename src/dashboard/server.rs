@@ -1,13 +1,14 @@
-//! The HTTP server: four things to get, and nothing to change.
+//! The HTTP server: five things to get, and nothing to change.
 //!
 //! | path | what it is |
 //! |---|---|
 //! | `/` | the page |
 //! | `/dashboard.css`, `/dashboard.js` | its looks and its script |
 //! | `/events` | server-sent events: `line` once, then a view again and again |
+//! | `/metrics` | the figures of the next view, for Prometheus |
 
 use crate::live::View;
-use crate::report::{DASHBOARD_PAGE, dashboard_script, dashboard_style};
+use crate::report::{DASHBOARD_PAGE, dashboard_script, dashboard_style, metrics};
 use http_body_util::combinators::BoxBody;
 use http_body_util::{BodyExt, Full, StreamBody};
 use hyper::body::{Bytes, Frame, Incoming};
@@ -18,6 +19,7 @@ use hyper::{Method, Request, Response, StatusCode};
 use hyper_util::rt::{TokioIo, TokioTimer};
 use std::convert::Infallible;
 use std::net::{IpAddr, TcpListener};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Weak};
 use std::time::Duration;
 use tokio::sync::{Semaphore, watch};
@@ -35,6 +37,8 @@ const MOST_CONNECTIONS: u32 = 64;
 const MOST_WATCHERS: usize = 32;
 /// A request that has not come whole by then is not waited for.
 const REQUEST_TIME: Duration = Duration::from_secs(10);
+/// How long whoever asks for metrics waits for a view: a line that works shows one at once.
+const VIEW_TIME: Duration = Duration::from_secs(2);
 /// Pause after a connection that could not be accepted: too many files are open.
 const PAUSE: Duration = Duration::from_millis(100);
 
@@ -43,8 +47,19 @@ const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; \
                       connect-src 'self'; base-uri 'none'; form-action 'none'; \
                       frame-ancestors 'none'";
 
+/// What whoever asks for metrics is answered from.
+pub struct Scraped {
+    /// The newest view.
+    pub views: watch::Receiver<Option<Arc<View>>>,
+    /// To be set when the next one is wanted.
+    pub wanted: Arc<AtomicBool>,
+    /// Name of the line's strategy.
+    pub strategy: String,
+}
+
 /// What is the same for all connections.
 struct Site {
+    scraped: Scraped,
     line: Bytes,
     script: Bytes,
     style: Bytes,
@@ -58,6 +73,7 @@ struct Site {
 pub async fn serve(
     listener: TcpListener,
     line: String,
+    scraped: Scraped,
     views: watch::Receiver<Option<Arc<View>>>,
     texts: Arc<Texts>,
 ) {
@@ -68,6 +84,7 @@ pub async fn serve(
         return;
     };
     let site = Arc::new(Site {
+        scraped,
         line: event("line", &line),
         script: Bytes::from(dashboard_script()),
         style: Bytes::from(dashboard_style()),
@@ -117,8 +134,8 @@ async fn accept_all(
         let site = Arc::clone(&site);
         tokio::spawn(async move {
             let answer = service_fn(|request| {
-                let response = site.answer(&request);
-                async { Ok::<_, Infallible>(response) }
+                let site = Arc::clone(&site);
+                async move { Ok::<_, Infallible>(site.answer(&request).await) }
             });
             // A browser that has gone is no trouble.
             let _ = http1::Builder::new()
@@ -134,7 +151,7 @@ async fn accept_all(
 }
 
 impl Site {
-    fn answer(&self, request: &Request<Incoming>) -> Response<Body> {
+    async fn answer(&self, request: &Request<Incoming>) -> Response<Body> {
         if request.method() != Method::GET {
             let mut response = words(StatusCode::METHOD_NOT_ALLOWED, "this page only shows\n");
             let headers = response.headers_mut();
@@ -154,8 +171,33 @@ impl Site {
             "/dashboard.css" => whole("text/css; charset=utf-8", self.style.clone()),
             "/dashboard.js" => whole("text/javascript; charset=utf-8", self.script.clone()),
             "/events" => self.events(),
+            "/metrics" => self.metrics().await,
             "/favicon.ico" => words(StatusCode::NO_CONTENT, ""),
-            _ => words(StatusCode::NOT_FOUND, "there is one page, at /\n"),
+            _ => words(
+                StatusCode::NOT_FOUND,
+                "there is one page, at /, and /metrics\n",
+            ),
+        }
+    }
+
+    /// The figures as they are now. A line that shows nothing gives none: old figures would
+    /// hide that it stands still.
+    async fn metrics(&self) -> Response<Body> {
+        let mut views = self.scraped.views.clone();
+        views.mark_unchanged();
+        self.scraped.wanted.store(true, Ordering::Relaxed);
+        // When the line ends, its last view counts.
+        let waited = tokio::time::timeout(VIEW_TIME, views.changed()).await;
+        let view = views.borrow().clone();
+        match view.filter(|_| waited.is_ok()) {
+            Some(view) => whole(
+                "text/plain; version=0.0.4; charset=utf-8",
+                Bytes::from(metrics(&view, &self.scraped.strategy)),
+            ),
+            None => words(
+                StatusCode::SERVICE_UNAVAILABLE,
+                "the line does not say how it is\n",
+            ),
         }
     }
 

@@ -1,6 +1,6 @@
 //! The strategy, how long it takes, and what is wrong with its answers.
 
-use super::latency::Histogram;
+use super::latency::{DecisionTimes, Histogram};
 use super::protocol::Latency;
 use crate::decision::{Action, BeltItem, Candidate, Snapshot, Strategy};
 use crate::error::{counted, shown};
@@ -105,5 +105,10 @@ impl Decider {
     /// How long decisions took so far.
     pub fn latency(&self) -> Latency {
         self.latency.latency()
+    }
+
+    /// The same as counts within fixed limits.
+    pub fn decision_times(&self) -> DecisionTimes {
+        self.latency.decision_times()
     }
 }

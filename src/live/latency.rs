@@ -10,11 +10,28 @@ const CLASSES: usize = 2_400;
 /// Upper end of the first class [s].
 const FIRST: f64 = 1e-7;
 
+/// Limits of [`DecisionTimes`] [s].
+const LIMITS: [f64; 14] = [
+    1e-5, 2e-5, 5e-5, 1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2, 0.1, 1.0,
+];
+
+/// How long decisions took, for programs that collect histograms.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct DecisionTimes {
+    /// Limits [s], and how many took no longer, to 1 %.
+    pub within: Vec<(f64, u64)>,
+    /// How many there were.
+    pub count: u64,
+    /// How long all of them took together [s].
+    pub sum: f64,
+}
+
 /// A histogram of durations.
 #[derive(Debug, Clone)]
 pub struct Histogram {
     counts: Vec<u64>,
     total: u64,
+    sum: f64,
     max: f64,
 }
 
@@ -23,6 +40,7 @@ impl Default for Histogram {
         Self {
             counts: vec![0; CLASSES],
             total: 0,
+            sum: 0.0,
             max: 0.0,
         }
     }
@@ -35,6 +53,7 @@ impl Histogram {
         // Saturates at both ends.
         self.counts[(class.ceil() as usize).min(CLASSES - 1)] += 1;
         self.total += 1;
+        self.sum += seconds;
         self.max = self.max.max(seconds);
     }
 
@@ -45,6 +64,20 @@ impl Histogram {
             p50_ms: 1e3 * self.quantile(0.5),
             p99_ms: 1e3 * self.quantile(0.99),
             max_ms: 1e3 * self.max,
+        }
+    }
+
+    /// The counts within fixed limits.
+    pub fn decision_times(&self) -> DecisionTimes {
+        let within = LIMITS.map(|limit| {
+            let classes = (limit / FIRST).ln() / WIDER.ln();
+            let counts = &self.counts[..=classes.round() as usize];
+            (limit, counts.iter().sum())
+        });
+        DecisionTimes {
+            within: within.to_vec(),
+            count: self.total,
+            sum: self.sum,
         }
     }
 
@@ -78,6 +111,12 @@ mod tests {
         assert!((0.5..0.506).contains(&latency.p50_ms), "{latency:?}");
         assert!((0.99..1.001).contains(&latency.p99_ms), "{latency:?}");
         assert_eq!((latency.max_ms, latency.decisions), (500.0, 1001));
+        let times = histogram.decision_times();
+        assert!(times.within.is_sorted());
+        let within = |limit: f64| times.within.iter().find(|(l, _)| *l == limit).unwrap().1;
+        assert!((98..=102).contains(&within(1e-4)), "{times:?}");
+        assert_eq!((within(1e-3), within(0.1), within(1.0)), (1000, 1000, 1001));
+        assert!((times.sum - 1.0005).abs() < 1e-9 && times.count == 1001);
         histogram.note(1e9);
         histogram.note(0.0);
     }

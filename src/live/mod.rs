@@ -32,6 +32,7 @@ mod world;
 pub use clock::ClockKind;
 pub use controller::{Config, Controller, Taken};
 pub use decider::Stopwatch;
+pub use latency::DecisionTimes;
 pub use state::{Change, State};
 pub use trend::{Trend, TrendView};
 pub use view::{ClaimView, ItemView, View};

@@ -1,5 +1,6 @@
 //! What whoever watches a live line sees of it.
 
+use super::latency::DecisionTimes;
 use super::protocol::{Latency, Status};
 use super::trend::TrendView;
 use serde::Serialize;
@@ -11,6 +12,9 @@ pub struct View {
     pub status: Status,
     /// How long decisions took, whatever the clock.
     pub latency: Latency,
+    /// The same as counts within fixed limits; no browser needs it.
+    #[serde(skip)]
+    pub decision_times: DecisionTimes,
     /// Whether time goes on by itself between two views: with the system clock.
     pub steady: bool,
     /// Speed of the belt as measured last [m/s].

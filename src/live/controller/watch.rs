@@ -20,6 +20,7 @@ impl Controller {
         let mut view = View {
             status: self.status(false, queued),
             latency: self.latency(),
+            decision_times: self.decider.decision_times(),
             steady: self.stamps.clock.kind == ClockKind::System,
             belt_speed: self.world.motion().speed(),
             belt_travel: travel,
