@@ -1,0 +1,206 @@
+//! Which detection is of which item: by place first, and by the tracker's id where the place
+//! leaves a doubt.
+//!
+//! The detections of one picture are assigned to the known items together, as a picture
+//! shows an item once: global nearest neighbour association, with a gate on the squared
+//! Mahalanobis distance (Bar-Shalom, Daum and Huang, *The probabilistic data association
+//! filter*, IEEE Control Systems 29(6), 2009, doi:10.1109/MCS.2009.934469).
+//!
+//! Here is what a pair costs, and which pairs are possible at all; [`assign`] finds the
+//! cheapest assignment.
+
+mod assignment;
+
+pub use assignment::{Pair, assign};
+
+/// A covariance of a position, `[xx, xy, yy]` [m^2].
+pub type Covariance = [f64; 3];
+
+/// Detections of one item lie within so many standard deviations of it.
+const DEVIATIONS: f64 = 3.0;
+/// An item under its own id may have moved on the belt: its gate is so many times as wide.
+const KNOWN: f64 = 3.0;
+/// What was not seen for long may be this share of the belt's travel since then off: the belt
+/// slips, and its speed is not known to the last digit.
+const DRIFT: f64 = 0.01;
+/// Standard deviations are taken to be at most this [m]: with more, all neighbours merge.
+const WIDEST: f64 = 0.05;
+/// Positions that differ by less [m] are the same, whatever the tolerance.
+const SAME: f64 = 1e-4;
+/// What it costs that the tracker knows the item by another id.
+const RENUMBERED: f64 = 1.0;
+/// What it costs to take a detection for a new item: a little more than anything in the gate.
+const NEW: f64 = DEVIATIONS * DEVIATIONS + RENUMBERED + 0.5;
+/// What that costs where the same picture has another detection so near that both may be of
+/// one item: only an item much nearer than the gate is worth more.
+const DOUBLED: f64 = 3.0;
+
+/// What the tracker's ids say about a detection and an item.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Number {
+    /// The item was seen under the detection's id.
+    Same,
+    /// It was seen under others only.
+    Other,
+    /// One of them has none.
+    Unknown,
+}
+
+/// How far from an item a detection of it may lie.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gate {
+    /// Three standard deviations of what no covariance tells of [m].
+    tolerance: f64,
+}
+
+impl Gate {
+    /// The gate of this `--tolerance` [m].
+    pub fn new(tolerance: f64) -> Self {
+        Self {
+            tolerance: tolerance.max(SAME),
+        }
+    }
+
+    /// Two boxes of one picture nearer to each other than this [m] are of one item: a quarter
+    /// of the tolerance.
+    pub fn doubled(self) -> f64 {
+        (0.25 * self.tolerance).max(SAME)
+    }
+
+    /// No detection without a known id is of an item further from it along the belt than
+    /// this [m], `widest` [m^2] being the largest variance of an item.
+    pub fn reach(self, seen: Option<Covariance>, widest: f64) -> f64 {
+        let variance = largest_variance(seen) + widest;
+        (2.0 * self.tolerance.powi(2) + DEVIATIONS.powi(2) * variance).sqrt()
+    }
+
+    /// The squared distance of a detection from an item in standard deviations. The item is
+    /// `off` [m] it along and across the belt, which has travelled `way` [m] since it was
+    /// seen last.
+    pub fn squared_distance(
+        self,
+        off: [f64; 2],
+        seen: Option<Covariance>,
+        known: Option<Covariance>,
+        way: f64,
+    ) -> f64 {
+        let variance = |gate: f64| (gate / DEVIATIONS).powi(2);
+        let own = variance(self.tolerance);
+        let drift = variance((DRIFT * way.abs()).min(self.tolerance));
+        let [a, b] = [seen, known].map(|covariance| limited(covariance.unwrap_or_default()));
+        let (xx, xy, yy) = (own + drift + a[0] + b[0], a[1] + b[1], own + a[2] + b[2]);
+        let [dx, dy] = off;
+        (yy * dx * dx - 2.0 * xy * dx * dy + xx * dy * dy) / (xx * yy - xy * xy)
+    }
+}
+
+/// What it costs to take a detection for an item at a squared distance; none when it is too
+/// far away. The place decides: an id counts beyond the gate only, where it is better than
+/// a new item, and makes the difference between items that are as near.
+pub fn cost(squared_distance: f64, number: Number, may_move: bool) -> Option<f64> {
+    let gate = DEVIATIONS * DEVIATIONS;
+    match number {
+        Number::Same if squared_distance > gate => {
+            let is_near = may_move && squared_distance <= KNOWN * KNOWN * gate;
+            is_near.then_some(gate)
+        }
+        _ if squared_distance > gate => None,
+        Number::Other => Some(squared_distance + RENUMBERED),
+        Number::Same | Number::Unknown => Some(squared_distance),
+    }
+}
+
+/// What it costs to take a detection for none of the known items.
+pub fn cost_of_new(is_doubled: bool) -> f64 {
+    if is_doubled { DOUBLED } else { NEW }
+}
+
+/// The largest variance in any direction [m^2], as far as it counts.
+pub fn largest_variance(covariance: Option<Covariance>) -> f64 {
+    let [xx, xy, yy] = covariance.unwrap_or_default();
+    let most = 0.5 * (xx + yy) + (0.5 * (xx - yy)).hypot(xy);
+    most.min(WIDEST * WIDEST)
+}
+
+/// The covariance, made smaller where it is so wide that neighbours would merge.
+fn limited(covariance: Covariance) -> Covariance {
+    let [xx, xy, yy] = covariance;
+    let most = 0.5 * (xx + yy) + (0.5 * (xx - yy)).hypot(xy);
+    let share = if most > WIDEST * WIDEST {
+        WIDEST * WIDEST / most
+    } else {
+        1.0
+    };
+    covariance.map(|value| share * value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn distance(off: [f64; 2], seen: Option<Covariance>, way: f64) -> f64 {
+        let gate = Gate::new(0.02);
+        gate.squared_distance(off, seen, None, way).sqrt()
+    }
+
+    #[test]
+    fn the_gate_is_the_tolerance_where_nothing_else_is_known() {
+        assert!((distance([0.02, 0.0], None, 0.0) - 3.0).abs() < 1e-12);
+        assert!((distance([0.012, 0.016], None, 0.0) - 3.0).abs() < 1e-12);
+        // And for no tolerance the same place.
+        let exact = Gate::new(0.0);
+        assert!(exact.squared_distance([1e-5, 0.0], None, None, 0.0) < 1.0);
+        assert!(exact.squared_distance([1e-3, 0.0], None, None, 0.0) > 9.0);
+    }
+
+    #[test]
+    fn covariances_and_the_way_since_widen_it() {
+        // 10 mm across the belt, nothing along it.
+        let across = Some([0.0, 0.0, 1e-4]);
+        assert!(distance([0.0, 0.03], across, 0.0) < 3.0);
+        assert!((distance([0.02, 0.0], across, 0.0) - 3.0).abs() < 1e-12);
+        // Along a diagonal.
+        let diagonal = Some([1e-4, 0.99e-4, 1e-4]);
+        assert!(distance([0.025, 0.025], diagonal, 0.0) < 3.0);
+        assert!(distance([0.025, -0.025], diagonal, 0.0) > 3.0);
+        // 1 % of 2 m, along the belt only, and no more than the tolerance.
+        assert!(distance([0.028, 0.0], None, 2.0) < 3.0);
+        assert!(distance([0.0, 0.021], None, 2.0) > 3.0);
+        assert!(distance([0.029, 0.0], None, 500.0) > 3.0);
+        // One that is no use merges no neighbours.
+        assert!(distance([0.2, 0.0], Some([1.0, 0.0, 1.0]), 0.0) > 3.0);
+    }
+
+    #[test]
+    fn whatever_is_in_the_gate_is_within_reach() {
+        let gate = Gate::new(0.02);
+        for seen in [None, Some([4e-4, 1e-4, 1e-3]), Some([1.0, 0.9, 1.0])] {
+            for known in [None, Some([9e-4, 0.0, 1e-5])] {
+                let reach = gate.reach(seen, largest_variance(known));
+                for degree in 0..360 {
+                    let (sin, cos) = f64::from(degree).to_radians().sin_cos();
+                    let off = [reach * cos, reach * sin].map(|off| 1.000_001 * off);
+                    let squared = gate.squared_distance(off, seen, known, 1e3);
+                    assert!(squared > 9.0, "{seen:?} {known:?} {degree}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_place_comes_first_and_the_id_second() {
+        // In the gate a known id is worth little, beyond it all.
+        assert!(cost(2.0, Number::Same, true) < cost(2.0, Number::Other, true));
+        assert!(cost(0.5, Number::Other, true) < cost(8.0, Number::Same, true));
+        assert_eq!(cost(9.1, Number::Other, true), None);
+        assert_eq!(cost(9.1, Number::Unknown, true), None);
+        assert!(cost(80.0, Number::Same, true).is_some());
+        assert_eq!(cost(82.0, Number::Same, true), None);
+        assert_eq!(cost(9.1, Number::Same, false), None);
+        // Nothing in the gate is dearer than a new item.
+        for number in [Number::Same, Number::Other, Number::Unknown] {
+            assert!(cost(9.0, number, true).unwrap() < cost_of_new(false));
+        }
+        assert!(cost(80.0, Number::Same, true).unwrap() < cost_of_new(false));
+    }
+}
