@@ -1,5 +1,5 @@
 //! What is counted. The numbers only grow, but for a reason to miss an item that turns out
-//! to have been picked.
+//! to have been picked, and for an item that turns out to be another one.
 
 use super::fate::Fate;
 use super::protocol::{MissedCounts, Rejection};
@@ -28,9 +28,16 @@ impl Tally {
         self.seen += 1;
     }
 
-    /// Something happened that is counted.
-    pub fn note(&mut self, what: &'static str) {
-        *self.noted.entry(what.into()).or_default() += 1;
+    /// An item that was seen was another one.
+    pub fn unsee(&mut self) {
+        self.seen = self.seen.saturating_sub(1);
+    }
+
+    /// Something happened that is counted; whether it was the first of its kind.
+    pub fn note(&mut self, what: &'static str) -> bool {
+        let count = self.noted.entry(what.into()).or_default();
+        *count += 1;
+        *count == 1
     }
 
     /// A message was refused.

@@ -8,16 +8,37 @@
 
 use super::belt::{Change, Motion};
 use super::fate::Fate;
-use super::items::{Items, State, Tracked};
+use super::items::{Items, News, State, Tracked};
 use super::protocol::BeltState;
 use super::robots::Fleet;
+use super::sight::Sight;
 use super::windows::Windows;
 use crate::decision::{BeltItem, Candidate};
-use crate::pattern::Item;
 use crate::station::Station;
 
 /// How far past the belt's end an item is kept [m], so that late news of it finds it.
 const PAST_THE_END: f64 = 0.5;
+
+/// A position that differs by less [m] is the same.
+const SAME: f64 = 1e-4;
+/// A picture that shows an item and all that is near it makes up for so many that show one
+/// of them only.
+const CONFIRMED: i32 = 3;
+/// Pictures beyond that, after which an item is thought to be the other one.
+const MOST_OVERLOOKED: i32 = 3;
+/// An item that was often seen can be missing for long.
+const LEAST_OVERLOOKED: i32 = -30;
+
+/// What has changed with an item that was seen again.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Again {
+    /// Whether something newer was known of it.
+    pub is_late: bool,
+    /// How far it has moved on the belt [m].
+    pub moved: f64,
+    /// What is new about its id.
+    pub news: News,
+}
 
 /// The belt, its items, and the windows that follow from both. Times are those of the
 /// controller [s].
@@ -224,42 +245,108 @@ impl World {
         }
     }
 
-    /// Adds an item at `place` [m], seen at `time` [s].
-    pub fn add(
-        &mut self,
-        id: Option<String>,
-        (place, time): (f64, f64),
-        figures: &Item,
-        now: f64,
-        fleet: &mut Fleet,
-    ) -> u32 {
-        let item = self.items.add(id, place, time, figures);
+    /// Adds an item that is seen for the first time.
+    pub fn add(&mut self, sight: &Sight, now: f64, fleet: &mut Fleet) -> u32 {
+        let item = self.items.add(sight);
         self.open_windows(item, now, fleet);
         item
     }
 
-    /// Changes what is known of an item, but for its place and its state.
-    pub fn describe(
+    /// An item is seen again. What is older than what is known of it does not move it.
+    pub fn see_again(
         &mut self,
         item: u32,
+        sight: &Sight,
         now: f64,
         fleet: &mut Fleet,
-        change: impl FnOnce(&mut Tracked),
-    ) {
-        let Some(tracked) = self.items.get_mut(item) else {
-            return;
-        };
-        let weight = tracked.weight;
-        change(tracked);
-        if tracked.weight != weight {
+    ) -> Option<Again> {
+        let tracked = self.items.get(item)?;
+        let is_late = sight.time < tracked.measured;
+        let is_newer = tracked
+            .seen_at(sight.source())
+            .is_none_or(|at| sight.time >= at);
+        let moved = sight.way(tracked.place, tracked.y);
+        let moved = if is_late || moved <= SAME { 0.0 } else { moved };
+        if !is_late {
+            self.items.measure(item, sight.time, sight.covariance);
+        }
+        if moved > 0.0 {
+            self.items.place(item, sight.place, sight.y);
+        }
+        let (news, weighs) = self.hear_more(item, sight, is_newer);
+        if weighs || moved > 0.0 {
+            self.open_windows(item, now, fleet);
+        }
+        Some(Again {
+            is_late,
+            moved,
+            news,
+        })
+    }
+
+    /// A picture shows an item twice: what else the second detection says counts where the
+    /// first says nothing.
+    pub fn see_double(&mut self, item: u32, sight: &Sight, now: f64, fleet: &mut Fleet) {
+        let (_, weighs) = self.hear_more(item, sight, false);
+        if weighs {
             self.open_windows(item, now, fleet);
         }
     }
 
-    /// Puts an item elsewhere [m].
-    pub fn place(&mut self, item: u32, (place, y): (f64, f64), now: f64, fleet: &mut Fleet) {
-        self.items.place(item, place, y);
-        self.open_windows(item, now, fleet);
+    /// Takes over what is said of an item besides its place; what is new about its id, and
+    /// whether its weight has changed.
+    fn hear_more(&mut self, item: u32, sight: &Sight, is_newer: bool) -> (News, bool) {
+        let news = self.items.sight(item, sight, is_newer);
+        let Some(tracked) = self.items.get_mut(item) else {
+            return (news, false);
+        };
+        tracked.features.take(sight.features.clone(), is_newer);
+        let weight = tracked.features.reward();
+        let weighs = std::mem::replace(&mut tracked.weight, weight) != weight;
+        (news, weighs)
+    }
+
+    /// A picture has shown an item and whatever else was known to be near it.
+    pub fn confirm(&mut self, item: u32) {
+        let before = self
+            .items
+            .get(item)
+            .map_or(LEAST_OVERLOOKED, |t| t.overlooked);
+        if before > LEAST_OVERLOOKED
+            && let Some(tracked) = self.items.get_mut(item)
+        {
+            tracked.overlooked = (before - CONFIRMED).max(LEAST_OVERLOOKED);
+        }
+    }
+
+    /// A picture of `source` has shown `other` and not `item`, although they are so near that
+    /// they may be one; whether there were so many such pictures that now they are. What a
+    /// robot was ever sent to stays.
+    pub fn overlook(
+        &mut self,
+        item: u32,
+        other: u32,
+        source: Option<&str>,
+        now: f64,
+        fleet: &mut Fleet,
+    ) -> bool {
+        let Some(tracked) = self.items.get(item) else {
+            return false;
+        };
+        let was_seen = tracked.seen_at(source).is_some();
+        if !was_seen || tracked.state != State::Free || !tracked.tasks.is_empty() {
+            return false;
+        }
+        if tracked.overlooked < MOST_OVERLOOKED {
+            if let Some(tracked) = self.items.get_mut(item) {
+                tracked.overlooked += 1;
+            }
+            return false;
+        }
+        self.close_windows(item);
+        self.items.fuse(item, other);
+        self.open_windows(other, now, fleet);
+        true
     }
 
     /// An item is taken by `task`.

@@ -86,7 +86,8 @@ impl Line {
         assert_eq!(self.tick(stamp), (vec![], vec![]));
     }
 
-    pub fn status(&self) -> Status {
+    pub fn status(&mut self) -> Status {
+        self.0.close_picture();
         let status = self.0.status(false, 0);
         let sum = status.picked + status.missed.total() + status.on_belt + status.claimed;
         assert_eq!(status.seen, sum, "{status:?}");

@@ -6,12 +6,14 @@
 //! Mahalanobis distance (Bar-Shalom, Daum and Huang, *The probabilistic data association
 //! filter*, IEEE Control Systems 29(6), 2009, doi:10.1109/MCS.2009.934469).
 //!
-//! Here is what a pair costs, and which pairs are possible at all; [`assign`] finds the
-//! cheapest assignment.
+//! Here is what a pair costs, and which pairs are possible at all; `assignment` finds the
+//! cheapest assignment, and `picture` puts the detections of a picture to the items.
 
 mod assignment;
+mod picture;
 
-pub use assignment::{Pair, assign};
+use assignment::{Pair, assign};
+pub use picture::{Association, Match, associate};
 
 /// A covariance of a position, `[xx, xy, yy]` [m^2].
 pub type Covariance = [f64; 3];

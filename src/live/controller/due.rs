@@ -7,6 +7,7 @@ impl Controller {
     /// With the system clock: the time is `stamp` [s since 1970], and what is due is done.
     pub fn advance(&mut self, stamp: f64) {
         if self.stamps.clock.kind == ClockKind::System {
+            self.close_picture();
             let time = self.stamps.clock.time(stamp);
             // Decisions are never made in the past: the robots could not leave then.
             self.stamps.clock.now = self.stamps.now().max(time);
@@ -18,6 +19,7 @@ impl Controller {
     pub fn finish(&mut self) {
         if self.stamps.clock.kind == ClockKind::Messages {
             self.resolve_last();
+            self.close_picture();
             self.settle(self.stamps.now(), true);
         }
     }

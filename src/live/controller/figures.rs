@@ -51,6 +51,7 @@ impl Controller {
 
     /// Sends the figures as they are now.
     pub fn report(&mut self, last: bool, queued: u64) {
+        self.close_picture();
         let status = self.status(last, queued);
         self.output.push(Outgoing::Status(Box::new(status)));
     }

@@ -87,6 +87,9 @@ impl Controller {
     }
 
     fn heed(&mut self, time: f64, message: Incoming) -> Result<(), Rejected> {
+        if !matches!(message, Incoming::Detection(_)) || !self.picture.takes(time) {
+            self.close_picture();
+        }
         if self.stamps.clock.kind == ClockKind::Messages && time > self.stamps.clock.now {
             // What was due before this came is decided without it.
             self.settle(time, false);

@@ -8,7 +8,8 @@ mod decide;
 mod due;
 mod figures;
 mod hearing;
-mod items;
+mod identity;
+mod pictures;
 mod plans;
 mod recovery;
 mod tasks;
@@ -27,6 +28,7 @@ use crate::decision::Strategy;
 use crate::live::layout::layout_hash;
 use crate::plausible::Warning;
 use crate::station::Station;
+use pictures::Picture;
 use recovery::Told;
 
 pub use hearing::Taken;
@@ -36,7 +38,8 @@ pub use hearing::Taken;
 pub struct Config {
     /// Where the time comes from.
     pub clock: ClockKind,
-    /// Detections without id within this distance of an item are of that item [m].
+    /// Detections within this distance of an item are of that item, as far as nothing else
+    /// is known [m].
     pub tolerance: f64,
     /// A task that is not acknowledged for so long is sent again [s].
     pub ack_timeout: f64,
@@ -90,6 +93,8 @@ pub struct Controller {
     doubts: Doubts,
     /// Who decides.
     decider: Decider,
+    /// Detections of a picture that may not be whole.
+    picture: Picture,
     /// When the next status is due [s]; never without message time.
     next_status: f64,
     output: Vec<Outgoing>,
@@ -120,6 +125,7 @@ impl Controller {
             stamps: Stamps::new(Clock::new(config.clock)),
             tally: Tally::default(),
             decider: Decider::new(strategy),
+            picture: Picture::default(),
             output: Vec::new(),
             remarks: Vec::new(),
             held: false,
@@ -154,6 +160,7 @@ impl Controller {
     pub fn stop(&mut self) {
         self.stopping = true;
         self.resolve_last();
+        self.close_picture();
     }
 
     /// Counts a line that was refused before it became a message.

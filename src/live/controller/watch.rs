@@ -51,7 +51,7 @@ impl Controller {
                     x: tracked.place + travel,
                     y: tracked.y,
                     weight: tracked.weight,
-                    class: tracked.class.clone(),
+                    class: tracked.features.class.clone(),
                     fate,
                     reason,
                     robot,
@@ -155,7 +155,10 @@ mod tests {
             r#""kind":"robot","stamp":0,"name":"r1","state":"idle""#,
         );
         for i in 0..5000u32 {
-            let (x, y) = (1.5 - 0.0001 * f64::from(i), -0.2);
+            let (x, y) = (
+                1.5 - 0.01 * f64::from(i / 50),
+                0.01 * f64::from(i % 50) - 0.4,
+            );
             say(
                 &mut line,
                 &format!(r#""kind":"detection","stamp":0,"id":"{i}","x":{x},"y":{y}"#),

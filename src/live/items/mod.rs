@@ -1,9 +1,15 @@
 //! The items that are known, from when they are first seen until they have left the belt.
 
+mod ids;
+
+use super::association::{Covariance, largest_variance};
+use super::features::Features;
+use super::sight::Sight;
 use super::windows::Key;
-use crate::pattern::Item;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
+
+pub use ids::News;
 
 /// What has become of an item.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -24,7 +30,7 @@ pub enum State {
 /// One item.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Tracked {
-    /// Its name in messages.
+    /// Its name in messages, which no other item has.
     pub id: String,
     /// Its x when the belt's travel was 0 [m].
     pub place: f64,
@@ -32,10 +38,20 @@ pub struct Tracked {
     pub y: f64,
     /// Object-specific reward.
     pub weight: f64,
-    /// What it is, if the camera has said so.
-    pub class: Option<String>,
+    /// What else the camera has said of it.
+    #[serde(default)]
+    pub features: Features,
     /// When it was measured last [s].
     pub measured: f64,
+    /// How uncertain its position was then [m^2].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub covariance: Option<Covariance>,
+    /// Who has seen it, and under which ids.
+    #[serde(default)]
+    pub sightings: Vec<Sighting>,
+    /// Pictures that show another item in its place, less those that show both.
+    #[serde(default)]
+    pub overlooked: i32,
     /// What has become of it.
     pub state: State,
     /// Whether some robot had a window for it.
@@ -50,7 +66,34 @@ pub struct Tracked {
     pub tasks: Vec<u64>,
 }
 
+/// What one camera has seen of an item.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Sighting {
+    /// The camera, if it has a name.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub source: Option<String>,
+    /// When it saw it last [s].
+    pub at: f64,
+    /// Under which ids, the newest last.
+    pub ids: Vec<String>,
+}
+
 impl Tracked {
+    /// When `source` saw it last [s].
+    pub fn seen_at(&self, source: Option<&str>) -> Option<f64> {
+        self.sighting(source).map(|sighting| sighting.at)
+    }
+
+    /// Whether `source` has an id for it.
+    pub fn is_named_by(&self, source: Option<&str>) -> bool {
+        self.sighting(source).is_some_and(|s| !s.ids.is_empty())
+    }
+
+    fn sighting(&self, source: Option<&str>) -> Option<&Sighting> {
+        let mut sightings = self.sightings.iter();
+        sightings.find(|sighting| sighting.source.as_deref() == source)
+    }
+
     /// The task that is about it now.
     pub fn claimed_by(&self) -> Option<u64> {
         match self.state {
@@ -64,7 +107,11 @@ impl Tracked {
 #[derive(Debug, Clone, Default)]
 pub struct Items {
     table: BTreeMap<u32, Tracked>,
-    by_id: HashMap<String, u32>,
+    by_name: HashMap<String, u32>,
+    /// The items of each id, one of each camera that has it.
+    by_id: HashMap<String, Vec<u32>>,
+    /// The largest variance of a position so far [m^2].
+    widest: f64,
     by_place: BTreeSet<Key>,
     numbers: Numbers,
     /// Those that have changed since they were last asked for; none while nobody asks.
@@ -78,23 +125,29 @@ pub struct Numbers {
     next_item: u32,
     /// Items without a name so far.
     unnamed: u64,
+    /// Items so far whose name went to another.
+    #[serde(default)]
+    renamed: u64,
 }
 
 impl Items {
     /// The items of a table.
     pub fn restore(table: BTreeMap<u32, Tracked>, numbers: Numbers) -> Self {
-        let entries = table.iter();
-        let by_id = entries.map(|(item, tracked)| (tracked.id.clone(), *item));
-        let places = table
-            .iter()
-            .map(|(item, tracked)| Key(tracked.place, *item));
-        Self {
-            by_id: by_id.collect(),
-            by_place: places.collect(),
-            table,
+        let mut items = Self {
             numbers,
-            changed: None,
+            ..Self::default()
+        };
+        for (item, tracked) in &table {
+            items.by_name.insert(tracked.id.clone(), *item);
+            items.by_place.insert(Key(tracked.place, *item));
+            let variance = largest_variance(tracked.covariance);
+            items.widest = items.widest.max(variance);
+            for id in tracked.sightings.iter().flat_map(|s| &s.ids) {
+                items.by_id.entry(id.clone()).or_default().push(*item);
+            }
         }
+        items.table = table;
+        items
     }
 
     /// Which names and numbers are used up.
@@ -144,57 +197,53 @@ impl Items {
         self.table.iter().map(|(item, tracked)| (*item, tracked))
     }
 
-    /// The number of the item of this id.
-    pub fn find(&self, id: &str) -> Option<u32> {
-        self.by_id.get(id).copied()
+    /// The largest variance of a position [m^2].
+    pub fn widest(&self) -> f64 {
+        self.widest
     }
 
-    /// The item nearest to a place within `gate` [m] of it, of those that `fits` allows.
-    pub fn nearest(
-        &self,
-        (place, y): (f64, f64),
-        gate: f64,
-        fits: impl Fn(&Tracked, f64) -> bool,
-    ) -> Option<u32> {
-        let near = self
-            .by_place
-            .range(Key(place - gate, 0)..=Key(place + gate, u32::MAX));
-        let mut best: Option<(f64, u32)> = None;
-        for Key(_, item) in near {
-            let tracked = &self.table[item];
-            let way = (tracked.place - place).hypot(tracked.y - y);
-            let nearer = best.is_none_or(|(least, _)| way < least);
-            if way <= gate && nearer && fits(tracked, way) {
-                best = Some((way, *item));
+    /// Those within `reach` [m] of a place along the belt, upstream first.
+    pub fn around(&self, place: f64, reach: f64) -> impl Iterator<Item = (u32, &Tracked)> {
+        let range = Key(place - reach, 0)..=Key(place + reach, u32::MAX);
+        let found = self.by_place.range(range);
+        found.map(|key| (key.1, &self.table[&key.1]))
+    }
+
+    /// Adds an item that is seen for the first time. Its name is the id; an item of that name
+    /// from which the id is gone gets another. Without an id, or under one that another
+    /// camera has for another item, it gets a name of its own.
+    pub fn add(&mut self, sight: &Sight) -> u32 {
+        let (source, id) = (sight.source(), sight.id());
+        if let Some(id) = id {
+            if let Some(before) = self.known_as(source, id) {
+                self.release(before, source, id);
+            }
+            if !self.is_name_in_use(id) {
+                self.free_name(id);
             }
         }
-        best.map(|(_, item)| item)
-    }
-
-    /// Adds an item. One without a name gets one that no other has.
-    pub fn add(&mut self, id: Option<String>, place: f64, time: f64, item: &Item) -> u32 {
-        let id = id.unwrap_or_else(|| {
-            loop {
-                self.numbers.unnamed += 1;
-                let id = format!("auto:{}", self.numbers.unnamed);
-                if !self.by_id.contains_key(&id) {
-                    break id;
-                }
-            }
-        });
+        let name = match id {
+            None => self.unused_name(),
+            Some(id) if self.by_name.contains_key(id) => self.name_after(id),
+            Some(id) => id.to_owned(),
+        };
         let number = self.numbers.next_item;
-        // Starts anew after 4 billion items, when those of old are long forgotten.
+        // Begins again after 4 billion items, when those of old are long forgotten.
         self.numbers.next_item = number.wrapping_add(1);
         self.note_change(number);
-        self.by_id.insert(id.clone(), number);
-        self.by_place.insert(Key(place, number));
+        self.by_name.insert(name.clone(), number);
+        self.by_place.insert(Key(sight.place, number));
+        self.widest = self.widest.max(largest_variance(sight.covariance));
         let tracked = Tracked {
-            id,
-            place,
-            y: item.y,
-            weight: item.reward(),
-            class: item.class.clone(),
-            measured: time,
+            id: name,
+            place: sight.place,
+            y: sight.y,
+            weight: sight.features.reward(),
+            features: sight.features.clone(),
+            measured: sight.time,
+            covariance: sight.covariance,
+            sightings: Vec::new(),
+            overlooked: 0,
             state: State::Free,
             windowed: false,
             offered: false,
@@ -203,7 +252,16 @@ impl Items {
             tasks: Vec::new(),
         };
         self.table.insert(number, tracked);
+        self.sight(number, sight, true);
         number
+    }
+
+    /// An item was measured at `time` [s].
+    pub fn measure(&mut self, item: u32, time: f64, covariance: Option<Covariance>) {
+        self.widest = self.widest.max(largest_variance(covariance));
+        if let Some(tracked) = self.get_mut(item) {
+            (tracked.measured, tracked.covariance) = (time, covariance);
+        }
     }
 
     /// Puts an item elsewhere.
@@ -230,7 +288,10 @@ impl Items {
     pub fn forget(&mut self, item: u32) -> Option<Tracked> {
         self.note_change(item);
         let tracked = self.table.remove(&item)?;
-        self.by_id.remove(&tracked.id);
+        self.by_name.remove(&tracked.id);
+        for id in tracked.sightings.iter().flat_map(|s| &s.ids) {
+            self.unlist(id, item);
+        }
         self.by_place.remove(&Key(tracked.place, item));
         Some(tracked)
     }

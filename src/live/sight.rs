@@ -1,0 +1,54 @@
+//! One detection, with its place on the belt.
+
+use super::association::Covariance;
+use super::features::Features;
+use super::protocol::Detection;
+
+/// An item where a camera saw it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sight {
+    /// The camera, if it has a name.
+    pub source: Option<String>,
+    /// The tracker's id.
+    pub id: Option<String>,
+    /// When the picture was taken [s].
+    pub time: f64,
+    /// Its x when the belt's travel was 0 [m].
+    pub place: f64,
+    /// Position across the belt [m].
+    pub y: f64,
+    /// How uncertain the position is [m^2].
+    pub covariance: Option<Covariance>,
+    /// What else the camera says of it.
+    pub features: Features,
+}
+
+impl Sight {
+    /// What a detection at `time` [s] tells, when the belt had travelled so far [m].
+    pub fn of(detection: Detection, time: f64, travel: f64) -> Self {
+        Self {
+            source: None,
+            features: Features::of(&detection),
+            id: detection.id,
+            time,
+            place: detection.x - travel,
+            y: detection.y,
+            covariance: detection.covariance,
+        }
+    }
+
+    /// The camera, if it has a name.
+    pub fn source(&self) -> Option<&str> {
+        self.source.as_deref()
+    }
+
+    /// The tracker's id.
+    pub fn id(&self) -> Option<&str> {
+        self.id.as_deref()
+    }
+
+    /// How far a place on the belt is from it [m].
+    pub fn way(&self, place: f64, y: f64) -> f64 {
+        (self.place - place).hypot(self.y - y)
+    }
+}
