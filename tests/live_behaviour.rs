@@ -167,7 +167,10 @@ fn a_fault_returns_the_claim_and_recovery_puts_back_to_work() {
     line.say(r#""kind":"robot","stamp":0.5,"name":"r1","state":"fault""#);
     assert_eq!(line.tick(0.5), (vec![], vec![task.id]));
     assert_eq!(line.status().on_belt, 1);
-    line.idle(5.0);
+    // It has not answered, so it is asked again.
+    let (tasks, cancelled) = line.tick(5.0);
+    assert_eq!((tasks, cancelled), (vec![], vec![task.id, task.id]));
+    line.result(5.0, task.id, "CANCELLED");
     line.say(r#""kind":"robot","stamp":6,"name":"r1","state":"idle""#);
     let again = line.task(6.0);
     assert_eq!((again.item.as_str(), again.id), ("a", task.id + 1));
@@ -217,7 +220,10 @@ fn robots_free_sooner_or_later_than_expected() {
     line.say(r#""kind":"robot","stamp":0.1,"name":"r1","state":"idle""#);
     line.idle(0.1);
     line.ack(0.2, first.id);
-    line.say(r#""kind":"robot","stamp":0.5,"name":"r1","state":"idle""#);
+    line.say(&format!(
+        r#""kind":"robot","stamp":0.5,"name":"r1","state":"idle","task":{}"#,
+        first.id
+    ));
     let second = line.task(0.5);
     assert_ne!(second.item, first.item);
     line.ack(0.5, second.id);
@@ -229,8 +235,8 @@ fn robots_free_sooner_or_later_than_expected() {
     assert_eq!(line.status().picked, 2);
 }
 
-/// A robot at fault gets no task because word of its better days came late, and one back at
-/// work is not stopped by word of an old fault.
+/// A robot at fault gets no task because word of its better days came late. A fault counts
+/// even if it comes late.
 #[test]
 fn old_news_of_a_robot_do_not_count() {
     let mut line = Line::new();
@@ -241,7 +247,9 @@ fn old_news_of_a_robot_do_not_count() {
     assert_eq!(line.status().noted["late_robot"], 1);
     line.say(r#""kind":"robot","stamp":11,"name":"r1","state":"idle""#);
     line.say(r#""kind":"robot","stamp":10.8,"name":"r1","state":"fault""#);
-    assert_eq!(line.task(11.0).item, "a");
+    line.idle(11.0);
+    line.say(r#""kind":"robot","stamp":11.1,"name":"r1","state":"idle""#);
+    assert_eq!(line.task(11.1).item, "a");
 }
 
 /// What a result has announced holds until the robot says something newer.

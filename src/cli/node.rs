@@ -210,9 +210,6 @@ impl Node<'_> {
 
     /// Sends what the controller has to say, once the journal has what it follows from.
     fn speak(&mut self) -> Result<()> {
-        if let Some(complaint) = self.controller.take_complaint() {
-            self.transport.warn(&complaint);
-        }
         for remark in self.controller.take_remarks() {
             self.transport.warn(&remark);
         }

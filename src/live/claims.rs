@@ -1,31 +1,49 @@
 //! A robot's claim on an item: the task, and how far it has come.
 
+use super::lifecycle::Stage;
 use crate::decision::{Candidate, Moment};
 use crate::kinematics::{distance, meeting_range, travel_time};
 use crate::station::{Belt, Robot};
 use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
 
-/// How far a task has come.
+/// Longest time between two cancels of one task [s].
+const LONGEST_PAUSE: f64 = 30.0;
+
+/// Why a task is cancelled, as the robot is told.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Stage {
-    /// Sent, and perhaps not received.
-    Sent,
-    /// The robot has said that it sets out.
-    Acknowledged,
-    /// The robot was told to drop it, and has not answered. The claim lives on: it may
-    /// have come too late.
-    Cancelling,
+pub enum Reason {
+    /// The belt has stopped before the item was within reach.
+    BeltStopped,
+    /// The belt runs backwards.
+    BeltBackwards,
+    /// The belt is as fast as the arm.
+    BeltTooFast,
+    /// With the belt's new speed the robot does not meet the item within its reach.
+    BeltSpeed,
+    /// The item is not where it was, and out of reach there.
+    ItemMoved,
+    /// No acknowledgement has come before the last start.
+    NoAck,
+    /// The robot has reported a fault.
+    Fault,
+    /// Another robot has picked the item.
+    TakenByOther,
 }
 
-impl Stage {
-    /// As it is shown.
-    pub fn name(self) -> &'static str {
+impl Reason {
+    /// As it is written in a `cancel`.
+    pub fn text(self) -> &'static str {
         match self {
-            Self::Sent => "sent",
-            Self::Acknowledged => "acknowledged",
-            Self::Cancelling => "cancelling",
+            Self::BeltStopped => "the belt has stopped before the item came within reach",
+            Self::BeltBackwards => "the belt runs backwards",
+            Self::BeltTooFast => "the belt is as fast as the arm, or faster",
+            Self::BeltSpeed => "the belt's speed has changed: the item is met outside the reach",
+            Self::ItemMoved => "the item has moved on the belt: it is met outside the reach",
+            Self::NoAck => "no acknowledgement has come before the last start",
+            Self::Fault => "the robot has reported a fault",
+            Self::TakenByOther => "another robot has picked the item",
         }
     }
 }
@@ -54,8 +72,14 @@ pub struct Claim {
     pub free_at: f64,
     /// How far the task has come.
     pub stage: Stage,
-    /// Whether the robot has ever acknowledged it.
-    pub acknowledged: bool,
+    /// When the robot has acknowledged it first, by its stamp.
+    pub acknowledged: Option<f64>,
+    /// Why it is cancelled, once it is.
+    pub reason: Option<Reason>,
+    /// How often the cancel was sent.
+    pub cancels: u32,
+    /// When the cancel is sent again.
+    pub repeat_at: Option<f64>,
     /// How often it was sent before.
     pub revision: u32,
     /// When something has to be done about it if nothing is heard.
@@ -81,15 +105,26 @@ impl Claim {
             ),
             free_at: time + moment.processing_time(candidate),
             stage: Stage::Sent,
-            acknowledged: false,
+            acknowledged: None,
+            reason: None,
+            cancels: 0,
+            repeat_at: None,
             revision: 0,
             deadline: f64::INFINITY,
         }
     }
 
     /// The same task for a robot that has not left yet, from `now` on, for the item that
-    /// was at (`x0`, `y`) [m] at time 0; whether it can still be done.
-    pub fn send_anew(&mut self, robot: &Robot, belt: &Belt, now: f64, (x0, y): (f64, f64)) -> bool {
+    /// was at (`x0`, `y`) [m] at time 0; whether it can still be done, with a start by
+    /// `latest` [s]: a robot is not kept for an item that a belt about to stand brings in
+    /// an hour.
+    pub fn plan_again(
+        &mut self,
+        robot: &Robot,
+        belt: &Belt,
+        (now, latest): (f64, f64),
+        (x0, y): (f64, f64),
+    ) -> bool {
         let Some((open, close)) = robot.departure_window(belt, x0, y) else {
             return false;
         };
@@ -107,12 +142,15 @@ impl Claim {
             time: now.max(open),
         };
         let fresh = Self::new(self.task, self.robot, &moment, &candidate);
-        let possible = now <= close;
+        let possible = now <= close && open <= latest;
         if possible {
             *self = Self {
                 decided: self.decided,
                 stage: self.stage,
                 acknowledged: self.acknowledged,
+                reason: self.reason,
+                cancels: self.cancels,
+                repeat_at: self.repeat_at,
                 revision: self.revision + 1,
                 deadline: self.deadline,
                 ..fresh
@@ -147,6 +185,34 @@ impl Claim {
             self.revision += 1;
         }
         possible
+    }
+}
+
+impl Claim {
+    /// The next time at which something has to be done about it. While its robot cannot be
+    /// reached nothing is sent, so nothing is due but what follows from its silence.
+    pub fn due(&self, unreachable: bool) -> Option<f64> {
+        match (self.stage, self.repeat_at) {
+            (Stage::Sent, _) if unreachable => None,
+            (stage, Some(at)) if stage.is_cancelled() && !unreachable => {
+                Some(self.deadline.min(at))
+            }
+            _ => Some(self.deadline),
+        }
+    }
+
+    /// From when on nothing can come of it any more: the robot had to set out by then, or
+    /// to be back, `patience` [s] ago.
+    pub fn moot_from(&self, patience: f64) -> f64 {
+        self.window.1.max(self.free_at) + patience
+    }
+
+    /// A cancel is sent at `now`; when the next one is follows from `pause` [s], which
+    /// doubles each time.
+    pub fn note_cancel(&mut self, now: f64, pause: f64) {
+        let doubled = pause * f64::from(2u32.saturating_pow(self.cancels.min(16)));
+        self.cancels += 1;
+        self.repeat_at = Some(now + doubled.min(LONGEST_PAUSE.max(pause)));
     }
 }
 

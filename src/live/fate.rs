@@ -2,9 +2,11 @@
 
 use super::items::{State, Tracked};
 use super::protocol::MissedCounts;
+use serde::{Deserialize, Serialize};
 
 /// What has become of an item. Each has exactly one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Fate {
     /// It is in a bin.
     Picked,
@@ -16,6 +18,8 @@ pub enum Fate {
     Unreachable,
     /// Attempted, and no attempt succeeded.
     GraspFailed,
+    /// A robot was sent, and came too late or did not find it.
+    NotFound,
     /// A robot was sent and never said what came of it.
     NoResult,
     /// Some robot could have picked it, and another action was chosen.
@@ -31,9 +35,10 @@ impl Fate {
             State::Picked(_) => Self::Picked,
             State::Claimed(_) => Self::Claimed,
             State::NoResult => Self::NoResult,
-            State::GivenUp => Self::GraspFailed,
             State::Free if !is_past => Self::OnBelt,
-            State::Free if tracked.attempts > 0 => Self::GraspFailed,
+            State::GivenUp | State::Free if tracked.failed_grasps > 0 => Self::GraspFailed,
+            State::GivenUp => Self::NotFound,
+            State::Free if tracked.attempts > 0 => Self::NotFound,
             State::Free if tracked.offered => Self::PassedOver,
             State::Free if tracked.windowed => Self::Busy,
             State::Free => Self::Unreachable,
@@ -45,6 +50,7 @@ impl Fate {
         match self {
             Self::Unreachable => Some("unreachable"),
             Self::GraspFailed => Some("grasp_failed"),
+            Self::NotFound => Some("not_found"),
             Self::NoResult => Some("no_result"),
             Self::PassedOver => Some("passed_over"),
             Self::Busy => Some("busy"),
@@ -57,6 +63,7 @@ impl Fate {
         match self {
             Self::Unreachable => Some(&mut missed.unreachable),
             Self::GraspFailed => Some(&mut missed.grasp_failed),
+            Self::NotFound => Some(&mut missed.not_found),
             Self::NoResult => Some(&mut missed.no_result),
             Self::PassedOver => Some(&mut missed.passed_over),
             Self::Busy => Some(&mut missed.busy),

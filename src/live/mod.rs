@@ -18,6 +18,7 @@ mod items;
 pub mod journal;
 mod latency;
 pub mod layout;
+mod lifecycle;
 pub mod protocol;
 pub mod recording;
 mod robots;

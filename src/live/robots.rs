@@ -1,7 +1,14 @@
 //! What is known of each robot.
 
-use super::protocol::RobotReport;
+use super::protocol::{RobotReport, Verdict};
 use serde::{Deserialize, Serialize};
+
+/// After so many tasks in a row that a robot has dropped it rests.
+const MOST_DROPPED: u32 = 3;
+/// Its first rest [s]; each further one is twice as long,
+const FIRST_REST: f64 = 0.5;
+/// up to this [s].
+const LONGEST_REST: f64 = 10.0;
 
 /// Whether a robot takes tasks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -45,8 +52,19 @@ pub struct RobotInfo {
     pub task: Option<u64>,
     /// Its picks.
     pub picked: u64,
-    /// Its attempts that failed.
+    /// Its grasps that failed.
     pub failed: u64,
+    /// Its tasks for which it came too late or did not find the item.
+    pub missed: u64,
+    /// Tasks in a row that it has dropped of its own accord.
+    pub dropped: u32,
+    /// It gets no task before this time [s], because it drops them.
+    pub rests_until: f64,
+    /// Whether it has said, of a task that it is thought to be at, that it is idle. It may
+    /// not have known of the task then; from `free_at` on it is believed.
+    pub idle_said: bool,
+    /// While it is out of service: only what it says with a newer stamp ends that [s].
+    pub fault_at: Option<f64>,
     /// The newest time of which it has said how it is [s].
     pub said_at: Option<f64>,
     /// The newest time at which it has said, by a result or of itself, when it is free [s].
@@ -62,6 +80,11 @@ impl Default for RobotInfo {
             task: None,
             picked: 0,
             failed: 0,
+            missed: 0,
+            dropped: 0,
+            rests_until: 0.0,
+            idle_said: false,
+            fault_at: None,
             said_at: None,
             told_at: None,
         }
@@ -71,7 +94,43 @@ impl Default for RobotInfo {
 impl RobotInfo {
     /// Whether it can be given a task, now or at a time that is known.
     pub fn is_ready(&self) -> bool {
-        self.service == Service::Ready && self.task.is_none()
+        self.service == Service::Ready && (self.task.is_none() || self.idle_said)
+    }
+
+    /// When it can be given a task, at `now` [s] or later.
+    pub fn available_from(&self, now: f64) -> f64 {
+        self.free_at.max(self.rests_until).max(now)
+    }
+
+    /// A task ends with `verdict`, which it may have reported otherwise before.
+    pub fn count(&mut self, before: Option<Verdict>, verdict: Verdict) {
+        if let Some(count) = before.and_then(|verdict| self.counter(verdict)) {
+            *count = count.saturating_sub(1);
+        }
+        if let Some(count) = self.counter(verdict) {
+            *count += 1;
+        }
+    }
+
+    fn counter(&mut self, verdict: Verdict) -> Option<&mut u64> {
+        match verdict {
+            Verdict::Picked => Some(&mut self.picked),
+            Verdict::GraspFail => Some(&mut self.failed),
+            Verdict::Missed => Some(&mut self.missed),
+            Verdict::Rejected | Verdict::Cancelled => None,
+        }
+    }
+
+    /// It has dropped a task of its own accord at `now` [s]. The third in a row, and each
+    /// further one, costs it a pause; whether this is the third.
+    pub fn drops_task(&mut self, now: f64) -> bool {
+        self.dropped += 1;
+        if self.dropped >= MOST_DROPPED {
+            let further = (self.dropped - MOST_DROPPED).min(16);
+            let pause = FIRST_REST * f64::from(2u32.pow(further));
+            self.rests_until = now + pause.min(LONGEST_REST);
+        }
+        self.dropped == MOST_DROPPED
     }
 
     /// It is free from `time` [s] on.
@@ -80,6 +139,7 @@ impl RobotInfo {
         self.free_at = time;
         self.wait = Wait::No;
         self.task = None;
+        self.idle_said = false;
     }
 
     /// It has said, at `told` [s], that it is free from `time` [s] on.
@@ -113,6 +173,7 @@ impl RobotInfo {
             state: self.state(now).to_owned(),
             picked: self.picked,
             failed: self.failed,
+            missed: self.missed,
         }
     }
 }
@@ -173,7 +234,7 @@ impl Fleet {
     pub fn free_at(&self, into: &mut Vec<f64>) {
         into.clear();
         into.extend(self.robots.iter().map(|robot| match robot.service {
-            Service::Ready => robot.free_at,
+            Service::Ready => robot.free_at.max(robot.rests_until),
             _ => f64::INFINITY,
         }));
     }

@@ -9,6 +9,7 @@ use super::claims::Claim;
 use super::items::{Numbers, Tracked};
 use super::robots::RobotInfo;
 use super::tally::Tally;
+use super::tasks::{PastChange, PastTasks};
 use crate::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -38,6 +39,9 @@ pub struct Change {
     /// Open tasks by number; nothing for those that are over.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) claims: Vec<(u64, Option<Claim>)>,
+    /// Tasks that are over.
+    #[serde(skip_serializing_if = "PastChange::is_empty")]
+    pub(super) past: PastChange,
     /// Robots by index.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) robots: Vec<(usize, RobotInfo)>,
@@ -52,6 +56,7 @@ impl Change {
     pub(super) fn is_empty(&self) -> bool {
         self.items.is_empty()
             && self.claims.is_empty()
+            && self.past.is_empty()
             && self.robots.is_empty()
             && self.counters.is_none()
             && self.motion.is_none()
@@ -65,6 +70,7 @@ pub struct State {
     pub(super) now: f64,
     pub(super) items: BTreeMap<u32, Tracked>,
     pub(super) claims: BTreeMap<u64, Claim>,
+    pub(super) past: PastTasks,
     pub(super) robots: BTreeMap<usize, RobotInfo>,
     pub(super) counters: Counters,
     pub(super) motion: Option<Motion>,
@@ -87,6 +93,7 @@ impl State {
                 None => self.claims.remove(&task),
             };
         }
+        self.past.apply(change.past);
         self.robots.extend(change.robots);
         if let Some(counters) = change.counters {
             self.counters = counters;
@@ -100,6 +107,7 @@ impl State {
     /// Checks that this is the state of a line of so many robots.
     pub(super) fn check(&self, robots: usize) -> Result<()> {
         let strange = self.claims.values().map(|claim| claim.robot);
+        let strange = strange.chain(self.past.robots());
         let strange = strange.chain(self.robots.keys().copied());
         match strange.max().filter(|robot| *robot >= robots) {
             None => Ok(()),

@@ -57,6 +57,14 @@ impl Tally {
         }
     }
 
+    /// A forgotten item that was missed as `fate` was picked after all.
+    pub fn correct(&mut self, fate: Fate) {
+        if let Some(count) = fate.count(&mut self.missed) {
+            *count = count.saturating_sub(1);
+            self.picked += 1;
+        }
+    }
+
     /// Items seen so far.
     pub fn seen(&self) -> u64 {
         self.seen

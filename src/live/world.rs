@@ -179,6 +179,10 @@ impl World {
                 continue;
             };
             windowed = true;
+            let open = open.max(tracked.offered_from(index));
+            if open > close {
+                continue;
+            }
             self.windows[index].add(Candidate {
                 item,
                 x0,
@@ -381,10 +385,18 @@ impl World {
         self.windows[robot].remove(item);
     }
 
-    /// An attempt at an item has failed.
-    pub fn count_attempt(&mut self, item: u32) {
+    /// `robot` has dropped the item at `now` [s]; for a while it is not offered to it.
+    pub fn withhold(&mut self, item: u32, robot: usize, now: f64) {
+        if let Some(tracked) = self.items.get_mut(item) {
+            tracked.withhold(robot, now);
+        }
+    }
+
+    /// An attempt at an item has failed, in a `grasp` or before it came to one.
+    pub fn count_attempt(&mut self, item: u32, grasp: bool) {
         if let Some(tracked) = self.items.get_mut(item) {
             tracked.attempts += 1;
+            tracked.failed_grasps += u32::from(grasp);
         }
     }
 

@@ -374,6 +374,11 @@ impl Motion {
         }
     }
 
+    /// Whether it stands, by what was measured last.
+    pub fn stands(&self) -> bool {
+        self.speed() == 0.0
+    }
+
     /// Speed as it is known [m/s]; 0 within the dead band.
     pub fn speed(&self) -> f64 {
         self.plan.mean

@@ -17,7 +17,9 @@ impl Controller {
         for (index, robot) in self.fleet.iter() {
             if robot.is_ready()
                 && robot.free_at.is_finite()
-                && let Some(time) = self.world.next_decision(index, now, robot.free_at.max(now))
+                && let Some(time) = self
+                    .world
+                    .next_decision(index, now, robot.available_from(now))
                 && first.is_none_or(|(earliest, _)| time < earliest)
             {
                 first = Some((time, index));
@@ -89,6 +91,7 @@ impl Controller {
         self.world.claim(candidate.item, task);
         let info = self.fleet.get_mut(robot);
         info.task = Some(task);
+        info.idle_said = false;
         info.free_at = claim.free_at;
         info.wait = Wait::No;
         self.send(&claim);

@@ -38,7 +38,7 @@ impl Controller {
             missed,
             on_belt,
             claimed,
-            open_tasks: self.tasks.numbers(),
+            open_tasks: self.tasks.holding().map(|claim| claim.task).collect(),
             queued,
             rejected: self.tally.rejected(),
             noted: self.tally.noted(),

@@ -101,7 +101,7 @@ impl Controller {
                 Ok(())
             }
             Incoming::Robot(robot) => self.heed_robot(time, &robot),
-            Incoming::Ack(ack) => self.heed_ack(ack.task),
+            Incoming::Ack(ack) => self.heed_ack(time, ack.task),
             Incoming::Result(report) => self.heed_result(time, &report),
             Incoming::Tick { stamp } => {
                 if self.stamps.clock.kind == ClockKind::Messages {

@@ -12,6 +12,8 @@ mod identity;
 mod pictures;
 mod plans;
 mod recovery;
+mod results;
+mod states;
 mod tasks;
 mod watch;
 
@@ -178,13 +180,9 @@ impl Controller {
         self.doubts.take()
     }
 
-    /// What is wrong with the first answer of the strategy that cannot be used, once.
-    pub fn take_complaint(&mut self) -> Option<String> {
-        self.decider.take_complaint()
-    }
-
-    /// What is strange about the line, since this was last asked.
+    /// What the user should know and has not been told yet.
     pub fn take_remarks(&mut self) -> Vec<String> {
+        self.remarks.extend(self.decider.take_complaint());
         std::mem::take(&mut self.remarks)
     }
 

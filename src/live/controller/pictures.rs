@@ -2,6 +2,7 @@
 //! all of them are there.
 
 use super::Controller;
+use super::tasks::Cause;
 use crate::error::{shown, shown_number};
 use crate::live::association::{Association, Gate, Match, associate};
 use crate::live::protocol::{Detection, Rejected, Rejection};
@@ -160,7 +161,7 @@ impl Controller {
         };
         let task = self.world.items().get(item).and_then(|t| t.claimed_by());
         if let Some(task) = task.filter(|_| again.moved > MOVED) {
-            self.follow(task);
+            self.follow(task, Cause::Item);
         }
         self.note_news(item, sight, again.news);
         self.note(if again.is_late {
@@ -198,10 +199,12 @@ impl Controller {
 
     /// Forgets what has left the belt, so that memory does not grow.
     pub(super) fn forget_gone(&mut self) {
-        for (_, tracked, fate) in self.world.forget_gone(self.stamps.now()) {
-            self.tasks.forget(&tracked.tasks);
+        let now = self.stamps.now();
+        for (item, tracked, fate) in self.world.forget_gone(now) {
+            self.tasks.lose_item(item, &tracked, fate, now);
             self.tally.forget(fate);
         }
+        self.tasks.forget_past(now);
     }
 }
 

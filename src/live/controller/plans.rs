@@ -1,6 +1,7 @@
 //! What is planned with: the belt as it is believed to move, and what follows from that.
 
 use super::Controller;
+use super::tasks::Cause;
 use crate::live::belt::Change;
 use crate::live::protocol::BeltState;
 
@@ -27,7 +28,7 @@ impl Controller {
         let now = self.stamps.now();
         self.world.plan_again(now);
         for task in self.tasks.numbers() {
-            self.follow(task);
+            self.follow(task, Cause::Belt);
         }
         self.world.rebuild_windows(now, &mut self.fleet);
     }

@@ -4,9 +4,10 @@ use super::{Config, Controller};
 use crate::decision::Strategy;
 use crate::error::{Error, Result};
 use crate::live::belt::Plan;
-use crate::live::claims::{Claim, Stage};
+use crate::live::claims::Claim;
 use crate::live::clock::Clock;
 use crate::live::items::Items;
+use crate::live::lifecycle::Stage;
 use crate::live::robots::Fleet;
 use crate::live::stamps::Stamps;
 use crate::live::state::{Change, Counters, State};
@@ -62,7 +63,7 @@ impl Controller {
         for (robot, info) in state.robots {
             *controller.fleet.get_mut(robot) = info;
         }
-        controller.tasks = Tasks::restore(state.claims, &state.items, state.counters.next_task);
+        controller.tasks = Tasks::restore(state.claims, state.past, state.counters.next_task);
         let items = Items::restore(state.items, state.counters.numbers);
         let station = controller.world.station().clone();
         controller.world = World::restore(station, state.motion, items);
@@ -81,7 +82,7 @@ impl Controller {
 
     /// How many items are known, and how many tasks are open.
     pub fn load(&self) -> (usize, usize) {
-        (self.world.items().len(), self.tasks.len())
+        (self.world.items().len(), self.tasks.holding().count())
     }
 
     /// The whole state, as the change from nothing. From now on [`Controller::change`]
@@ -104,6 +105,7 @@ impl Controller {
                 .map(|(n, info)| (n, info.clone()))
                 .collect(),
             counters: Some(self.counters()),
+            past: self.tasks.watch(),
             motion: self.world.motion().change(None),
         };
         self.told = Some(self.tell());
@@ -118,6 +120,7 @@ impl Controller {
             origin: self.stamps.clock.origin(),
             now: self.stamps.now(),
             items: self.world.take_changed(),
+            past: self.tasks.take_changed(),
             ..Change::default()
         };
         for (task, claim) in self.tasks.table() {
@@ -168,19 +171,17 @@ impl Controller {
     /// answers and changes that were lost on the way come again.
     pub fn send_again(&mut self) {
         self.be_patient();
-        for claim in self.tasks.table().clone().values() {
+        let now = self.stamps.now();
+        for task in self.tasks.numbers() {
+            let Some(mut claim) = self.tasks.take(task) else {
+                continue;
+            };
             match claim.stage {
-                Stage::Sent => {
-                    if let Some(claim) = self.tasks.get_mut(claim.task) {
-                        claim.deadline = claim.deadline.min(self.stamps.now());
-                    }
-                }
-                Stage::Acknowledged => self.send(claim),
-                Stage::Cancelling => {
-                    let reason = "it was cancelled, and no answer has come";
-                    self.cancel(claim.task, claim.robot, reason);
-                }
+                Stage::Sent => claim.deadline = claim.deadline.min(now),
+                Stage::Acknowledged => self.send(&claim),
+                Stage::Cancelling | Stage::Recalled => self.cancel(&mut claim),
             }
+            self.tasks.put(claim);
         }
     }
 

@@ -253,6 +253,7 @@ impl Emulator {
             name: self.station.robots()[robot].name.clone(),
             state,
             available_at: None,
+            task: None,
         }));
     }
 

@@ -60,11 +60,32 @@ pub struct Tracked {
     pub offered: bool,
     /// Attempts that failed.
     pub attempts: u32,
+    /// Those of them in which the gripper was there and did not get hold of it.
+    pub failed_grasps: u32,
+    /// Robots that have dropped it, and from when on it is theirs again.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub withheld: Vec<Withheld>,
     /// Robots that refused it, one bit each; a station has at most 100.
     pub refused: u128,
     /// Tasks that were about it.
     pub tasks: Vec<u64>,
 }
+
+/// A robot that has dropped a task of an item.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Withheld {
+    robot: usize,
+    /// How often it has.
+    times: u32,
+    /// It is not offered the item before [s].
+    until: f64,
+}
+
+/// For so long an item is withheld from a robot that has dropped it [s]; twice as long each
+/// further time,
+const FIRST_PAUSE: f64 = 1.0;
+/// up to this [s].
+const LONGEST_PAUSE: f64 = 60.0;
 
 /// What one camera has seen of an item.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -92,6 +113,29 @@ impl Tracked {
     fn sighting(&self, source: Option<&str>) -> Option<&Sighting> {
         let mut sightings = self.sightings.iter();
         sightings.find(|sighting| sighting.source.as_deref() == source)
+    }
+
+    /// `robot` has dropped it, at `now` [s].
+    pub fn withhold(&mut self, robot: usize, now: f64) {
+        let known = self.withheld.iter().position(|w| w.robot == robot);
+        let at = known.unwrap_or_else(|| {
+            self.withheld.push(Withheld {
+                robot,
+                times: 0,
+                until: now,
+            });
+            self.withheld.len() - 1
+        });
+        let withheld = &mut self.withheld[at];
+        let pause = FIRST_PAUSE * f64::from(2u32.pow(withheld.times.min(16)));
+        withheld.times += 1;
+        withheld.until = now + pause.min(LONGEST_PAUSE);
+    }
+
+    /// From when on it is offered to `robot` [s].
+    pub fn offered_from(&self, robot: usize) -> f64 {
+        let found = self.withheld.iter().find(|w| w.robot == robot);
+        found.map_or(f64::NEG_INFINITY, |withheld| withheld.until)
     }
 
     /// The task that is about it now.
@@ -248,6 +292,8 @@ impl Items {
             windowed: false,
             offered: false,
             attempts: 0,
+            failed_grasps: 0,
+            withheld: Vec::new(),
             refused: 0,
             tasks: Vec::new(),
         };

@@ -97,6 +97,10 @@ pub struct RobotStatus {
     /// unknown when not given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub available_at: Option<f64>,
+    /// Id of the last task that it has received. With it an `idle` is known to be of after
+    /// that task, or of before.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub task: Option<u64>,
 }
 
 /// A robot has understood a task.

@@ -166,8 +166,11 @@ pub struct Status {
 pub struct MissedCounts {
     /// No robot had a departure window for it.
     pub unreachable: u64,
-    /// Attempted, and no attempt succeeded.
+    /// Attempted, and no grasp succeeded.
     pub grasp_failed: u64,
+    /// A robot was sent, and came too late or did not find it, each time.
+    #[serde(default)]
+    pub not_found: u64,
     /// A robot was sent and never said what came of it.
     pub no_result: u64,
     /// Some robot could have picked it at some decision, and another action was chosen.
@@ -179,7 +182,12 @@ pub struct MissedCounts {
 impl MissedCounts {
     /// Items missed for any reason.
     pub fn total(&self) -> u64 {
-        self.unreachable + self.grasp_failed + self.no_result + self.passed_over + self.busy
+        self.unreachable
+            + self.grasp_failed
+            + self.not_found
+            + self.no_result
+            + self.passed_over
+            + self.busy
     }
 }
 
@@ -193,8 +201,11 @@ pub struct RobotReport {
     pub state: String,
     /// Its picks.
     pub picked: u64,
-    /// Its attempts that failed.
+    /// Its grasps that failed.
     pub failed: u64,
+    /// Its tasks for which it came too late or did not find the item.
+    #[serde(default)]
+    pub missed: u64,
 }
 
 /// How long decisions took [ms]. Quantiles are read off a histogram of 1 % wide classes.

@@ -183,6 +183,7 @@ pub fn read_robot(robot: &RobotState) -> Read {
         name: robot.name.clone(),
         state: entry(&STATES, robot.state, "state")?,
         available_at: known(robot.has_available_at, &robot.available_at),
+        task: robot.has_task.then_some(robot.task),
     }))
 }
 
@@ -194,6 +195,8 @@ pub fn robot(robot: &protocol::RobotStatus, frame: &str) -> RobotState {
         state: number(&STATES, &robot.state),
         has_available_at: robot.available_at.is_some(),
         available_at: Time::from_stamp(robot.available_at.unwrap_or(0.0)),
+        has_task: robot.task.is_some(),
+        task: robot.task.unwrap_or(0),
     }
 }
 

@@ -215,6 +215,10 @@ messages! {
         has_available_at: bool,
         /// When it can set out next.
         available_at: Time,
+        /// Whether `task` is known.
+        has_task: bool,
+        /// The last task that it has received.
+        task: u64,
     }
     /// A robot has understood a task.
     "pickline_interfaces" TaskAck {
@@ -315,8 +319,10 @@ messages! {
         state: String,
         /// Its picks.
         picked: u64,
-        /// Its attempts that failed.
+        /// Its grasps that failed.
         failed: u64,
+        /// Its tasks for which it came too late or did not find the item.
+        missed: u64,
     }
     /// Where things stand.
     "pickline_interfaces" LineStatus {
@@ -334,8 +340,10 @@ messages! {
         picks_per_min: f64,
         /// Missed: no robot could reach it.
         missed_unreachable: u64,
-        /// Missed: no attempt succeeded.
+        /// Missed: no grasp succeeded.
         missed_grasp_failed: u64,
+        /// Missed: no robot found it.
+        missed_not_found: u64,
         /// Missed: nobody said what came of it.
         missed_no_result: u64,
         /// Missed: others were preferred.

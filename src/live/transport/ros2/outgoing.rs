@@ -114,6 +114,7 @@ pub fn status(status: &Status, frame: &str) -> LineStatus {
         picks_per_min: status.picks_per_min,
         missed_unreachable: status.missed.unreachable,
         missed_grasp_failed: status.missed.grasp_failed,
+        missed_not_found: status.missed.not_found,
         missed_no_result: status.missed.no_result,
         missed_passed_over: status.missed.passed_over,
         missed_busy: status.missed.busy,
@@ -129,6 +130,7 @@ pub fn status(status: &Status, frame: &str) -> LineStatus {
                 state: robot.state.clone(),
                 picked: robot.picked,
                 failed: robot.failed,
+                missed: robot.missed,
             })
             .collect(),
         decisions: latency.map_or(0, |latency| latency.decisions),
@@ -152,6 +154,7 @@ pub fn read_status(status: &LineStatus) -> Outgoing {
         missed: MissedCounts {
             unreachable: status.missed_unreachable,
             grasp_failed: status.missed_grasp_failed,
+            not_found: status.missed_not_found,
             no_result: status.missed_no_result,
             passed_over: status.missed_passed_over,
             busy: status.missed_busy,
@@ -168,6 +171,7 @@ pub fn read_status(status: &LineStatus) -> Outgoing {
                 state: robot.state.clone(),
                 picked: robot.picked,
                 failed: robot.failed,
+                missed: robot.missed,
             })
             .collect(),
         latency: Some(Latency {

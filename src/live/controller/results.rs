@@ -1,0 +1,119 @@
+//! What robots answer to their tasks: acknowledgements and results, in time and late.
+
+use super::Controller;
+use crate::live::lifecycle::Event;
+use crate::live::protocol::{Rejected, Rejection, Report, Verdict};
+use crate::live::robots::Service;
+
+impl Controller {
+    fn unknown_task(&self, task: u64) -> Rejected {
+        Rejected::new(
+            Rejection::UnknownTask,
+            format!("there is no task {task}; expected one that was given, not long ago"),
+        )
+    }
+
+    /// A robot has understood a task, at `time` [s].
+    pub(super) fn heed_ack(&mut self, time: f64, task: u64) -> Result<(), Rejected> {
+        let Some(claim) = self.tasks.get_mut(task) else {
+            if self.tasks.over(task).is_none() {
+                return Err(self.unknown_task(task));
+            }
+            self.note("late_ack");
+            return Ok(());
+        };
+        claim.acknowledged.get_or_insert(time);
+        if claim.stage.is_cancelled() {
+            // It has set out without having heard the cancel, or the two have crossed.
+            claim.repeat_at = claim.repeat_at.map(|_| self.stamps.clock.now);
+            self.note("late_ack");
+            return Ok(());
+        }
+        self.step(task, Event::Ack, None);
+        Ok(())
+    }
+
+    /// A robot says what came of a task.
+    pub(super) fn heed_result(&mut self, time: f64, report: &Report) -> Result<(), Rejected> {
+        let task = report.task;
+        let free = report
+            .available_at
+            .map_or(time, |stamp| self.stamps.clock.time(stamp));
+        let Some(claim) = self.tasks.get(task) else {
+            return self.heed_late_result(time, free, report);
+        };
+        let (robot, is_asked) = (claim.robot, claim.stage.is_cancelled());
+        if !claim.stage.holds_item() {
+            self.note("late_result");
+        }
+        let info = self.fleet.get_mut(robot);
+        if info.task == Some(task) && info.service != Service::Fault {
+            if info.told_at.is_some_and(|told| time < told) {
+                // It has said since when it is free.
+                let free = info.free_at;
+                info.free_from(free);
+            } else {
+                info.tells_free(time, free);
+            }
+        }
+        info.count(None, report.result);
+        match report.result {
+            Verdict::Rejected => self.note("task_rejected"),
+            Verdict::Cancelled => self.note("task_cancelled"),
+            Verdict::Picked | Verdict::GraspFail | Verdict::Missed => {}
+        }
+        self.note_dropping(robot, report.result == Verdict::Cancelled && !is_asked);
+        let event = match report.result {
+            Verdict::Picked => Event::Picked,
+            Verdict::GraspFail => Event::GraspFailed,
+            Verdict::Missed => Event::NotFound,
+            Verdict::Rejected => Event::Refused,
+            Verdict::Cancelled => Event::Dropped,
+        };
+        self.step_by_result(task, event, report.result, time);
+        Ok(())
+    }
+
+    /// A robot that drops its tasks of its own accord, one after another, gets a rest.
+    fn note_dropping(&mut self, robot: usize, drops: bool) {
+        let now = self.stamps.now();
+        let info = self.fleet.get_mut(robot);
+        if !drops {
+            info.dropped = 0;
+        } else if info.drops_task(now) {
+            self.note("robot_rested");
+            let name = &self.station().robots()[robot].name;
+            let remark = format!(
+                "robot `{}` has answered CANCELLED to {} tasks in a row that were not cancelled; \
+                 it gets its next ones after a pause that grows\n  see why it drops them; a robot \
+                 that must not work reports `fault`",
+                crate::error::shown(name),
+                self.fleet.get(robot).dropped,
+            );
+            self.remarks.push(remark);
+        }
+    }
+
+    /// A result of a task that is over: what was picked after all is picked.
+    fn heed_late_result(&mut self, time: f64, free: f64, report: &Report) -> Result<(), Rejected> {
+        let Some(over) = self.tasks.over(report.task) else {
+            return Err(self.unknown_task(report.task));
+        };
+        self.note("late_result");
+        let info = self.fleet.get_mut(over.robot);
+        if info.service == Service::Silent && info.task.is_none() && info.is_news(time) {
+            // This is the word that it owed.
+            info.tells_free(time, free);
+        }
+        let is_correction = report.result == Verdict::Picked || over.verdict.is_none();
+        if over.verdict == Some(Verdict::Picked) || !is_correction {
+            return Ok(());
+        }
+        info.count(over.verdict, report.result);
+        self.tasks.conclude(report.task, report.result);
+        if report.result == Verdict::Picked {
+            self.pick(over.item, report.task, time);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,156 @@
+//! A live line of three unlike robots whose reaches overlap, message by message.
+#![allow(dead_code)]
+
+use pickline::live::protocol::{Incoming, Outgoing, Status, Task, decode};
+use pickline::live::{ClockKind, Config, Controller};
+use pickline::station::{self, Overrides, Station};
+use pickline::strategies::read_alone;
+
+/// The names of the robots.
+pub const ROBOTS: [&str; 3] = ["delta-1", "scara-2", "arm-3"];
+
+const STATION: &str = r#"
+[belt]
+speed = 0.3
+width = 0.6
+length = 4.0
+
+[[robot]]
+name = "delta-1"
+base = [1.0, 0.0]
+bin = [1.0, -0.4]
+reach = 0.6
+speed = 3.0
+grasp_time = 0.05
+release_time = 0.05
+
+[[robot]]
+name = "scara-2"
+base = [1.6, 0.35]
+bin = [1.6, 0.45]
+reach = 0.7
+speed = 2.0
+grasp_time = 0.1
+release_time = 0.08
+
+[[robot]]
+name = "arm-3"
+base = [2.3, -0.4]
+bin = [2.6, -0.45]
+reach = 0.85
+speed = 1.2
+grasp_time = 0.15
+release_time = 0.2
+"#;
+
+/// The station.
+pub fn station() -> Station {
+    station::parse(STATION, "three", Overrides::default()).unwrap()
+}
+
+/// Message time, and a station as it is.
+pub fn config() -> Config {
+    Config {
+        clock: ClockKind::Messages,
+        ..Config::default()
+    }
+}
+
+/// The strategy: each robot takes the item that is quickest.
+pub fn strategy() -> Box<dyn pickline::decision::Strategy> {
+    read_alone("SPT,SPT,SPT", 3).unwrap().make()
+}
+
+/// The line, and what it has said since it was last asked.
+pub struct Three {
+    pub controller: Controller,
+    pub said: Vec<Outgoing>,
+}
+
+impl Three {
+    /// A line of which nothing is known but that its belt runs at `speed` [m/s].
+    pub fn new(speed: f64) -> Self {
+        let controller = Controller::new(station(), strategy(), config());
+        let mut line = Self {
+            controller,
+            said: Vec::new(),
+        };
+        line.say(&format!(r#""kind":"belt","stamp":100,"speed":{speed}"#));
+        line
+    }
+
+    pub fn message(fields: &str) -> Incoming {
+        decode(format!("{{{fields}}}").as_bytes()).unwrap()
+    }
+
+    pub fn say(&mut self, fields: &str) {
+        self.controller.handle(Self::message(fields)).unwrap();
+        self.said.extend(self.controller.take_output());
+    }
+
+    pub fn robot(&mut self, stamp: f64, name: &str, state: &str) {
+        self.say(&format!(
+            r#""kind":"robot","stamp":{stamp},"name":"{name}","state":"{state}""#
+        ));
+    }
+
+    pub fn see(&mut self, stamp: f64, id: &str, x: f64, y: f64) {
+        self.say(&format!(
+            r#""kind":"detection","stamp":{stamp},"id":"{id}","x":{x},"y":{y}"#
+        ));
+    }
+
+    pub fn ack(&mut self, stamp: f64, task: u64) {
+        self.say(&format!(r#""kind":"ack","stamp":{stamp},"task":{task}"#));
+    }
+
+    pub fn result(&mut self, stamp: f64, task: u64, result: &str) {
+        self.say(&format!(
+            r#""kind":"result","stamp":{stamp},"task":{task},"result":"{result}""#
+        ));
+    }
+
+    pub fn tick(&mut self, stamp: f64) {
+        self.say(&format!(r#""kind":"tick","stamp":{stamp}"#));
+    }
+
+    /// Tasks since this was last asked, first sendings and others, and cancels with their
+    /// reasons.
+    pub fn said(&mut self) -> (Vec<Task>, Vec<(u64, String)>) {
+        let (mut tasks, mut cancels) = (Vec::new(), Vec::new());
+        for message in std::mem::take(&mut self.said) {
+            match message {
+                Outgoing::Task(task) => tasks.push(task),
+                Outgoing::Cancel(cancel) => cancels.push((cancel.task, cancel.reason)),
+                _ => {}
+            }
+        }
+        (tasks, cancels)
+    }
+
+    /// The one new task since this was last asked.
+    pub fn task(&mut self) -> Task {
+        let (tasks, _) = self.said();
+        let mut new = tasks.into_iter().filter(|task| task.revision == 0);
+        let task = new.next().expect("a task");
+        assert!(new.next().is_none(), "one task");
+        task
+    }
+
+    /// The figures, which have to add up.
+    pub fn status(&self) -> Status {
+        let status = self.controller.status(false, 0);
+        check_sums(&status);
+        status
+    }
+}
+
+/// Every item is in exactly one figure, and whatever a robot has picked is counted once.
+pub fn check_sums(status: &Status) {
+    let sum = status.picked + status.missed.total() + status.on_belt + status.claimed;
+    assert_eq!(status.seen, sum, "{status:?}");
+    assert_eq!(status.claimed, status.open_tasks.len() as u64, "{status:?}");
+    let twice = status.noted.get("picked_twice").copied().unwrap_or(0);
+    let by_robots: u64 = status.robots.iter().map(|robot| robot.picked).sum();
+    assert_eq!(by_robots, status.picked + twice, "{status:?}");
+}
