@@ -84,6 +84,8 @@ pub static STAMPS: &[Unit] = &[
 ];
 /// Units of probabilities.
 pub static SHARES: &[Unit] = &[unit("per cent", "%", 1e-2)];
+/// Units of angles.
+pub static ANGLES: &[Unit] = &[unit("degrees", "deg", std::f64::consts::PI / 180.0)];
 /// Units of variances of positions.
 pub static VARIANCES: &[Unit] = &[
     unit("square millimetres", "mm^2", 1e-6),

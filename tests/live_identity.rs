@@ -18,12 +18,7 @@ fn picture(line: &mut Line, stamp: f64, shown: &[(Option<&str>, f64, f64)]) {
                 id: id.map(str::to_owned),
                 x: *x,
                 y: *y,
-                area_cm2: None,
-                p_detection: None,
-                p_grasp: None,
-                weight: None,
-                class: None,
-                covariance: None,
+                ..Detection::default()
             }))
             .unwrap();
     }

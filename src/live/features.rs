@@ -3,6 +3,7 @@
 use super::protocol::Detection;
 use crate::pattern::Item;
 use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
 
 /// What is known of an item besides its place; what nobody has said is none.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -23,6 +24,18 @@ pub struct Features {
     /// What it is.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub class: Option<String>,
+    /// Angle of its long side, from x towards y [rad].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub angle: Option<f64>,
+    /// Height of its top above the belt [m].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub height: Option<f64>,
+    /// How long it is and how wide [m].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub size: Option<[f64; 2]>,
+    /// Whatever else the robot should know.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub data: Option<Map<String, Value>>,
 }
 
 impl Features {
@@ -34,6 +47,10 @@ impl Features {
             p_grasp: detection.p_grasp,
             weight: detection.weight,
             class: detection.class.clone(),
+            angle: detection.angle,
+            height: detection.height,
+            size: detection.size,
+            data: detection.data.clone(),
         }
     }
 
@@ -52,12 +69,20 @@ impl Features {
             p_grasp,
             weight,
             class,
+            angle,
+            height,
+            size,
+            data,
         } = other;
         merge(&mut self.area_cm2, area_cm2, is_newer);
         merge(&mut self.p_detection, p_detection, is_newer);
         merge(&mut self.p_grasp, p_grasp, is_newer);
         merge(&mut self.weight, weight, is_newer);
         merge(&mut self.class, class, is_newer);
+        merge(&mut self.angle, angle, is_newer);
+        merge(&mut self.height, height, is_newer);
+        merge(&mut self.size, size, is_newer);
+        merge(&mut self.data, data, is_newer);
     }
 
     /// The object-specific reward that follows.

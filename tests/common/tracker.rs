@@ -232,11 +232,6 @@ fn detection(stamp: f64, at: [f64; 2], id: Option<u64>) -> Incoming {
         id: id.map(|id| id.to_string()),
         x: at[0],
         y: at[1],
-        area_cm2: None,
-        p_detection: None,
-        p_grasp: None,
-        weight: None,
-        class: None,
-        covariance: None,
+        ..Detection::default()
     })
 }

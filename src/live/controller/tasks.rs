@@ -25,6 +25,7 @@ impl Controller {
     pub(super) fn send(&mut self, claim: &Claim) {
         let robot = &self.station().robots()[claim.robot];
         let tracked = self.world.items().get(claim.item);
+        let features = tracked.map(|t| t.features.clone()).unwrap_or_default();
         let stamp = |time: f64| self.stamps.clock.stamp(time);
         self.output.push(Outgoing::Task(Task {
             id: claim.task,
@@ -47,6 +48,11 @@ impl Controller {
             free_at: stamp(claim.free_at),
             priority: tracked.map_or(0.0, |t| t.weight),
             strategy: self.decider.name().to_owned(),
+            class: features.class,
+            angle: features.angle,
+            height: features.height,
+            size: features.size,
+            data: features.data,
         }));
     }
 

@@ -188,7 +188,7 @@ impl Emulator {
                 p_grasp: item.p_grasp,
                 weight: item.weight,
                 class: item.class.clone(),
-                covariance: None,
+                ..Detection::default()
             })
         };
         let late = self.trouble.draw(Draw::Late, index);

@@ -4,7 +4,10 @@ use super::decode::{Rejected, Rejection};
 use super::incoming::{Detection, Incoming};
 use crate::error::shown_number;
 use crate::names::check_name;
-use crate::plausible::{BELT_SPEED, ITEM_AREA, ITEM_PLACE, SHARES, STAMPS, VARIANCES, question};
+use crate::plausible::{
+    ANGLES, BELT_SPEED, ITEM_AREA, ITEM_PLACE, LENGTHS, SHARES, STAMPS, VARIANCES, question,
+};
+use serde_json::{Map, Value};
 
 /// Stamps are at most this late [s]: seconds since 1970 reach it in some thousand years.
 pub const LARGEST_STAMP: f64 = 1e11;
@@ -21,6 +24,12 @@ const LARGEST_WEIGHT: f64 = 1e12;
 /// Variances past this [m^2] are no camera's: three standard deviations then hold all
 /// neighbours within 0.6 m.
 const LARGEST_VARIANCE: f64 = 0.04;
+/// Angles past this [rad] are in degrees: a turn is 6.3.
+const LARGEST_ANGLE: f64 = 7.0;
+/// Longer and higher [m] is no item that an arm picks.
+const LARGEST_EXTENT: f64 = 10.0;
+/// What a detection says besides is at most this long [bytes].
+const LONGEST_DATA: usize = 4096;
 /// Stamps of these days [s].
 const THESE_DAYS: std::ops::RangeInclusive<f64> = 1e9..=1e10;
 
@@ -80,7 +89,42 @@ fn check_detection(detection: &Detection) -> Result<(), Rejected> {
             })
         })?;
     }
+    let angles = -LARGEST_ANGLE..=LARGEST_ANGLE;
+    let what = "an angle [rad]";
+    optional("angle", detection.angle, angles, what, |value| {
+        question(value, "rad", ANGLES, |factor| (value * factor).abs() <= 7.0)
+    })?;
+    let lengths = 0.0..=LARGEST_EXTENT;
+    let meant = |value: f64| {
+        question(value, "m", LENGTHS, |factor| {
+            value * factor <= LARGEST_EXTENT
+        })
+    };
+    optional(
+        "height",
+        detection.height,
+        lengths.clone(),
+        "a height [m]",
+        meant,
+    )?;
+    for side in detection.size.into_iter().flatten() {
+        within("size", side, lengths.clone(), "a length [m]", meant)?;
+    }
+    detection.data.as_ref().map_or(Ok(()), check_data)?;
     detection.covariance.map_or(Ok(()), check_covariance)
+}
+
+fn check_data(data: &Map<String, Value>) -> Result<(), Rejected> {
+    // Values that were read can be written.
+    let length = serde_json::to_string(data).map_or(0, |text| text.len());
+    if length <= LONGEST_DATA {
+        return Ok(());
+    }
+    Err(wrong(
+        "data",
+        &format!("has {length} bytes as JSON"),
+        &format!("at most {LONGEST_DATA}: it goes into every task and the journal"),
+    ))
 }
 
 fn check_covariance([xx, xy, yy]: [f64; 3]) -> Result<(), Rejected> {

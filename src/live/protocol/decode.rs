@@ -222,6 +222,7 @@ mod tests {
                 weight: None,
                 class: Some("PET".into()),
                 covariance: Some([1e-6, 0.0, 1e-6]),
+                ..Detection::default()
             });
             let line = encode(&message);
             assert!(

@@ -26,7 +26,7 @@ pub enum Incoming {
 }
 
 /// An item where the camera saw it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Detection {
     /// When the picture was taken [s].
@@ -53,6 +53,18 @@ pub struct Detection {
     /// What it is.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub class: Option<String>,
+    /// How it lies: angle of its long side, from x towards y [rad].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub angle: Option<f64>,
+    /// Height of its top above the belt [m].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub height: Option<f64>,
+    /// How long it is and how wide [m].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub size: Option<[f64; 2]>,
+    /// Whatever else the robot should know of it. The node does not look at it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub data: Option<serde_json::Map<String, serde_json::Value>>,
     /// Covariance of the position, `[xx, xy, yy]` [m^2]; widens the association.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub covariance: Option<[f64; 3]>,

@@ -94,6 +94,21 @@ pub struct Task {
     pub priority: f64,
     /// Strategy that chose it.
     pub strategy: String,
+    /// What the item is, as the camera has said last; so for the fields below.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub class: Option<String>,
+    /// How it lies: angle of its long side, from x towards y [rad].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub angle: Option<f64>,
+    /// Height of its top above the belt [m].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub height: Option<f64>,
+    /// How long it is and how wide [m].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub size: Option<[f64; 2]>,
+    /// Whatever else the camera has said of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub data: Option<serde_json::Map<String, serde_json::Value>>,
 }
 
 /// Drop a task: the robot answers with the result `CANCELLED`, or with what came of the

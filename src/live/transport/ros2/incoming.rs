@@ -104,20 +104,33 @@ fn read_detection(detection: &Detection3D, picture: &Header, frame: &str) -> Rea
         p_grasp: None,
         weight: None,
         class: best.and_then(|best| text(&best.hypothesis.class_id)),
+        angle: yaw(&center.orientation),
+        height: Some(center.position.z + 0.5 * size.z).filter(|height| *height > 0.0),
+        size: Some([size.x, size.y]).filter(|size| size.iter().all(|side| *side > 0.0)),
+        data: None,
         covariance: covariance.filter(|covariance| *covariance != [0.0; 3]),
     }))
 }
 
+/// The angle about the vertical [rad]; none where no orientation is given.
+fn yaw(orientation: &Quaternion) -> Option<f64> {
+    let Quaternion { x, y, z, w } = *orientation;
+    let is_given = x != 0.0 || y != 0.0 || z != 0.0;
+    is_given.then(|| (2.0 * (w * z + x * y)).atan2(1.0 - 2.0 * (y * y + z * z)))
+}
+
 /// A picture of one item.
 pub fn detections(detection: &Detection, frame: &str) -> Detection3DArray {
+    let half = 0.5 * detection.angle.unwrap_or(0.0);
     let pose = Pose {
         position: Point {
             x: detection.x,
             y: detection.y,
-            z: 0.0,
+            z: 0.5 * detection.height.unwrap_or(0.0),
         },
         orientation: Quaternion {
-            w: 1.0,
+            z: half.sin(),
+            w: half.cos(),
             ..Quaternion::default()
         },
     };
@@ -128,6 +141,7 @@ pub fn detections(detection: &Detection, frame: &str) -> Detection3DArray {
     }
     let header = header(frame, detection.stamp);
     let side = (detection.area_cm2.unwrap_or(0.0) * CM2).sqrt();
+    let [length, width] = detection.size.unwrap_or([side; 2]);
     let seen = Detection3D {
         header: header.clone(),
         results: vec![ObjectHypothesisWithPose {
@@ -143,9 +157,9 @@ pub fn detections(detection: &Detection, frame: &str) -> Detection3DArray {
         bbox: BoundingBox3D {
             center: pose,
             size: Vector3 {
-                x: side,
-                y: side,
-                z: 0.0,
+                x: length,
+                y: width,
+                z: detection.height.unwrap_or(0.0),
             },
         },
         id: detection.id.clone().unwrap_or_default(),

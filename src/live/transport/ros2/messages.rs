@@ -270,6 +270,20 @@ messages! {
         priority: f64,
         /// Strategy that chose it.
         strategy: String,
+        /// What the item is; empty where nobody has said so.
+        item_class: String,
+        /// Whether `angle` is known.
+        has_angle: bool,
+        /// Angle of the item's long side, from x towards y [rad].
+        angle: f64,
+        /// Height of the item's top above the belt [m]; 0 where it is not known.
+        height: f64,
+        /// How long the item is [m]; 0 where that is not known.
+        length: f64,
+        /// How wide it is [m]; 0 where that is not known.
+        width: f64,
+        /// Whatever else the camera has said of it, as a JSON object; empty for nothing.
+        data: String,
     }
     /// Drop a task.
     "pickline_interfaces" TaskCancel {

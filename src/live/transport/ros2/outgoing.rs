@@ -40,6 +40,16 @@ pub fn task(task: &protocol::Task, frame: &str) -> Task {
         free_at: Time::from_stamp(task.free_at),
         priority: task.priority,
         strategy: task.strategy.clone(),
+        item_class: task.class.clone().unwrap_or_default(),
+        has_angle: task.angle.is_some(),
+        angle: task.angle.unwrap_or(0.0),
+        height: task.height.unwrap_or(0.0),
+        length: task.size.map_or(0.0, |[length, _]| length),
+        width: task.size.map_or(0.0, |[_, width]| width),
+        // What was read as JSON can be written.
+        data: task.data.as_ref().map_or(String::new(), |data| {
+            serde_json::to_string(data).unwrap_or_default()
+        }),
     }
 }
 
@@ -60,6 +70,11 @@ pub fn read_task(task: &Task) -> Outgoing {
         free_at: task.free_at.stamp(),
         priority: task.priority,
         strategy: task.strategy.clone(),
+        class: Some(task.item_class.clone()).filter(|class| !class.is_empty()),
+        angle: task.has_angle.then_some(task.angle),
+        height: Some(task.height).filter(|height| *height > 0.0),
+        size: Some([task.length, task.width]).filter(|size| *size != [0.0; 2]),
+        data: serde_json::from_str(&task.data).ok(),
     })
 }
 
