@@ -20,6 +20,10 @@ pub enum Rejection {
     TooLong,
     /// It is not UTF-8, or no JSON object.
     Syntax,
+    /// In the csv dialect: the checksum is another one.
+    Checksum,
+    /// In the csv dialect: lines before it are missing.
+    Sequence,
     /// It is of another version of the protocol.
     Version,
     /// There is no such kind of message.
@@ -41,9 +45,11 @@ pub enum Rejection {
 }
 
 impl Rejection {
-    const ALL: [Self; 11] = [
+    const ALL: [Self; 13] = [
         Self::TooLong,
         Self::Syntax,
+        Self::Checksum,
+        Self::Sequence,
         Self::Version,
         Self::Kind,
         Self::Field,
@@ -65,6 +71,8 @@ impl Rejection {
         match self {
             Self::TooLong => "too_long",
             Self::Syntax => "syntax",
+            Self::Checksum => "checksum",
+            Self::Sequence => "sequence",
             Self::Version => "version",
             Self::Kind => "kind",
             Self::Field => "field",

@@ -4,6 +4,7 @@
 //! Lengths are in metres and times in seconds, positions in the belt frame.
 
 mod check;
+mod csv;
 mod decode;
 mod fields;
 mod incoming;
@@ -12,6 +13,7 @@ mod outgoing;
 mod schema;
 
 pub use check::LARGEST_STAMP;
+pub use csv::{CsvReader, CsvWriter, LONGEST_CSV_LINE, Reading, check_station};
 pub use decode::{LONGEST_LINE, Rejected, Rejection, decode, decode_outgoing};
 pub use incoming::{Ack, BeltState, Detection, Incoming, Report, RobotState, RobotStatus, Verdict};
 pub use message::Message;

@@ -1,0 +1,115 @@
+//! Single fields: from text to a value of the message, and back.
+
+use super::table::{Field, Kind};
+use serde_json::{Map, Number, Value};
+
+/// Stamps are written modulo this [ms], about 11.6 days: it fits into 32 bits.
+pub const TURN: f64 = 1e9;
+
+/// `text` as a field can hold it: ASCII without what separates fields, at most `most`
+/// characters.
+pub fn plain(text: &str, most: usize) -> String {
+    let plain = |c: char| match c {
+        ',' | ';' | '*' => '_',
+        ' '..='~' => c,
+        _ => '_',
+    };
+    let text: String = text.chars().take(most).map(plain).collect();
+    text.trim().to_owned()
+}
+
+/// The stamp [s] whose time in a line is `ms`, the one that is nearest to `near` [s].
+pub fn unwrapped(ms: f64, near: f64) -> f64 {
+    let turns = ((1e3 * near - ms) / TURN).round().max(0.0);
+    (turns * TURN + ms) / 1e3
+}
+
+/// A field's text as a value of the message whose line has the stamp `stamp` [s].
+///
+/// # Errors
+/// What is expected instead.
+pub fn read(field: &Field, text: &str, stamp: f64) -> Result<Value, String> {
+    match field.kind {
+        Kind::Stamp | Kind::After => {
+            let ms = number(text).ok_or("a time [ms]")?;
+            match field.kind {
+                Kind::Stamp if !(0.0..TURN).contains(&ms) => {
+                    Err("a time from 0 to 999999999 [ms]".to_owned())
+                }
+                Kind::Stamp => Ok(json(unwrapped(ms, stamp))),
+                _ => Ok(json(stamp + ms / 1e3)),
+            }
+        }
+        Kind::Milli => Ok(json(number(text).ok_or("a number [mm, mm/s]")? / 1e3)),
+        Kind::Number => Ok(json(number(text).ok_or("a number")?)),
+        Kind::Count => text
+            .parse::<u64>()
+            .map(Value::from)
+            .map_err(|_| "a whole number".to_owned()),
+        Kind::Text(most) if text.len() > most => Err(format!("at most {most} characters")),
+        Kind::Text(_) => Ok(Value::from(text)),
+        Kind::Choice(choices) => {
+            let found = choices.iter().find(|(letter, _)| *letter == text);
+            found.map(|(_, name)| Value::from(*name)).ok_or_else(|| {
+                let letters: Vec<&str> = choices.iter().map(|(letter, _)| *letter).collect();
+                format!("one of {}", letters.join(", "))
+            })
+        }
+        Kind::Flag => match text {
+            "0" => Ok(Value::from(false)),
+            "1" => Ok(Value::from(true)),
+            _ => Err("0 or 1".to_owned()),
+        },
+        Kind::Sum => Err("nothing".to_owned()),
+    }
+}
+
+/// A decimal number; texts that Rust takes for numbers and no controller writes are none.
+fn number(text: &str) -> Option<f64> {
+    let is_plain = text.bytes().all(|byte| b"0123456789+-.eE".contains(&byte));
+    let number: f64 = text.parse().ok()?;
+    (is_plain && number.is_finite()).then_some(number)
+}
+
+fn json(number: f64) -> Value {
+    Number::from_f64(number).map_or(Value::Null, Value::Number)
+}
+
+/// A field's text for a value of the message whose line has the stamp `stamp` [s]; empty
+/// where there is none.
+pub fn write(field: &Field, value: Option<&Value>, stamp: f64) -> String {
+    let Some(value) = value.filter(|value| !value.is_null()) else {
+        return String::new();
+    };
+    let number = value.as_f64().unwrap_or_default();
+    match field.kind {
+        Kind::Stamp => decimal((1e3 * number).round().rem_euclid(TURN), 0),
+        Kind::After => decimal(1e3 * (number - stamp), 0),
+        Kind::Milli => decimal(1e3 * number, 1),
+        Kind::Number => decimal(number, 3),
+        Kind::Count => value.to_string(),
+        Kind::Text(most) => plain(value.as_str().unwrap_or_default(), most),
+        Kind::Choice(choices) => {
+            let found = choices.iter().find(|(_, name)| value == name);
+            found.map_or(String::new(), |(letter, _)| (*letter).to_owned())
+        }
+        Kind::Flag => u8::from(value == &Value::Bool(true)).to_string(),
+        Kind::Sum => {
+            let counts = value.as_object().into_iter().flat_map(Map::values);
+            counts.filter_map(Value::as_u64).sum::<u64>().to_string()
+        }
+    }
+}
+
+/// A number with at most so many decimals, and no more than it needs.
+fn decimal(number: f64, decimals: usize) -> String {
+    let text = format!("{number:.decimals$}");
+    let short = match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.'),
+        false => &text,
+    };
+    match short {
+        "-0" => "0".to_owned(),
+        short => short.to_owned(),
+    }
+}

@@ -1,0 +1,193 @@
+//! Which lines there are, and which fields they have: reading, writing and the page of the
+//! documentation follow from this table.
+
+/// What stands in a field, and how it stands in the message.
+#[derive(Debug, Clone, Copy)]
+pub enum Kind {
+    /// A time of day, so to speak: [ms], modulo 10^9; a stamp [s] in the message.
+    Stamp,
+    /// A time after the line's stamp [ms]; a stamp [s] in the message.
+    After,
+    /// [mm], to 0.1; [m] in the message. Also mm/s and m/s.
+    Milli,
+    /// A plain number.
+    Number,
+    /// A whole number.
+    Count,
+    /// A text of at most so many characters; longer ones are cut.
+    Text(usize),
+    /// One letter for each of these.
+    Choice(&'static [(&'static str, &'static str)]),
+    /// 1 or 0.
+    Flag,
+    /// The sum of an object's counts; only written.
+    Sum,
+}
+
+/// One field.
+#[derive(Debug, Clone, Copy)]
+pub struct Field {
+    /// Its name in the documentation.
+    pub name: &'static str,
+    /// Where it stands in the message.
+    pub path: &'static str,
+    /// What stands in it.
+    pub kind: Kind,
+}
+
+const fn field(name: &'static str, path: &'static str, kind: Kind) -> Field {
+    Field { name, path, kind }
+}
+
+/// One kind of line.
+#[derive(Debug, Clone, Copy)]
+pub struct Form {
+    /// The first field.
+    pub letter: &'static str,
+    /// The message's kind.
+    pub message: &'static str,
+    /// What it is, for the documentation.
+    pub about: &'static str,
+    /// The fields after letter and sequence number.
+    pub fields: &'static [Field],
+}
+
+const STATES: &[(&str, &str)] = &[("I", "idle"), ("B", "busy"), ("F", "fault")];
+const RESULTS: &[(&str, &str)] = &[
+    ("P", "PICKED"),
+    ("G", "GRASP_FAIL"),
+    ("M", "MISSED"),
+    ("R", "REJECTED"),
+    ("C", "CANCELLED"),
+];
+
+/// Lines to the node.
+pub const TO_NODE: &[Form] = &[
+    Form {
+        letter: "D",
+        message: "detection",
+        about: "the camera has seen an item",
+        fields: &[
+            field("t", "stamp", Kind::Stamp),
+            field("x", "x", Kind::Milli),
+            field("y", "y", Kind::Milli),
+            field("id", "id", Kind::Text(20)),
+            field("class", "class", Kind::Text(12)),
+            field("area", "area_cm2", Kind::Number),
+            field("weight", "weight", Kind::Number),
+        ],
+    },
+    Form {
+        letter: "B",
+        message: "belt",
+        about: "how the belt moves",
+        fields: &[
+            field("t", "stamp", Kind::Stamp),
+            field("speed", "speed", Kind::Milli),
+            field("position", "position", Kind::Milli),
+        ],
+    },
+    Form {
+        letter: "R",
+        message: "robot",
+        about: "what a robot is doing",
+        fields: &[
+            field("t", "stamp", Kind::Stamp),
+            field("robot", "name", Kind::Text(8)),
+            field("state", "state", Kind::Choice(STATES)),
+            field("free", "available_at", Kind::After),
+        ],
+    },
+    Form {
+        letter: "A",
+        message: "ack",
+        about: "the robot has understood the task and sets out",
+        fields: &[
+            field("t", "stamp", Kind::Stamp),
+            field("task", "task", Kind::Count),
+        ],
+    },
+    Form {
+        letter: "F",
+        message: "result",
+        about: "the task is finished",
+        fields: &[
+            field("t", "stamp", Kind::Stamp),
+            field("task", "task", Kind::Count),
+            field("result", "result", Kind::Choice(RESULTS)),
+            field("free", "available_at", Kind::After),
+        ],
+    },
+    Form {
+        letter: "K",
+        message: "tick",
+        about: "time has come this far",
+        fields: &[field("t", "stamp", Kind::Stamp)],
+    },
+];
+
+/// Lines from the node. A message that has two is written as both, in this order.
+pub const FROM_NODE: &[Form] = &[
+    Form {
+        letter: "I",
+        message: "task",
+        about: "which item the task that follows is about, and where it goes",
+        fields: &[
+            field("task", "id", Kind::Count),
+            field("item", "item", Kind::Text(16)),
+            field("weight", "priority", Kind::Number),
+            field("bin_x", "bin/x", Kind::Milli),
+            field("bin_y", "bin/y", Kind::Milli),
+        ],
+    },
+    Form {
+        letter: "T",
+        message: "task",
+        about: "pick the item",
+        fields: &[
+            field("t", "decided_at", Kind::Stamp),
+            field("robot", "robot", Kind::Text(8)),
+            field("task", "id", Kind::Count),
+            field("revision", "revision", Kind::Count),
+            field("start", "start", Kind::After),
+            field("latest", "latest_start", Kind::After),
+            field("meet", "meet_at", Kind::After),
+            field("x", "meet/x", Kind::Milli),
+            field("y", "meet/y", Kind::Milli),
+        ],
+    },
+    Form {
+        letter: "C",
+        message: "cancel",
+        about: "drop the task",
+        fields: &[
+            field("t", "stamp", Kind::Stamp),
+            field("robot", "robot", Kind::Text(8)),
+            field("task", "task", Kind::Count),
+            field("reason", "reason", Kind::Text(32)),
+        ],
+    },
+    Form {
+        letter: "S",
+        message: "status",
+        about: "figures",
+        fields: &[
+            field("t", "stamp", Kind::Stamp),
+            field("seen", "seen", Kind::Count),
+            field("picked", "picked", Kind::Count),
+            field("missed", "missed", Kind::Sum),
+            field("on_belt", "on_belt", Kind::Count),
+            field("claimed", "claimed", Kind::Count),
+            field("last", "last", Kind::Flag),
+        ],
+    },
+    Form {
+        letter: "U",
+        message: "due",
+        about: "all up to the tick is decided; when something is due next",
+        fields: &[
+            field("t", "stamp", Kind::Stamp),
+            field("next", "next", Kind::After),
+        ],
+    },
+];

@@ -1,0 +1,55 @@
+//! From a message to its lines in the dialect.
+
+use super::LONGEST_CSV_LINE;
+use super::fields;
+use super::frame::{NUMBERS, framed};
+use super::table::{FROM_NODE, Form, Kind, TO_NODE};
+use serde::Serialize;
+use serde_json::Value;
+
+/// Writes lines to one peer.
+#[derive(Debug, Default)]
+pub struct CsvWriter {
+    next: u16,
+}
+
+impl CsvWriter {
+    /// The lines of a message, with their line ends; none for a message that the dialect does
+    /// not have.
+    ///
+    /// # Errors
+    /// A message that does not fit on a line, with what it is.
+    pub fn write<M: Serialize>(&mut self, message: &M) -> Result<String, String> {
+        let message = serde_json::to_value(message).unwrap_or_default();
+        let kind = message.get("kind").and_then(Value::as_str);
+        let forms = TO_NODE.iter().chain(FROM_NODE);
+        let mut lines = String::new();
+        for form in forms.filter(|form| Some(form.message) == kind) {
+            let line = framed(&self.text(form, &message));
+            if line.len() > LONGEST_CSV_LINE {
+                let text = line.trim_end();
+                return Err(format!(
+                    "a {} does not fit on a line of the csv dialect and is not sent: {text}",
+                    form.message
+                ));
+            }
+            self.next = (self.next + 1) % NUMBERS;
+            lines += &line;
+        }
+        Ok(lines)
+    }
+
+    fn text(&self, form: &Form, message: &Value) -> String {
+        let at = |path: &str| message.pointer(&format!("/{path}"));
+        let stamp = form.fields.iter().find(|f| matches!(f.kind, Kind::Stamp));
+        let stamp = stamp.and_then(|field| at(field.path)?.as_f64());
+        // What comes after the stamp comes after the stamp as it is written.
+        let stamp = (1e3 * stamp.unwrap_or_default()).round() / 1e3;
+        let mut text = format!("{},{}", form.letter, self.next);
+        for field in form.fields {
+            text.push(',');
+            text += &fields::write(field, at(field.path), stamp);
+        }
+        text
+    }
+}
