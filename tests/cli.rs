@@ -28,6 +28,8 @@ fn every_verb_runs_without_arguments() {
         "pattern",
         "station",
         "completions",
+        "service",
+        "man",
     ] {
         let printed = text(&[verb]);
         assert!(printed.lines().count() > 3, "{verb}: {printed}");

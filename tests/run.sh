@@ -15,6 +15,8 @@ python3 tests/load/load.py --pickline "${CARGO_TARGET_DIR:-target}/debug/picklin
 bash tests/gambit/run.sh
 # Recordings of live runs, read by the mcap package of Python.
 bash tests/mcap/run.sh
+# The unit and the manual pages, as systemd and groff read them.
+bash tests/service/run.sh
 # Metrics of a running line, read by the parser of Prometheus' client library.
 bash tests/metrics/run.sh
 # The live protocol over a real MQTT broker, which it installs.

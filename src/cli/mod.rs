@@ -9,9 +9,11 @@ mod game;
 mod kept;
 mod live;
 mod log;
+mod man;
 #[cfg(feature = "mqtt")]
 mod mqtt;
 mod node;
+mod notify;
 mod optimize;
 mod outputs;
 mod pattern;
@@ -24,6 +26,7 @@ mod replay;
 mod ros2;
 mod run;
 mod save;
+mod service;
 mod session;
 mod settings;
 mod simulate;
@@ -108,6 +111,8 @@ fn run(command: Command, session: &Session) -> Result<()> {
         Command::Emulate(args) => emulate::run(&args, session),
         Command::Pattern(args) => pattern::run(args.command.unwrap_or_default(), session),
         Command::Station(args) => station::run(args.command.unwrap_or_default(), session),
+        Command::Service(args) => service::run(args.command.unwrap_or_default(), session),
+        Command::Man(args) => man::run(&args.command, session),
         Command::Completions { shell } => {
             let shell = shell
                 .or_else(clap_complete::Shell::from_env)

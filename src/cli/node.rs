@@ -5,6 +5,7 @@ use super::dashboard::Screen;
 use super::kept::Kept;
 use super::live::{BREATH, GLANCE, unix_now, until};
 use super::log::Level;
+use super::notify::Notify;
 use crate::error::Result;
 use crate::live::layout;
 use crate::live::protocol::{Incoming, Outgoing, Rejected, decode};
@@ -27,6 +28,8 @@ pub struct Node<'a> {
     pub hub: Hub,
     /// What is kept on disk.
     pub kept: Kept,
+    /// Who has started it, and waits for signs of life.
+    pub notify: Notify,
     /// Where the line is shown.
     pub screen: Screen,
     /// How it talks, and whether it remarks.
@@ -46,6 +49,7 @@ impl Node<'_> {
     /// # Errors
     /// A peer or a journal with which it cannot go on.
     pub fn go(&mut self, stop: &AtomicBool) -> Result<()> {
+        self.notify.ready();
         if self.hub.is_stdio() {
             // Stdin and stdout are there from the start. What a journal tells of may not
             // have reached them.
@@ -63,6 +67,7 @@ impl Node<'_> {
     fn go_by_the_clock(&mut self, stop: &AtomicBool) -> Result<()> {
         let mut next_status = unix_now() + self.status_every;
         while !stop.load(Ordering::Relaxed) {
+            self.notify.alive();
             let now = unix_now();
             let held = self.hub.is_stalled();
             self.controller.hold(held);
@@ -101,6 +106,7 @@ impl Node<'_> {
     /// Takes messages until the peers have no more, or told to stop.
     fn go_by_the_messages(&mut self, stop: &AtomicBool) -> Result<()> {
         while !stop.load(Ordering::Relaxed) {
+            self.notify.alive();
             self.screen.show(&self.controller, &self.hub);
             match self.hub.hear(GLANCE) {
                 None => {
@@ -123,6 +129,7 @@ impl Node<'_> {
             }
             // The line waits for a slow reader, but whoever wants it to stop does not.
             while self.hub.is_half_full() && self.hub.peers() > 0 && !stop.load(Ordering::Relaxed) {
+                self.notify.alive();
                 thread::sleep(BREATH);
             }
             self.speak()?;
@@ -222,7 +229,12 @@ impl Node<'_> {
                 continue;
             }
             let matters = match &message {
-                Outgoing::Status(status) => status.last,
+                Outgoing::Status(status) => {
+                    let (picked, seen) = (status.picked, status.seen);
+                    self.notify
+                        .status(&format!("{picked} of {seen} items picked"));
+                    status.last
+                }
                 _ => true,
             };
             for number in self.hub.try_send(message, matters) {
@@ -236,6 +248,7 @@ impl Node<'_> {
 
     /// Says where things stand.
     fn end(&mut self, stopped: bool) -> Result<()> {
+        self.notify.stopping();
         self.controller.stop();
         self.kept.happened(&Event::Stopped {});
         self.tell_dropped();

@@ -5,6 +5,7 @@ use super::dashboard::Screen;
 use super::kept::{self, Kept};
 use super::live::{PATIENCE, check_range, is_same_place, stop_flag};
 use super::node::Node;
+use super::notify::Notify;
 use super::progress::Bar;
 use super::session::Session;
 use super::settings::{default_strategy, json, parse_strategy};
@@ -91,6 +92,7 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
         controller: controller.with_stopwatch(stopwatch),
         hub,
         kept,
+        notify: Notify::found(),
         screen,
         transport: &args.transport,
         talking: 0,

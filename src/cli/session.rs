@@ -18,7 +18,7 @@ pub struct Session {
 
 /// Flags that cannot change a result, and whether they take a value; they are left
 /// out of the recorded command line.
-const WITHOUT_EFFECT: [(&str, bool); 16] = [
+const WITHOUT_EFFECT: [(&str, bool); 17] = [
     ("--threads", true),
     ("--format", true),
     ("--out", true),
@@ -31,6 +31,7 @@ const WITHOUT_EFFECT: [(&str, bool); 16] = [
     ("--output", true),
     ("-o", true),
     ("--report", true),
+    ("--log-format", true),
     ("--force", false),
     ("--strict", false),
     ("--quiet", false),

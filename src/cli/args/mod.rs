@@ -11,6 +11,7 @@ mod optimize;
 mod pattern;
 #[cfg(feature = "ros2")]
 mod ros2;
+mod service;
 mod simulate;
 mod station;
 #[cfg(feature = "onnx")]
@@ -30,6 +31,7 @@ pub use pattern::{
 };
 #[cfg(feature = "ros2")]
 pub use ros2::Ros2Args;
+pub use service::{ManArgs, PlaceArgs, ServiceArgs, ServiceCommand};
 pub use simulate::SimulateArgs;
 pub use station::{StationArgs, StationCommand};
 #[cfg(feature = "onnx")]
@@ -71,6 +73,8 @@ pub enum Command {
     Emulate(Box<EmulateArgs>),
     Pattern(PatternArgs),
     Station(StationArgs),
+    Service(ServiceArgs),
+    Man(ManArgs),
     /// Print a completion script for a shell
     #[command(after_help = "Example: pickline completions bash > /etc/bash_completion.d/pickline")]
     Completions {

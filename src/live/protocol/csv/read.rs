@@ -55,10 +55,11 @@ impl CsvReader {
         let texts = texts.get(2..).unwrap_or_default();
         if texts.len() > form.fields.len() {
             let problem = format!(
-                "{}: {} fields; expected at most {}: {}",
+                "{}: {} fields; expected at most {}, for {}: {}",
                 form.message,
                 texts.len() + 2,
                 form.fields.len() + 2,
+                form.about,
                 names(form),
             );
             return Err(Rejected::new(Rejection::Field, problem));

@@ -46,7 +46,7 @@ pub struct Form {
     pub letter: &'static str,
     /// The message's kind.
     pub message: &'static str,
-    /// What it is, for the documentation.
+    /// What it says.
     pub about: &'static str,
     /// The fields after letter and sequence number.
     pub fields: &'static [Field],
