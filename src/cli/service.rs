@@ -105,7 +105,7 @@ fn all(prefix: &Path) -> Result<Vec<File>> {
     let station = commented_example();
     for (path, content) in [
         ("/etc/pickline/line1.conf", FLAGS),
-        ("/etc/pickline/line1.toml", &station),
+        ("/etc/pickline/line1.toml", station),
     ] {
         list.push(File {
             kept: true,

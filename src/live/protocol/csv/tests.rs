@@ -25,9 +25,12 @@ fn same(one: f64, other: f64) -> bool {
 fn incoming() -> impl Strategy<Value = Incoming> {
     let stamp = (-4e8..4e8f64).prop_map(|ms| NOW + to(ms / 1e3, 1e3));
     let place = (-250.0..250.0f64).prop_map(|x| to(x, 1e4));
-    let text = |most: usize| proptest::string::string_regex(&format!("[!-)+-:<-~]{{1,{most}}}"));
-    let name = text(8).unwrap().prop_map(|name| name.replace(',', "."));
-    let id = text(12).unwrap().prop_map(|name| name.replace(',', "."));
+    let text = |most: usize| {
+        let characters = format!("[!-)+-:<-~]{{1,{most}}}");
+        proptest::string::string_regex(&characters).unwrap()
+    };
+    let name = text(8).prop_map(|name| name.replace(',', "."));
+    let id = text(12).prop_map(|name| name.replace(',', "."));
     let after = prop::option::of(0..100_000u32);
     let detection = (
         place.clone(),
