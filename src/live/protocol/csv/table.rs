@@ -96,6 +96,7 @@ pub const TO_NODE: &[Form] = &[
             field("robot", "name", Kind::Text(8)),
             field("state", "state", Kind::Choice(STATES)),
             field("free", "available_at", Kind::After),
+            field("task", "task", Kind::Count),
         ],
     },
     Form {

@@ -59,14 +59,19 @@ fn incoming() -> impl Strategy<Value = Incoming> {
                 position,
             })
         }),
-        (name, 0..3usize, after.clone()).prop_map(|(name, state, after)| {
-            Incoming::Robot(RobotStatus {
+        (
+            name,
+            0..3usize,
+            after.clone(),
+            prop::option::of(0..99_999_999u64)
+        )
+            .prop_map(|(name, state, after, task)| Incoming::Robot(RobotStatus {
+                task,
                 stamp: 0.0,
                 name,
                 state: [RobotState::Idle, RobotState::Busy, RobotState::Fault][state],
                 available_at: after.map(f64::from),
-            })
-        }),
+            })),
         any::<u32>().prop_map(|task| Incoming::Ack(Ack {
             stamp: 0.0,
             task: task.into()
