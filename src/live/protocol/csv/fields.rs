@@ -41,6 +41,7 @@ pub fn read(field: &Field, text: &str, stamp: f64) -> Result<Value, String> {
             }
         }
         Kind::Milli => Ok(json(number(text).ok_or("a number [mm, mm/s]")? / 1e3)),
+        Kind::Degrees => Ok(json(number(text).ok_or("an angle [deg]")?.to_radians())),
         Kind::Number => Ok(json(number(text).ok_or("a number")?)),
         Kind::Count => text
             .parse::<u64>()
@@ -86,6 +87,7 @@ pub fn write(field: &Field, value: Option<&Value>, stamp: f64) -> String {
         Kind::Stamp => decimal((1e3 * number).round().rem_euclid(TURN), 0),
         Kind::After => decimal(1e3 * (number - stamp), 0),
         Kind::Milli => decimal(1e3 * number, 1),
+        Kind::Degrees => decimal(number.to_degrees(), 1),
         Kind::Number => decimal(number, 3),
         Kind::Count => value.to_string(),
         Kind::Text(most) => plain(value.as_str().unwrap_or_default(), most),

@@ -10,6 +10,8 @@ pub enum Kind {
     After,
     /// [mm], to 0.1; [m] in the message. Also mm/s and m/s.
     Milli,
+    /// [deg], to 0.1; [rad] in the message.
+    Degrees,
     /// A plain number.
     Number,
     /// A whole number.
@@ -71,10 +73,12 @@ pub const TO_NODE: &[Form] = &[
             field("t", "stamp", Kind::Stamp),
             field("x", "x", Kind::Milli),
             field("y", "y", Kind::Milli),
-            field("id", "id", Kind::Text(20)),
-            field("class", "class", Kind::Text(12)),
+            field("id", "id", Kind::Text(12)),
+            field("class", "class", Kind::Text(8)),
             field("area", "area_cm2", Kind::Number),
             field("weight", "weight", Kind::Number),
+            field("angle", "angle", Kind::Degrees),
+            field("height", "height", Kind::Milli),
         ],
     },
     Form {
@@ -135,10 +139,13 @@ pub const FROM_NODE: &[Form] = &[
         about: "which item the task that follows is about, and where it goes",
         fields: &[
             field("task", "id", Kind::Count),
-            field("item", "item", Kind::Text(16)),
+            field("item", "item", Kind::Text(12)),
+            field("class", "class", Kind::Text(8)),
             field("weight", "priority", Kind::Number),
             field("bin_x", "bin/x", Kind::Milli),
             field("bin_y", "bin/y", Kind::Milli),
+            field("angle", "angle", Kind::Degrees),
+            field("height", "height", Kind::Milli),
         ],
     },
     Form {

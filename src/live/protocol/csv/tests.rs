@@ -37,21 +37,24 @@ fn incoming() -> impl Strategy<Value = Incoming> {
         -9.9..9.9f64,
         prop::option::of(id),
         prop::option::of(0.0..5000.0f64),
-        prop::option::of(0.0..99.0f64),
+        prop::option::of(0.0..9.0f64),
+        prop::option::of(-179..180i32),
     );
     let body = prop_oneof![
-        detection.prop_map(|(x, y, id, area, weight)| Incoming::Detection(Detection {
-            stamp: 0.0,
-            id,
-            x,
-            y: to(y, 1e4),
-            area_cm2: area.map(|area| to(area, 1e3)),
-            p_detection: None,
-            p_grasp: None,
-            weight: weight.map(|weight| to(weight, 1e3)),
-            class: Some("PET".into()),
-            covariance: None,
-        })),
+        detection.prop_map(
+            |(x, y, id, area, weight, angle)| Incoming::Detection(Detection {
+                stamp: 0.0,
+                id,
+                x,
+                y: to(y, 1e4),
+                area_cm2: area.map(|area| to(area, 1e3)),
+                weight: weight.map(|weight| to(weight, 1e3)),
+                class: Some("PET".into()),
+                angle: angle.map(|degrees| f64::from(degrees).to_radians()),
+                height: Some(0.0335),
+                ..Detection::default()
+            })
+        ),
         (-10.0..10.0f64, prop::option::of(place)).prop_map(|(speed, position)| {
             Incoming::Belt(BeltState {
                 stamp: 0.0,
@@ -148,6 +151,11 @@ fn task(revision: u32, id: u64, after: [f64; 3], meet: (f64, f64)) -> Task {
         free_at: NOW + 2.0,
         priority: 0.5,
         strategy: "rules:SPT,FIFO".into(),
+        class: Some("PET".into()),
+        angle: Some(std::f64::consts::FRAC_PI_6),
+        height: Some(0.0335),
+        size: Some([0.2, 0.07]),
+        data: None,
     }
 }
 
@@ -367,7 +375,7 @@ fn what_the_node_says_fits_on_its_lines() {
         (1.234, -0.0001),
     )));
     let lines: Vec<String> = lines.lines().map(text).collect();
-    assert_eq!(lines[0], "I,3,17,camera_7__,0.5,1300,-500");
+    assert_eq!(lines[0], "I,3,17,camera_7__,PET,0.5,1300,-500,30,33.5");
     assert_eq!(
         lines[1],
         "T,4,656426000,scara-12,17,0,250,1500,750,1234,-0.1"

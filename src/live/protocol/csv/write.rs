@@ -7,6 +7,9 @@ use super::table::{FROM_NODE, Form, Kind, TO_NODE};
 use serde::Serialize;
 use serde_json::Value;
 
+/// The line that says more of the item of a task.
+const ITEM: &str = "I";
+
 /// Writes lines to one peer.
 #[derive(Debug, Default)]
 pub struct CsvWriter {
@@ -27,6 +30,10 @@ impl CsvWriter {
         for form in forms.filter(|form| Some(form.message) == kind) {
             let line = framed(&self.text(form, &message));
             if line.len() > LONGEST_CSV_LINE {
+                if form.letter == ITEM {
+                    // It only adds to the line that follows.
+                    continue;
+                }
                 let text = line.trim_end();
                 return Err(format!(
                     "a {} does not fit on a line of the csv dialect and is not sent: {text}",
