@@ -402,6 +402,7 @@ fn by_the_clock(mishap: Mishap, least: usize) {
                 stamp,
                 speed,
                 position,
+                source: None,
             }));
         }
     };

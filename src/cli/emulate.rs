@@ -171,7 +171,7 @@ impl Play<'_> {
             let Some(next) = self.emulator.next_stamp() else {
                 break;
             };
-            let mut patience = until(Some(next));
+            let mut patience = until(Some(next), unix_now());
             while let Some(heard) = self.hub.hear(patience) {
                 patience = Duration::ZERO;
                 let messages = self.emulator.advance(unix_now());

@@ -1,7 +1,7 @@
 //! What a run of the live node keeps on disk: its journal and its recording.
 
 use super::args::RunArgs;
-use super::live::unix_now;
+use super::live::{NodeClock, unix_now};
 #[cfg(feature = "mcap")]
 use super::log::{Level, Log};
 use super::session::Session;
@@ -44,6 +44,8 @@ pub struct Kept {
 #[cfg(feature = "mcap")]
 #[derive(Default)]
 struct Recording {
+    /// For log times that never go back.
+    clock: NodeClock,
     recorder: Option<Recorder>,
     failure: Option<crate::error::Error>,
     /// Where that is told.
@@ -206,27 +208,27 @@ impl Kept {
 
 #[cfg(feature = "mcap")]
 impl Kept {
-    /// Records a message that has come.
-    pub fn heard(&mut self, message: &Incoming) {
+    /// Records a message that has come at `received` [s since 1970].
+    pub fn heard(&mut self, message: &Incoming, received: f64) {
         self.recording
-            .go_on(|recorder| recorder.heard(message, unix_now()));
+            .go_on(|recorder, _| recorder.heard(message, received));
     }
 
     /// Records a message that leaves.
     pub fn said(&mut self, message: &Outgoing) {
         self.recording
-            .go_on(|recorder| recorder.said(message, unix_now()));
+            .go_on(|recorder, now| recorder.said(message, now));
     }
 
     /// Records what else has happened.
     pub fn happened(&mut self, event: &Event) {
         self.recording
-            .go_on(|recorder| recorder.happened(event, unix_now()));
+            .go_on(|recorder, now| recorder.happened(event, now));
     }
 
     /// Has the recording reach its file.
     fn flush(&mut self) {
-        self.recording.go_on(|recorder| recorder.flush(unix_now()));
+        self.recording.go_on(|recorder, now| recorder.flush(now));
     }
 
     /// Ends the recording.
@@ -243,9 +245,9 @@ impl Kept {
 
 #[cfg(feature = "mcap")]
 impl Recording {
-    fn go_on(&mut self, write: impl FnOnce(&mut Recorder) -> Result<()>) {
+    fn go_on(&mut self, write: impl FnOnce(&mut Recorder, f64) -> Result<()>) {
         if let Some(recorder) = &mut self.recorder
-            && let Err(error) = write(recorder)
+            && let Err(error) = write(recorder, self.clock.read().stamp)
         {
             let text = format!("the recording ends here: {error}");
             if let Some(log) = &self.log {
@@ -260,7 +262,7 @@ impl Recording {
 /// Without recordings.
 #[cfg(not(feature = "mcap"))]
 impl Kept {
-    pub fn heard(&mut self, _: &Incoming) {}
+    pub fn heard(&mut self, _: &Incoming, _: f64) {}
 
     pub fn said(&mut self, _: &Outgoing) {}
 

@@ -3,14 +3,14 @@
 use super::args::{ClockArg, LogFormatArg, TransportArgs};
 use super::log::{Level, Log, Style, kind_of};
 use crate::error::{Error, Result, shown_number};
-use crate::live::ClockKind;
 use crate::live::transport::{Hub, Place, Side};
+use crate::live::{ClockKind, Reading, SteadyClock};
 #[cfg(feature = "ros2")]
 use std::net::IpAddr;
 use std::net::{SocketAddr, ToSocketAddrs as _};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 /// How long the end waits for a peer that does not take what is left for it.
 pub const PATIENCE: Duration = Duration::from_secs(2);
@@ -118,9 +118,56 @@ pub fn unix_now() -> f64 {
     since.unwrap_or_default().as_secs_f64()
 }
 
-/// The time until `stamp`, at most a glance and at least nothing.
-pub fn until(stamp: Option<f64>) -> Duration {
-    let left = stamp.map_or(f64::INFINITY, |stamp| stamp - unix_now());
+/// The machine's two clocks as one that nobody sets.
+#[derive(Debug)]
+pub struct NodeClock {
+    steady: SteadyClock,
+    began: Instant,
+}
+
+impl Default for NodeClock {
+    fn default() -> Self {
+        Self::start()
+    }
+}
+
+impl NodeClock {
+    /// It shows the machine's time from now on.
+    pub fn start() -> Self {
+        let mut clock = Self {
+            steady: SteadyClock::default(),
+            began: Instant::now(),
+        };
+        clock.read();
+        clock
+    }
+
+    /// What it shows.
+    pub fn read(&mut self) -> Reading {
+        /// Between the readings of the two clocks the process may have lost its core.
+        const AT_ONCE: Duration = Duration::from_millis(1);
+        const TRIES: usize = 10;
+        let mut best = (Duration::MAX, 0.0, 0.0);
+        for _ in 0..TRIES {
+            let before = self.began.elapsed();
+            let wall = unix_now();
+            let after = self.began.elapsed();
+            let took = after.saturating_sub(before);
+            if took < best.0 {
+                best = (took, after.as_secs_f64(), wall);
+            }
+            if took <= AT_ONCE {
+                break;
+            }
+        }
+        let (_, monotonic, wall) = best;
+        self.steady.read(monotonic, wall)
+    }
+}
+
+/// The time from `now` until `stamp`, at most a glance and at least nothing.
+pub fn until(stamp: Option<f64>, now: f64) -> Duration {
+    let left = stamp.map_or(f64::INFINITY, |stamp| stamp - now);
     Duration::from_secs_f64(left.clamp(0.0, GLANCE.as_secs_f64()))
 }
 

@@ -3,15 +3,15 @@
 use super::args::TransportArgs;
 use super::dashboard::Screen;
 use super::kept::Kept;
-use super::live::{BREATH, GLANCE, unix_now, until};
+use super::live::{BREATH, GLANCE, NodeClock, until};
 use super::log::Level;
 use super::notify::Notify;
 use crate::error::Result;
 use crate::live::layout;
 use crate::live::protocol::{Incoming, Outgoing, Rejected, decode};
-use crate::live::recording::Event;
+use crate::live::recording::{Event, whole_microseconds};
 use crate::live::transport::{Heard, Hub, Origin};
-use crate::live::{ClockKind, Controller, Taken};
+use crate::live::{ClockKind, Controller, Reading, Taken};
 use crate::plausible::Warning;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -26,6 +26,10 @@ pub struct Node<'a> {
     pub controller: Controller,
     /// The peers.
     pub hub: Hub,
+    /// The clock of the line.
+    pub clock: NodeClock,
+    /// By how much the machine's clock was ahead of it at the last step, for it was set [s].
+    pub ahead: f64,
     /// What is kept on disk.
     pub kept: Kept,
     /// Who has started it, and waits for signs of life.
@@ -65,14 +69,10 @@ impl Node<'_> {
     /// Takes messages as they come and does what is due when it is, until told to stop or
     /// stdin ends.
     fn go_by_the_clock(&mut self, stop: &AtomicBool) -> Result<()> {
-        let mut next_status = unix_now() + self.status_every;
+        let mut next_status = self.clock.read().stamp + self.status_every;
         while !stop.load(Ordering::Relaxed) {
             self.notify.alive();
-            let now = unix_now();
-            let held = self.hub.is_stalled();
-            self.controller.hold(held);
-            self.controller.advance(now);
-            self.kept.happened(&Event::Step { stamp: now, held });
+            let now = self.step();
             if self.status_every > 0.0 && now >= next_status {
                 next_status = now + self.status_every;
                 self.report(false, self.hub.queued() as u64);
@@ -81,7 +81,7 @@ impl Node<'_> {
             self.screen.show(&self.controller, &self.hub);
             let due = self.controller.next_stamp();
             let due = due.map_or(next_status, |due| due.min(next_status));
-            let mut patience = until(Some(due));
+            let mut patience = until(Some(due), self.clock.read().stamp);
             // Whatever was heard is in the journal before the next wait.
             self.kept.rest(&mut self.controller)?;
             for _ in 0..AT_ONCE {
@@ -101,6 +101,18 @@ impl Node<'_> {
             }
         }
         Ok(())
+    }
+
+    /// With the system clock: reads the time, does what is due, and returns it.
+    fn step(&mut self) -> f64 {
+        let Reading { stamp, ahead } = self.clock.read();
+        let held = self.hub.is_stalled();
+        self.ahead = ahead;
+        self.controller.set_clock_ahead(ahead);
+        self.controller.hold(held);
+        self.controller.advance(stamp);
+        self.kept.happened(&Event::Step { stamp, held, ahead });
+        stamp
     }
 
     /// Takes messages until the peers have no more, or told to stop.
@@ -158,8 +170,22 @@ impl Node<'_> {
 
     /// Has the controller take a message.
     fn take(&mut self, origin: Origin, message: Incoming) {
-        self.kept.heard(&message);
-        let taken = self.controller.handle(message);
+        let Reading { stamp, ahead } = self.clock.read();
+        let received = whole_microseconds(stamp);
+        let taken = match self.transport.clock() {
+            ClockKind::System => {
+                if ahead != self.ahead {
+                    // The stamps of this message may be of the clock as it is now.
+                    self.step();
+                }
+                self.kept.heard(&message, received);
+                self.controller.hear(message, received)
+            }
+            ClockKind::Messages => {
+                self.kept.heard(&message, received);
+                self.controller.handle(message)
+            }
+        };
         self.tell_dropped();
         if let Some(doubt) = self.controller.take_doubt() {
             self.question(&origin, &doubt);

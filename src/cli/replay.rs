@@ -110,9 +110,12 @@ struct Replay {
 impl Replay {
     fn take(&mut self, entry: Entry) {
         match entry {
-            Entry::In(message) => {
+            Entry::In(message, received) => {
                 // What was refused is refused again, and counted.
-                let _ = self.controller.handle(message);
+                let _ = match self.clock {
+                    ClockKind::System => self.controller.hear(message, received),
+                    ClockKind::Messages => self.controller.handle(message),
+                };
             }
             Entry::Out(line) => {
                 if self.difference.is_none() {
@@ -126,8 +129,9 @@ impl Replay {
 
     fn happen(&mut self, event: &Event) {
         match event {
-            Event::Step { stamp, held } => {
+            Event::Step { stamp, held, ahead } => {
                 if self.clock == ClockKind::System {
+                    self.controller.set_clock_ahead(*ahead);
                     self.controller.hold(*held);
                     self.controller.advance(*stamp);
                 }
@@ -225,6 +229,9 @@ fn is_same_status(said: &str, recorded: &str) -> bool {
     // Earlier versions did not send it.
     if recorded.layout.is_none() {
         recorded.layout.clone_from(&said.layout);
+    }
+    if recorded.sources.is_empty() {
+        recorded.sources.clone_from(&said.sources);
     }
     said == recorded
 }

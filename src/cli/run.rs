@@ -3,7 +3,7 @@
 use super::args::{Common, Format, RunArgs};
 use super::dashboard::Screen;
 use super::kept::{self, Kept};
-use super::live::{PATIENCE, check_range, is_same_place, stop_flag};
+use super::live::{NodeClock, PATIENCE, check_range, is_same_place, stop_flag};
 use super::node::Node;
 use super::notify::Notify;
 use super::progress::Bar;
@@ -13,7 +13,7 @@ use super::training::{Line, budget, distance};
 use crate::error::{Error, Result, shown};
 use crate::live::protocol::schema;
 use crate::live::transport::Side;
-use crate::live::{ClockKind, Config};
+use crate::live::{ClockKind, Config, Timeouts};
 use crate::optimize::Environment;
 use crate::planning::{Allowance, Budget};
 use crate::plausible::{DECISION_TIME, TIMEOUT, TOLERANCE};
@@ -34,6 +34,16 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
     check_range("--tolerance", args.tolerance, 0.0, 1.0, "m")?;
     check_range("--ack-timeout", args.ack_timeout, 1e-3, 1e3, "s")?;
     check_range("--result-timeout", args.result_timeout, 1e-3, 1e4, "s")?;
+    let or_never = "s, or 0 for never";
+    for (flag, value) in [
+        ("--belt-timeout", args.belt_timeout),
+        ("--robot-timeout", args.robot_timeout),
+    ] {
+        if let Some(value) = value.filter(|value| *value != 0.0) {
+            check_range(flag, value, 0.01, 1e4, or_never)?;
+        }
+    }
+    check_range("--camera-delay", args.camera_delay, -1e4, 1e4, "ms")?;
     if args.status_every != 0.0 {
         let least = match args.transport.clock() {
             ClockKind::System => 0.01,
@@ -66,6 +76,11 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
         ack_timeout: args.ack_timeout,
         result_timeout: args.result_timeout,
         status_every: args.status_every,
+        timeouts: Timeouts {
+            belt: args.belt_timeout,
+            robot: args.robot_timeout,
+        },
+        camera_delay: 1e-3 * args.camera_delay,
         ..Config::default()
     };
     if let Some(distance) = distance(&strategy, &station) {
@@ -91,6 +106,8 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
     let mut node = Node {
         controller: controller.with_stopwatch(stopwatch),
         hub,
+        clock: NodeClock::start(),
+        ahead: 0.0,
         kept,
         notify: Notify::found(),
         screen,

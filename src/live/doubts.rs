@@ -48,7 +48,7 @@ impl Doubts {
                 let doubt = self
                     .look_at_speed(belt)
                     .or_else(|| self.look_at_travel(belt));
-                self.last_belt = Some(*belt);
+                self.last_belt = Some(belt.clone());
                 doubt
             }
             _ => None,
@@ -80,7 +80,7 @@ impl Doubts {
 
     /// The encoder against the speed.
     fn look_at_travel(&self, belt: &BeltState) -> Option<Warning> {
-        let last = self.last_belt?;
+        let last = self.last_belt.as_ref()?;
         let travel = belt.position? - last.position?;
         let expected = last.speed * (belt.stamp - last.stamp);
         if expected.abs() < LEAST_TRAVEL {

@@ -27,8 +27,8 @@ impl Sight {
     /// What a detection at `time` [s] tells, when the belt had travelled so far [m].
     pub fn of(detection: Detection, time: f64, travel: f64) -> Self {
         Self {
-            source: None,
             features: Features::of(&detection),
+            source: detection.source,
             id: detection.id,
             time,
             place: detection.x - travel,

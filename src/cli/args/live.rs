@@ -120,6 +120,22 @@ pub struct RunArgs {
         allow_negative_numbers = true
     )]
     pub result_timeout: f64,
+    /// Give no new task when the belt, once heard, has been silent for so long [s]; 0 is never
+    /// [default: ten times its period, and a second at least, where it reports regularly]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    pub belt_timeout: Option<f64>,
+    /// Give a robot no new task when it, once heard, has been silent for so long [s]; 0 is
+    /// never [default: ten times its period, and a second at least, where it reports regularly]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    pub robot_timeout: Option<f64>,
+    /// Pictures are stamped so long after they were taken [ms]
+    #[arg(
+        long,
+        value_name = "MS",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    pub camera_delay: f64,
     /// Send a status every so many seconds; 0 sends only the last one
     #[arg(
         long,
@@ -160,7 +176,8 @@ pub struct KeptArgs {
     #[cfg(feature = "mcap")]
     #[arg(long, value_name = "FILE", conflicts_with_all = [
         "listen", "connect", "station", "robots", "belt_speed", "seed", "tolerance",
-        "ack_timeout", "result_timeout", "status_every", "dashboard", "journal", "record",
+        "ack_timeout", "result_timeout", "status_every", "belt_timeout", "robot_timeout",
+        "camera_delay", "dashboard", "journal", "record",
     ])]
     #[cfg_attr(feature = "mqtt", arg(conflicts_with = "mqtt"))]
     #[cfg_attr(feature = "ros2", arg(conflicts_with = "ros2"))]

@@ -406,6 +406,7 @@ mod tests {
             stamp: 0.0,
             speed,
             position,
+            source: None,
         }
     }
 

@@ -14,6 +14,7 @@ impl Controller {
         }
         let now = self.stamps.now();
         let mut first: Option<(f64, usize)> = None;
+        let belt_until = self.sources.belt_until();
         for (index, robot) in self.fleet.iter() {
             if robot.is_ready()
                 && robot.free_at.is_finite()
@@ -21,6 +22,9 @@ impl Controller {
                     .world
                     .next_decision(index, now, robot.available_from(now))
                 && first.is_none_or(|(earliest, _)| time < earliest)
+                // Nobody is sent on the word of a belt or to a robot that has fallen silent.
+                && time <= belt_until
+                && time <= self.sources.robot_until(&self.robot_keys[index])
             {
                 first = Some((time, index));
             }

@@ -84,5 +84,7 @@ impl Controller {
         }
         self.stamps.clock.now = self.stamps.now().max(until);
         self.forget_gone();
+        let mut remarks = self.sources.remarks(self.stamps.now());
+        self.remarks.append(&mut remarks);
     }
 }

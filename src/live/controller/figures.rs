@@ -28,7 +28,7 @@ impl Controller {
         let share = |part: f64, whole: f64| if whole > 0.0 { part / whole } else { 0.0 };
         let robots = self.station().robots().iter().zip(self.fleet.iter());
         Status {
-            stamp: self.stamps.clock.stamp(now),
+            stamp: self.stamp_of(now),
             last,
             layout: Some(self.layout.clone()),
             seen,
@@ -45,6 +45,7 @@ impl Controller {
             robots: robots
                 .map(|(robot, (_, info))| info.report(&robot.name, now))
                 .collect(),
+            sources: self.sources.report(now),
             latency: (self.stamps.clock.kind == ClockKind::System).then(|| self.decider.latency()),
         }
     }

@@ -33,7 +33,10 @@ impl Controller {
         result
     }
 
-    fn take(&mut self, message: Incoming) -> Result<Taken, Rejected> {
+    fn take(&mut self, mut message: Incoming) -> Result<Taken, Rejected> {
+        if self.stamps.clock.kind == ClockKind::System {
+            self.map_stamps(&mut message)?;
+        }
         let stamp = message.stamp();
         let mut belief = self.stamps.judge(&message)?;
         if let Some((held, confirmed)) = self.stamps.take_held_back(Some(stamp)) {
@@ -87,15 +90,21 @@ impl Controller {
     }
 
     fn heed(&mut self, time: f64, message: Incoming) -> Result<(), Rejected> {
-        if !matches!(message, Incoming::Detection(_)) || !self.picture.takes(time) {
+        let taken = time - self.config.camera_delay;
+        let belongs = match &message {
+            Incoming::Detection(seen) => self.picture.takes(seen.source.as_deref(), taken),
+            _ => false,
+        };
+        if !belongs {
             self.close_picture();
         }
         if self.stamps.clock.kind == ClockKind::Messages && time > self.stamps.clock.now {
             // What was due before this came is decided without it.
             self.settle(time, false);
         }
+        self.hear_source(time, &message);
         match message {
-            Incoming::Detection(detection) => self.detect(time, detection),
+            Incoming::Detection(detection) => self.detect(taken, detection),
             Incoming::Belt(belt) => {
                 self.heed_belt(time, &belt);
                 Ok(())

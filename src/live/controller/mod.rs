@@ -13,6 +13,7 @@ mod pictures;
 mod plans;
 mod recovery;
 mod results;
+mod sources;
 mod states;
 mod tasks;
 mod watch;
@@ -20,8 +21,9 @@ mod watch;
 use super::clock::{Clock, ClockKind};
 use super::decider::{Decider, Stopwatch};
 use super::doubts::Doubts;
-use super::protocol::{Outgoing, Rejected, Rejection};
+use super::protocol::{Outgoing, Rejected, Rejection, SourceKind};
 use super::robots::Fleet;
+use super::sources::{Key, Sources, Timeouts};
 use super::stamps::Stamps;
 use super::tally::Tally;
 use super::tasks::Tasks;
@@ -56,6 +58,10 @@ pub struct Config {
     pub status_every: f64,
     /// From this x on the strategy sees items [m]; a robot may leave for one before.
     pub view_from: f64,
+    /// After how long a silence the belt and a robot are not relied on.
+    pub timeouts: Timeouts,
+    /// Pictures are stamped so late [s].
+    pub camera_delay: f64,
 }
 
 impl Default for Config {
@@ -69,6 +75,8 @@ impl Default for Config {
             most_items: 100_000,
             status_every: 0.0,
             view_from: 0.0,
+            timeouts: Timeouts::default(),
+            camera_delay: 0.0,
         }
     }
 }
@@ -89,6 +97,12 @@ pub struct Controller {
     tasks: Tasks,
     /// The time, and which stamps are believed.
     stamps: Stamps,
+    /// Who speaks, and whether it still does.
+    sources: Sources,
+    /// Each robot as a source.
+    robot_keys: Vec<Key>,
+    /// When the message that is taken came [s since 1970], by the steady clock.
+    received: Option<f64>,
     /// What is counted.
     tally: Tally,
     /// Which values are most likely wrong.
@@ -111,6 +125,9 @@ pub struct Controller {
 impl Controller {
     /// A line of which nothing is known yet.
     pub fn new(station: Station, strategy: Box<dyn Strategy>, config: Config) -> Self {
+        let robots = station.robots().iter();
+        let robot_keys = robots.map(|robot| (SourceKind::Robot, robot.name.clone()));
+        let robot_keys = robot_keys.collect();
         let tells = config.clock == ClockKind::Messages && config.status_every > 0.0;
         Self {
             next_status: if tells {
@@ -126,6 +143,9 @@ impl Controller {
             tasks: Tasks::default(),
             stamps: Stamps::new(Clock::new(config.clock)),
             tally: Tally::default(),
+            sources: Sources::new(config.timeouts, config.clock == ClockKind::System),
+            robot_keys,
+            received: None,
             decider: Decider::new(strategy),
             picture: Picture::default(),
             output: Vec::new(),

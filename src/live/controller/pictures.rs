@@ -24,9 +24,9 @@ pub(super) struct Picture {
 }
 
 impl Picture {
-    /// Whether a detection at `time` [s] belongs to it.
-    pub fn takes(&self, time: f64) -> bool {
-        let is_same = |first: &Sight| first.time == time;
+    /// Whether a detection of `source` at `time` [s] belongs to it.
+    pub fn takes(&self, source: Option<&str>, time: f64) -> bool {
+        let is_same = |first: &Sight| first.time == time && first.source() == source;
         self.seen.first().is_some_and(is_same) && self.seen.len() < MOST_TOGETHER
     }
 }

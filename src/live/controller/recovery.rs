@@ -91,7 +91,7 @@ impl Controller {
         self.world.watch();
         let items = self.world.items().iter();
         let change = Change {
-            origin: self.stamps.clock.origin(),
+            origin: self.origin(),
             now: self.stamps.now(),
             items: items.map(|(n, item)| (n, Some(item.clone()))).collect(),
             claims: self
@@ -117,7 +117,7 @@ impl Controller {
     pub fn change(&mut self, said: bool) -> Option<Change> {
         let before = self.told.take()?;
         let mut change = Change {
-            origin: self.stamps.clock.origin(),
+            origin: self.origin(),
             now: self.stamps.now(),
             items: self.world.take_changed(),
             past: self.tasks.take_changed(),
@@ -146,6 +146,12 @@ impl Controller {
         }
         self.told = Some(self.tell());
         Some(change)
+    }
+
+    /// Stamp of time 0 by the machine's clock [s]: whoever goes on reads that.
+    fn origin(&self) -> Option<f64> {
+        let origin = self.stamps.clock.origin();
+        origin.map(|origin| origin + self.sources.ahead())
     }
 
     fn tell(&self) -> Told {

@@ -26,7 +26,7 @@ impl Controller {
         let robot = &self.station().robots()[claim.robot];
         let tracked = self.world.items().get(claim.item);
         let features = tracked.map(|t| t.features.clone()).unwrap_or_default();
-        let stamp = |time: f64| self.stamps.clock.stamp(time);
+        let stamp = |time: f64| self.stamp_for(claim.robot, time);
         self.output.push(Outgoing::Task(Task {
             id: claim.task,
             revision: claim.revision,
@@ -61,7 +61,7 @@ impl Controller {
         let now = self.stamps.now();
         claim.note_cancel(now, self.config.ack_timeout);
         self.output.push(Outgoing::Cancel(Cancel {
-            stamp: self.stamps.clock.stamp(now),
+            stamp: self.stamp_for(claim.robot, now),
             task: claim.task,
             robot: self.station().robots()[claim.robot].name.clone(),
             reason: claim

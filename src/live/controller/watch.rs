@@ -76,7 +76,7 @@ impl Controller {
     }
 
     fn show_claims(&self) -> Vec<ClaimView> {
-        let stamp = |time: f64| self.stamps.clock.stamp(time);
+        let stamp = |time: f64| self.stamp_of(time);
         let claims = self.tasks.holding();
         let shown = claims.map(|claim| ClaimView {
             task: claim.task,

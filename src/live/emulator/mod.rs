@@ -320,6 +320,7 @@ impl Emulator {
             stamp: self.now,
             speed,
             position: Some(self.travel(self.now)),
+            source: None,
         }));
     }
 

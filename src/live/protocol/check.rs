@@ -39,6 +39,8 @@ pub(super) fn check(message: &Incoming) -> Result<(), Rejected> {
     match message {
         Incoming::Detection(detection) => check_detection(detection),
         Incoming::Belt(belt) => {
+            let source = belt.source.as_ref();
+            source.map_or(Ok(()), |source| text("source", source))?;
             let speeds = -LARGEST_SPEED..=LARGEST_SPEED;
             let meant = |speed: f64| BELT_SPEED.question(speed.abs());
             within("speed", belt.speed, speeds, "a belt speed [m/s]", meant)?;
@@ -60,7 +62,11 @@ pub(super) fn check(message: &Incoming) -> Result<(), Rejected> {
 }
 
 fn check_detection(detection: &Detection) -> Result<(), Rejected> {
-    for (name, value) in [("id", &detection.id), ("class", &detection.class)] {
+    for (name, value) in [
+        ("id", &detection.id),
+        ("class", &detection.class),
+        ("source", &detection.source),
+    ] {
         value.as_ref().map_or(Ok(()), |value| text(name, value))?;
     }
     let along = -FURTHEST_UPSTREAM..=LARGEST_POSITION;

@@ -230,6 +230,7 @@ mod tests {
                 weight: None,
                 class: Some("PET".into()),
                 covariance: Some([1e-6, 0.0, 1e-6]),
+                source: Some("top".into()),
                 ..Detection::default()
             });
             let line = encode(&message);

@@ -68,10 +68,13 @@ pub struct Detection {
     /// Covariance of the position, `[xx, xy, yy]` [m^2]; widens the association.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub covariance: Option<[f64; 3]>,
+    /// Name of the camera.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub source: Option<String>,
 }
 
 /// How the belt moves.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BeltState {
     /// When [s].
@@ -81,6 +84,9 @@ pub struct BeltState {
     /// How far the belt has travelled, from any zero [m]: the encoder.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position: Option<f64>,
+    /// Name of the encoder.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub source: Option<String>,
 }
 
 /// What a robot can do.
@@ -170,6 +176,26 @@ impl Incoming {
             Self::Result(_) => "result",
             Self::Tick { .. } => "tick",
         }
+    }
+
+    /// Moves its times by `shift` [s].
+    pub fn shift(&mut self, shift: f64) {
+        let available = match self {
+            Self::Robot(message) => message.available_at.as_mut(),
+            Self::Result(message) => message.available_at.as_mut(),
+            _ => None,
+        };
+        if let Some(available) = available {
+            *available += shift;
+        }
+        *match self {
+            Self::Detection(message) => &mut message.stamp,
+            Self::Belt(message) => &mut message.stamp,
+            Self::Robot(message) => &mut message.stamp,
+            Self::Ack(message) => &mut message.stamp,
+            Self::Result(message) => &mut message.stamp,
+            Self::Tick { stamp } => stamp,
+        } += shift;
     }
 
     /// When it happened [s].

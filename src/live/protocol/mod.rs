@@ -18,7 +18,8 @@ pub use decode::{LONGEST_LINE, Rejected, Rejection, decode, decode_outgoing};
 pub use incoming::{Ack, BeltState, Detection, Incoming, Report, RobotState, RobotStatus, Verdict};
 pub use message::Message;
 pub use outgoing::{
-    Cancel, Due, Latency, MissedCounts, Outgoing, Point, RobotReport, Status, Task, encode,
+    Cancel, Due, Latency, MissedCounts, Outgoing, Point, RobotReport, SourceKind, SourceReport,
+    Status, Task, encode,
 };
 pub use schema::{schema, schemas_of};
 

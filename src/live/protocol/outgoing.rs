@@ -170,6 +170,9 @@ pub struct Status {
     pub noted: BTreeMap<String, u64>,
     /// Each robot, upstream first.
     pub robots: Vec<RobotReport>,
+    /// Who was heard, by kind and name; absent over ROS 2.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sources: Vec<SourceReport>,
     /// How long decisions took; absent with `--clock messages`, whose output depends on the
     /// messages only.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -221,6 +224,55 @@ pub struct RobotReport {
     /// Its tasks for which it came too late or did not find the item.
     #[serde(default)]
     pub missed: u64,
+}
+
+/// What a source of messages is.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "snake_case")]
+pub enum SourceKind {
+    /// It sends `detection`.
+    Camera,
+    /// It sends `belt`.
+    Belt,
+    /// It sends `robot`, `ack` and `result`.
+    Robot,
+}
+
+impl SourceKind {
+    /// Its name, as it is written.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Camera => "camera",
+            Self::Belt => "belt",
+            Self::Robot => "robot",
+        }
+    }
+}
+
+/// One source in a status.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct SourceReport {
+    /// Its `source`, or its kind where it gives none; a robot's name.
+    pub name: String,
+    /// What it is.
+    pub kind: SourceKind,
+    /// Time since it was heard last [s].
+    pub age: f64,
+    /// Time between two of its messages as a rule [s]; absent where it speaks of changes only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub period: Option<f64>,
+    /// Smallest time from the stamp of a message to when it came, of the last half minute, by
+    /// the machine's clock [s]: the way of the message and the offset of the clocks, which
+    /// nobody can tell apart. Absent with message time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub offset: Option<f64>,
+    /// What is added to its stamps [s], where its clock is certainly another than the machine's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mapped: Option<f64>,
+    /// Whether it is silent for longer than expected.
+    pub overdue: bool,
 }
 
 /// How long decisions took [ms]. Quantiles are read off a histogram of 1 % wide classes.

@@ -1,7 +1,7 @@
 //! What a recording holds besides messages.
 
 use crate::live::protocol::VERSION;
-use crate::live::{ClockKind, Config};
+use crate::live::{ClockKind, Config, Timeouts};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -16,6 +16,9 @@ pub enum Event {
         stamp: f64,
         /// Whether tasks had to wait, for nobody was there or kept up.
         held: bool,
+        /// By how much the machine's clock was ahead of the stamp, for it was set [s].
+        #[serde(default, skip_serializing_if = "is_nothing")]
+        ahead: f64,
     },
     /// A peer has come; open tasks were told of again.
     Joined {},
@@ -54,6 +57,16 @@ impl Event {
     }
 }
 
+/// A time [s since 1970] rounded so that a recording gives it back to the bit: it is kept in
+/// nanoseconds, more than a number of these days has digits for.
+pub fn whole_microseconds(time: f64) -> f64 {
+    (time * 1e6).round() / 1e6
+}
+
+fn is_nothing(ahead: &f64) -> bool {
+    *ahead == 0.0
+}
+
 /// What was run: the first metadata of a recording, and all that it takes to run it again.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Heading {
@@ -86,6 +99,15 @@ pub struct Heading {
     /// As [`Config::status_every`] [s].
     #[serde(default)]
     pub status_every: f64,
+    /// As [`Timeouts::belt`] [s].
+    #[serde(default)]
+    pub belt_timeout: Option<f64>,
+    /// As [`Timeouts::robot`] [s].
+    #[serde(default)]
+    pub robot_timeout: Option<f64>,
+    /// As [`Config::camera_delay`] [s].
+    #[serde(default)]
+    pub camera_delay: f64,
     /// When a state was taken up that a journal held [s since 1970]; with message time, or
     /// without a journal, none.
     pub restored_at: Option<f64>,
@@ -112,6 +134,9 @@ impl Heading {
             ack_timeout: config.ack_timeout,
             result_timeout: config.result_timeout,
             status_every: config.status_every,
+            belt_timeout: config.timeouts.belt,
+            robot_timeout: config.timeouts.robot,
+            camera_delay: config.camera_delay,
             restored_at: None,
         }
     }
@@ -124,6 +149,11 @@ impl Heading {
             ack_timeout: self.ack_timeout,
             result_timeout: self.result_timeout,
             status_every: self.status_every,
+            timeouts: Timeouts {
+                belt: self.belt_timeout,
+                robot: self.robot_timeout,
+            },
+            camera_delay: self.camera_delay,
             ..Config::default()
         })
     }

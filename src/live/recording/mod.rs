@@ -15,7 +15,7 @@ mod read;
 #[cfg(feature = "mcap")]
 mod write;
 
-pub use event::{Event, Heading};
+pub use event::{Event, Heading, whole_microseconds};
 #[cfg(feature = "mcap")]
 pub use read::{Ending, Entry, Reader};
 #[cfg(feature = "mcap")]

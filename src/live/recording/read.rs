@@ -1,7 +1,7 @@
 //! Reading a recording, as far as it goes.
 
 use super::inflate::Inflate;
-use super::{Event, Heading};
+use super::{Event, Heading, whole_microseconds};
 use crate::error::{Error, Result, shown};
 use crate::live::protocol::{Incoming, VERSION, decode};
 use crate::live::state::{Change, State};
@@ -20,8 +20,8 @@ const LONGEST: usize = 1 << 28;
 /// What happened next.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Entry {
-    /// A message came.
-    In(Incoming),
+    /// A message came, at this time [s since 1970].
+    In(Incoming, f64),
     /// A message left: its line, without the line end.
     Out(String),
     /// Something else happened.
@@ -240,9 +240,11 @@ impl Reader {
                     self.last = self.last.max(header.log_time);
                     let topic = self.topics.get(&header.channel_id);
                     if let Some(entry) =
-                        entry(topic.map_or("", String::as_str), &data).map_err(|error| {
-                            error.inside(&format!("{}, message {}", self.name, self.entries))
-                        })?
+                        entry(topic.map_or("", String::as_str), &data, header.log_time).map_err(
+                            |error| {
+                                error.inside(&format!("{}, message {}", self.name, self.entries))
+                            },
+                        )?
                     {
                         return Ok(Some(Part::Entry(entry)));
                     }
@@ -297,15 +299,20 @@ enum Part {
     Entry(Entry),
 }
 
+/// A log time [ns] in seconds, as [`whole_microseconds`] makes them.
+fn received(log_time: u64) -> f64 {
+    whole_microseconds(log_time as f64 / 1e9)
+}
+
 /// A message as an entry; none on a topic that somebody else has added.
-fn entry(topic: &str, data: &[u8]) -> Result<Option<Entry>> {
+fn entry(topic: &str, data: &[u8], log_time: u64) -> Result<Option<Entry>> {
     let wrong = |problem: String| {
         let cure = "bring back the file as `pickline run --record` wrote it";
         Error::input(topic, problem, cure)
     };
     if topic.starts_with("/in/") {
         let message = decode(data).map_err(|rejected| wrong(rejected.message))?;
-        return Ok(Some(Entry::In(message)));
+        return Ok(Some(Entry::In(message, received(log_time))));
     }
     if topic.starts_with("/out/") {
         let line = String::from_utf8(data.to_vec());

@@ -109,6 +109,7 @@ fn read_detection(detection: &Detection3D, picture: &Header, frame: &str) -> Rea
         size: Some([size.x, size.y]).filter(|size| size.iter().all(|side| *side > 0.0)),
         data: None,
         covariance: covariance.filter(|covariance| *covariance != [0.0; 3]),
+        source: None,
     }))
 }
 
@@ -177,6 +178,7 @@ pub fn read_belt(belt: &BeltState, frame: &str) -> Read {
         stamp: belt.header.stamp.stamp(),
         speed: belt.speed,
         position: belt.has_position.then_some(belt.position),
+        source: None,
     }))
 }
 

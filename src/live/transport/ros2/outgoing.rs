@@ -189,6 +189,7 @@ pub fn read_status(status: &LineStatus) -> Outgoing {
                 missed: robot.missed,
             })
             .collect(),
+        sources: Vec::new(),
         latency: Some(Latency {
             decisions: status.decisions,
             p50_ms: status.latency_p50 * MS,

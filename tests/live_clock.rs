@@ -1,0 +1,394 @@
+//! Clocks that are set, sources that fall silent: a line whose two clocks the test holds.
+
+#[path = "common/line.rs"]
+mod line;
+
+use line::Line;
+use pickline::live::protocol::{Outgoing, SourceReport, Status};
+use pickline::live::{Config, Controller, SteadyClock, Timeouts};
+use pickline::station::{Overrides, parse};
+use pickline::strategies::read_alone;
+use std::collections::BTreeMap;
+
+const STATION: &str = r#"
+[belt]
+speed = 0.3
+width = 0.6
+length = 4.0
+
+[[robot]]
+name = "delta"
+base = [1.0, 0.0]
+bin = [1.0, -0.4]
+reach = 0.6
+speed = 3.0
+grasp_time = 0.05
+release_time = 0.05
+
+[[robot]]
+name = "arm"
+base = [2.3, -0.4]
+bin = [2.6, -0.45]
+reach = 0.85
+speed = 1.2
+grasp_time = 0.15
+release_time = 0.2
+"#;
+
+/// Whose clock a peer goes by.
+#[derive(Clone, Copy, PartialEq)]
+enum Whose {
+    /// The machine's, with its steps.
+    Machine,
+    /// One of its own, which is ahead by so much [s] and is never set.
+    Own(f64),
+}
+
+/// A line with a true belt of 0.3 m/s, its camera, encoder and robots, by the system's clock.
+struct World {
+    controller: Controller,
+    steady: SteadyClock,
+    /// True time [s].
+    now: f64,
+    /// By how much the machine's clock is ahead of it [s].
+    wall: f64,
+    camera: Whose,
+    robots: Whose,
+    /// When the belt stops [s].
+    stop: f64,
+    /// Until when the encoder speaks [s].
+    encoder_until: f64,
+    items: BTreeMap<String, f64>,
+    /// Results to come: when, of which task, of whom.
+    open: Vec<(f64, u64)>,
+    /// When each task was given [s], by how much its meeting point is off [m], and to whom.
+    given: Vec<(f64, f64, String)>,
+    remarks: Vec<String>,
+    refused: Vec<String>,
+}
+
+const START: f64 = 1.75e9;
+
+impl World {
+    fn new(config: Config) -> Self {
+        let none = Overrides {
+            robots: None,
+            belt_speed: None,
+        };
+        let station = parse(STATION, "the test's station", none).unwrap();
+        let strategy = read_alone("SPT,FIFO", 2).unwrap().make();
+        let mut world = Self {
+            controller: Controller::new(station, strategy, config),
+            steady: SteadyClock::default(),
+            now: 0.0,
+            wall: 0.0,
+            camera: Whose::Machine,
+            robots: Whose::Machine,
+            stop: f64::INFINITY,
+            encoder_until: f64::INFINITY,
+            items: BTreeMap::new(),
+            open: Vec::new(),
+            given: Vec::new(),
+            remarks: Vec::new(),
+            refused: Vec::new(),
+        };
+        world.step();
+        world
+    }
+
+    fn travel(&self, time: f64) -> f64 {
+        0.3 * time.min(self.stop)
+    }
+
+    fn stamp(&self, whose: Whose, time: f64) -> f64 {
+        START
+            + time
+            + match whose {
+                Whose::Machine => self.wall,
+                Whose::Own(ahead) => ahead,
+            }
+    }
+
+    /// The controller takes a message that was sent just now, 2 ms ago.
+    fn say(&mut self, whose: Whose, fields: &str) {
+        let stamp = self.stamp(whose, self.now - 0.002);
+        let message = Line::message(&format!(r#""stamp":{stamp},{fields}"#));
+        let reading = self.steady.read(self.now, START + self.now + self.wall);
+        self.controller.set_clock_ahead(reading.ahead);
+        if let Err(rejected) = self.controller.hear(message, reading.stamp) {
+            self.refused.push(rejected.message);
+        }
+    }
+
+    fn step(&mut self) {
+        let reading = self.steady.read(self.now, START + self.now + self.wall);
+        self.controller.set_clock_ahead(reading.ahead);
+        self.controller.advance(reading.stamp);
+        self.remarks.append(&mut self.controller.take_remarks());
+        for message in self.controller.take_output() {
+            let Outgoing::Task(task) = message else {
+                continue;
+            };
+            let now = self.stamp(self.robots, self.now);
+            self.say(self.robots, &format!(r#""kind":"ack","task":{}"#, task.id));
+            if task.revision > 0 {
+                continue;
+            }
+            let lead = task.meet_at - now;
+            let x = self.items[&task.item] + self.travel(self.now + lead);
+            // Nobody knows of a stop before it comes.
+            let is_crossed = self.now < self.stop && self.now + lead > self.stop;
+            let off = if is_crossed {
+                0.0
+            } else {
+                (x - task.meet.x).abs()
+            };
+            self.given.push((self.now, off, task.robot));
+            self.open
+                .push((self.now + lead.clamp(0.2, 3.0) + 0.2, task.id));
+        }
+    }
+
+    /// Plays until `until` [s], with these steps of the machine's clock: when, and to what.
+    fn play(&mut self, until: f64, steps: &[(f64, f64)]) {
+        let belt = |world: &World| {
+            let travel = world.travel(world.now - 0.002);
+            let speed = if world.now >= world.stop { 0.0 } else { 0.3 };
+            format!(r#""kind":"belt","speed":{speed},"position":{travel}"#)
+        };
+        if self.now == 0.0 {
+            let first = belt(self);
+            self.say(Whose::Machine, &first);
+            for name in ["delta", "arm"] {
+                let idle = format!(r#""kind":"robot","name":"{name}","state":"idle""#);
+                self.say(self.robots, &idle);
+            }
+        }
+        while self.now < until {
+            self.now += 0.01;
+            let hundredth = (self.now * 100.0).round() as u32;
+            let at = |every: u32| hundredth.is_multiple_of(every);
+            if let Some((_, wall)) = steps.iter().rfind(|(at, _)| *at <= self.now) {
+                self.wall = *wall;
+            }
+            if at(10) && self.now <= self.encoder_until {
+                let text = belt(self);
+                self.say(Whose::Machine, &text);
+            }
+            if at(25) && self.now < self.stop {
+                let id = format!("i{}", self.items.len());
+                let y = 0.1 * (self.items.len() % 5) as f64 - 0.2;
+                self.items
+                    .insert(id.clone(), 0.2 - self.travel(self.now - 0.002));
+                let text = format!(r#""kind":"detection","x":0.2,"y":{y},"id":"{id}""#);
+                self.say(self.camera, &text);
+            }
+            let now = self.now;
+            let (due, open) = std::mem::take(&mut self.open)
+                .into_iter()
+                .partition::<Vec<_>, _>(|(at, _)| *at <= now);
+            self.open = open;
+            for (_, task) in due {
+                let text = format!(r#""kind":"result","task":{task},"result":"PICKED""#);
+                self.say(self.robots, &text);
+            }
+            self.step();
+        }
+    }
+
+    fn status(&self) -> Status {
+        self.controller.status(false, 0)
+    }
+
+    fn source(&self, name: &str) -> SourceReport {
+        let found = self.status().sources.into_iter();
+        found.into_iter().find(|s| s.name == name).unwrap()
+    }
+
+    /// Tasks were given all the time, to where their items were.
+    fn check(&self, case: &str) {
+        let wrong: Vec<_> = self
+            .given
+            .iter()
+            .filter(|(_, off, _)| *off > 0.005)
+            .collect();
+        assert!(wrong.is_empty(), "{case}: {wrong:?}");
+        let times = self.given.windows(2).map(|pair| pair[1].0 - pair[0].0);
+        let gap = times.fold(0.0, f64::max);
+        assert!(gap < 2.0, "{case}: {gap} s without a task");
+        let last = self.now.min(self.stop) - self.given.last().unwrap().0;
+        assert!(last < 2.0, "{case}: none in the last {last} s");
+        assert!(self.refused.is_empty(), "{case}: {:?}", self.refused);
+        let status = self.status();
+        assert_eq!(status.noted.get("late_belt"), None, "{case}");
+        assert!(
+            status.picked as f64 > 0.8 * self.given.len() as f64,
+            "{case}"
+        );
+    }
+}
+
+#[test]
+fn the_line_goes_on_however_the_machines_clock_is_set() {
+    for (case, steps) in [
+        ("steady", vec![]),
+        ("back 5 s", vec![(5.0, -5.0)]),
+        ("forth 5 s", vec![(5.0, 5.0)]),
+        ("forth 100 s for 2 s", vec![(5.0, 100.0), (7.0, 0.0)]),
+        ("back 3600 s for good", vec![(5.0, -3600.0)]),
+        (
+            "back and forth by 0.2 s",
+            vec![(5.0, -0.2), (8.0, 0.2), (8.5, 0.0)],
+        ),
+    ] {
+        let mut world = World::new(Config::default());
+        world.play(20.0, &steps);
+        world.check(case);
+        let noted = world.status().noted;
+        let count = noted.get("clock_step").copied().unwrap_or(0);
+        assert_eq!(count, steps.len() as u64, "{case}");
+        assert_eq!(
+            world.remarks.len(),
+            steps.len(),
+            "{case}: {:?}",
+            world.remarks
+        );
+        let stamp = world.status().stamp;
+        assert!(
+            (stamp - world.stamp(Whose::Machine, 20.0)).abs() < 0.02,
+            "{case}"
+        );
+        assert_eq!(world.source("camera").mapped, None, "{case}");
+        let offset = world.source("belt").offset.unwrap();
+        assert!((offset - 0.002).abs() < 1e-3, "{case}: {offset}");
+    }
+}
+
+#[test]
+fn a_stop_just_after_the_clock_was_set_back_is_heard() {
+    let mut world = World::new(Config::default());
+    world.stop = 6.0;
+    world.play(12.0, &[(5.0, -5.0)]);
+    world.check("stop");
+    // Nothing is sent after the belt to where it would be if it ran.
+    assert!(world.status().noted.get("late_belt").is_none());
+}
+
+#[test]
+fn peers_with_clocks_of_their_own_are_mapped_and_keep_their_time() {
+    let steps = [(5.0, -5.0), (12.0, 3.0)];
+    for (camera, robots) in [(0.0, 0.0), (3.0, 0.5), (1000.0, 1.0)] {
+        let mut world = World::new(Config::default());
+        (world.camera, world.robots) = (Whose::Own(camera), Whose::Own(robots));
+        world.play(20.0, &steps);
+        let case = format!("{camera} {robots}");
+        // A robot's first word after a step tells whose clock that was: its answer to a task.
+        let mut heard = std::collections::BTreeSet::new();
+        let mut is_first = |at: f64, robot: &str| {
+            let step = steps.iter().filter(|(step, _)| *step <= at).count();
+            heard.insert((step, robot.to_owned()))
+        };
+        let given = world.given.iter();
+        let known = given.filter(|(at, _, robot)| !is_first(*at, robot));
+        let wrong: Vec<_> = known.filter(|(_, off, _)| *off > 0.01).collect();
+        assert!(wrong.is_empty(), "{case}: {wrong:?}");
+        assert!(
+            world.given.len() > 25 && world.given.last().unwrap().0 > 18.0,
+            "{case}"
+        );
+        assert!(world.refused.len() <= 2, "{case}: {:?}", world.refused);
+        let mapped = world.source("camera").mapped.unwrap();
+        assert!((mapped - (3.0 - camera)).abs() < 0.03, "{case}: {mapped}");
+    }
+}
+
+#[test]
+fn a_belt_that_falls_silent_stops_new_tasks_until_it_is_heard() {
+    for (belt, last) in [(None, 1.0), (Some(3.0), 3.0), (Some(0.0), f64::INFINITY)] {
+        let config = Config {
+            timeouts: Timeouts { belt, robot: None },
+            ..Config::default()
+        };
+        let mut world = World::new(config);
+        world.encoder_until = 6.0;
+        world.play(20.0, &[]);
+        let given = world.given.last().unwrap().0;
+        if last.is_infinite() {
+            assert!(given > 18.0, "{given}");
+            assert!(world.remarks.is_empty() && !world.source("belt").overdue);
+            continue;
+        }
+        assert!((6.0..=6.02 + last).contains(&given), "{belt:?}: {given}");
+        assert!(world.source("belt").overdue);
+        assert!((world.source("belt").age - 14.0).abs() < 0.02);
+        assert!(
+            world.remarks.len() == 1 && world.remarks[0].contains("--belt-timeout"),
+            "{:?}",
+            world.remarks
+        );
+        world.encoder_until = f64::INFINITY;
+        world.play(25.0, &[]);
+        assert!(world.given.last().unwrap().0 > 24.0);
+        assert!(world.remarks[1].contains("`belt` is heard again"));
+        assert!(!world.source("belt").overdue);
+    }
+}
+
+#[test]
+fn a_robot_that_falls_silent_gets_no_task_until_it_is_heard() {
+    let mut line = Line::silent(0.0);
+    let idle = |stamp: f64, name: &str| {
+        format!(r#""kind":"robot","stamp":{stamp},"name":"{name}","state":"idle""#)
+    };
+    // One that reports all the time, and one that says how it is once.
+    for i in 0..60 {
+        line.say(&idle(0.1 * f64::from(i), "r1"));
+    }
+    line.say(&idle(5.9, "r2"));
+    line.see(6.0, "a", 1.0, -0.2);
+    assert_eq!(line.task(6.0).robot, "r1");
+    line.result(6.1, 1, "PICKED");
+    line.see(8.0, "b", 1.0, -0.3);
+    line.see(8.0, "c", 2.6, 0.3);
+    let task = line.task(8.0);
+    assert_eq!((task.robot.as_str(), task.item.as_str()), ("r2", "c"));
+    let sources = line.0.status(false, 0).sources;
+    let overdue: Vec<_> = sources
+        .iter()
+        .map(|s| (s.name.as_str(), s.overdue))
+        .collect();
+    assert_eq!(overdue, [("camera", false), ("r1", true), ("r2", false)]);
+    assert!(line.0.take_remarks()[0].contains("robot `r1` has been silent for 1.9 s"));
+    line.say(&idle(9.0, "r1"));
+    let (tasks, _) = line.tick(9.0);
+    assert!(
+        tasks
+            .iter()
+            .any(|task| task.item == "b" && task.robot == "r1")
+    );
+}
+
+/// What is not overdue with ticks of one size is not with ticks of another.
+#[test]
+fn with_message_time_silence_is_told_by_the_stamps() {
+    let play = |ticks: &[f64]| {
+        let mut line = Line::silent(1.0);
+        for i in 0..=60 {
+            let stamp = 0.1 * f64::from(i);
+            line.say(&format!(r#""kind":"belt","stamp":{stamp},"speed":0.05"#));
+        }
+        line.say(r#""kind":"robot","stamp":6,"name":"r1","state":"idle""#);
+        // It reaches the robot while the belt is silent.
+        line.see(6.0, "a", 0.3, -0.2);
+        let mut said = Vec::new();
+        for tick in ticks {
+            line.say(&format!(r#""kind":"tick","stamp":{tick}"#));
+            said.append(&mut line.0.take_output());
+        }
+        said.retain(|message| !matches!(message, Outgoing::Due(_)));
+        said
+    };
+    let said = play(&[30.0]);
+    assert!(said.iter().all(|message| message.kind() == "status"));
+    assert_eq!(said, play(&[8.0, 8.1, 9.7, 20.0, 30.0]));
+}
