@@ -60,6 +60,7 @@ fn incoming() -> impl Strategy<Value = Incoming> {
                 stamp: 0.0,
                 speed: to(speed, 1e4),
                 position,
+                source: None,
             })
         }),
         (
