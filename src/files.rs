@@ -55,7 +55,18 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<()> {
             .and_then(|mut file| file.write_all(content));
         return written.map_err(|source| Error::write(path, source));
     }
-    write_by_rename(&real, content).map_err(|source| Error::write(path, source))
+    let written = write_by_rename(&real, content).map(drop);
+    written.map_err(|source| Error::write(path, source))
+}
+
+/// Writes `content` to `path`, which is a regular file or none, as [`write_whole`] does, and
+/// returns the new file, to be written on at its end. It takes one descriptor, as it did
+/// before there was a new file.
+///
+/// # Errors
+/// What the system says; the path holds what it held before then.
+pub fn replace_and_go_on(path: &Path, content: &[u8]) -> std::io::Result<std::fs::File> {
+    write_by_rename(&followed(path), content)
 }
 
 /// Links in a chain of them that are followed before it is taken for a ring.
@@ -76,14 +87,15 @@ fn followed(path: &Path) -> PathBuf {
     real
 }
 
-fn write_by_rename(path: &Path, content: &[u8]) -> std::io::Result<()> {
+fn write_by_rename(path: &Path, content: &[u8]) -> std::io::Result<std::fs::File> {
     let temporary = temporary(path);
     let written = std::fs::File::create(&temporary)
         .and_then(|mut file| {
             file.write_all(content)?;
-            file.sync_all()
+            file.sync_all()?;
+            Ok(file)
         })
-        .and_then(|()| std::fs::rename(&temporary, path));
+        .and_then(|file| std::fs::rename(&temporary, path).map(|()| file));
     written.inspect_err(|_| {
         // The first error is the one to report; a leftover may not even exist.
         let _ = std::fs::remove_file(&temporary);

@@ -70,7 +70,8 @@ fn stamps(stream: TcpStream) -> Vec<f64> {
 #[test]
 fn who_does_not_read_stalls_nobody_and_the_newest_wins() {
     let station = built_in("paper").unwrap().station(Some(2)).unwrap();
-    let dashboard = Dashboard::open("127.0.0.1:0", &station, "paper", "FIFO").unwrap();
+    let access = pickline::live::transport::Access::default();
+    let dashboard = Dashboard::open("127.0.0.1:0", &station, "paper", "FIFO", access).unwrap();
     assert!(!dashboard.is_watched());
     let (stalled, slow) = (watch(&dashboard), watch(&dashboard));
     let limit = Instant::now() + Duration::from_secs(60);
@@ -104,7 +105,8 @@ fn get(address: SocketAddr, path: &str) -> String {
 #[test]
 fn metrics_are_of_now_or_not_at_all() {
     let station = built_in("paper").unwrap().station(Some(2)).unwrap();
-    let dashboard = Dashboard::open("127.0.0.1:0", &station, "paper", "a\"b").unwrap();
+    let access = pickline::live::transport::Access::default();
+    let dashboard = Dashboard::open("127.0.0.1:0", &station, "paper", "a\"b", access).unwrap();
     let address = dashboard.address();
     dashboard.show(view(1.0, 1));
     // The line stands still: what it showed once is no answer.
@@ -133,7 +135,7 @@ fn metrics_are_of_now_or_not_at_all() {
 #[test]
 fn a_page_for_everybody_is_warned_of() {
     for (address, warned) in [("127.0.0.1:0", false), ("0.0.0.0:0", true)] {
-        let output = common::pickline(&["run", "--dashboard", address]);
+        let output = common::pickline(&["run", "--insecure", "--dashboard", address]);
         assert!(output.status.success());
         let remarks = String::from_utf8(output.stderr).unwrap();
         assert!(remarks.contains("dashboard at http://"), "{remarks}");

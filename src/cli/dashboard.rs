@@ -40,10 +40,13 @@ mod served {
         pub fn open(args: &RunArgs, station: &Station, strategy: &str) -> Result<Self> {
             let open = |address: &String| -> Result<Dashboard> {
                 let named = &args.station.title();
-                let dashboard = Dashboard::open(address, station, named, strategy)?;
+                let access = args.transport.access.listening()?;
+                let (scheme, is_closed) = (access.scheme(), access.is_closed());
+                let dashboard = Dashboard::open(address, station, named, strategy, access)?;
                 let at = dashboard.address();
-                args.transport.remark(&format!("dashboard at http://{at}/"));
-                if !at.ip().is_loopback() {
+                args.transport
+                    .remark(&format!("dashboard at {scheme}://{at}/"));
+                if !at.ip().is_loopback() && !is_closed {
                     let remark = "anybody who reaches this address can watch the line";
                     args.transport.warn(remark);
                 }

@@ -8,7 +8,7 @@ use crate::error::{Error, Result, shown};
 use crate::live::ClockKind;
 use crate::live::emulator::{Emulator, Trouble};
 use crate::live::layout;
-use crate::live::protocol::{Incoming, Outgoing, Status, decode_outgoing};
+use crate::live::protocol::{Incoming, Outgoing, Status, decode_answer, decode_outgoing};
 use crate::live::transport::{Heard, Hub, Side};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -27,14 +27,17 @@ pub fn run(args: &EmulateArgs, session: &Session) -> Result<()> {
     args.station.check_pattern(named, &pattern)?;
     let trouble = args.trouble.resolve()?;
     let items = pattern.len();
+    let transport = &args.transport;
+    transport.access.check(Side::Station, transport, None)?;
     let emulator = Emulator::new(station, pattern, trouble)?;
     args.transport.remark(&format!(
         "playing {name} on station {}",
         args.station.station
     ));
+    let hub = args.transport.open(Side::Station, emulator.station())?;
     let mut play = Play {
         emulator,
-        hub: args.transport.open(Side::Station)?,
+        hub,
         transport: &args.transport,
         answers: true,
         deserted: false,
@@ -201,7 +204,7 @@ impl Play<'_> {
         match heard {
             Heard::Line(_, line) => {
                 let Ok(message) = decode_outgoing(&line) else {
-                    self.unread += 1;
+                    self.hear_answer(&line)?;
                     return Ok(None);
                 };
                 match &message {
@@ -216,11 +219,15 @@ impl Play<'_> {
                 return Ok(Some(message));
             }
             Heard::Refused(..) => self.unread += 1,
-            Heard::Joined(stream) => {
-                // One that has gone already is noticed when it is read.
-                let _ = self.hub.join(stream);
-                self.answers = true;
+            Heard::Joined(connection) => {
+                self.answers |= self.hub.join(connection).is_some();
             }
+            Heard::Foreign(number, start) => {
+                let text = self.hub.foreign(number, &start);
+                self.transport.warn(&text);
+            }
+            // Only a node disconnects whoever does not keep up.
+            Heard::Stalled(_) => {}
             Heard::Up(_) => self.answers = true,
             // By the clock the station goes on, and tells when somebody is there again.
             Heard::Down(_) if self.transport.clock() == ClockKind::System => {}
@@ -237,6 +244,21 @@ impl Play<'_> {
             Heard::Failed(error) => return Err(error),
         }
         Ok(None)
+    }
+
+    /// Takes in the node's answer to the hello, if it is one.
+    fn hear_answer(&mut self, line: &[u8]) -> Result<()> {
+        match decode_answer(line) {
+            Some(answer) if answer.accepted => {}
+            Some(answer) => {
+                let reason = answer.reason.unwrap_or_default();
+                let cure = "give the node's --token and --station here too";
+                let problem = format!("the node refuses this station: {}", shown(&reason));
+                return Err(Error::input("--connect", problem, cure));
+            }
+            None => self.unread += 1,
+        }
+        Ok(())
     }
 
     /// The node's last status comes after the stream to it has ended, or where the node

@@ -3,8 +3,10 @@
 use super::args::{ClockArg, LogFormatArg, TransportArgs};
 use super::log::{Level, Log, Style, kind_of};
 use crate::error::{Error, Result, shown_number};
-use crate::live::transport::{Hub, Place, Side};
+use crate::live::protocol::{Hello, Role};
+use crate::live::transport::{Access, Hub, Place, Side, Terms};
 use crate::live::{ClockKind, Reading, SteadyClock};
+use crate::station::Station;
 #[cfg(feature = "ros2")]
 use std::net::IpAddr;
 use std::net::{SocketAddr, ToSocketAddrs as _};
@@ -29,15 +31,38 @@ impl TransportArgs {
         }
     }
 
-    /// Opens the place where `side` talks, and says where it is.
+    /// Opens the place where `side` talks, for the line of `station`, and says where it is.
     ///
     /// # Errors
     /// As for [`Hub::open`].
-    pub fn open(&self, side: Side) -> Result<Hub> {
-        let hub = Hub::open(&self.place(side)?)?;
+    pub fn open(&self, side: Side, station: &Station) -> Result<Hub> {
+        let place = self.place(side)?;
+        let access = match place {
+            Place::Listen(_) => self.access.listening()?,
+            Place::Connect(_) => self.access.connecting()?,
+            _ => Access::default(),
+        };
+        let robots: Vec<String> = station.robots().iter().map(|r| r.name.clone()).collect();
+        let hello = (side == Side::Station).then(|| Hello {
+            stamp: None,
+            name: "emulate".into(),
+            role: Role::Robot,
+            robots: robots.clone(),
+            token: access.token.as_ref().map(|token| token.text().to_owned()),
+        });
+        let is_closed = access.is_closed();
+        let terms = Terms {
+            side,
+            waits: self.clock() == ClockKind::Messages,
+            robots,
+            access,
+            most_peers: self.access.max_peers.into(),
+            hello,
+        };
+        let hub = Hub::open(&place, terms)?;
         if let Some(address) = hub.address() {
             self.remark(&format!("listening at {address}"));
-            if !address.ip().is_loopback() {
+            if !address.ip().is_loopback() && !is_closed {
                 self.warn("anybody who reaches this address can command the line");
             }
         }

@@ -1,5 +1,6 @@
 //! The command line: arguments, resolved settings, one file per verb.
 
+mod access;
 mod args;
 mod bound;
 mod compare;

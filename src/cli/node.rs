@@ -8,9 +8,9 @@ use super::log::Level;
 use super::notify::Notify;
 use crate::error::Result;
 use crate::live::layout;
-use crate::live::protocol::{Incoming, Outgoing, Rejected, decode};
+use crate::live::protocol::{Hello, Incoming, Outgoing, Rejected, Rejection, Said, decode_said};
 use crate::live::recording::{Event, whole_microseconds};
-use crate::live::transport::{Heard, Hub, Origin};
+use crate::live::transport::{Greeted, Heard, Hub, Origin};
 use crate::live::{ClockKind, Controller, Reading, Taken};
 use crate::plausible::Warning;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -91,7 +91,9 @@ impl Node<'_> {
                 patience = Duration::ZERO;
                 match heard {
                     Heard::Left(0) => return Ok(()),
-                    Heard::Left(number) => self.hub.leave(number),
+                    Heard::Left(number) => {
+                        self.hub.leave(number);
+                    }
                     // What is to be said waits until somebody is there again.
                     Heard::Down(_) => {}
                     // Whoever has ended waits for a last word.
@@ -106,12 +108,21 @@ impl Node<'_> {
     /// With the system clock: reads the time, does what is due, and returns it.
     fn step(&mut self) -> f64 {
         let Reading { stamp, ahead } = self.clock.read();
-        let held = self.hub.is_stalled();
+        let mut held_robots = self.hub.held();
         self.ahead = ahead;
         self.controller.set_clock_ahead(ahead);
-        self.controller.hold(held);
+        self.controller.hold(&held_robots);
         self.controller.advance(stamp);
-        self.kept.happened(&Event::Step { stamp, held, ahead });
+        let held = held_robots.len() == self.controller.station().robots().len();
+        if held {
+            held_robots.clear();
+        }
+        self.kept.happened(&Event::Step {
+            stamp,
+            held,
+            held_robots,
+            ahead,
+        });
         stamp
     }
 
@@ -124,6 +135,11 @@ impl Node<'_> {
                 None => {
                     self.kept.rest(&mut self.controller)?;
                     continue;
+                }
+                // One that had to go was none of the line's.
+                Some(Heard::Left(number)) if !self.hub.has_a_say(number) => {
+                    self.hub.leave(number);
+                    self.talking = self.talking.saturating_sub(1);
                 }
                 Some(heard @ (Heard::Left(_) | Heard::Down(_) | Heard::Ended(_))) => {
                     if matches!(heard, Heard::Down(_)) {
@@ -143,6 +159,7 @@ impl Node<'_> {
             while self.hub.is_half_full() && self.hub.peers() > 0 && !stop.load(Ordering::Relaxed) {
                 self.notify.alive();
                 thread::sleep(BREATH);
+                self.hub.tend();
             }
             self.speak()?;
         }
@@ -151,15 +168,30 @@ impl Node<'_> {
 
     fn heed(&mut self, heard: Heard) -> Result<()> {
         match heard {
-            Heard::Line(origin, line) => match decode(&line) {
-                Ok(message) => self.take(origin, message),
+            // What a peer says that is being disconnected is of no account.
+            Heard::Line(origin, _) | Heard::Refused(origin, _) if !self.hub.counts(&origin) => {}
+            Heard::Line(origin, line) => match decode_said(&line) {
+                Ok(Said::Message(message)) => self.take(origin, message),
+                Ok(Said::Hello(hello)) => self.greet(&origin, hello),
                 Err(rejected) => self.refuse(&origin, &rejected),
             },
             Heard::Refused(origin, rejected) => self.refuse(&origin, &rejected),
-            Heard::Joined(stream) => match self.hub.join(stream) {
-                Ok(()) => self.welcome(),
-                Err(error) => self.transport.remark(&format!("a peer is gone: {error}")),
-            },
+            Heard::Joined(connection) => {
+                if let Some(number) = self.hub.join(connection) {
+                    self.talking += 1;
+                    self.tell_open(number)?;
+                }
+            }
+            Heard::Foreign(number, start) => {
+                let text = self.hub.foreign(number, &start);
+                self.count(Rejection::Syntax);
+                self.transport.warn(&text);
+            }
+            Heard::Stalled(number) => {
+                if let Some(text) = self.hub.stalled(number) {
+                    self.transport.warn(&text);
+                }
+            }
             Heard::Up(_) => self.welcome(),
             Heard::Remark(text) => self.transport.remark(&text),
             Heard::Failed(error) => return Err(error),
@@ -168,8 +200,15 @@ impl Node<'_> {
         Ok(())
     }
 
-    /// Has the controller take a message.
-    fn take(&mut self, origin: Origin, message: Incoming) {
+    /// Has the controller take a message, if its sender may say it.
+    fn take(&mut self, origin: Origin, mut message: Incoming) {
+        let robot = self.controller.robot_of(&message);
+        match self.hub.admit(&origin, &message, robot) {
+            Ok(true) => self.speak_for(robot),
+            Ok(false) => {}
+            Err(rejected) => return self.refuse(&origin, &rejected),
+        }
+        message.name_source(self.hub.name(&origin));
         let Reading { stamp, ahead } = self.clock.read();
         let received = whole_microseconds(stamp);
         let taken = match self.transport.clock() {
@@ -195,6 +234,50 @@ impl Node<'_> {
             Ok(Taken::Held) => self.held_back = Some(origin),
             Err(rejected) => self.tell(&origin, &rejected),
         }
+    }
+
+    /// A peer says who it is.
+    fn greet(&mut self, origin: &Origin, hello: Hello) {
+        let Some(number) = Hub::connection(origin) else {
+            let problem = "`hello` is said over TCP or stdin; a broker or a ROS graph has \
+                           permissions of its own";
+            let rejected = Rejected::new(Rejection::NotAllowed, problem);
+            return self.refuse(origin, &rejected);
+        };
+        match self.hub.greet(number, hello) {
+            Greeted::Accepted(robots) => {
+                for robot in robots {
+                    self.speak_for(Some(robot));
+                }
+            }
+            Greeted::Refused(reason) => {
+                self.count(Rejection::NotAllowed);
+                let text = format!("{origin}: the hello was refused: {reason}");
+                self.transport.warn(&text);
+            }
+        }
+    }
+
+    /// Somebody speaks for a robot from now on: its open tasks may not have reached it.
+    fn speak_for(&mut self, robot: Option<usize>) {
+        if let Some(robot) = robot {
+            self.controller.send_again_to(robot);
+            self.kept.happened(&Event::Spoken { robot });
+        }
+    }
+
+    /// Tells somebody who has just come, and nobody else, of open tasks as they stand.
+    fn tell_open(&mut self, number: u64) -> Result<()> {
+        self.speak()?;
+        self.controller.tell_open();
+        self.kept.happened(&Event::Welcomed {});
+        let output = self.controller.take_output();
+        self.kept.keep(&mut self.controller, !output.is_empty())?;
+        for message in output {
+            self.kept.said(&message);
+            self.hub.send_to(number, message);
+        }
+        Ok(())
     }
 
     /// Tells of a message that was held back and was refused in the end.
@@ -228,12 +311,20 @@ impl Node<'_> {
         self.kept.happened(&Event::Joined {});
     }
 
-    /// A line that is no message is counted.
+    /// A line that is no message, or not its sender's to say, is counted. Whoever sends too
+    /// many has to go.
     fn refuse(&mut self, origin: &Origin, rejected: &Rejected) {
-        self.controller.count_rejected(rejected.reason);
-        let reason = rejected.reason.name().to_owned();
-        self.kept.happened(&Event::Refused { reason });
+        self.count(rejected.reason);
         self.tell(origin, rejected);
+        if let Some(text) = self.hub.refuse(origin, rejected) {
+            self.transport.warn(&text);
+        }
+    }
+
+    fn count(&mut self, rejection: Rejection) {
+        self.controller.count_rejected(rejection);
+        let reason = rejection.name().to_owned();
+        self.kept.happened(&Event::Refused { reason });
     }
 
     fn report(&mut self, last: bool, queued: u64) {
@@ -263,10 +354,9 @@ impl Node<'_> {
                 }
                 _ => true,
             };
-            for number in self.hub.try_send(message, matters) {
-                self.hub.leave(number);
-                self.transport
-                    .warn("a peer did not keep up and was disconnected");
+            for title in self.hub.try_send(message, matters) {
+                let text = format!("{title} did not keep up and was disconnected");
+                self.transport.warn(&text);
             }
         }
         Ok(())

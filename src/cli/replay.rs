@@ -129,14 +129,27 @@ impl Replay {
 
     fn happen(&mut self, event: &Event) {
         match event {
-            Event::Step { stamp, held, ahead } => {
+            Event::Step {
+                stamp,
+                held,
+                held_robots,
+                ahead,
+            } => {
                 if self.clock == ClockKind::System {
+                    let all: Vec<usize> = (0..self.robots()).collect();
                     self.controller.set_clock_ahead(*ahead);
-                    self.controller.hold(*held);
+                    self.controller.hold(if *held { &all } else { held_robots });
                     self.controller.advance(*stamp);
                 }
             }
             Event::Joined {} => self.controller.send_again(),
+            Event::Welcomed {} => self.controller.tell_open(),
+            Event::Spoken { robot } => {
+                // Of a recording that somebody has changed.
+                if *robot < self.robots() {
+                    self.controller.send_again_to(*robot);
+                }
+            }
             Event::Refused { reason } => {
                 if let Some(reason) = Rejection::named(reason) {
                     self.controller.count_rejected(reason);
@@ -146,6 +159,10 @@ impl Replay {
             Event::Finished {} => self.controller.finish(),
             Event::Stopped {} => self.controller.stop(),
         }
+    }
+
+    fn robots(&self) -> usize {
+        self.controller.station().robots().len()
     }
 
     /// Takes what the controller says, and compares it with what was recorded.

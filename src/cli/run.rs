@@ -60,6 +60,9 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
         ("--budget-ms", &DECISION_TIME, args.budget_ms),
     ])?;
     check_addresses(args)?;
+    let dashboard = args.dashboard.as_deref();
+    let access = &args.transport.access;
+    access.check(Side::Node, &args.transport, dashboard)?;
     kept::check(args)?;
     let allowance = allowance(args.budget_ms, args.transport.clock())?;
     let remark = |text: &str| args.transport.remark(text);
@@ -95,7 +98,7 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
     let screen = Screen::open(args, &station, &made.name())?;
     let began = Instant::now();
     let (controller, kept) = Kept::open(args, session, station, (&text, made), config)?;
-    let hub = match args.transport.open(Side::Node) {
+    let hub = match args.transport.open(Side::Node, controller.station()) {
         Ok(hub) => hub,
         Err(error) => {
             kept.discard();

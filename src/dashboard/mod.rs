@@ -8,7 +8,7 @@ mod server;
 
 use crate::error::{Error, Result};
 use crate::live::View;
-use crate::live::transport::listen_at;
+use crate::live::transport::{Access, listen_at};
 use crate::report::dashboard_line;
 use crate::station::Station;
 use hyper::body::Bytes;
@@ -36,11 +36,17 @@ pub struct Dashboard {
 
 impl Dashboard {
     /// Opens it at `address`, for a line on `station` (as the user named it) under the
-    /// strategy of this name.
+    /// strategy of this name, for whoever shows what `access` asks for.
     ///
     /// # Errors
     /// An address that is none, or cannot be listened at.
-    pub fn open(address: &str, station: &Station, named: &str, strategy: &str) -> Result<Self> {
+    pub fn open(
+        address: &str,
+        station: &Station,
+        named: &str,
+        strategy: &str,
+        access: Access,
+    ) -> Result<Self> {
         let listener = listen_at("--dashboard", address)?;
         let wrong = |error: std::io::Error| {
             Error::input(
@@ -67,7 +73,7 @@ impl Dashboard {
         };
         let (done, ended) = sync_channel(1);
         thread::spawn(move || {
-            runtime.block_on(server::serve(listener, line, scraped, seen, texts));
+            runtime.block_on(server::serve(listener, access, line, scraped, seen, texts));
             let _ = done.send(());
         });
         Ok(Self {

@@ -8,7 +8,11 @@
 //! | `/metrics` | the figures of the next view, for Prometheus |
 
 use crate::live::View;
+use crate::live::transport::tls::{Stream, Tls};
+use crate::live::transport::{Access, Token, is_short_of_descriptors};
 use crate::report::{DASHBOARD_PAGE, dashboard_script, dashboard_style, metrics};
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD;
 use http_body_util::combinators::BoxBody;
 use http_body_util::{BodyExt, Full, StreamBody};
 use hyper::body::{Bytes, Frame, Incoming};
@@ -67,11 +71,14 @@ struct Site {
     texts: Weak<Texts>,
     /// Whether only this machine can connect.
     is_local: bool,
+    /// What a browser has to show.
+    token: Option<Token>,
 }
 
 /// Serves until no view comes any more and everybody has the last one.
 pub async fn serve(
     listener: TcpListener,
+    access: Access,
     line: String,
     scraped: Scraped,
     views: watch::Receiver<Option<Arc<View>>>,
@@ -90,9 +97,15 @@ pub async fn serve(
         style: Bytes::from(dashboard_style()),
         texts: Arc::downgrade(&texts),
         is_local,
+        token: access.token,
     });
     let connections = Arc::new(Semaphore::new(MOST_CONNECTIONS as usize));
-    let accepting = tokio::spawn(accept_all(listener, site, Arc::clone(&connections)));
+    let accepting = tokio::spawn(accept_all(
+        listener,
+        access.tls,
+        site,
+        Arc::clone(&connections),
+    ));
     write_texts(views, &texts).await;
     accepting.abort();
     // Streams end when they have sent what is newest and nobody can send more.
@@ -119,6 +132,7 @@ fn event(name: &str, json: &str) -> Bytes {
 
 async fn accept_all(
     listener: tokio::net::TcpListener,
+    tls: Option<Tls>,
     site: Arc<Site>,
     connections: Arc<Semaphore>,
 ) {
@@ -131,8 +145,22 @@ async fn accept_all(
             tokio::time::sleep(PAUSE).await;
             continue;
         };
-        let site = Arc::clone(&site);
+        if is_short_of_descriptors(&stream) {
+            // The journal needs some.
+            drop(stream);
+            tokio::time::sleep(PAUSE).await;
+            continue;
+        }
+        let (site, tls) = (Arc::clone(&site), tls.clone());
         tokio::spawn(async move {
+            let stream: Stream = match tls {
+                None => Box::new(stream),
+                Some(tls) => match tokio::time::timeout(REQUEST_TIME, tls.accept(stream)).await {
+                    Ok(Ok(stream)) => stream,
+                    // A browser without a certificate that is trusted hears of it by TLS.
+                    Ok(Err(_)) | Err(_) => return,
+                },
+            };
             let answer = service_fn(|request| {
                 let site = Arc::clone(&site);
                 async move { Ok::<_, Infallible>(site.answer(&request).await) }
@@ -162,6 +190,18 @@ impl Site {
         if self.is_local && !host.is_some_and(names_this_machine) {
             // Another site's name that has been made to mean this machine.
             return words(StatusCode::FORBIDDEN, "ask for this page by its address\n");
+        }
+        if let Some(token) = &self.token
+            && !shows(request.headers().get(header::AUTHORIZATION), token)
+        {
+            let mut response = words(
+                StatusCode::UNAUTHORIZED,
+                "the password is the token of `pickline run --token`\n",
+            );
+            let asks = HeaderValue::from_static("Basic realm=\"pickline\", charset=\"UTF-8\"");
+            let headers = response.headers_mut();
+            headers.insert(header::WWW_AUTHENTICATE, asks);
+            return response;
         }
         match request.uri().path() {
             "/" => whole(
@@ -218,6 +258,30 @@ impl Site {
     }
 }
 
+/// Whether a request shows the token: as a bearer token (RFC 6750), or as the password of
+/// any user (RFC 7617), which browsers ask for.
+fn shows(authorization: Option<&HeaderValue>, token: &Token) -> bool {
+    let Some((scheme, given)) = authorization
+        .and_then(|value| value.to_str().ok())
+        .and_then(|value| value.split_once(' '))
+    else {
+        return false;
+    };
+    let given = given.trim();
+    if scheme.eq_ignore_ascii_case("bearer") {
+        return token.is(given);
+    }
+    let Some(text) = BASE64_STANDARD
+        .decode(given)
+        .ok()
+        .and_then(|bytes| String::from_utf8(bytes).ok())
+    else {
+        return false;
+    };
+    let password = text.split_once(':').map(|(_, password)| password);
+    scheme.eq_ignore_ascii_case("basic") && password.is_some_and(|given| token.is(given))
+}
+
 /// Whether a `Host` is an address or `localhost`: what a page of another site cannot be
 /// under.
 fn names_this_machine(host: &HeaderValue) -> bool {
@@ -261,6 +325,30 @@ fn response(status: StatusCode, kind: &'static str, body: Body) -> Response<Body
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_token_is_taken_as_a_bearer_or_as_a_password() {
+        let token = Token::new("0123456789abcdef");
+        let shown = |text: &str| shows(HeaderValue::from_str(text).ok().as_ref(), &token);
+        let basic = |text: &str| format!("Basic {}", BASE64_STANDARD.encode(text));
+        assert!(shown("Bearer 0123456789abcdef"));
+        assert!(shown("bearer  0123456789abcdef"));
+        assert!(shown(&basic("anybody:0123456789abcdef")));
+        assert!(shown(&basic(":0123456789abcdef")));
+        for wrong in [
+            "",
+            "0123456789abcdef",
+            "Bearer 0123456789abcdeg",
+            "Bearer ",
+            "Digest 0123456789abcdef",
+            "Basic 0123456789abcdef",
+            &basic("0123456789abcdef"),
+            &basic("0123456789abcdef:"),
+        ] {
+            assert!(!shown(wrong), "{wrong}");
+        }
+        assert!(!shows(None, &token));
+    }
 
     #[test]
     fn hosts_of_other_sites_are_told_apart() {

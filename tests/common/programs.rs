@@ -82,6 +82,10 @@ impl Program {
         Self::start(command.envs(environment.iter().copied()))
     }
 
+    pub fn id(&self) -> u32 {
+        self.child.id()
+    }
+
     pub fn is_running(&mut self) -> bool {
         matches!(self.child.try_wait(), Ok(None))
     }

@@ -42,6 +42,8 @@ pub struct TransportArgs {
     /// Talk to the program that listens at this address instead of stdin and stdout
     #[arg(long, value_name = "HOST:PORT")]
     pub connect: Option<String>,
+    #[command(flatten)]
+    pub access: super::AccessArgs,
     #[cfg(feature = "mqtt")]
     #[command(flatten)]
     pub mqtt: super::MqttArgs,
@@ -72,6 +74,7 @@ Examples:
   pickline run --listen 127.0.0.1:7400 --journal line.journal --record monday.mcap
   pickline run --replay monday.mcap --strategy lookahead > other-tasks.jsonl
   pickline run --listen 127.0.0.1:7400 --dashboard 127.0.0.1:8090
+  pickline run --listen 0.0.0.0:7400 --token line.token
   pickline run --schema > protocol.schema.json")]
 pub struct RunArgs {
     #[command(flatten)]

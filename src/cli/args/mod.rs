@@ -1,5 +1,6 @@
 //! The arguments as they are typed. Nothing below the command line ever sees clap.
 
+mod access;
 mod bound;
 mod conditions;
 mod experiment;
@@ -17,6 +18,7 @@ mod station;
 #[cfg(feature = "onnx")]
 mod train;
 
+pub use access::AccessArgs;
 pub use bound::{BoundArgs, ObjectiveArg};
 pub use conditions::ConditionArgs;
 pub use experiment::{CompareArgs, SweepArgs, TrainingArgs};

@@ -9,7 +9,7 @@ impl Controller {
     /// The next decision: when [s], and whose; ties to the robot listed first.
     pub(super) fn next_decision(&mut self) -> Option<(f64, usize)> {
         let waits = self.world.awaits_belt() || self.world.planning().is_none();
-        if self.held || self.stopping || waits {
+        if self.stopping || waits {
             return None;
         }
         let now = self.stamps.now();
@@ -17,6 +17,7 @@ impl Controller {
         let belt_until = self.sources.belt_until();
         for (index, robot) in self.fleet.iter() {
             if robot.is_ready()
+                && !self.is_held(index)
                 && robot.free_at.is_finite()
                 && let Some(time) = self
                     .world
@@ -38,6 +39,9 @@ impl Controller {
         let decider = &mut self.decider;
         self.world.offer(robot, time, &mut decider.candidates);
         self.fleet.free_at(&mut decider.free_at);
+        for robot in &self.held {
+            decider.free_at[*robot] = f64::INFINITY;
+        }
         decider.view.clear();
         if decider.needs_view() {
             let from = self.config.view_from;

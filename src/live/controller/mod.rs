@@ -9,6 +9,7 @@ mod due;
 mod figures;
 mod hearing;
 mod identity;
+mod peers;
 mod pictures;
 mod plans;
 mod recovery;
@@ -116,7 +117,8 @@ pub struct Controller {
     output: Vec<Outgoing>,
     /// What is strange about the line, until somebody asks.
     remarks: Vec<String>,
-    held: bool,
+    /// Robots that get no task for now.
+    held: Vec<usize>,
     stopping: bool,
     /// What was last told of the state; none while nobody asks for its changes.
     told: Option<Told>,
@@ -150,7 +152,7 @@ impl Controller {
             picture: Picture::default(),
             output: Vec::new(),
             remarks: Vec::new(),
-            held: false,
+            held: Vec::new(),
             stopping: false,
             told: None,
         }
@@ -170,12 +172,6 @@ impl Controller {
     /// What is to be sent, in order.
     pub fn take_output(&mut self) -> Vec<Outgoing> {
         std::mem::take(&mut self.output)
-    }
-
-    /// While held, no task is given and none is sent again: whoever sends cannot keep up,
-    /// or there is nobody to send to.
-    pub fn hold(&mut self, held: bool) {
-        self.held = held;
     }
 
     /// From now on no task is given, and no message comes.

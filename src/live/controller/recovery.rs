@@ -7,7 +7,6 @@ use crate::live::belt::Plan;
 use crate::live::claims::Claim;
 use crate::live::clock::Clock;
 use crate::live::items::Items;
-use crate::live::lifecycle::Stage;
 use crate::live::robots::Fleet;
 use crate::live::stamps::Stamps;
 use crate::live::state::{Change, Counters, State};
@@ -169,34 +168,6 @@ impl Controller {
             next_task: self.tasks.next(),
             numbers: self.world.items().numbers(),
             tally: self.tally.clone(),
-        }
-    }
-
-    /// Tells of all open tasks again: the peer is another one, or was away. Those that are
-    /// not acknowledged are sent as things are now, the others as they stand, so that the
-    /// answers and changes that were lost on the way come again.
-    pub fn send_again(&mut self) {
-        self.be_patient();
-        let now = self.stamps.now();
-        for task in self.tasks.numbers() {
-            let Some(mut claim) = self.tasks.take(task) else {
-                continue;
-            };
-            match claim.stage {
-                Stage::Sent => claim.deadline = claim.deadline.min(now),
-                Stage::Acknowledged => self.send(&claim),
-                Stage::Cancelling | Stage::Recalled => self.cancel(&mut claim),
-            }
-            self.tasks.put(claim);
-        }
-    }
-
-    /// Waits for the results of all open tasks from now on: none could come before.
-    pub(super) fn be_patient(&mut self) {
-        let until = self.stamps.now() + self.config.result_timeout;
-        let answered = self.tasks.iter_mut().filter(|c| c.stage != Stage::Sent);
-        for claim in answered {
-            claim.deadline = claim.deadline.max(until);
         }
     }
 }

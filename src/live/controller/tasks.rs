@@ -60,8 +60,13 @@ impl Controller {
     pub(super) fn cancel(&mut self, claim: &mut Claim) {
         let now = self.stamps.now();
         claim.note_cancel(now, self.config.ack_timeout);
+        self.say_cancel(claim);
+    }
+
+    /// Says that a task is cancelled.
+    pub(super) fn say_cancel(&mut self, claim: &Claim) {
         self.output.push(Outgoing::Cancel(Cancel {
-            stamp: self.stamp_for(claim.robot, now),
+            stamp: self.stamp_for(claim.robot, self.stamps.now()),
             task: claim.task,
             robot: self.station().robots()[claim.robot].name.clone(),
             reason: claim
@@ -78,7 +83,7 @@ impl Controller {
             // Where the items are is not known; see `Controller::restore`.
             return None;
         }
-        self.tasks.next_deadline(|_| self.held)
+        self.tasks.next_deadline(|robot| self.is_held(robot))
     }
 
     /// The time of a task has come at which something has to be done about it.

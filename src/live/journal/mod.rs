@@ -126,7 +126,8 @@ impl Found {
     /// # Errors
     /// A file that cannot be written; what it held before stays then.
     pub fn begin(self, whole: &Change, sync: bool) -> Result<Journal> {
-        let (file, size) = write_anew(&self.path, &self.header, whole)?;
+        let written = write_anew(&self.path, &self.header, whole);
+        let (file, size) = written.map_err(|error| Error::write(&self.path, error))?;
         Ok(Journal {
             path: self.path,
             _lock: self.lock.keep(),
@@ -162,26 +163,38 @@ impl Journal {
         Ok(self.size > self.most)
     }
 
-    /// Replaces all records by the state as it is.
+    /// Replaces all records by the state as it is. Where the process may open no further
+    /// file the records stay, and it is tried again once they have grown.
     ///
     /// # Errors
     /// A file that cannot be written.
     pub fn compact(&mut self, whole: &Change) -> Result<()> {
-        let (file, size) = write_anew(&self.path, &self.header, whole)?;
-        (self.file, self.size, self.records) = (file, size, 1);
-        self.most = SLACK + FACTOR * size;
-        Ok(())
+        match write_anew(&self.path, &self.header, whole) {
+            Ok((file, size)) => {
+                (self.file, self.size, self.records) = (file, size, 1);
+                self.most = SLACK + FACTOR * size;
+                Ok(())
+            }
+            Err(error) if is_out_of_descriptors(&error) => {
+                self.most = self.size + SLACK;
+                Ok(())
+            }
+            Err(error) => Err(Error::write(&self.path, error)),
+        }
     }
+}
+
+/// Whether this process, or all together, may open no further file (EMFILE, ENFILE).
+fn is_out_of_descriptors(error: &std::io::Error) -> bool {
+    cfg!(unix) && matches!(error.raw_os_error(), Some(23 | 24))
 }
 
 /// Writes a journal of one state, whole or not at all; returns it open at its end, and its
 /// size [bytes].
-fn write_anew(path: &Path, header: &Header, whole: &Change) -> Result<(File, u64)> {
+fn write_anew(path: &Path, header: &Header, whole: &Change) -> std::io::Result<(File, u64)> {
     let text = record::line(header) + &record::line(&record::numbered(1, whole));
-    files::write_whole(path, text.as_bytes())?;
+    let file = files::replace_and_go_on(path, text.as_bytes())?;
     // The name too has to be on the disk before what follows counts.
     files::sync_folder(path);
-    let file = File::options().append(true).open(path);
-    let file = file.map_err(|error| Error::write(path, error))?;
     Ok((file, text.len() as u64))
 }

@@ -2,6 +2,7 @@
 
 use super::decode::{Rejected, Rejection};
 use super::incoming::{Detection, Incoming};
+use super::session::{Hello, Role};
 use crate::error::shown_number;
 use crate::names::check_name;
 use crate::plausible::{
@@ -58,6 +59,28 @@ pub(super) fn check(message: &Incoming) -> Result<(), Rejected> {
             .available_at
             .map_or(Ok(()), |t| stamp("available_at", t)),
         Incoming::Ack(_) | Incoming::Tick { .. } => Ok(()),
+    }
+}
+
+/// Checks the values of a hello.
+pub(super) fn check_hello(hello: &Hello) -> Result<(), Rejected> {
+    hello.stamp.map_or(Ok(()), |time| stamp("stamp", time))?;
+    text("name", &hello.name)?;
+    for robot in &hello.robots {
+        text("robots", robot)?;
+    }
+    match (hello.role, hello.robots.is_empty()) {
+        (Role::Robot, true) => Err(wrong(
+            "robots",
+            "is empty",
+            "the names of the robots that a peer of role `robot` speaks for",
+        )),
+        (Role::Camera | Role::Encoder | Role::Observer, false) => Err(wrong(
+            "robots",
+            &format!("is given by a peer of role `{}`", hello.role.name()),
+            "robots only of a peer of role `robot`",
+        )),
+        _ => Ok(()),
     }
 }
 

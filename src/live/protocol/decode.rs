@@ -1,14 +1,15 @@
 //! From a line to a message, or to one clear line about what was wrong with it.
 
 use super::VERSION;
-use super::check::check;
+use super::check::{check, check_hello};
 use super::fields::Fields;
 use super::incoming::Incoming;
 use super::outgoing::Outgoing;
+use super::session::{Answer, Hello};
 use crate::error::{known_names, shown};
 use crate::names::LONGEST_NAME;
 use serde::de::DeserializeOwned;
-use serde_json::Value;
+use serde_json::{Map, Value};
 
 /// Longer lines are refused unread [bytes].
 pub const LONGEST_LINE: usize = 64 * 1024;
@@ -42,10 +43,12 @@ pub enum Rejection {
     OffBelt,
     /// There are more items on the belt than the node keeps.
     TooManyItems,
+    /// The peer that sent it may not say this.
+    NotAllowed,
 }
 
 impl Rejection {
-    const ALL: [Self; 13] = [
+    const ALL: [Self; 14] = [
         Self::TooLong,
         Self::Syntax,
         Self::Checksum,
@@ -59,6 +62,7 @@ impl Rejection {
         Self::UnknownTask,
         Self::OffBelt,
         Self::TooManyItems,
+        Self::NotAllowed,
     ];
 
     /// The reason of this name.
@@ -82,7 +86,19 @@ impl Rejection {
             Self::UnknownTask => "unknown_task",
             Self::OffBelt => "off_belt",
             Self::TooManyItems => "too_many_items",
+            Self::NotAllowed => "not_allowed",
         }
+    }
+}
+
+impl Rejection {
+    /// Whether such a line is no message of this protocol at all: whoever sends it first
+    /// speaks something else.
+    pub fn is_foreign(self) -> bool {
+        matches!(
+            self,
+            Self::TooLong | Self::Syntax | Self::Version | Self::Kind
+        )
     }
 }
 
@@ -96,7 +112,8 @@ pub struct Rejected {
 }
 
 impl Rejected {
-    pub(in crate::live) fn new(reason: Rejection, message: impl Into<String>) -> Self {
+    /// A message that was refused for this reason.
+    pub fn new(reason: Rejection, message: impl Into<String>) -> Self {
         Self {
             reason,
             message: message.into(),
@@ -119,7 +136,45 @@ impl Rejected {
 /// # Errors
 /// Anything that is not a message of this version with values that make sense.
 pub fn decode(line: &[u8]) -> Result<Incoming, Rejected> {
-    let message = read(line, &Incoming::KINDS)?;
+    let (kind, fields) = open(line, &Incoming::KINDS)?;
+    message(&kind, fields)
+}
+
+/// What a peer has said to the node.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Said {
+    /// Who it is.
+    Hello(Hello),
+    /// A message for the line.
+    Message(Incoming),
+}
+
+/// Reads a line, without its line end, as a peer's hello or its message to the node.
+///
+/// # Errors
+/// As for [`decode`].
+pub fn decode_said(line: &[u8]) -> Result<Said, Rejected> {
+    const KINDS: [&str; Incoming::KINDS.len() + 1] = {
+        let mut kinds = [Hello::KIND; Incoming::KINDS.len() + 1];
+        let mut i = 0;
+        while i < Incoming::KINDS.len() {
+            kinds[i] = Incoming::KINDS[i];
+            i += 1;
+        }
+        kinds
+    };
+    let (kind, mut fields) = open(line, &KINDS)?;
+    if kind != Hello::KIND {
+        return message(&kind, fields).map(Said::Message);
+    }
+    fields.remove("kind");
+    let hello = typed(&kind, fields)?;
+    check_hello(&hello)?;
+    Ok(Said::Hello(hello))
+}
+
+fn message(kind: &str, fields: Map<String, Value>) -> Result<Incoming, Rejected> {
+    let message = typed(kind, fields)?;
     check(&message)?;
     Ok(message)
 }
@@ -130,10 +185,20 @@ pub fn decode(line: &[u8]) -> Result<Incoming, Rejected> {
 /// # Errors
 /// Anything that is not a message of this version.
 pub fn decode_outgoing(line: &[u8]) -> Result<Outgoing, Rejected> {
-    read(line, &Outgoing::KINDS)
+    let (kind, fields) = open(line, &Outgoing::KINDS)?;
+    typed(&kind, fields)
 }
 
-fn read<M: DeserializeOwned>(line: &[u8], kinds: &[&str]) -> Result<M, Rejected> {
+/// Reads a line, without its line end, as the node's answer to a hello; none if it is
+/// something else.
+pub fn decode_answer(line: &[u8]) -> Option<Answer> {
+    let (kind, mut fields) = open(line, &[Hello::KIND]).ok()?;
+    fields.remove("kind");
+    typed(&kind, fields).ok()
+}
+
+/// The kind of message in a line, one of `kinds`, and its fields.
+fn open(line: &[u8], kinds: &[&str]) -> Result<(String, Map<String, Value>), Rejected> {
     if line.len() > LONGEST_LINE {
         return Err(Rejected::too_long());
     }
@@ -185,6 +250,10 @@ fn read<M: DeserializeOwned>(line: &[u8], kinds: &[&str]) -> Result<M, Rejected>
             return Err(Rejected::new(Rejection::Kind, problem));
         }
     };
+    Ok((kind, fields))
+}
+
+fn typed<M: DeserializeOwned>(kind: &str, fields: Map<String, Value>) -> Result<M, Rejected> {
     serde_json::from_value(Value::Object(fields)).map_err(|error| {
         let problem = format!("{kind}: {}", one_line(&error.to_string()));
         Rejected::new(Rejection::Field, problem)

@@ -198,6 +198,18 @@ impl Incoming {
         } += shift;
     }
 
+    /// Names the source of what is seen of items and belt, where it does not name itself.
+    pub fn name_source(&mut self, name: Option<&str>) {
+        let source = match self {
+            Self::Detection(message) => &mut message.source,
+            Self::Belt(message) => &mut message.source,
+            _ => return,
+        };
+        if source.is_none() {
+            *source = name.map(str::to_owned);
+        }
+    }
+
     /// When it happened [s].
     pub fn stamp(&self) -> f64 {
         match self {

@@ -1,5 +1,6 @@
 //! A message of either direction, as a transport carries it.
 
+use super::session::{Answer, Hello};
 use super::{Incoming, Outgoing};
 use serde::Serialize;
 
@@ -11,6 +12,32 @@ pub enum Message {
     ToNode(Incoming),
     /// From the node.
     FromNode(Outgoing),
+    /// Who is there, to the node. Only streams carry it.
+    Hello(Tagged<Hello>),
+    /// The answer to that. Only streams carry it.
+    Answer(Tagged<Answer>),
+}
+
+/// A message that is no variant of a tagged enumeration, with its kind.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Tagged<M> {
+    kind: &'static str,
+    #[serde(flatten)]
+    message: M,
+}
+
+impl From<Hello> for Message {
+    fn from(message: Hello) -> Self {
+        let kind = Hello::KIND;
+        Self::Hello(Tagged { kind, message })
+    }
+}
+
+impl From<Answer> for Message {
+    fn from(message: Answer) -> Self {
+        let kind = Hello::KIND;
+        Self::Answer(Tagged { kind, message })
+    }
 }
 
 impl From<Incoming> for Message {

@@ -11,10 +11,13 @@ mod incoming;
 mod message;
 mod outgoing;
 mod schema;
+mod session;
 
 pub use check::LARGEST_STAMP;
 pub use csv::{CsvReader, CsvWriter, LONGEST_CSV_LINE, Reading, check_station};
-pub use decode::{LONGEST_LINE, Rejected, Rejection, decode, decode_outgoing};
+pub use decode::{
+    LONGEST_LINE, Rejected, Rejection, Said, decode, decode_answer, decode_outgoing, decode_said,
+};
 pub use incoming::{Ack, BeltState, Detection, Incoming, Report, RobotState, RobotStatus, Verdict};
 pub use message::Message;
 pub use outgoing::{
@@ -22,6 +25,7 @@ pub use outgoing::{
     Status, Task, encode,
 };
 pub use schema::{schema, schemas_of};
+pub use session::{Answer, Hello, Role};
 
 /// Version of the protocol, `v` of every message. It grows when a message changes so that
 /// an old reader would misread it; fields may be added without.

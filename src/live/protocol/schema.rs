@@ -3,6 +3,7 @@
 use super::VERSION;
 use super::incoming::Incoming;
 use super::outgoing::Outgoing;
+use super::session::{FromNode, ToNode};
 use schemars::{JsonSchema, SchemaGenerator};
 use serde_json::{Map, Value, json};
 
@@ -10,8 +11,11 @@ use serde_json::{Map, Value, json};
 /// Ranges of values are in `docs/protocol.md`.
 pub fn schema() -> Value {
     let mut generator = SchemaGenerator::default();
-    let incoming = kinds::<Incoming>(&mut generator);
-    let outgoing = kinds::<Outgoing>(&mut generator);
+    let mut incoming = kinds::<Incoming>(&mut generator);
+    let mut outgoing = kinds::<Outgoing>(&mut generator);
+    // Who is there is said beside the line's messages: the controller does not hear it.
+    add(&mut incoming, &kinds::<ToNode>(&mut generator));
+    add(&mut outgoing, &kinds::<FromNode>(&mut generator));
     let mut defs = generator.take_definitions(true);
     defs.insert("Incoming".into(), incoming);
     defs.insert("Outgoing".into(), outgoing);
@@ -22,6 +26,15 @@ pub fn schema() -> Value {
         "anyOf": [{"$ref": "#/$defs/Incoming"}, {"$ref": "#/$defs/Outgoing"}],
         "$defs": defs,
     })
+}
+
+/// Adds the kinds of `other` to those of `schema`.
+fn add(schema: &mut Value, other: &Value) {
+    if let (Some(Value::Array(ours)), Some(Value::Array(theirs))) =
+        (schema.get_mut("oneOf"), other.get("oneOf"))
+    {
+        ours.extend(theirs.iter().cloned());
+    }
 }
 
 /// The schema of messages that are told apart by `kind`, with `v`.
@@ -123,7 +136,7 @@ mod tests {
         let text = schema().to_string();
         for kind in Incoming::KINDS
             .iter()
-            .chain(&["task", "cancel", "status", "due"])
+            .chain(&["task", "cancel", "status", "due", "hello"])
         {
             assert!(text.contains(&format!("\"const\":\"{kind}\"")), "{kind}");
         }

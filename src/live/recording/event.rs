@@ -14,14 +14,24 @@ pub enum Event {
     Step {
         /// The time [s since 1970].
         stamp: f64,
-        /// Whether tasks had to wait, for nobody was there or kept up.
+        /// Whether all tasks had to wait, for nobody was there or kept up.
         held: bool,
+        /// Where not all had to wait, the robots whose tasks had to, upstream first from 0.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        held_robots: Vec<usize>,
         /// By how much the machine's clock was ahead of the stamp, for it was set [s].
         #[serde(default, skip_serializing_if = "is_nothing")]
         ahead: f64,
     },
-    /// A peer has come; open tasks were told of again.
+    /// Whoever speaks for all robots has come; open tasks were told of again.
     Joined {},
+    /// Some peer has come; it was told of open tasks as they stood.
+    Welcomed {},
+    /// A peer speaks for a robot from now on; its open tasks were told of again.
+    Spoken {
+        /// The robot's place in the station, upstream first from 0.
+        robot: usize,
+    },
     /// A line was refused before it became a message.
     Refused {
         /// Why, as a status counts it.
@@ -42,13 +52,17 @@ pub enum Event {
 
 impl Event {
     /// All kinds, as they are written.
-    pub const KINDS: [&str; 6] = ["step", "joined", "refused", "report", "finished", "stopped"];
+    pub const KINDS: [&str; 8] = [
+        "step", "joined", "welcomed", "spoken", "refused", "report", "finished", "stopped",
+    ];
 
     /// Its kind, as it is written.
     pub fn kind(&self) -> &'static str {
         match self {
             Self::Step { .. } => "step",
             Self::Joined {} => "joined",
+            Self::Welcomed {} => "welcomed",
+            Self::Spoken { .. } => "spoken",
             Self::Refused { .. } => "refused",
             Self::Report { .. } => "report",
             Self::Finished {} => "finished",

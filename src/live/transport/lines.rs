@@ -12,59 +12,85 @@ pub enum Line {
     TooLong,
 }
 
+/// Makes lines of bytes that come in parts.
+#[derive(Debug, Default)]
+pub struct Splitter {
+    line: Vec<u8>,
+    too_long: bool,
+    /// Lines so far, blank ones with them.
+    number: u64,
+}
+
+impl Splitter {
+    /// Takes bytes up to the end of a line that is not blank, and returns that line and
+    /// which it is, from 1; none if they end before. A line that is too long takes no more
+    /// memory than one that is not.
+    pub fn next(&mut self, bytes: &mut &[u8]) -> Option<(u64, Line)> {
+        while !bytes.is_empty() {
+            let end = bytes.iter().position(|byte| *byte == b'\n');
+            let part = &bytes[..end.unwrap_or(bytes.len())];
+            if self.line.len() + part.len() > LONGEST_LINE {
+                self.too_long = true;
+                self.line.clear();
+            } else if !self.too_long {
+                self.line.extend_from_slice(part);
+            }
+            *bytes = &bytes[end.map_or(bytes.len(), |end| end + 1)..];
+            if end.is_some()
+                && let Some(line) = self.end()
+            {
+                return Some(line);
+            }
+        }
+        None
+    }
+
+    /// Ends the line here; none if it is blank.
+    pub fn end(&mut self) -> Option<(u64, Line)> {
+        self.number += 1;
+        let line = std::mem::take(&mut self.line);
+        if std::mem::take(&mut self.too_long) {
+            return Some((self.number, Line::TooLong));
+        }
+        (!line.trim_ascii().is_empty()).then_some((self.number, Line::Whole(line)))
+    }
+}
+
 /// The lines of a stream.
 #[derive(Debug)]
 pub struct Lines<R> {
     stream: R,
-    /// Lines read so far, blank ones with them.
-    number: u64,
+    splitter: Splitter,
 }
 
 impl<R: BufRead> Lines<R> {
     /// The lines of `stream`.
     pub fn new(stream: R) -> Self {
-        Self { stream, number: 0 }
+        let splitter = Splitter::default();
+        Self { stream, splitter }
     }
 
-    /// Reads the next line that is not blank, and says which it is, from 1; none at the
-    /// end. A line that is too long takes no more memory than one that is not.
+    /// Reads the next line that is not blank; none at the end.
     ///
     /// # Errors
     /// A stream that cannot be read.
     pub fn next(&mut self) -> Result<Option<(u64, Line)>> {
-        let mut line = Vec::new();
-        let mut too_long = false;
         loop {
             let bytes = match self.stream.fill_buf() {
                 Ok(bytes) => bytes,
                 Err(error) if error.kind() == ErrorKind::Interrupted => continue,
                 Err(error) => return Err(error),
             };
-            let is_end = bytes.is_empty();
-            let end = bytes.iter().position(|byte| *byte == b'\n');
-            let part = &bytes[..end.unwrap_or(bytes.len())];
-            if line.len() + part.len() > LONGEST_LINE {
-                too_long = true;
-                line.clear();
-            } else if !too_long {
-                line.extend_from_slice(part);
+            if bytes.is_empty() {
+                return Ok(self.splitter.end());
             }
-            let used = end.map_or(bytes.len(), |end| end + 1);
+            let mut rest = bytes;
+            let line = self.splitter.next(&mut rest);
+            let used = bytes.len() - rest.len();
             self.stream.consume(used);
-            if !is_end && end.is_none() {
-                continue;
+            if line.is_some() {
+                return Ok(line);
             }
-            self.number += 1;
-            if too_long {
-                return Ok(Some((self.number, Line::TooLong)));
-            }
-            if !line.trim_ascii().is_empty() {
-                return Ok(Some((self.number, Line::Whole(line))));
-            }
-            if is_end {
-                return Ok(None);
-            }
-            line.clear();
         }
     }
 }

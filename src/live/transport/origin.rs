@@ -10,6 +10,8 @@ use std::sync::Arc;
 pub enum Origin {
     /// A line of a stream.
     Line {
+        /// Number of the connection.
+        connection: u64,
         /// Who sent it; none is stdin.
         peer: Option<SocketAddr>,
         /// Which line of that connection, from 1.
@@ -35,10 +37,13 @@ impl Origin {
 impl fmt::Display for Origin {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Line { peer: None, number } => write!(f, "stdin line {number}"),
+            Self::Line {
+                peer: None, number, ..
+            } => write!(f, "stdin line {number}"),
             Self::Line {
                 peer: Some(peer),
                 number,
+                ..
             } => write!(f, "{peer} line {number}"),
             Self::Topic(topic) => write!(f, "topic {}", shown(topic)),
         }

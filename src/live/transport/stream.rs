@@ -1,4 +1,4 @@
-//! JSON Lines over a pair of byte streams: stdin and stdout, or the two ways of a socket.
+//! JSON Lines over a pair of byte streams that block: stdin and stdout.
 
 use super::lines::{Line, Lines};
 use super::peer::{Peer, Waiting};
@@ -6,41 +6,28 @@ use super::{Heard, Origin};
 use crate::error::Error;
 use crate::live::protocol::{Rejected, encode};
 use std::io::{BufReader, BufWriter, Read, Write};
-use std::net::{Shutdown, SocketAddr, TcpStream};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{SyncSender, TrySendError};
 use std::thread;
 
 /// Starts the threads of a peer on two streams. What it says goes to `inbox`, under its
-/// number; with a `socket` it is disconnected when it does not keep up.
+/// number.
 pub fn start(
     number: u64,
     reads: impl Read + Send + 'static,
     writes: impl Write + Send + 'static,
-    socket: Option<TcpStream>,
     inbox: SyncSender<Heard>,
 ) -> Peer {
     let told = inbox.clone();
-    // Asked now: of one that has gone already it is not known any more.
-    let address = socket.as_ref().and_then(|socket| socket.peer_addr().ok());
-    thread::spawn(move || read_all(number, address, reads, &inbox));
-    let closing = socket.as_ref().and_then(|socket| socket.try_clone().ok());
-    Peer::start(socket, Arc::new(AtomicBool::new(true)), move |waiting| {
-        let written = write_all(BufWriter::new(writes), waiting);
-        match (written, closing) {
-            // A peer that has gone is noticed by its reader.
-            (_, Some(socket)) => {
-                let _ = socket.shutdown(Shutdown::Write);
-            }
-            // Stdout has no reader of ours. Told from aside where the inbox is full: whoever
-            // empties it may wait for this thread to take what is left.
-            (Err(error), None) => {
-                if let Err(TrySendError::Full(heard)) = told.try_send(unwritten(number, &error)) {
-                    thread::spawn(move || told.send(heard));
-                }
-            }
-            (Ok(()), None) => {}
+    thread::spawn(move || read_all(number, reads, &inbox));
+    Peer::start(Arc::new(AtomicBool::new(true)), move |waiting| {
+        // Stdout has no reader of ours. Told from aside where the inbox is full: whoever
+        // empties it may wait for this thread to take what is left.
+        if let Err(error) = write_all(BufWriter::new(writes), waiting)
+            && let Err(TrySendError::Full(heard)) = told.try_send(unwritten(number, &error))
+        {
+            thread::spawn(move || told.send(heard));
         }
     })
 }
@@ -57,11 +44,12 @@ fn unwritten(number: u64, error: &std::io::Error) -> Heard {
     }
 }
 
-fn read_all(peer: u64, address: Option<SocketAddr>, reads: impl Read, inbox: &SyncSender<Heard>) {
+fn read_all(peer: u64, reads: impl Read, inbox: &SyncSender<Heard>) {
     let mut lines = Lines::new(BufReader::new(reads));
     while let Ok(Some((number, line))) = lines.next() {
         let origin = Origin::Line {
-            peer: address,
+            connection: peer,
+            peer: None,
             number,
         };
         let heard = match line {
@@ -76,7 +64,7 @@ fn read_all(peer: u64, address: Option<SocketAddr>, reads: impl Read, inbox: &Sy
 }
 
 /// Writes messages as they come, and flushes when there is none for the moment.
-fn write_all(mut stream: impl Write, waiting: &Waiting) -> std::io::Result<()> {
+fn write_all(mut stream: impl Write, waiting: &mut Waiting) -> std::io::Result<()> {
     while let Some(first) = waiting.next() {
         let mut next = Some(first);
         while let Some(message) = next {
@@ -134,7 +122,7 @@ mod tests {
     fn a_stalled_stream_loses_nothing_that_matters() {
         let gate = Gate::default();
         let (inbox, _heard) = sync_channel(1);
-        let mut peer = start(0, std::io::empty(), gate.clone(), None, inbox);
+        let mut peer = start(0, std::io::empty(), gate.clone(), inbox);
         let mut all = Vec::new();
         for i in 0..3 * QUEUE as u64 {
             let matters = i % 3 == 0;
@@ -165,19 +153,5 @@ mod tests {
         assert_eq!(mattering.collect::<Vec<u64>>(), all);
         // Half of the room is for what matters.
         assert!(numbers.len() - all.len() <= QUEUE / 2);
-    }
-
-    #[test]
-    fn a_socket_that_stalls_is_disconnected() {
-        let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
-        let ours = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
-        let theirs = listener.accept().unwrap().0;
-        let (inbox, heard) = sync_channel(1);
-        let (reads, writes) = (ours.try_clone().unwrap(), ours.try_clone().unwrap());
-        let mut peer = start(7, reads, writes, Some(ours), inbox);
-        // The system's buffers and the queue are full at some time.
-        while peer.try_send(message(1).into(), true) {}
-        assert!(matches!(heard.recv().unwrap(), Heard::Left(7)));
-        drop(theirs);
     }
 }

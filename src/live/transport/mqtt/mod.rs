@@ -99,7 +99,7 @@ pub(super) fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) 
         runtime.block_on(session.run(messages, done, to_end));
         drop(going);
     });
-    let peer = Peer::start(None, up, move |waiting| {
+    let peer = Peer::start(up, move |waiting| {
         while let Some(message) = waiting.next() {
             if outbox.blocking_send(message).is_err() {
                 return;

@@ -98,7 +98,7 @@ pub fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) -> Resu
         });
     });
     let (settings, there) = (settings.clone(), Arc::clone(&up));
-    let peer = Peer::start(None, up, move |waiting| {
+    let peer = Peer::start(up, move |waiting| {
         speak(waiting, &mouth, &settings, &there);
     });
     // The others are told that this node goes, and need not find out.
@@ -109,7 +109,7 @@ pub fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) -> Resu
 }
 
 /// Publishes what waits.
-fn speak(waiting: &Waiting, mouth: &Mouth, settings: &Settings, there: &AtomicBool) {
+fn speak(waiting: &mut Waiting, mouth: &Mouth, settings: &Settings, there: &AtomicBool) {
     while let Some(message) = waiting.next() {
         // What a station says before the node is there would be lost.
         while settings.side == Side::Station && !there.load(Ordering::Relaxed) {

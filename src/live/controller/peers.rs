@@ -1,0 +1,92 @@
+//! Those at the other end: who can be told of tasks, and who has to be told again.
+
+use super::Controller;
+use crate::live::claims::Claim;
+use crate::live::lifecycle::Stage;
+use crate::live::protocol::Incoming;
+
+impl Controller {
+    /// From now on these robots get no task, and none of theirs is sent again: nobody is
+    /// there that could take it to them, or whoever does cannot keep up.
+    pub fn hold(&mut self, robots: &[usize]) {
+        self.held.clear();
+        self.held.extend_from_slice(robots);
+    }
+
+    /// Whether a robot gets no task for now.
+    pub(super) fn is_held(&self, robot: usize) -> bool {
+        self.held.contains(&robot)
+    }
+
+    /// The robot that says `message`, by its place in the station; none of a message that
+    /// is no robot's, or of a robot or a task that is not known.
+    pub fn robot_of(&self, message: &Incoming) -> Option<usize> {
+        let of_task = |task: u64| {
+            let open = self.tasks.get(task).map(|claim| claim.robot);
+            open.or_else(|| self.tasks.over(task).map(|over| over.robot))
+        };
+        match message {
+            Incoming::Robot(status) => {
+                let mut robots = self.station().robots().iter();
+                robots.position(|robot| robot.name == status.name)
+            }
+            Incoming::Ack(ack) => of_task(ack.task),
+            Incoming::Result(report) => of_task(report.task),
+            Incoming::Detection(_) | Incoming::Belt(_) | Incoming::Tick { .. } => None,
+        }
+    }
+
+    /// Tells of all open tasks as they stand, to somebody who has just come. Nothing
+    /// changes: whoever it is may speak for no robot.
+    pub fn tell_open(&mut self) {
+        for claim in self.tasks.table().clone().values() {
+            match claim.stage {
+                Stage::Sent | Stage::Acknowledged => self.send(claim),
+                Stage::Cancelling | Stage::Recalled => self.say_cancel(claim),
+            }
+        }
+    }
+
+    /// Tells of all open tasks again: whoever speaks for the robots is another one, or was
+    /// away. Those that are not acknowledged are sent as things are now, the others as they
+    /// stand, so that the answers and changes that were lost on the way come again.
+    pub fn send_again(&mut self) {
+        self.send_again_where(|_| true);
+    }
+
+    /// The same of the tasks of one robot.
+    pub fn send_again_to(&mut self, robot: usize) {
+        self.send_again_where(|claim| claim.robot == robot);
+    }
+
+    fn send_again_where(&mut self, is_meant: impl Fn(&Claim) -> bool) {
+        self.be_patient_where(&is_meant);
+        let now = self.stamps.now();
+        let meant = self.tasks.iter().filter(|claim| is_meant(claim));
+        let meant: Vec<u64> = meant.map(|claim| claim.task).collect();
+        for task in meant {
+            let Some(mut claim) = self.tasks.take(task) else {
+                continue;
+            };
+            match claim.stage {
+                Stage::Sent => claim.deadline = claim.deadline.min(now),
+                Stage::Acknowledged => self.send(&claim),
+                Stage::Cancelling | Stage::Recalled => self.cancel(&mut claim),
+            }
+            self.tasks.put(claim);
+        }
+    }
+
+    /// Waits for the results of all open tasks from now on: none could come before.
+    pub(super) fn be_patient(&mut self) {
+        self.be_patient_where(|_| true);
+    }
+
+    fn be_patient_where(&mut self, is_meant: impl Fn(&Claim) -> bool) {
+        let until = self.stamps.now() + self.config.result_timeout;
+        let open = self.tasks.iter_mut();
+        for claim in open.filter(|c| c.stage != Stage::Sent && is_meant(c)) {
+            claim.deadline = claim.deadline.max(until);
+        }
+    }
+}

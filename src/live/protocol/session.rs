@@ -1,0 +1,99 @@
+//! Who is at the other end of a stream: its hello, and the node's answer.
+//!
+//! These say nothing about the line, so the controller never hears them; recordings leave
+//! them out, for a hello may carry the token.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What a peer is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Role {
+    /// It sees items. It is sent statuses.
+    Camera,
+    /// It knows how the belt moves. It is sent statuses.
+    Encoder,
+    /// It speaks for robots. It is sent their tasks and cancels, and statuses.
+    Robot,
+    /// It is sent everything and says nothing.
+    Observer,
+}
+
+impl Role {
+    /// As it is written.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Camera => "camera",
+            Self::Encoder => "encoder",
+            Self::Robot => "robot",
+            Self::Observer => "observer",
+        }
+    }
+}
+
+/// Who a peer is: the first line that it sends.
+#[derive(Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Hello {
+    /// When [s]; of no consequence.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stamp: Option<f64>,
+    /// Its name, by which remarks and sources are told apart.
+    pub name: String,
+    /// What it is.
+    pub role: Role,
+    /// The robots that it speaks for, by their names in the station file.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub robots: Vec<String>,
+    /// The secret of `--token`, where the node asks for one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub token: Option<String>,
+}
+
+impl Hello {
+    /// Its kind, as it is written.
+    pub const KIND: &str = "hello";
+}
+
+/// The token must not get into a log.
+impl std::fmt::Debug for Hello {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Hello")
+            .field("name", &self.name)
+            .field("role", &self.role)
+            .field("robots", &self.robots)
+            .finish_non_exhaustive()
+    }
+}
+
+/// The node's answer to a hello, and its last word to a peer that it disconnects.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct Answer {
+    /// Whether the peer may stay.
+    pub accepted: bool,
+    /// Why not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// The robots of the node's station, upstream first, if the peer may stay.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub robots: Vec<String>,
+}
+
+/// What a peer says beside the line's messages; for the schema.
+#[derive(JsonSchema)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+#[expect(dead_code, reason = "only its schema is made")]
+pub(super) enum ToNode {
+    /// Who a peer is: the first line that it sends.
+    Hello(Hello),
+}
+
+/// What the node says beside the line's messages; for the schema.
+#[derive(JsonSchema)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+#[expect(dead_code, reason = "only its schema is made")]
+pub(super) enum FromNode {
+    /// The answer to a hello, and the last word to a peer that is disconnected.
+    Hello(Answer),
+}
