@@ -1,6 +1,8 @@
 //! Who talks to a node over TCP: peers that stall, strangers, roles, tokens, certificates.
 #![cfg(unix)]
 
+#[path = "common/authority.rs"]
+mod authority;
 #[path = "common/programs.rs"]
 mod programs;
 
@@ -594,4 +596,194 @@ fn there_are_as_many_peers_as_are_allowed_and_those_that_are_silent_make_room() 
     if let Ok(count) = threads(node.id()) {
         assert!(count <= 6, "{count}");
     }
+}
+
+/// What the dashboard at `address` answers to a plain request.
+fn status_line(address: &str, authorization: &str) -> String {
+    let mut stream = TcpStream::connect(address).unwrap();
+    write!(
+        stream,
+        "GET /dashboard.css HTTP/1.1\r\nHost: {address}\r\n{authorization}\r\n"
+    )
+    .unwrap();
+    let mut line = String::new();
+    let _ = BufReader::new(stream).read_line(&mut line);
+    line.trim().to_owned()
+}
+
+/// The address of a node's dashboard.
+fn dashboard(node: &Program) -> String {
+    node.remarks.wait_for("dashboard at ");
+    let remarks = node.remarks.all();
+    let remark = remarks.iter().find(|line| line.contains("dashboard at "));
+    let url = remark.unwrap().rsplit(' ').next().unwrap();
+    let address = url.split("//").nth(1).unwrap();
+    address.trim_end_matches('/').to_owned()
+}
+
+#[test]
+fn the_dashboard_asks_for_the_token_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let token = secret(folder.path());
+    let (node, _) = node(&format!("--dashboard 127.0.0.1:0 --token {token}"));
+    let address = dashboard(&node);
+    for (authorization, answer) in [
+        ("", "HTTP/1.1 401 Unauthorized"),
+        (
+            "Authorization: Bearer 0123456789abcdef\r\n",
+            "HTTP/1.1 401 Unauthorized",
+        ),
+        (
+            "Authorization: Bearer 0123456789abcdef0123456789abcdef\r\n",
+            "HTTP/1.1 200 OK",
+        ),
+        (
+            // `me:` and the token.
+            "Authorization: Basic bWU6MDEyMzQ1Njc4OWFiY2RlZjAxMjM0NTY3ODlhYmNkZWY=\r\n",
+            "HTTP/1.1 200 OK",
+        ),
+    ] {
+        assert_eq!(
+            status_line(&address, authorization),
+            answer,
+            "{authorization}"
+        );
+    }
+}
+
+#[test]
+fn certificates_of_both_sides_are_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let (ours, theirs) = (folder.path().join("ours"), folder.path().join("theirs"));
+    for folder in [&ours, &theirs] {
+        std::fs::create_dir(folder).unwrap();
+        authority::authority(folder, &["node", "station"]);
+    }
+    let files = |folder: &Path, name: &str| {
+        let folder = folder.display();
+        format!("--tls-cert {folder}/{name}.pem --tls-key {folder}/{name}.key")
+    };
+    let (ca, node_files) = (ours.join("ca.pem"), files(&ours, "node"));
+    let (node, address) = node(&format!(
+        "--dashboard 127.0.0.1:0 --tls-ca {} {node_files}",
+        ca.display()
+    ));
+    let emulate = |more: &str| {
+        let line = format!("emulate --connect {address} --belt-speed 0.4 {more}");
+        Program::pickline(&line, &[])
+    };
+    // In the clear, without a certificate, and with one of somebody else.
+    let mut in_the_clear = TcpStream::connect(&address).unwrap();
+    writeln!(in_the_clear, "{}", json!({"kind": "tick", "stamp": now()})).unwrap();
+    let mut rest = Vec::new();
+    let _ = in_the_clear.read_to_end(&mut rest);
+    assert!(!rest.starts_with(b"{"));
+    node.remarks.wait_for("no TLS with it");
+    let ca = ca.display();
+    for more in [
+        format!("--tls-ca {ca}"),
+        format!("--tls-ca {ca} {}", files(&theirs, "station")),
+        format!(
+            "--tls-ca {}/ca.pem {}",
+            theirs.display(),
+            files(&ours, "station")
+        ),
+    ] {
+        let stranger = emulate(&more);
+        let refused = |line: &String| line.contains("no TLS with it");
+        let before = node
+            .remarks
+            .all()
+            .iter()
+            .filter(|line| refused(line))
+            .count();
+        let told = || {
+            let remarks = node.remarks.all();
+            remarks.iter().filter(|line| refused(line)).count() > before
+                || remarks.iter().any(|line| line.contains("more"))
+                || stranger
+                    .remarks
+                    .all()
+                    .iter()
+                    .any(|line| line.contains("nobody to talk to"))
+        };
+        wait_for("a refusal", told);
+    }
+    let mut station = emulate(&format!("--tls-ca {ca} {}", files(&ours, "station")));
+    let (code, remarks) = station.finish();
+    assert_eq!(code, Some(0), "{remarks}");
+    assert!(
+        remarks.contains("of 50 items in the bins; the node says"),
+        "{remarks}"
+    );
+    // The dashboard has the same certificate, and asks for one too.
+    let at = dashboard(&node);
+    assert!(!status_line(&at, "").starts_with("HTTP"));
+    let shown = Command::new("openssl")
+        .args([
+            "s_client",
+            "-quiet",
+            "-verify_return_error",
+            "-connect",
+            &at,
+        ])
+        .args(["-CAfile", &ca.to_string()])
+        .args(["-cert", ours.join("station.pem").to_str().unwrap()])
+        .args(["-key", ours.join("station.key").to_str().unwrap()])
+        .stdin(std::process::Stdio::piped())
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::null())
+        .spawn();
+    let mut shown = shown.unwrap();
+    let mut stdin = shown.stdin.take().unwrap();
+    write!(stdin, "GET /dashboard.css HTTP/1.1\r\nHost: {at}\r\n\r\n").unwrap();
+    let mut line = String::new();
+    let mut page = BufReader::new(shown.stdout.take().unwrap());
+    page.read_line(&mut line).unwrap();
+    assert_eq!(line.trim(), "HTTP/1.1 200 OK");
+    drop(stdin);
+    shown.kill().unwrap();
+    shown.wait().unwrap();
+}
+
+/// Holding and telling again are recorded, robot by robot.
+#[cfg(feature = "mcap")]
+#[test]
+fn a_recording_of_peers_that_come_and_go_replays_to_the_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("r.mcap");
+    let (mut node, address) = node(&format!("--status-every 0.1 --record {}", file.display()));
+    let camera = Peer::greeting(&address, "camera", &[]);
+    camera.stop_belt();
+    let first = Peer::greeting(&address, "robot", &["r1"]);
+    first.idle("r1");
+    let second = Peer::greeting(&address, "robot", &["r2"]);
+    second.idle("r2");
+    camera.see("a", "r1");
+    first.wait_for("a task", is_task);
+    first.stream.shutdown(Shutdown::Both).unwrap();
+    camera.status();
+    camera.see("b", "r2");
+    let task = second.wait_for("a task", is_task);
+    second.pick(&task);
+    let back = Peer::greeting(&address, "robot", &["r1"]);
+    let task = back.wait_for("a task", is_task);
+    back.pick(&task);
+    second.idle("r1");
+    wait_for("two picks", || camera.status()["picked"] == 2);
+    node.signal("TERM");
+    let (code, remarks) = node.finish();
+    assert_eq!(code, Some(0), "{remarks}");
+    let output = Command::new(env!("CARGO_BIN_EXE_pickline"))
+        .args(["run", "--replay", file.to_str().unwrap()])
+        .output()
+        .unwrap();
+    let verdict = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        verdict.contains("as recorded") && !verdict.contains("differ"),
+        "{verdict}"
+    );
+    let text = std::fs::read(&file).unwrap();
+    let holds = |word: &str| text.windows(word.len()).any(|part| part == word.as_bytes());
+    assert!(holds("\"held_robots\":[0]") && holds("\"kind\":\"spoken\""));
 }

@@ -3,6 +3,9 @@
 # is installed here. Arguments go to `cargo test`.
 set -euo pipefail
 cd "$(dirname "$0")/.."
+. tests/debian.sh
+# Certificates for tests/live_peers.rs.
+debian openssl=openssl
 cargo test --locked "$@"
 # The benchmarks' code runs once, so that it cannot rot; `cargo bench` measures.
 cargo test --locked --bench engines --bench lookahead --bench bound --bench rl

@@ -1,7 +1,9 @@
 //! What a run of the live node keeps on disk: its journal and its recording.
 
 use super::args::RunArgs;
-use super::live::{NodeClock, unix_now};
+#[cfg(feature = "mcap")]
+use super::live::NodeClock;
+use super::live::unix_now;
 #[cfg(feature = "mcap")]
 use super::log::{Level, Log};
 use super::session::Session;

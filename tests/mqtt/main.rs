@@ -1,13 +1,16 @@
 //! The live protocol over MQTT, against mosquitto. `tests/mqtt/run.sh` installs it.
 #![cfg(all(unix, feature = "mqtt"))]
 
+#[path = "../common/authority.rs"]
+mod authority;
 mod broker;
 #[path = "../common/programs.rs"]
 mod programs;
 #[path = "../common/trouble.rs"]
 mod trouble;
 
-use broker::{Broker, authority};
+use authority::authority;
+use broker::Broker;
 use pickline::live::protocol::{Incoming, Outgoing, Status, Verdict, decode, decode_outgoing};
 use programs::Program;
 use std::collections::{BTreeMap, BTreeSet};

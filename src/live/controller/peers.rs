@@ -32,7 +32,7 @@ impl Controller {
             }
             Incoming::Ack(ack) => of_task(ack.task),
             Incoming::Result(report) => of_task(report.task),
-            Incoming::Detection(_) | Incoming::Belt(_) | Incoming::Tick { .. } => None,
+            _ => None,
         }
     }
 

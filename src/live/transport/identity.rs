@@ -100,14 +100,14 @@ impl Identity {
         robot: Option<usize>,
         is_owned: bool,
     ) -> Result<(), Rejected> {
-        let is_of_a_robot = matches!(
+        let is_of_a_source = matches!(
             message,
-            Incoming::Robot(_) | Incoming::Ack(_) | Incoming::Result(_)
+            Incoming::Detection(_) | Incoming::Belt(_) | Incoming::Tick { .. }
         );
         let allowed = match self.role() {
             None => self.is_shared || !is_owned,
             Some(Role::Robot) => robot.is_none_or(|robot| self.robots.contains(&robot)),
-            Some(Role::Camera | Role::Encoder) => !is_of_a_robot,
+            Some(Role::Camera | Role::Encoder) => is_of_a_source,
             Some(Role::Observer) => false,
         };
         if allowed {

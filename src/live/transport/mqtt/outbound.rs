@@ -137,6 +137,8 @@ fn expiry(message: &Message) -> Option<u32> {
         }
         Message::FromNode(Outgoing::Status(_)) | Message::ToNode(_) => Some(OLD),
         // A robot that was away must still hear of it.
-        Message::FromNode(Outgoing::Cancel(_) | Outgoing::Due(_)) => None,
+        Message::FromNode(Outgoing::Cancel(_) | Outgoing::Due(_))
+        | Message::Hello(_)
+        | Message::Answer(_) => None,
     }
 }

@@ -1,7 +1,7 @@
 //! Which message goes to which topic, and what a topic means.
 
 use crate::error::{Error, Result, shown};
-use crate::live::protocol::{Incoming, Message, Outgoing};
+use crate::live::protocol::{Hello, Incoming, Message, Outgoing};
 use crate::live::transport::Side;
 use crate::names::LONGEST_NAME;
 
@@ -74,6 +74,8 @@ impl Topics {
         let (kind, whose) = match message {
             Message::ToNode(message) => (message.kind(), None),
             Message::FromNode(message) => (message.kind(), message.robot()),
+            // Said over streams only.
+            Message::Hello(_) | Message::Answer(_) => (Hello::KIND, None),
         };
         match whose {
             Some(robot) => format!("{}/{kind}/{}", self.prefix, level(robot)),
