@@ -7,6 +7,7 @@
 use super::belt::{Motion, MotionChange};
 use super::claims::Claim;
 use super::items::{Numbers, Tracked};
+use super::protocol::Detection;
 use super::robots::RobotInfo;
 use super::tally::Tally;
 use super::tasks::{PastChange, PastTasks};
@@ -49,6 +50,9 @@ pub struct Change {
     pub(super) counters: Option<Counters>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) motion: Option<MotionChange>,
+    /// Detections that wait for the belt to be heard, with their time [s].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) waiting: Option<Vec<(f64, Detection)>>,
 }
 
 impl Change {
@@ -60,6 +64,7 @@ impl Change {
             && self.robots.is_empty()
             && self.counters.is_none()
             && self.motion.is_none()
+            && self.waiting.is_none()
     }
 }
 
@@ -74,6 +79,7 @@ pub struct State {
     pub(super) robots: BTreeMap<usize, RobotInfo>,
     pub(super) counters: Counters,
     pub(super) motion: Option<Motion>,
+    pub(super) waiting: Vec<(f64, Detection)>,
 }
 
 impl State {
@@ -101,6 +107,9 @@ impl State {
         if let Some(change) = change.motion {
             let motion = self.motion.get_or_insert_with(|| Motion::new(0.0));
             motion.apply(change);
+        }
+        if let Some(waiting) = change.waiting {
+            self.waiting = waiting;
         }
     }
 

@@ -21,8 +21,8 @@ const PAST_THE_END: f64 = 0.5;
 
 /// A position that differs by less [m] is the same.
 const SAME: f64 = 1e-4;
-/// A picture that shows an item and all that is near it makes up for so many that show one
-/// of them only.
+/// A picture that shows two items beside each other makes up for so many that show one of
+/// them only.
 const CONFIRMED: i32 = 3;
 /// Pictures beyond that, after which an item is thought to be the other one.
 const MOST_OVERLOOKED: i32 = 3;
@@ -310,7 +310,7 @@ impl World {
         (news, weighs)
     }
 
-    /// A picture has shown an item and whatever else was known to be near it.
+    /// A picture has shown an item beside others.
     pub fn confirm(&mut self, item: u32) {
         let before = self
             .items
@@ -324,8 +324,8 @@ impl World {
     }
 
     /// A picture of `source` has shown `other` and not `item`, although they are so near that
-    /// they may be one; whether there were so many such pictures that now they are. What a
-    /// robot was ever sent to stays.
+    /// they may be one; whether there were so many such pictures that now they are. The
+    /// younger one is forgotten, but what a robot was ever sent to stays.
     pub fn overlook(
         &mut self,
         item: u32,
@@ -334,11 +334,11 @@ impl World {
         now: f64,
         fleet: &mut Fleet,
     ) -> bool {
-        let Some(tracked) = self.items.get(item) else {
+        let (Some(tracked), Some(shown)) = (self.items.get(item), self.items.get(other)) else {
             return false;
         };
-        let was_seen = tracked.seen_at(source).is_some();
-        if !was_seen || tracked.state != State::Free || !tracked.tasks.is_empty() {
+        let is_untouched = |t: &Tracked| t.state == State::Free && t.tasks.is_empty();
+        if tracked.seen_at(source).is_none() || !is_untouched(tracked) {
             return false;
         }
         if tracked.overlooked < MOST_OVERLOOKED {
@@ -347,9 +347,15 @@ impl World {
             }
             return false;
         }
-        self.close_windows(item);
-        self.items.fuse(item, other);
-        self.open_windows(other, now, fleet);
+        let is_younger = other > item && is_untouched(shown);
+        let (gone, stays) = if is_younger {
+            (other, item)
+        } else {
+            (item, other)
+        };
+        self.close_windows(gone);
+        self.items.fuse(gone, stays);
+        self.open_windows(stays, now, fleet);
         true
     }
 

@@ -47,10 +47,10 @@ impl Mistakes {
         false_positives: 0.0,
     };
 
-    /// A tracker on a bad day. 40 pictures of each item show 5 items in 1,000 that are not
-    /// there.
+    /// A tracker on a bad day: 40 pictures of each item, in which are 5 items in 1,000 that are
+    /// not there.
     pub const BAD_DAY: Self = Self {
-        jitter: 0.0015,
+        jitter: 0.002,
         lost: 0.1,
         gaps: 0.1,
         memory: 0.5,
@@ -61,12 +61,29 @@ impl Mistakes {
         double_off: 0.002,
         false_positives: 0.000_125,
     };
+
+    /// The same for a camera that sees each item once: what it does not see, nobody can know.
+    pub const BAD_DAY_ONCE: Self = Self {
+        lost: 0.0,
+        gaps: 0.0,
+        false_positives: 0.005,
+        ..Self::BAD_DAY
+    };
 }
 
-/// The camera: 20 pictures a second of the 0.6 m upstream of the belt's start.
+/// Time between two pictures [s].
 pub const PERIOD: f64 = 0.05;
-/// Where its picture begins [m]; it ends at 0.
-pub const FIELD: f64 = -0.6;
+/// Where the belt is seen that long before an item is at its start [m]; items come from there.
+const UPSTREAM: f64 = -0.6;
+
+/// What a picture shows of the belt.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Camera {
+    /// The 0.6 m upstream of the belt's start: each item is in many pictures.
+    Area,
+    /// As much as passes between two pictures: each item is in one.
+    Once,
+}
 
 /// Items on a belt, with their x at time 0.
 #[derive(Debug, Clone)]
@@ -86,7 +103,7 @@ impl World {
         let mut rng = random_stream(seed, 1);
         let half_width = (2.0 * apart).min(0.5);
         let mut items: Vec<[f64; 2]> = Vec::new();
-        let mut front = FIELD;
+        let mut front = UPSTREAM;
         while items.len() < count {
             // A strip as long as the distance is filled until nothing fits.
             let mut failures = 0;
@@ -120,6 +137,7 @@ impl World {
 
 /// The tracker.
 pub struct Tracker<R> {
+    camera: Camera,
     mistakes: Mistakes,
     rng: R,
     next_id: u64,
@@ -131,10 +149,10 @@ pub struct Tracker<R> {
 }
 
 impl<R: Rng> Tracker<R> {
-    pub fn new(world: &World, mistakes: Mistakes, mut rng: R) -> Self {
+    pub fn new(world: &World, camera: Camera, mistakes: Mistakes, mut rng: R) -> Self {
         let hidden = world.items.iter().map(|at| {
-            let enters = (FIELD - at[0]) / world.speed;
-            let stays = -FIELD / world.speed;
+            let enters = (UPSTREAM - at[0]) / world.speed;
+            let stays = -UPSTREAM / world.speed;
             if rng.random::<f64>() < mistakes.gaps {
                 let from = enters + rng.random_range(0.0..stays);
                 (from, from + rng.random_range(0.3..1.0))
@@ -144,6 +162,7 @@ impl<R: Rng> Tracker<R> {
         });
         let hidden = hidden.collect();
         Self {
+            camera,
             mistakes,
             rng,
             next_id: 1,
@@ -175,11 +194,15 @@ impl<R: Rng> Tracker<R> {
             self.next_id = 1;
             self.tracks.fill(None);
         }
+        let from = match self.camera {
+            Camera::Area => UPSTREAM,
+            Camera::Once => -world.speed * PERIOD,
+        };
         let mut seen: Vec<(usize, [f64; 2])> = Vec::new();
         for (item, at) in world.items.iter().enumerate() {
             let x = at[0] + world.speed * time;
             let is_hidden = (self.hidden[item].0..self.hidden[item].1).contains(&time);
-            if !(FIELD..=0.0).contains(&x) || is_hidden || self.happens(self.mistakes.lost) {
+            if !(from..0.0).contains(&x) || is_hidden || self.happens(self.mistakes.lost) {
                 continue;
             }
             let off = self.error(self.mistakes.jitter);
@@ -216,7 +239,7 @@ impl<R: Rng> Tracker<R> {
                 picture.push(detection(time, [at[0] + off[0], at[1] + off[1]], second));
             }
             if self.happens(self.mistakes.false_positives) {
-                let x = self.rng.random_range(FIELD..0.0);
+                let x = self.rng.random_range(from..0.0);
                 let y = self.rng.random_range(-world.half_width..world.half_width);
                 let id = self.fresh();
                 picture.push(detection(time, [x, y], Some(id)));

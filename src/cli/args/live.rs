@@ -99,11 +99,13 @@ pub struct RunArgs {
     pub seed: u64,
     #[command(flatten)]
     pub transport: TransportArgs,
-    /// Detections without id within this distance of an item are of that item [m]
+    /// Detections within this distance of an item are of that item, as far as nothing else is
+    /// known [m]: five standard deviations of a position at least, and less than two items are
+    /// apart
     #[arg(
         long,
         value_name = "M",
-        default_value_t = 0.02,
+        default_value_t = 0.015,
         allow_negative_numbers = true
     )]
     pub tolerance: f64,

@@ -29,6 +29,8 @@ const DRIFT: f64 = 0.01;
 const WIDEST: f64 = 0.05;
 /// Positions that differ by less [m] are the same, whatever the tolerance.
 const SAME: f64 = 1e-4;
+/// No two items that a gripper can tell apart lie nearer to each other than this [m].
+const CLOSEST: f64 = 0.005;
 /// What it costs that the tracker knows the item by another id.
 const RENUMBERED: f64 = 1.0;
 /// What it costs to take a detection for a new item: a little more than anything in the gate.
@@ -63,10 +65,9 @@ impl Gate {
         }
     }
 
-    /// Two boxes of one picture nearer to each other than this [m] are of one item: a quarter
-    /// of the tolerance.
+    /// Two boxes of one picture no further than this from each other [m] are of one item.
     pub fn doubled(self) -> f64 {
-        (0.25 * self.tolerance).max(SAME)
+        CLOSEST.min(self.tolerance)
     }
 
     /// No detection without a known id is of an item further from it along the belt than
@@ -96,17 +97,27 @@ impl Gate {
     }
 }
 
+/// Whether a squared distance is within the gate.
+pub fn is_inside(squared_distance: f64) -> bool {
+    squared_distance <= DEVIATIONS * DEVIATIONS
+}
+
+/// Whether a squared distance is within twice the gate: near enough to be mistaken.
+pub fn is_near(squared_distance: f64) -> bool {
+    squared_distance <= 4.0 * DEVIATIONS * DEVIATIONS
+}
+
 /// What it costs to take a detection for an item at a squared distance; none when it is too
 /// far away. The place decides: an id counts beyond the gate only, where it is better than
 /// a new item, and makes the difference between items that are as near.
 pub fn cost(squared_distance: f64, number: Number, may_move: bool) -> Option<f64> {
     let gate = DEVIATIONS * DEVIATIONS;
     match number {
-        Number::Same if squared_distance > gate => {
+        Number::Same if !is_inside(squared_distance) => {
             let is_near = may_move && squared_distance <= KNOWN * KNOWN * gate;
             is_near.then_some(gate)
         }
-        _ if squared_distance > gate => None,
+        _ if !is_inside(squared_distance) => None,
         Number::Other => Some(squared_distance + RENUMBERED),
         Number::Same | Number::Unknown => Some(squared_distance),
     }

@@ -1,6 +1,6 @@
 //! What one picture shows, put to the items that are known.
 
-use super::{Gate, Number, Pair, assign, cost, cost_of_new};
+use super::{Gate, Number, Pair, assign, cost, cost_of_new, is_inside, is_near};
 use crate::live::items::{Items, State};
 use crate::live::sight::Sight;
 use std::collections::HashSet;
@@ -27,6 +27,8 @@ pub struct Association {
     pub matches: Vec<Match>,
     /// Items where the picture shows nothing but a detection of another one, with that one.
     pub overlooked: Vec<(u32, u32)>,
+    /// Items that the picture shows beside each other, and nothing overlooked between them.
+    pub beside: Vec<u32>,
 }
 
 /// A picture in which all this was `seen`, put to the items. `travelled` [m] is how far the
@@ -50,8 +52,8 @@ pub fn associate(
     }
     let travel = travelled(time);
     let mut pairs = Vec::new();
-    // What each detection could be of by its place, whatever else it could be of.
-    let mut near: Vec<(usize, u32)> = Vec::new();
+    // Items near a detection, and whether it could be of them by its place.
+    let mut near: Vec<(usize, u32, bool)> = Vec::new();
     // Items that an earlier part of the picture has shown.
     let mut shown: Vec<(usize, u32)> = Vec::new();
     for (index, one) in seen.iter().enumerate().filter(|(i, _)| active[*i]) {
@@ -87,6 +89,9 @@ pub fn associate(
             if (is_gone || is_shown) && !is_same {
                 continue;
             }
+            if is_near(squared) {
+                near.push((index, item, is_inside(squared)));
+            }
             if let Some(cost) = cost(squared, number, !is_gone) {
                 let detection = index;
                 pairs.push(Pair {
@@ -94,7 +99,6 @@ pub fn associate(
                     item,
                     cost,
                 });
-                near.push((index, item));
             }
         }
     }
@@ -133,19 +137,23 @@ pub fn associate(
         }
     }
     let taken: HashSet<u32> = found.iter().flatten().copied().collect();
-    let mut overlooked: Vec<(u32, u32)> = Vec::new();
-    for (index, item) in near {
-        if let Some(other) = found[index]
-            && !taken.contains(&item)
-        {
-            overlooked.push((item, other));
+    let (mut overlooked, mut beside) = (Vec::new(), Vec::new());
+    for (index, item, is_inside) in near {
+        match found[index] {
+            Some(other) if other != item && taken.contains(&item) => beside.extend([item, other]),
+            Some(other) if other != item && is_inside => overlooked.push((item, other)),
+            _ => {}
         }
     }
     overlooked.sort_unstable();
     overlooked.dedup_by_key(|(item, _)| *item);
+    beside.sort_unstable();
+    beside.dedup();
+    beside.retain(|item| overlooked.iter().all(|(_, other)| other != item));
     Association {
         matches,
         overlooked,
+        beside,
     }
 }
 
@@ -162,4 +170,75 @@ fn repetition(gate: Gate, seen: &[Sight], index: usize) -> Option<usize> {
         cost(squared, Number::Same, true).is_some()
     });
     same.next()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::live::features::Features;
+
+    fn sight(id: Option<&str>, place: f64, time: f64) -> Sight {
+        Sight {
+            source: None,
+            id: id.map(str::to_owned),
+            time,
+            place,
+            y: 0.0,
+            covariance: None,
+            features: Features::default(),
+        }
+    }
+
+    fn put(items: &Items, seen: &[Sight]) -> Association {
+        associate(items, Gate::new(0.02), seen, |_| 0.0)
+    }
+
+    #[test]
+    fn what_a_picture_does_not_show_is_overlooked() {
+        let mut items = Items::default();
+        let a = items.add(&sight(Some("a"), 0.0, 0.0));
+        let b = items.add(&sight(Some("b"), 0.015, 0.0));
+        // Too far to be the one that is seen, though its id would be known further away.
+        items.add(&sight(Some("c"), 0.05, 0.0));
+        let both = [sight(Some("a"), 0.001, 1.0), sight(Some("b"), 0.016, 1.0)];
+        let found = put(&items, &both);
+        assert_eq!(found.matches, [Match::Item(a), Match::Item(b)]);
+        assert_eq!((found.overlooked, found.beside), (vec![], vec![a, b]));
+        let found = put(&items, &both[..1]);
+        assert_eq!((found.overlooked, found.beside), (vec![(b, a)], vec![]));
+        // Neither has the other's place.
+        let found = put(&items, &[sight(Some("b"), 0.001, 1.0)]);
+        assert_eq!(found.matches, [Match::Item(a)]);
+    }
+
+    #[test]
+    fn parts_of_a_picture_know_of_each_other() {
+        let mut items = Items::default();
+        let a = items.add(&sight(None, 0.0, 1.0));
+        // The same stamp: another item, a second box, and what its id says is the same.
+        let found = put(&items, &[sight(None, 0.01, 1.0)]);
+        assert_eq!(found.matches, [Match::New]);
+        let found = put(&items, &[sight(None, 0.003, 1.0)]);
+        assert_eq!(found.matches, [Match::DoublesItem(a)]);
+        let b = items.add(&sight(Some("b"), 0.1, 1.0));
+        let found = put(&items, &[sight(Some("b"), 0.11, 1.0)]);
+        assert_eq!(found.matches, [Match::Item(b)]);
+        let found = put(&items, &[sight(None, 0.01, 1.5)]);
+        assert_eq!(found.matches, [Match::Item(a)]);
+    }
+
+    #[test]
+    fn repetitions_and_doubles_lead_to_one_detection() {
+        let items = Items::default();
+        let seen = [
+            sight(Some("a"), 0.0, 1.0),
+            sight(Some("a"), 0.01, 1.0),
+            sight(Some("b"), 0.012, 1.0),
+            sight(Some("a"), 0.5, 1.0),
+        ];
+        let found = put(&items, &seen);
+        let expected = [Match::Repeats(1), Match::New, Match::Doubles(1), Match::New];
+        assert_eq!(found.matches, expected);
+        assert_eq!(put(&items, &[]), Association::default());
+    }
 }

@@ -37,10 +37,10 @@ impl Controller {
     }
 
     /// Two items turned out to be one.
-    pub(super) fn note_fused(&mut self, [gone, stays]: &[String; 2]) {
+    pub(super) fn note_fused(&mut self, [one, other]: &[String; 2]) {
         self.note_and_remark("fused", |_| {
             format!(
-                "items {gone} and {stays} are so near that they may be one, and pictures show \
+                "items {one} and {other} are so near that they may be one, and pictures show \
                  one only: they are taken for one"
             )
         });

@@ -69,7 +69,7 @@ impl Default for Config {
     fn default() -> Self {
         Self {
             clock: ClockKind::System,
-            tolerance: 0.02,
+            tolerance: 0.015,
             ack_timeout: 1.0,
             result_timeout: 5.0,
             most_attempts: 3,

@@ -21,6 +21,8 @@ const MOST_TOGETHER: usize = 256;
 #[derive(Debug, Default)]
 pub(super) struct Picture {
     seen: Vec<Sight>,
+    /// Detections, with their time [s], of which it is not known where the belt was.
+    waiting: Vec<(f64, Detection)>,
 }
 
 impl Picture {
@@ -29,30 +31,61 @@ impl Picture {
         let is_same = |first: &Sight| first.time == time && first.source() == source;
         self.seen.first().is_some_and(is_same) && self.seen.len() < MOST_TOGETHER
     }
+
+    /// Detections that wait for the belt.
+    pub fn waiting(&self) -> &[(f64, Detection)] {
+        &self.waiting
+    }
+
+    /// Nothing but detections that wait for the belt.
+    pub fn restore(waiting: Vec<(f64, Detection)>) -> Self {
+        Self {
+            seen: Vec::new(),
+            waiting,
+        }
+    }
 }
 
 impl Controller {
     /// The camera saw something at `time` [s]. What it is follows when the picture is whole.
     pub(super) fn detect(&mut self, time: f64, detection: Detection) -> Result<(), Rejected> {
+        self.check_across(detection.y)?;
+        if self.world.awaits_belt() {
+            self.check_room(self.picture.waiting.len(), detection.id.as_deref())?;
+            self.picture.waiting.push((time, detection));
+            return Ok(());
+        }
         let travel = self.world.motion().travel(time);
         let sight = Sight::of(detection, time, travel);
-        self.check_across(&sight)?;
         if !self.may_be_known(&sight) {
             self.check_along(&sight)?;
-            self.check_room(self.picture.seen.len(), &sight)?;
+            self.check_room(self.picture.seen.len(), sight.id())?;
         }
         self.picture.seen.push(sight);
         Ok(())
     }
 
-    fn check_across(&self, sight: &Sight) -> Result<(), Rejected> {
+    /// The belt is heard after a restart: what was seen meanwhile can be placed.
+    pub(super) fn place_waiting(&mut self) {
+        for (time, detection) in std::mem::take(&mut self.picture.waiting) {
+            if !self.picture.takes(detection.source.as_deref(), time) {
+                self.close_picture();
+            }
+            if let Err(rejected) = self.detect(time, detection) {
+                self.count_rejected(rejected.reason);
+            }
+        }
+        self.close_picture();
+    }
+
+    fn check_across(&self, y: f64) -> Result<(), Rejected> {
         let half = 0.5 * self.station().belt().width;
-        if sight.y.abs() <= half + BESIDE {
+        if y.abs() <= half + BESIDE {
             return Ok(());
         }
         let edge = shown_number(half);
         let expected = format!("|y| up to the belt's edge at {edge} m");
-        Err(off_belt("y", sight.y, half, &expected))
+        Err(off_belt("y", y, half, &expected))
     }
 
     fn check_along(&self, sight: &Sight) -> Result<(), Rejected> {
@@ -67,12 +100,12 @@ impl Controller {
     }
 
     /// Whether there is room for one more item besides those that `come`.
-    fn check_room(&self, come: usize, sight: &Sight) -> Result<(), Rejected> {
+    fn check_room(&self, come: usize, id: Option<&str>) -> Result<(), Rejected> {
         let most = self.config.most_items;
         if self.world.items().len() + come < most {
             return Ok(());
         }
-        let id = shown(sight.id().unwrap_or("without id"));
+        let id = shown(id.unwrap_or("without id"));
         Err(Rejected::new(
             Rejection::TooManyItems,
             format!("{id} is one more than {most} items; expected fewer at a time"),
@@ -104,6 +137,7 @@ impl Controller {
         let Association {
             matches,
             overlooked,
+            beside,
         } = associate(self.world.items(), self.gate(), &seen, |time| {
             motion.travel(time)
         });
@@ -136,11 +170,7 @@ impl Controller {
             }
             self.world.see_double(item, sight, now, &mut self.fleet);
         }
-        let is_alone = |item: u32| overlooked.iter().all(|(_, other)| *other != item);
-        for item in matches.iter().filter_map(|shown| match shown {
-            Match::Item(item) if is_alone(*item) => Some(*item),
-            _ => None,
-        }) {
+        for item in beside {
             self.world.confirm(item);
         }
         for (item, other) in &overlooked {
@@ -174,7 +204,7 @@ impl Controller {
     /// The picture shows an item that is not known.
     fn add_item(&mut self, sight: &Sight, seen: &[Sight], matches: &[Match]) -> Option<u32> {
         let room = self.check_along(sight);
-        if let Err(rejected) = room.and_then(|()| self.check_room(0, sight)) {
+        if let Err(rejected) = room.and_then(|()| self.check_room(0, sight.id())) {
             self.count_rejected(rejected.reason);
             return None;
         }

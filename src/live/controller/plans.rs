@@ -13,6 +13,7 @@ impl Controller {
             (_, true) => {
                 self.be_patient();
                 self.plan_again();
+                self.place_waiting();
             }
             (Change::None, false) => {}
             (Change::Plan, false) => self.plan_again(),

@@ -1,5 +1,6 @@
 //! What outlives the process: told as it changes, and taken up again.
 
+use super::pictures::Picture;
 use super::{Config, Controller};
 use crate::decision::Strategy;
 use crate::error::{Error, Result};
@@ -23,6 +24,7 @@ pub(super) struct Told {
     fleet: Fleet,
     counters: Counters,
     plan: Plan,
+    waiting: usize,
     now: f64,
 }
 
@@ -67,6 +69,7 @@ impl Controller {
         let station = controller.world.station().clone();
         controller.world = World::restore(station, state.motion, items);
         controller.tally = state.counters.tally;
+        controller.picture = Picture::restore(state.waiting);
         let now = controller.stamps.now();
         controller.world.rebuild_windows(now, &mut controller.fleet);
         controller.send_again();
@@ -106,6 +109,7 @@ impl Controller {
             counters: Some(self.counters()),
             past: self.tasks.watch(),
             motion: self.world.motion().change(None),
+            waiting: Some(self.picture.waiting().to_vec()),
         };
         self.told = Some(self.tell());
         change
@@ -138,6 +142,9 @@ impl Controller {
         let counters = self.counters();
         change.counters = (counters != before.counters).then_some(counters);
         change.motion = self.world.motion().change(Some(before.plan));
+        // It grows until it is empty.
+        let waiting = self.picture.waiting();
+        change.waiting = (waiting.len() != before.waiting).then(|| waiting.to_vec());
         let later = said && before.now != change.now;
         if change.is_empty() && !later {
             self.told = Some(before);
@@ -159,6 +166,7 @@ impl Controller {
             fleet: self.fleet.clone(),
             counters: self.counters(),
             plan: self.world.motion().plan(),
+            waiting: self.picture.waiting().len(),
             now: self.stamps.now(),
         }
     }

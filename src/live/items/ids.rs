@@ -150,14 +150,22 @@ impl Items {
         }
     }
 
-    /// An item turns out to be `other`, which gets its ids and what only it had.
+    /// An item turns out to be `other`, which gets its ids, what only it had, and its place if
+    /// that is newer.
     pub fn fuse(&mut self, item: u32, other: u32) {
         let Some(gone) = self.forget(item) else {
             return;
         };
-        if let Some(tracked) = self.get_mut(other) {
-            tracked.features.take(gone.features, false);
-            tracked.weight = tracked.features.reward();
+        let Some(tracked) = self.get_mut(other) else {
+            return;
+        };
+        let is_newer = gone.measured > tracked.measured;
+        tracked.overlooked = tracked.overlooked.min(gone.overlooked);
+        tracked.features.take(gone.features, is_newer);
+        tracked.weight = tracked.features.reward();
+        if is_newer {
+            self.measure(other, gone.measured, gone.covariance);
+            self.place(other, gone.place, gone.y);
         }
         for sighting in gone.sightings {
             let source = sighting.source.as_deref();
@@ -165,5 +173,105 @@ impl Items {
                 self.adopt(other, source, sighting.at, Some(id));
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::live::features::Features;
+
+    fn sight(source: Option<&str>, id: Option<&str>, time: f64) -> Sight {
+        Sight {
+            source: source.map(str::to_owned),
+            id: id.map(str::to_owned),
+            time,
+            place: time,
+            y: 0.0,
+            covariance: None,
+            features: Features::default(),
+        }
+    }
+
+    fn name(items: &Items, item: u32) -> &str {
+        items.get(item).map_or("", |tracked| tracked.id.as_str())
+    }
+
+    #[test]
+    fn no_two_items_have_one_name() {
+        let mut items = Items::default();
+        let (left, right) = (Some("left"), Some("right"));
+        let a = items.add(&sight(left, Some("1"), 0.0));
+        // Another camera counts for itself.
+        let b = items.add(&sight(right, Some("1"), 1.0));
+        assert_eq!((name(&items, a), name(&items, b)), ("1", "1~1"));
+        assert_eq!(items.known_as(left, "1"), Some(a));
+        assert_eq!(items.known_as(right, "1"), Some(b));
+        // The tracker of the first restarts.
+        let c = items.add(&sight(left, Some("1"), 2.0));
+        assert_eq!((name(&items, a), name(&items, c)), ("1~2", "1"));
+        assert_eq!(items.known_as(left, "1"), Some(c));
+        // Names that nobody gave are in nobody's way.
+        let d = items.add(&sight(None, None, 3.0));
+        let e = items.add(&sight(None, Some("auto:1"), 4.0));
+        assert_eq!((name(&items, d), name(&items, e)), ("auto:1~3", "auto:1"));
+        for item in [a, b, c, d, e] {
+            items.forget(item);
+        }
+        assert!(items.by_name.is_empty() && items.by_id.is_empty());
+    }
+
+    #[test]
+    fn an_id_is_that_of_one_item_and_an_item_has_few() {
+        let mut items = Items::default();
+        let a = items.add(&sight(None, Some("a"), 0.0));
+        let b = items.add(&sight(None, Some("b"), 0.0));
+        assert_eq!(
+            items.sight(a, &sight(None, Some("b"), 1.0), true),
+            News::Renumbered
+        );
+        assert_eq!(items.known_as(None, "b"), Some(a));
+        assert!(!items.get(b).unwrap().is_named_by(None));
+        // Old news take nothing away.
+        items.sight(b, &sight(None, Some("b"), 0.5), false);
+        assert_eq!(items.known_as(None, "b"), Some(a));
+        let other = Some("other");
+        assert_eq!(
+            items.sight(a, &sight(other, Some("7"), 1.0), true),
+            News::Fused
+        );
+        assert_eq!(
+            items.sight(a, &sight(other, Some("7"), 2.0), true),
+            News::Nothing
+        );
+        for number in 0..10 {
+            items.sight(a, &sight(None, Some(&number.to_string()), 2.0), true);
+        }
+        assert_eq!(items.known_as(None, "9"), Some(a));
+        assert_eq!(items.known_as(None, "0"), None);
+        items.fuse(a, b);
+        assert_eq!(items.known_as(None, "9"), Some(b));
+        assert_eq!(items.known_as(other, "7"), Some(b));
+    }
+
+    #[test]
+    fn what_is_restored_is_what_was() {
+        let mut items = Items::default();
+        items.watch();
+        for number in 0..20u32 {
+            let id = (number % 7).to_string();
+            let source = (number % 3 == 0).then_some("left");
+            items.add(&sight(source, Some(&id), f64::from(number)));
+        }
+        let table = items.take_changed().into_iter();
+        let table = table.filter_map(|(item, tracked)| Some((item, tracked?)));
+        let again = Items::restore(table.collect(), items.numbers());
+        for number in 0..7 {
+            for source in [None, Some("left")] {
+                let id = number.to_string();
+                assert_eq!(again.known_as(source, &id), items.known_as(source, &id));
+            }
+        }
+        assert_eq!(again.by_name, items.by_name);
     }
 }
