@@ -9,7 +9,7 @@ use crate::live::ClockKind;
 use crate::live::emulator::{Emulator, Trouble};
 use crate::live::layout;
 use crate::live::protocol::{Incoming, Outgoing, Status, decode_answer, decode_outgoing};
-use crate::live::transport::{Heard, Hub, Side};
+use crate::live::transport::{Dialect, Heard, Hub, Side};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
@@ -34,7 +34,9 @@ pub fn run(args: &EmulateArgs, session: &Session) -> Result<()> {
         "playing {name} on station {}",
         args.station.station
     ));
-    let hub = args.transport.open(Side::Station, emulator.station())?;
+    let hub = args
+        .transport
+        .open(Side::Station, emulator.station(), Dialect::Json)?;
     let mut play = Play {
         emulator,
         hub,

@@ -4,7 +4,7 @@ use super::args::{ClockArg, LogFormatArg, TransportArgs};
 use super::log::{Level, Log, Style, kind_of};
 use crate::error::{Error, Result, shown_number};
 use crate::live::protocol::{Hello, Role};
-use crate::live::transport::{Access, Hub, Place, Side, Terms};
+use crate::live::transport::{Access, Dialect, Hub, Place, Side, Terms};
 use crate::live::{ClockKind, Reading, SteadyClock};
 use crate::station::Station;
 #[cfg(feature = "ros2")]
@@ -31,11 +31,12 @@ impl TransportArgs {
         }
     }
 
-    /// Opens the place where `side` talks, for the line of `station`, and says where it is.
+    /// Opens the place where `side` talks in this dialect, for the line of `station`, and says
+    /// where it is.
     ///
     /// # Errors
     /// As for [`Hub::open`].
-    pub fn open(&self, side: Side, station: &Station) -> Result<Hub> {
+    pub fn open(&self, side: Side, station: &Station, dialect: Dialect) -> Result<Hub> {
         let place = self.place(side)?;
         let access = match place {
             Place::Listen(_) => self.access.listening()?,
@@ -58,6 +59,7 @@ impl TransportArgs {
             access,
             most_peers: self.access.max_peers.into(),
             hello,
+            dialect,
         };
         let hub = Hub::open(&place, terms)?;
         if let Some(address) = hub.address() {

@@ -1,9 +1,9 @@
 //! `pickline run`.
 
-use super::args::{Common, Format, RunArgs};
+use super::args::{Common, DialectArg, Format, RunArgs};
 use super::dashboard::Screen;
 use super::kept::{self, Kept};
-use super::live::{NodeClock, PATIENCE, check_range, is_same_place, stop_flag};
+use super::live::{NodeClock, PATIENCE, check_range, is_same_place, stop_flag, unix_now};
 use super::node::Node;
 use super::notify::Notify;
 use super::progress::Bar;
@@ -11,8 +11,8 @@ use super::session::Session;
 use super::settings::{default_strategy, json, parse_strategy};
 use super::training::{Line, budget, distance};
 use crate::error::{Error, Result, shown};
-use crate::live::protocol::schema;
-use crate::live::transport::Side;
+use crate::live::protocol::{check_station, schema};
+use crate::live::transport::{Dialect, Side};
 use crate::live::{ClockKind, Config, Timeouts};
 use crate::optimize::Environment;
 use crate::planning::{Allowance, Budget};
@@ -95,10 +95,14 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
         made.name(),
         args.station.station
     ));
+    let dialect = dialect(args, &station)?;
     let screen = Screen::open(args, &station, &made.name())?;
     let began = Instant::now();
     let (controller, kept) = Kept::open(args, session, station, (&text, made), config)?;
-    let hub = match args.transport.open(Side::Node, controller.station()) {
+    let hub = match args
+        .transport
+        .open(Side::Node, controller.station(), dialect)
+    {
         Ok(hub) => hub,
         Err(error) => {
             kept.discard();
@@ -124,6 +128,21 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
     node.hub.close(PATIENCE)?;
     node.screen.close(&node.controller);
     gone.and(node.kept.finish())
+}
+
+/// How lines are written.
+///
+/// # Errors
+/// A station that the dialect has no room for.
+fn dialect(args: &RunArgs, station: &Station) -> Result<Dialect> {
+    match args.dialect {
+        DialectArg::Json => Ok(Dialect::Json),
+        DialectArg::Csv => {
+            check_station(station)?;
+            let is_real = args.transport.clock() == ClockKind::System;
+            Ok(Dialect::Csv(is_real.then_some(unix_now)))
+        }
+    }
 }
 
 /// Checks that the dashboard has an address of its own.

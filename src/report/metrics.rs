@@ -4,6 +4,7 @@
 //! Each metric is one row of [`metrics`]; `docs/protocol.md` has the table of them.
 
 use crate::live::View;
+use crate::live::protocol::SourceReport;
 use std::fmt::{Display, Write as _};
 
 /// The states that a robot can be in, as a status names them.
@@ -90,6 +91,7 @@ pub fn metrics(view: &View, strategy: &str) -> String {
             page.sample(&labels, u8::from(state == robot.state));
         }
     }
+    page.sources(view);
     let help = "Messages that were refused, by reason.";
     page.metric("pickline_messages_rejected_total", "counter", help);
     for (reason, count) in &status.rejected {
@@ -140,6 +142,38 @@ impl Page {
         }
         let end = if labels.is_empty() { "" } else { "}" };
         let _ = writeln!(self.text, "{end} {value}");
+    }
+
+    /// How the messages and the clock of each source stand.
+    fn sources(&mut self, view: &View) {
+        type Figure = fn(&SourceReport) -> Option<f64>;
+        let figures: [(&str, &str, Figure); 3] = [
+            (
+                "pickline_source_age_seconds",
+                "Time since a source was heard last [s].",
+                |source| Some(source.age),
+            ),
+            (
+                "pickline_source_offset_seconds",
+                "Smallest time from a stamp of a source to when its message came [s].",
+                |source| source.offset,
+            ),
+            (
+                "pickline_source_overdue",
+                "1 for a source that is silent for longer than expected.",
+                |source| Some(f64::from(u8::from(source.overdue))),
+            ),
+        ];
+        for (name, help, figure) in figures {
+            self.metric(name, "gauge", help);
+            for source in &view.status.sources {
+                let kind = serde_json::to_value(source.kind).unwrap_or_default();
+                let kind = kind.as_str().unwrap_or_default();
+                if let Some(value) = figure(source) {
+                    self.sample(&[("source", &source.name), ("kind", kind)], value);
+                }
+            }
+        }
     }
 
     /// How long decisions took.

@@ -82,6 +82,11 @@ def check(families, before):
             if sample.labels["robot"] == robot
         ]
         assert sum(sample.value for sample in states) == 1, states
+    for name in ("age", "overdue"):
+        family = families[f"pickline_source_{name}" + ("_seconds" if name == "age" else "")]
+        for sample in family.samples:
+            assert sample.labels["kind"] and sample.labels["source"], sample
+            assert sample.value >= 0, sample
     times = families["pickline_decision_duration_seconds"].samples
     buckets = [(float(s.labels["le"]), s.value) for s in times if s.name.endswith("_bucket")]
     assert buckets == sorted(buckets) and buckets[-1][0] == float("inf")
@@ -124,6 +129,10 @@ families = scrape(dashboard)
 seen, picked = check(families, before)
 assert by(families, "pickline_messages_rejected", "reason") == {"syntax": 1}
 assert by(families, "pickline_robot_picks", "robot").keys() == set(ROBOTS)
+ages = families["pickline_source_age_seconds"].samples
+# A camera and a belt may have one name, but not one name and kind.
+assert len({(age.labels["source"], age.labels["kind"]) for age in ages}) == len(ages), ages
+assert set(ROBOTS) <= {age.labels["source"] for age in ages}, ages
 (info,) = families["pickline_info"].samples
 assert info.labels["strategy"].endswith("SPT,FIFO"), info
 node.terminate()

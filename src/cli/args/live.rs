@@ -15,6 +15,16 @@ pub enum ClockArg {
     Messages,
 }
 
+/// How lines are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum DialectArg {
+    /// One JSON object a line
+    Json,
+    /// Fixed fields, at most 80 characters, with sequence number and checksum: for controllers
+    /// without JSON
+    Csv,
+}
+
 /// How remarks are written on stderr.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum LogFormatArg {
@@ -75,8 +85,15 @@ Examples:
   pickline run --replay monday.mcap --strategy lookahead > other-tasks.jsonl
   pickline run --listen 127.0.0.1:7400 --dashboard 127.0.0.1:8090
   pickline run --listen 0.0.0.0:7400 --token line.token
+  pickline run --listen 127.0.0.1:7400 --dialect csv
   pickline run --schema > protocol.schema.json")]
 pub struct RunArgs {
+    /// How lines are written over TCP, stdin and stdout; docs/dialect-csv.md has the fields. A
+    /// peer that begins in JSON is talked to in JSON
+    #[arg(long, value_enum, default_value_t = DialectArg::Json, help_heading = "Transport")]
+    #[cfg_attr(feature = "mqtt", arg(conflicts_with = "mqtt"))]
+    #[cfg_attr(feature = "ros2", arg(conflicts_with = "ros2"))]
+    pub dialect: DialectArg,
     #[command(flatten)]
     pub station: StationChoice,
     #[arg(long, value_name = "STRATEGY", help = strategy_help(
@@ -182,7 +199,7 @@ pub struct KeptArgs {
     #[arg(long, value_name = "FILE", conflicts_with_all = [
         "listen", "connect", "station", "robots", "belt_speed", "seed", "tolerance",
         "ack_timeout", "result_timeout", "status_every", "belt_timeout", "robot_timeout",
-        "camera_delay", "dashboard", "journal", "record",
+        "camera_delay", "dashboard", "journal", "record", "dialect",
     ])]
     #[cfg_attr(feature = "mqtt", arg(conflicts_with = "mqtt"))]
     #[cfg_attr(feature = "ros2", arg(conflicts_with = "ros2"))]

@@ -23,7 +23,9 @@ pub use bound::{BoundArgs, ObjectiveArg};
 pub use conditions::ConditionArgs;
 pub use experiment::{CompareArgs, SweepArgs, TrainingArgs};
 pub use game::{GameArgs, PayoffArg};
-pub use live::{ClockArg, EmulateArgs, LogFormatArg, RunArgs, TransportArgs, TroubleArgs};
+pub use live::{
+    ClockArg, DialectArg, EmulateArgs, LogFormatArg, RunArgs, TransportArgs, TroubleArgs,
+};
 #[cfg(feature = "mqtt")]
 pub use mqtt::MqttArgs;
 pub use optimize::{LimitArgs, OptimizeArgs, SearchArg};

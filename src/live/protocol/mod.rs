@@ -14,7 +14,7 @@ mod schema;
 mod session;
 
 pub use check::LARGEST_STAMP;
-pub use csv::{CsvReader, CsvWriter, LONGEST_CSV_LINE, Reading, check_station};
+pub use csv::{CsvLine, CsvReader, CsvWriter, LONGEST_CSV_LINE, check_station};
 pub use decode::{
     LONGEST_LINE, Rejected, Rejection, Said, decode, decode_answer, decode_outgoing, decode_said,
 };

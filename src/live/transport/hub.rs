@@ -6,7 +6,7 @@ use super::peer::{Peer, QUEUE};
 #[cfg(feature = "ros2")]
 use super::ros2;
 use super::tcp::{Connection, FAREWELL_TIME, Tcp, WRITE_TIME};
-use super::{Access, Heard, INBOX, Origin, Place, RETRY, Side, listen_at, stream};
+use super::{Access, Dialect, Heard, INBOX, Origin, Place, RETRY, Side, listen_at, stream};
 use crate::error::{Error, Result, counted, known_names, shown};
 use crate::live::protocol::{
     Answer, Hello, Incoming, Message, Outgoing, Rejected, Rejection, Role,
@@ -40,6 +40,8 @@ pub struct Terms {
     pub most_peers: usize,
     /// What a station says first over TCP.
     pub hello: Option<Hello>,
+    /// How lines are written on streams.
+    pub dialect: Dialect,
 }
 
 /// What has become of a hello.
@@ -95,13 +97,19 @@ impl Hub {
         };
         match place {
             Place::Stdio => {
-                let peer = stream::start(0, std::io::stdin(), std::io::stdout(), sender);
+                let peer = stream::start(
+                    0,
+                    std::io::stdin(),
+                    std::io::stdout(),
+                    hub.terms.dialect,
+                    sender,
+                );
                 hub.peers.insert(0, peer);
             }
             Place::Listen(address) => {
                 let listener = listen_at("--listen", address)?;
                 hub.address = listener.local_addr().ok();
-                let tcp = Tcp::start(sender, hub.terms.access.tls.clone())?;
+                let tcp = Tcp::start(sender, hub.terms.access.tls.clone(), hub.terms.dialect)?;
                 tcp.listen(listener).map_err(|error| {
                     let cure = "try again";
                     Error::input("--listen", format!("{}: {error}", shown(address)), cure)
@@ -114,7 +122,7 @@ impl Hub {
                     let cure = "give HOST:PORT, for example 127.0.0.1:7400";
                     return Err(Error::input("--connect", problem, cure));
                 }
-                let tcp = Tcp::start(sender, hub.terms.access.tls.clone())?;
+                let tcp = Tcp::start(sender, hub.terms.access.tls.clone(), hub.terms.dialect)?;
                 tcp.connect(address.clone(), Duration::ZERO);
                 hub.connects_to = Some(address.clone());
                 hub.tcp = Some(tcp);

@@ -9,6 +9,7 @@
 
 mod access;
 mod descriptors;
+mod dialect;
 mod hub;
 mod identity;
 mod lines;
@@ -30,6 +31,7 @@ use tcp::Connection;
 
 pub use access::{Access, Token};
 pub use descriptors::is_short as is_short_of_descriptors;
+pub use dialect::Dialect;
 pub use hub::{Greeted, Hub, Terms};
 pub use origin::Origin;
 

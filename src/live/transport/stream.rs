@@ -1,10 +1,10 @@
 //! JSON Lines over a pair of byte streams that block: stdin and stdout.
 
-use super::lines::{Line, Lines};
+use super::dialect::{Dialect, Ear, Voice};
+use super::lines::Lines;
 use super::peer::{Peer, Waiting};
 use super::{Heard, Origin};
 use crate::error::Error;
-use crate::live::protocol::{Rejected, encode};
 use std::io::{BufReader, BufWriter, Read, Write};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -17,14 +17,16 @@ pub fn start(
     number: u64,
     reads: impl Read + Send + 'static,
     writes: impl Write + Send + 'static,
+    dialect: Dialect,
     inbox: SyncSender<Heard>,
 ) -> Peer {
     let told = inbox.clone();
-    thread::spawn(move || read_all(number, reads, &inbox));
+    let (ear, voice) = dialect.of_a_peer();
+    thread::spawn(move || read_all(number, reads, ear, &inbox));
     Peer::start(Arc::new(AtomicBool::new(true)), move |waiting| {
         // Stdout has no reader of ours. Told from aside where the inbox is full: whoever
         // empties it may wait for this thread to take what is left.
-        if let Err(error) = write_all(BufWriter::new(writes), waiting)
+        if let Err(error) = write_all(BufWriter::new(writes), waiting, voice, &told)
             && let Err(TrySendError::Full(heard)) = told.try_send(unwritten(number, &error))
         {
             thread::spawn(move || told.send(heard));
@@ -44,7 +46,7 @@ fn unwritten(number: u64, error: &std::io::Error) -> Heard {
     }
 }
 
-fn read_all(peer: u64, reads: impl Read, inbox: &SyncSender<Heard>) {
+fn read_all(peer: u64, reads: impl Read, mut ear: Ear, inbox: &SyncSender<Heard>) {
     let mut lines = Lines::new(BufReader::new(reads));
     while let Ok(Some((number, line))) = lines.next() {
         let origin = Origin::Line {
@@ -52,23 +54,30 @@ fn read_all(peer: u64, reads: impl Read, inbox: &SyncSender<Heard>) {
             peer: None,
             number,
         };
-        let heard = match line {
-            Line::Whole(line) => Heard::Line(origin, line),
-            Line::TooLong => Heard::Refused(origin, Rejected::too_long()),
-        };
-        if inbox.send(heard).is_err() {
-            return;
+        for heard in ear.heard(&origin, line) {
+            if inbox.send(heard).is_err() {
+                return;
+            }
         }
     }
     let _ = inbox.send(Heard::Left(peer));
 }
 
 /// Writes messages as they come, and flushes when there is none for the moment.
-fn write_all(mut stream: impl Write, waiting: &mut Waiting) -> std::io::Result<()> {
+fn write_all(
+    mut stream: impl Write,
+    waiting: &mut Waiting,
+    mut voice: Voice,
+    told: &SyncSender<Heard>,
+) -> std::io::Result<()> {
     while let Some(first) = waiting.next() {
         let mut next = Some(first);
         while let Some(message) = next {
-            stream.write_all(encode(&message).as_bytes())?;
+            match voice.say(&message) {
+                Ok(lines) => stream.write_all(lines.as_bytes())?,
+                // Where there is no room for it the message is all that is missing.
+                Err(text) => drop(told.try_send(Heard::Remark(text))),
+            }
             next = waiting.try_next().ok();
         }
         stream.flush()?;
@@ -122,7 +131,7 @@ mod tests {
     fn a_stalled_stream_loses_nothing_that_matters() {
         let gate = Gate::default();
         let (inbox, _heard) = sync_channel(1);
-        let mut peer = start(0, std::io::empty(), gate.clone(), inbox);
+        let mut peer = start(0, std::io::empty(), gate.clone(), Dialect::Json, inbox);
         let mut all = Vec::new();
         for i in 0..3 * QUEUE as u64 {
             let matters = i % 3 == 0;

@@ -4,12 +4,13 @@
 //! the peers wait, each as long as the others.
 
 use super::descriptors::is_short;
+use super::dialect::{Dialect, Ear, Voice};
 use super::lines::{Line, Splitter};
 use super::peer::{Peer, QUEUE, Socket};
 use super::tls::{Stream, Tls};
 use super::{Heard, INBOX, Origin, RETRY};
 use crate::error::{Error, Result, shown};
-use crate::live::protocol::{Message, Rejected, encode};
+use crate::live::protocol::Message;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -79,6 +80,7 @@ pub struct Tcp {
     gate: Gate,
     tls: Option<Tls>,
     newcomers: Arc<Semaphore>,
+    dialect: Dialect,
     /// Ends the thread when it is dropped.
     _stop: oneshot::Sender<()>,
 }
@@ -88,7 +90,7 @@ impl Tcp {
     ///
     /// # Errors
     /// A system that has no room for it.
-    pub fn start(inbox: SyncSender<Heard>, tls: Option<Tls>) -> Result<Self> {
+    pub fn start(inbox: SyncSender<Heard>, tls: Option<Tls>, dialect: Dialect) -> Result<Self> {
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
             .build()
@@ -108,6 +110,7 @@ impl Tcp {
             gate: Gate { inbox, room },
             tls,
             newcomers: Arc::new(Semaphore::new(NEWCOMERS)),
+            dialect,
             _stop: stop,
         })
     }
@@ -183,7 +186,10 @@ impl Tcp {
         let (done, written) = sync_channel(1);
         let (cut, is_cut) = watch::channel(false);
         let is_patient = Arc::new(AtomicBool::new(false));
+        let (ear, voice) = self.dialect.of_a_peer();
         let reader = Reader {
+            dialect: self.dialect,
+            ear,
             number,
             address: connection.address,
             gate: self.gate.clone(),
@@ -195,7 +201,7 @@ impl Tcp {
             let stalled = tokio::select! {
                 biased;
                 () = cut_off(is_cut) => false,
-                stalled = write_all(writes, waiting, deadline, &patient) => stalled,
+                stalled = write_all(writes, waiting, (voice, &gate), deadline, &patient) => stalled,
             };
             let _ = done.try_send(());
             if stalled {
@@ -212,7 +218,8 @@ impl Tcp {
 
     /// Says one word to a connection and closes it.
     pub fn turn_away(&self, connection: Connection, word: &Message) {
-        let line = encode(word);
+        // It has said nothing yet; whatever it speaks, this is all it hears.
+        let line = self.dialect.of_a_peer().1.say(word).unwrap_or_default();
         self.handle.spawn(async move {
             // The newcomers' permit lives as long.
             let mut connection = connection;
@@ -332,6 +339,8 @@ async fn cut_off(mut cut: watch::Receiver<bool>) {
 
 /// What reads a peer.
 struct Reader {
+    dialect: Dialect,
+    ear: Ear,
     number: u64,
     address: Option<SocketAddr>,
     gate: Gate,
@@ -339,7 +348,7 @@ struct Reader {
 }
 
 impl Reader {
-    async fn run(self, reads: ReadHalf<Stream>) {
+    async fn run(mut self, reads: ReadHalf<Stream>) {
         tokio::select! {
             biased;
             () = cut_off(self.cut.clone()) => {}
@@ -348,7 +357,7 @@ impl Reader {
         self.gate.send(Heard::Left(self.number)).await;
     }
 
-    async fn read_all(&self, mut reads: ReadHalf<Stream>) {
+    async fn read_all(&mut self, mut reads: ReadHalf<Stream>) {
         let mut lines = Splitter::default();
         let mut block = vec![0; BLOCK];
         let mut is_new = true;
@@ -362,9 +371,9 @@ impl Reader {
                 return;
             }
             let mut bytes = &block[..count];
-            if is_new && let Some(first) = bytes.iter().find(|byte| !byte.is_ascii_whitespace()) {
+            if is_new && !bytes.trim_ascii().is_empty() {
                 is_new = false;
-                if *first != b'{' {
+                if !self.dialect.may_begin(bytes) {
                     // A browser, a scanner or TLS: nothing that it says is meant for a line.
                     let start = String::from_utf8_lossy(&bytes[..bytes.len().min(40)]);
                     let start = start.lines().next().unwrap_or_default().to_owned();
@@ -382,17 +391,18 @@ impl Reader {
         }
     }
 
-    async fn hand_on(&self, number: u64, line: Line) -> bool {
+    async fn hand_on(&mut self, number: u64, line: Line) -> bool {
         let origin = Origin::Line {
             connection: self.number,
             peer: self.address,
             number,
         };
-        let heard = match line {
-            Line::Whole(line) => Heard::Line(origin, line),
-            Line::TooLong => Heard::Refused(origin, Rejected::too_long()),
-        };
-        self.gate.send(heard).await
+        for heard in self.ear.heard(&origin, line) {
+            if !self.gate.send(heard).await {
+                return false;
+            }
+        }
+        true
     }
 }
 
@@ -402,17 +412,22 @@ impl Reader {
 async fn write_all(
     mut stream: WriteHalf<Stream>,
     mut waiting: mpsc::Receiver<Message>,
+    (mut voice, gate): (Voice, &Gate),
     deadline: Option<Duration>,
     patient: &AtomicBool,
 ) -> bool {
     let mut block = String::new();
     while let Some(message) = waiting.recv().await {
         block.clear();
-        block += &encode(&message);
-        while block.len() < BLOCK
-            && let Ok(message) = waiting.try_recv()
-        {
-            block += &encode(&message);
+        let mut next = Some(message);
+        while let Some(message) = next {
+            match voice.say(&message) {
+                Ok(lines) => block += &lines,
+                Err(text) => drop(gate.send(Heard::Remark(text)).await),
+            }
+            next = (block.len() < BLOCK)
+                .then(|| waiting.try_recv().ok())
+                .flatten();
         }
         let mut rest = block.as_bytes();
         while !rest.is_empty() {

@@ -61,6 +61,10 @@ pub fn read(field: &Field, text: &str, stamp: f64) -> Result<Value, String> {
             "1" => Ok(Value::from(true)),
             _ => Err("0 or 1".to_owned()),
         },
+        Kind::Texts => Ok(text
+            .split(';')
+            .map(|part| Value::from(part.trim()))
+            .collect()),
         Kind::Sum => Err("nothing".to_owned()),
     }
 }
@@ -96,6 +100,11 @@ pub fn write(field: &Field, value: Option<&Value>, stamp: f64) -> String {
             found.map_or(String::new(), |(letter, _)| (*letter).to_owned())
         }
         Kind::Flag => u8::from(value == &Value::Bool(true)).to_string(),
+        Kind::Texts => {
+            let texts = value.as_array().into_iter().flatten();
+            let texts = texts.filter_map(|text| Some(plain(text.as_str()?, 8)));
+            texts.collect::<Vec<_>>().join(";")
+        }
         Kind::Sum => {
             let counts = value.as_object().into_iter().flat_map(Map::values);
             counts.filter_map(Value::as_u64).sum::<u64>().to_string()

@@ -15,7 +15,7 @@ mod tests;
 use crate::error::{Error, Result, shown, shown_number};
 use crate::station::Station;
 
-pub use read::{CsvReader, Reading};
+pub use read::{CsvLine, CsvReader};
 pub use write::CsvWriter;
 
 /// Lines are at most this long [characters], with their line end.

@@ -17,17 +17,24 @@ pub struct CsvReader {
 
 /// What a line says.
 #[derive(Debug, PartialEq)]
-pub struct Reading {
+pub struct CsvLine {
     /// That lines are missing before it.
     pub gap: Option<Rejected>,
     /// The JSON of its message, for the decoder of all messages.
     pub message: Result<Vec<u8>, Rejected>,
 }
 
+impl CsvLine {
+    /// A line that is a message, or none, and of which nothing more is known.
+    pub fn of(message: Result<Vec<u8>, Rejected>) -> Self {
+        Self { gap: None, message }
+    }
+}
+
 impl CsvReader {
     /// Reads a line, without its line end. `now` is the time [s]; without one, times in lines
     /// are near to the line before, and must be there.
-    pub fn read(&mut self, line: &[u8], now: Option<f64>) -> Reading {
+    pub fn read(&mut self, line: &[u8], now: Option<f64>) -> CsvLine {
         let mut gap = None;
         let message = opened(line).and_then(|fields| {
             match self.sequence.follow(fields.get(1).unwrap_or(&"")) {
@@ -37,7 +44,7 @@ impl CsvReader {
             self.message(&fields, now)
         });
         let message = message.map(|message| message.to_string().into_bytes());
-        Reading { gap, message }
+        CsvLine { gap, message }
     }
 
     fn message(&mut self, texts: &[&str], now: Option<f64>) -> Result<Value, Rejected> {

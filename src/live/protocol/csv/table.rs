@@ -22,6 +22,8 @@ pub enum Kind {
     Choice(&'static [(&'static str, &'static str)]),
     /// 1 or 0.
     Flag,
+    /// Texts with semicolons between.
+    Texts,
     /// The sum of an object's counts; only written.
     Sum,
 }
@@ -63,8 +65,26 @@ const RESULTS: &[(&str, &str)] = &[
     ("C", "CANCELLED"),
 ];
 
+const ROLES: &[(&str, &str)] = &[
+    ("C", "camera"),
+    ("E", "encoder"),
+    ("R", "robot"),
+    ("O", "observer"),
+];
+
 /// Lines to the node.
 pub const TO_NODE: &[Form] = &[
+    Form {
+        letter: "H",
+        message: "hello",
+        about: "who is there",
+        fields: &[
+            field("name", "name", Kind::Text(12)),
+            field("role", "role", Kind::Choice(ROLES)),
+            field("robots", "robots", Kind::Texts),
+            field("token", "token", Kind::Text(40)),
+        ],
+    },
     Form {
         letter: "D",
         message: "detection",
@@ -133,6 +153,15 @@ pub const TO_NODE: &[Form] = &[
 
 /// Lines from the node. A message that has two is written as both, in this order.
 pub const FROM_NODE: &[Form] = &[
+    Form {
+        letter: "H",
+        message: "hello",
+        about: "whether the peer may stay, and why not",
+        fields: &[
+            field("accepted", "accepted", Kind::Flag),
+            field("reason", "reason", Kind::Text(48)),
+        ],
+    },
     Form {
         letter: "I",
         message: "task",

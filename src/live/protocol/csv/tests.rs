@@ -184,7 +184,7 @@ proptest! {
 
     #[test]
     fn what_is_written_to_the_node_reads_back(messages in prop::collection::vec(incoming(), 1..9)) {
-        let (mut writer, mut reader) = (CsvWriter::default(), CsvReader::default());
+        let (mut writer, mut reader) = (CsvWriter::to_node(), CsvReader::default());
         for message in messages {
             let line = writer.write(&message).unwrap();
             prop_assert!(line.len() <= LONGEST_CSV_LINE && line.ends_with("\r\n"), "{line}");
@@ -246,7 +246,7 @@ proptest! {
     fn one_wrong_or_swapped_character_is_found(
         message in incoming(), at in 0..60usize, other in 33..126u8,
     ) {
-        let line = CsvWriter::default().write(&message).unwrap();
+        let line = CsvWriter::to_node().write(&message).unwrap();
         let end = line.rfind('*').unwrap();
         let at = at % end;
         let mut wrong = line.clone().into_bytes();
@@ -281,7 +281,7 @@ fn what_is_wrong_is_named_and_counted() {
         let line = framed(text);
         reader.read(line.trim_end().as_bytes(), now)
     };
-    let reason = |reading: Reading| reading.message.map_err(|rejected| rejected.reason.name());
+    let reason = |reading: CsvLine| reading.message.map_err(|rejected| rejected.reason.name());
     for (text, expected) in [
         ("Q,0,1", "kind"),
         ("A,1,,x", "field"),
@@ -314,7 +314,7 @@ fn what_is_wrong_is_named_and_counted() {
 
 #[test]
 fn times_are_near_to_now_or_to_the_line_before() {
-    let stamp = |reading: Reading| decode(&reading.message.unwrap()).unwrap().stamp();
+    let stamp = |reading: CsvLine| decode(&reading.message.unwrap()).unwrap().stamp();
     let mut reader = CsvReader::default();
     let mut read = |text: &str, now: Option<f64>| {
         let line = framed(text);

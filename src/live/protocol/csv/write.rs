@@ -11,12 +11,27 @@ use serde_json::Value;
 const ITEM: &str = "I";
 
 /// Writes lines to one peer.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct CsvWriter {
+    forms: &'static [Form],
     next: u16,
 }
 
+impl Default for CsvWriter {
+    /// Writes what the node says.
+    fn default() -> Self {
+        let forms = FROM_NODE;
+        Self { forms, next: 0 }
+    }
+}
+
 impl CsvWriter {
+    /// Writes what is said to the node.
+    pub fn to_node() -> Self {
+        let forms = TO_NODE;
+        Self { forms, next: 0 }
+    }
+
     /// The lines of a message, with their line ends; none for a message that the dialect does
     /// not have.
     ///
@@ -25,9 +40,8 @@ impl CsvWriter {
     pub fn write<M: Serialize>(&mut self, message: &M) -> Result<String, String> {
         let message = serde_json::to_value(message).unwrap_or_default();
         let kind = message.get("kind").and_then(Value::as_str);
-        let forms = TO_NODE.iter().chain(FROM_NODE);
         let mut lines = String::new();
-        for form in forms.filter(|form| Some(form.message) == kind) {
+        for form in self.forms.iter().filter(|form| Some(form.message) == kind) {
             let line = framed(&self.text(form, &message));
             if line.len() > LONGEST_CSV_LINE {
                 if form.letter == ITEM {
