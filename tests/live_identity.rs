@@ -2,12 +2,16 @@
 
 #[path = "common/line.rs"]
 mod line;
+#[path = "common/tracker.rs"]
+mod tracker;
 
 use line::Line;
 use pickline::live::protocol::{Detection, Incoming, Status, Task};
-use pickline::live::{ClockKind, Config, Controller, State};
+use pickline::live::{Change, ClockKind, Config, Controller, State};
+use pickline::pattern::random_stream;
 use pickline::station::built_in;
 use pickline::strategies::read_alone;
+use tracker::{Camera, Mistakes, PERIOD, Tracker, World};
 
 /// One picture: ids, where they are at the stamp.
 fn picture(line: &mut Line, stamp: f64, shown: &[(Option<&str>, f64, f64)]) {
@@ -508,4 +512,69 @@ fn the_gate_is_as_the_protocol_says() {
         line.say(r#""kind":"tick","stamp":20"#);
         assert_eq!(see(&mut line, 20.0, factor * gate, ""), seen);
     }
+}
+
+/// A node that is killed and started again every now and then knows the same items, by the
+/// same names, as one that is not, whatever the tracker does.
+#[test]
+fn a_node_that_is_killed_now_and_then_knows_the_same_items() {
+    let station = built_in("paper").unwrap().station(Some(2)).unwrap();
+    let strategy = || read_alone("SPT,FIFO", 2).unwrap().make();
+    let config = Config {
+        clock: ClockKind::Messages,
+        ..Config::default()
+    };
+    let through_text = |change: &Change| -> Change {
+        serde_json::from_str(&serde_json::to_string(change).unwrap()).unwrap()
+    };
+    let world = World::dense(150, 0.03, station.belt().speed, 5);
+    let mut tracker = Tracker::new(&world, Camera::Area, Mistakes::BAD_DAY, random_stream(5, 2));
+    let mut lines = [(); 2].map(|()| Controller::new(station.clone(), strategy(), config));
+    let mut state = State::default();
+    state.apply(through_text(&lines[1].whole()));
+    let mut kills = 0;
+    for number in 0..(world.end() / PERIOD) as usize {
+        let stamp = number as f64 * PERIOD;
+        let seen = tracker.picture(&world, stamp);
+        for line in &mut lines {
+            for message in &seen {
+                line.handle(message.clone()).unwrap();
+            }
+            line.handle(Incoming::Tick { stamp }).unwrap();
+        }
+        if let Some(change) = lines[1].change(true) {
+            state.apply(through_text(&change));
+        }
+        if number % 20 == 7 {
+            kills += 1;
+            let whole = lines[1].whole();
+            let mut at_once = State::default();
+            at_once.apply(whole);
+            assert_eq!(at_once, state, "{number}");
+            lines[1] =
+                Controller::restore(station.clone(), strategy(), config, state.clone(), None)
+                    .unwrap();
+            let mut again = State::default();
+            again.apply(lines[1].whole());
+            assert_eq!(again, state, "{number}");
+        }
+        let [a, b] = [&lines[0], &lines[1]].map(|line| {
+            let mut status = line.status(false, 0);
+            // How the sources are is learned again.
+            status.sources.clear();
+            status
+        });
+        assert_eq!(a, b, "{number}");
+        let sum = a.picked + a.missed.total() + a.on_belt + a.claimed;
+        assert_eq!(a.seen, sum);
+    }
+    let [a, b] = [&lines[0], &lines[1]].map(|line| line.view(0));
+    assert_eq!(a.items, b.items);
+    assert!(
+        kills > 10 && noted(&a.status, "renumbered") > 100,
+        "{:?}",
+        a.status
+    );
+    assert!(noted(&a.status, "id_reused") + noted(&a.status, "split") > 0);
+    assert!(noted(&a.status, "fused") > 0 && noted(&a.status, "doubled") > 10);
 }
