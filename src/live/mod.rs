@@ -4,6 +4,7 @@
 //! thread, no file and no socket of its own, so that every behaviour can be tested
 //! exactly. [`transport`], [`journal`] and [`recording`] do what it cannot.
 
+mod aim;
 mod association;
 mod belt;
 mod claims;

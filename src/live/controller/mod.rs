@@ -19,6 +19,7 @@ mod states;
 mod tasks;
 mod watch;
 
+use super::aim::Aim;
 use super::clock::{Clock, ClockKind};
 use super::decider::{Decider, Stopwatch};
 use super::doubts::Doubts;
@@ -104,6 +105,8 @@ pub struct Controller {
     robot_keys: Vec<Key>,
     /// When the message that is taken came [s since 1970], by the steady clock.
     received: Option<f64>,
+    /// How far from where they were sent robots find items.
+    aim: Aim,
     /// What is counted.
     tally: Tally,
     /// Which values are most likely wrong.
@@ -148,6 +151,7 @@ impl Controller {
             sources: Sources::new(config.timeouts, config.clock == ClockKind::System),
             robot_keys,
             received: None,
+            aim: Aim::default(),
             decider: Decider::new(strategy),
             picture: Picture::default(),
             output: Vec::new(),

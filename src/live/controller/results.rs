@@ -1,9 +1,14 @@
 //! What robots answer to their tasks: acknowledgements and results, in time and late.
 
 use super::Controller;
+use crate::error::rounded;
 use crate::live::lifecycle::Event;
 use crate::live::protocol::{Rejected, Rejection, Report, Verdict};
 use crate::live::robots::Service;
+use nalgebra::Point2;
+
+/// No robot finds its item further than this [m] from where it was sent.
+const ELSEWHERE: f64 = 0.5;
 
 impl Controller {
     fn unknown_task(&self, task: u64) -> Rejected {
@@ -43,7 +48,9 @@ impl Controller {
             return self.heed_late_result(time, free, report);
         };
         let (robot, is_asked) = (claim.robot, claim.stage.is_cancelled());
-        if !claim.stage.holds_item() {
+        let (meet, holds) = (claim.meet, claim.stage.holds_item());
+        self.take_aim(robot, meet, report);
+        if !holds {
             self.note("late_result");
         }
         let info = self.fleet.get_mut(robot);
@@ -72,6 +79,32 @@ impl Controller {
         };
         self.step_by_result(task, event, report.result, time);
         Ok(())
+    }
+
+    /// Learns from where a robot has found what it was sent for to `meet` [m].
+    fn take_aim(&mut self, robot: usize, meet: Point2<f64>, report: &Report) {
+        let speed = self.world.motion().speed();
+        let off = report.found.map(|at| (at.x - meet.x, at.y - meet.y));
+        match off {
+            Some((x, y)) if x.hypot(y) > ELSEWHERE => {
+                self.tally.note("found_elsewhere");
+                self.remarks.push(format!(
+                    "task {}: `found` is {} m from where the robot was sent\n  it is the place of the \
+                     item at `meet_at`, in the belt frame [m]",
+                    report.task,
+                    rounded(x.hypot(y), 3)
+                ));
+            }
+            Some(off) => self.aim.find(robot, off, speed),
+            None => self.aim.conclude(report.result),
+        }
+        let robots = self.world.station().robots().iter();
+        let names: Vec<&str> = robots.map(|robot| robot.name.as_str()).collect();
+        let (delay, camera) = (self.config.camera_delay, self.sources.camera_offset());
+        if let Some(remark) = self.aim.remark(delay, camera, speed, &names) {
+            self.tally.note("systematic_offset");
+            self.remarks.push(remark);
+        }
     }
 
     /// A robot that drops its tasks of its own accord, one after another, gets a rest.

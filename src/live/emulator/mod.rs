@@ -27,6 +27,8 @@ const LEAD: f64 = 0.05;
 const PAST_THE_END: f64 = 0.75;
 
 /// What happens at the station.
+// Handed on one at a time.
+#[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone)]
 enum Event {
     /// A message arrives.

@@ -131,6 +131,7 @@ impl Emulator {
             task,
             result,
             available_at,
+            found: None,
         };
         self.results.insert(task, report);
         self.send(Incoming::Result(report));
@@ -181,6 +182,7 @@ impl Emulator {
             task: id,
             result: verdict,
             available_at: Some(task.free_at.max(known)),
+            found: None,
         };
         self.results.insert(id, report);
         let arrives = known + self.jitter();

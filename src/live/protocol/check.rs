@@ -55,9 +55,17 @@ pub(super) fn check(message: &Incoming) -> Result<(), Rejected> {
                 .available_at
                 .map_or(Ok(()), |t| stamp("available_at", t))
         }
-        Incoming::Result(report) => report
-            .available_at
-            .map_or(Ok(()), |t| stamp("available_at", t)),
+        Incoming::Result(report) => {
+            let available = report.available_at;
+            available.map_or(Ok(()), |t| stamp("available_at", t))?;
+            let Some(found) = report.found else {
+                return Ok(());
+            };
+            let places = -FURTHEST_UPSTREAM..=FURTHEST_UPSTREAM;
+            let (what, place) = ("a position [m]", |value: f64| ITEM_PLACE.question(value));
+            within("found.x", found.x, places.clone(), what, place)?;
+            within("found.y", found.y, places, what, place)
+        }
         Incoming::Ack(_) | Incoming::Tick { .. } => Ok(()),
     }
 }

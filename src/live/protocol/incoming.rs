@@ -4,6 +4,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A message to the node.
+// Messages are handed on one at a time: a box would cost more than the room it saves.
+#[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Incoming {
@@ -147,6 +149,16 @@ pub enum Verdict {
     Cancelled,
 }
 
+/// A place in the belt frame.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Place {
+    /// Along the travel [m].
+    pub x: f64,
+    /// Across the belt [m].
+    pub y: f64,
+}
+
 /// What came of a task.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -160,6 +172,9 @@ pub struct Report {
     /// When the robot can set out next [s]; the stamp when not given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub available_at: Option<f64>,
+    /// Where the robot found the item, had it stayed on the belt, at the `meet_at` of the task.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub found: Option<Place>,
 }
 
 impl Incoming {

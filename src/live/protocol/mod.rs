@@ -18,7 +18,9 @@ pub use csv::{CsvLine, CsvReader, CsvWriter, LONGEST_CSV_LINE, check_station};
 pub use decode::{
     LONGEST_LINE, Rejected, Rejection, Said, decode, decode_answer, decode_outgoing, decode_said,
 };
-pub use incoming::{Ack, BeltState, Detection, Incoming, Report, RobotState, RobotStatus, Verdict};
+pub use incoming::{
+    Ack, BeltState, Detection, Incoming, Place, Report, RobotState, RobotStatus, Verdict,
+};
 pub use message::Message;
 pub use outgoing::{
     Cancel, Due, Latency, MissedCounts, Outgoing, Point, RobotReport, SourceKind, SourceReport,

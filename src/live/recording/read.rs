@@ -18,6 +18,8 @@ use std::path::Path;
 const LONGEST: usize = 1 << 28;
 
 /// What happened next.
+// Handed on one at a time.
+#[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, PartialEq)]
 pub enum Entry {
     /// A message came, at this time [s since 1970].
@@ -294,6 +296,8 @@ fn without_heading(place: &str) -> Error {
     )
 }
 
+// Handed on one at a time.
+#[allow(clippy::large_enum_variant)]
 enum Part {
     Metadata(String, BTreeMap<String, String>),
     Entry(Entry),

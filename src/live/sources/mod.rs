@@ -193,6 +193,16 @@ impl Sources {
         })
     }
 
+    /// How long the pictures of the one camera that is heard take from their stamps at least
+    /// [s]; none where that is not known, or of which camera.
+    pub fn camera_offset(&self) -> Option<f64> {
+        let cameras = self.table.iter();
+        let mut cameras = cameras.filter(|((kind, _), _)| *kind == SourceKind::Camera);
+        let (_, camera) = cameras.next()?;
+        let is_alone = cameras.next().is_none() && self.has_offsets;
+        camera.offset.delay().filter(|_| is_alone)
+    }
+
     /// What is to be told at `now` [s]: who is overdue, and who is back.
     pub fn remarks(&mut self, now: f64) -> Vec<String> {
         let mut remarks = Vec::new();

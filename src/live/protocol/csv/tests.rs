@@ -93,6 +93,7 @@ fn incoming() -> impl Strategy<Value = Incoming> {
                 task: task.into(),
                 result: results[result],
                 available_at: after.map(f64::from),
+                found: None,
             })
         }),
         Just(Incoming::Tick { stamp: 0.0 }),

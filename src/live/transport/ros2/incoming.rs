@@ -239,6 +239,7 @@ pub fn read_result(result: &TaskResult) -> Read {
         task: result.task,
         result: entry(&VERDICTS, result.result, "result")?,
         available_at: known(result.has_available_at, &result.available_at),
+        found: None,
     }))
 }
 
