@@ -576,6 +576,7 @@ fn there_are_as_many_peers_as_are_allowed_and_those_that_are_silent_make_room() 
     let (node, address) = node("--status-every 0.1 --max-peers 3");
     let silent = Peer::new(&address);
     silent.status();
+    thread::sleep(Duration::from_secs(1));
     let camera = Peer::greeting(&address, "camera", &[]);
     let robot = Peer::greeting(&address, "robot", &["r1"]);
     let observer = Peer::greeting(&address, "observer", &[]);

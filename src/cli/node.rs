@@ -179,7 +179,12 @@ impl Node<'_> {
             Heard::Joined(connection) => {
                 if let Some(number) = self.hub.join(connection) {
                     self.talking += 1;
-                    self.tell_open(number)?;
+                    if self.hub.connects() {
+                        self.controller.repeat();
+                        self.kept.happened(&Event::Connected {});
+                    } else {
+                        self.tell_open(number)?;
+                    }
                 }
             }
             Heard::Foreign(number, start) => {

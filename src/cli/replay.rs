@@ -143,6 +143,7 @@ impl Replay {
                 }
             }
             Event::Joined {} => self.controller.send_again(),
+            Event::Connected {} => self.controller.repeat(),
             Event::Welcomed {} => self.controller.tell_open(),
             Event::Spoken { robot } => {
                 // Of a recording that somebody has changed.

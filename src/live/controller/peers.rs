@@ -47,20 +47,31 @@ impl Controller {
         }
     }
 
-    /// Tells of all open tasks again: whoever speaks for the robots is another one, or was
+    /// Tells of all open tasks again: whoever speaks for all robots is another one, or was
     /// away. Those that are not acknowledged are sent as things are now, the others as they
-    /// stand, so that the answers and changes that were lost on the way come again.
+    /// stand, so that the answers and changes that were lost on the way come again, and the
+    /// results are waited for anew.
     pub fn send_again(&mut self) {
-        self.send_again_where(|_| true);
+        self.be_patient();
+        self.repeat();
     }
 
-    /// The same of the tasks of one robot.
+    /// The same for a connection of which nothing was heard yet: who is there may be nobody,
+    /// so nothing is waited for any longer.
+    pub fn repeat(&mut self) {
+        self.repeat_where(|_| true);
+    }
+
+    /// Somebody speaks for a robot from now on. It has been told of the open tasks as they
+    /// stand: those that are not acknowledged are sent as things are now, cancels are
+    /// repeated, and the results of the robot are waited for anew.
     pub fn send_again_to(&mut self, robot: usize) {
-        self.send_again_where(|claim| claim.robot == robot);
+        self.be_patient_where(|claim| claim.robot == robot);
+        let is_meant = |claim: &Claim| claim.robot == robot && claim.stage != Stage::Acknowledged;
+        self.repeat_where(is_meant);
     }
 
-    fn send_again_where(&mut self, is_meant: impl Fn(&Claim) -> bool) {
-        self.be_patient_where(&is_meant);
+    fn repeat_where(&mut self, is_meant: impl Fn(&Claim) -> bool) {
         let now = self.stamps.now();
         let meant = self.tasks.iter().filter(|claim| is_meant(claim));
         let meant: Vec<u64> = meant.map(|claim| claim.task).collect();

@@ -25,9 +25,13 @@ pub enum Event {
     },
     /// Whoever speaks for all robots has come; open tasks were told of again.
     Joined {},
+    /// The one that the node connects to is there, perhaps again; open tasks were told of
+    /// again.
+    Connected {},
     /// Some peer has come; it was told of open tasks as they stood.
     Welcomed {},
-    /// A peer speaks for a robot from now on; its open tasks were told of again.
+    /// A peer speaks for a robot from now on; its open tasks were told of again, but for those
+    /// that were acknowledged.
     Spoken {
         /// The robot's place in the station, upstream first from 0.
         robot: usize,
@@ -52,8 +56,16 @@ pub enum Event {
 
 impl Event {
     /// All kinds, as they are written.
-    pub const KINDS: [&str; 8] = [
-        "step", "joined", "welcomed", "spoken", "refused", "report", "finished", "stopped",
+    pub const KINDS: [&str; 9] = [
+        "step",
+        "joined",
+        "connected",
+        "welcomed",
+        "spoken",
+        "refused",
+        "report",
+        "finished",
+        "stopped",
     ];
 
     /// Its kind, as it is written.
@@ -61,6 +73,7 @@ impl Event {
         match self {
             Self::Step { .. } => "step",
             Self::Joined {} => "joined",
+            Self::Connected {} => "connected",
             Self::Welcomed {} => "welcomed",
             Self::Spoken { .. } => "spoken",
             Self::Refused { .. } => "refused",

@@ -8,9 +8,7 @@ use super::ros2;
 use super::tcp::{Connection, FAREWELL_TIME, Tcp, WRITE_TIME};
 use super::{Access, Dialect, Heard, INBOX, Origin, Place, RETRY, Side, listen_at, stream};
 use crate::error::{Error, Result, counted, known_names, shown};
-use crate::live::protocol::{
-    Answer, Hello, Incoming, Message, Outgoing, Rejected, Rejection, Role,
-};
+use crate::live::protocol::{Answer, Hello, Incoming, Message, Rejected, Rejection, Role};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::net::SocketAddr;
 use std::sync::mpsc::{Receiver, sync_channel};
@@ -21,6 +19,8 @@ use std::time::{Duration, Instant};
 const GRACE: Duration = Duration::from_millis(200);
 /// Where a token is asked for, a peer is disconnected that has not shown it by then.
 const GREETING_TIME: Duration = Duration::from_secs(5);
+/// A peer that has said nothing for so long makes room for others, where there is none.
+const SILENCE: Duration = Duration::from_secs(1);
 /// Lines in a row that are no messages, or not the peer's to say, before it is disconnected.
 const MOST_REFUSED: u32 = 100;
 
@@ -158,6 +158,11 @@ impl Hub {
         self.is_stdio
     }
 
+    /// Whether it connects to the one peer that there is.
+    pub fn connects(&self) -> bool {
+        self.connects_to.is_some()
+    }
+
     /// How many peers there are now.
     pub fn peers(&self) -> usize {
         self.peers.values().filter(|peer| peer.is_up()).count()
@@ -220,7 +225,8 @@ impl Hub {
         let (mut count, mut silent) = (0, None);
         for (number, peer) in there {
             count += 1;
-            if !peer.has_spoken && silent.is_none() {
+            let is_silent = !peer.has_spoken && peer.since.elapsed() >= SILENCE;
+            if is_silent && silent.is_none() {
                 silent = Some(*number);
             }
         }
@@ -244,6 +250,10 @@ impl Hub {
                 silent,
                 "others want to connect, and it has said nothing yet",
             );
+        }
+        if self.connects() {
+            // Nobody else than the one that was named.
+            self.release(number);
         }
         if self.terms.side == Side::Station {
             self.release(number);
@@ -340,14 +350,7 @@ impl Hub {
         let new: Vec<usize> = new.collect();
         peer.identity.greet(hello, robots);
         (peer.has_spoken, peer.refused) = (true, 0);
-        // Tasks of robots that it speaks for from now on are told of again.
-        let is_again = |message: &Message| {
-            let robot = robot_of(message, &self.terms.robots);
-            matches!(message, Message::FromNode(Outgoing::Task(_)))
-                && robot.is_some_and(|robot| new.contains(&robot))
-        };
         let kept = peer.known();
-        let kept = kept.into_iter().filter(|message| !is_again(message));
         let answer = Answer {
             accepted: true,
             reason: None,

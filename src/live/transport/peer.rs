@@ -72,6 +72,8 @@ pub struct Peer {
     written: std::sync::mpsc::Receiver<()>,
     /// What is left to do at the end.
     ending: Option<Ending>,
+    /// When it has come.
+    pub since: Instant,
     /// Whether it has said anything that was accepted.
     pub has_spoken: bool,
     /// Lines in a row that were no messages, or none of its own.
@@ -139,6 +141,7 @@ impl Peer {
             up: Arc::new(AtomicBool::new(true)),
             written,
             ending: None,
+            since: Instant::now(),
             has_spoken: false,
             refused: 0,
             is_deaf: false,
