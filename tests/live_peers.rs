@@ -170,7 +170,8 @@ fn beside_a_deaf_camera(hello: &str) -> (Duration, bool) {
         }
         let item = json!({"kind": "detection", "stamp": now(), "id": format!("i{number}"),
             "x": 0.9, "y": -0.2});
-        if writeln!(&camera, "{item}").is_err() {
+        let line = format!("{item}\n");
+        if (&camera).write_all(line.as_bytes()).is_err() {
             robot.say(&item);
         }
         let tasks = robot.take_tasks();
@@ -266,13 +267,12 @@ fn a_web_page_commands_nothing() {
         json!({"kind": "robot", "stamp": now(), "name": "r1", "state": "idle"}),
         json!({"kind": "detection", "stamp": now(), "id": "a", "x": 1.3, "y": -0.2}),
     );
-    write!(
-        browser,
+    let request = format!(
         "POST / HTTP/1.1\r\nHost: {address}\r\nContent-Type: text/plain\r\n\
          Content-Length: {}\r\n\r\n{body}",
         body.len()
-    )
-    .unwrap();
+    );
+    browser.write_all(request.as_bytes()).unwrap();
     let mut answer = String::new();
     browser.read_to_string(&mut answer).unwrap();
     let answer: Value = serde_json::from_str(&answer).unwrap();
@@ -292,7 +292,8 @@ fn a_web_page_commands_nothing() {
         "{nonsense",
     ] {
         let stranger = Peer::new(&address);
-        writeln!(&stranger.stream, "{line}").unwrap();
+        let line = format!("{line}\n");
+        (&stranger.stream).write_all(line.as_bytes()).unwrap();
         stranger.wait_for_the_end();
         assert_eq!(stranger.heard().last().unwrap()["accepted"], false);
     }
@@ -602,11 +603,8 @@ fn there_are_as_many_peers_as_are_allowed_and_those_that_are_silent_make_room() 
 /// What the dashboard at `address` answers to a plain request.
 fn status_line(address: &str, authorization: &str) -> String {
     let mut stream = TcpStream::connect(address).unwrap();
-    write!(
-        stream,
-        "GET /dashboard.css HTTP/1.1\r\nHost: {address}\r\n{authorization}\r\n"
-    )
-    .unwrap();
+    let request = format!("GET /dashboard.css HTTP/1.1\r\nHost: {address}\r\n{authorization}\r\n");
+    stream.write_all(request.as_bytes()).unwrap();
     let mut line = String::new();
     let _ = BufReader::new(stream).read_line(&mut line);
     line.trim().to_owned()
@@ -675,7 +673,8 @@ fn certificates_of_both_sides_are_asked_for() {
     };
     // In the clear, without a certificate, and with one of somebody else.
     let mut in_the_clear = TcpStream::connect(&address).unwrap();
-    writeln!(in_the_clear, "{}", json!({"kind": "tick", "stamp": now()})).unwrap();
+    let tick = format!("{}\n", json!({"kind": "tick", "stamp": now()}));
+    in_the_clear.write_all(tick.as_bytes()).unwrap();
     let mut rest = Vec::new();
     let _ = in_the_clear.read_to_end(&mut rest);
     assert!(!rest.starts_with(b"{"));
