@@ -103,7 +103,7 @@ impl Robot {
                     self.open.retain(|(_, id)| *id != cancel.task);
                     line.result(stamp, cancel.task, "CANCELLED");
                 }
-                Outgoing::Status(_) | Outgoing::Due(_) => {}
+                Outgoing::BeltRequest(_) | Outgoing::Status(_) | Outgoing::Due(_) => {}
             }
         }
     }

@@ -215,7 +215,7 @@ impl Play<'_> {
                         self.status = Some((**status).clone());
                     }
                     Outgoing::Task(task) => layout::check_task(self.emulator.station(), task)?,
-                    Outgoing::Cancel(_) | Outgoing::Due(_) => {}
+                    Outgoing::Cancel(_) | Outgoing::BeltRequest(_) | Outgoing::Due(_) => {}
                 }
                 self.emulator.receive(message.clone());
                 return Ok(Some(message));

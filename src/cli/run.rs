@@ -53,6 +53,7 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
         let unit = "s, or 0 for the last one only";
         check_range("--status-every", args.status_every, least, 1e6, unit)?;
     }
+    check_range("--stop-margin", args.stop_margin, 0.0, 1e3, "s")?;
     args.station.check_values(&[
         ("--tolerance", &TOLERANCE, Some(args.tolerance)),
         ("--ack-timeout", &TIMEOUT, Some(args.ack_timeout)),
@@ -63,6 +64,15 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
     let dashboard = args.dashboard.as_deref();
     let access = &args.transport.access;
     access.check(Side::Node, &args.transport, dashboard)?;
+    #[cfg(feature = "ros2")]
+    if args.may_stop_belt && args.transport.ros2.ros2 {
+        let cure = "leave it out, or talk over TCP or MQTT, which carry belt_request";
+        return Err(Error::input(
+            "--may-stop-belt",
+            "ROS 2 has no topic for it",
+            cure,
+        ));
+    }
     kept::check(args)?;
     let allowance = allowance(args.budget_ms, args.transport.clock())?;
     let remark = |text: &str| args.transport.remark(text);
@@ -71,6 +81,7 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
         Some(text) => (text.clone(), ""),
         None => default_strategy(saved, station.robots().len()),
     };
+    let lead = lead_times(&args.lead, &station)?;
     let quiet = args.transport.quiet;
     let strategy = blueprint(&text, args.seed, quiet, &station, session, allowance)?;
     let config = Config {
@@ -84,6 +95,9 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
             robot: args.robot_timeout,
         },
         camera_delay: 1e-3 * args.camera_delay,
+        lead,
+        may_stop_belt: args.may_stop_belt,
+        stop_margin: args.stop_margin,
         ..Config::default()
     };
     if let Some(distance) = distance(&strategy, &station) {
@@ -143,6 +157,41 @@ fn dialect(args: &RunArgs, station: &Station) -> Result<Dialect> {
             Ok(Dialect::Csv(is_real.then_some(unix_now)))
         }
     }
+}
+
+/// The lead time of each robot [s], from `S` for all and `NAME=S` for one.
+///
+/// # Errors
+/// A value that is no time, a robot that the station does not have.
+fn lead_times(given: &[String], station: &Station) -> Result<Vec<f64>> {
+    let robots = station.robots();
+    let mut lead = vec![0.0; robots.len()];
+    // What is said of one robot counts more than what is said of all, wherever it stands.
+    let (one, all): (Vec<&String>, Vec<&String>) = given.iter().partition(|t| t.contains('='));
+    for text in all.into_iter().chain(one) {
+        let (name, time) = text.rsplit_once('=').unwrap_or(("", text));
+        let seconds: f64 = time.trim().parse().map_err(|_| {
+            let problem = format!("`{}` is not a time", shown(text));
+            let cure = "give seconds for all robots, as in 0.1, or for one, as in r1=0.1";
+            Error::input("--lead", problem, cure)
+        })?;
+        check_range("--lead", seconds, 0.0, 60.0, "s")?;
+        if name.is_empty() && !text.contains('=') {
+            lead.fill(seconds);
+            continue;
+        }
+        let Some(index) = robots.iter().position(|robot| robot.name == name) else {
+            let known: Vec<&str> = robots.iter().map(|robot| robot.name.as_str()).collect();
+            let problem = format!("there is no robot `{}`", shown(name));
+            return Err(Error::input(
+                "--lead",
+                problem,
+                format!("give one of {}", known.join(", ")),
+            ));
+        };
+        lead[index] = seconds;
+    }
+    Ok(lead)
 }
 
 /// Checks that the dashboard has an address of its own.

@@ -30,6 +30,8 @@ pub enum Reason {
     Fault,
     /// Another robot has picked the item.
     TakenByOther,
+    /// The operator has stopped the line or the robot.
+    Stopped,
 }
 
 impl Reason {
@@ -43,6 +45,7 @@ impl Reason {
             Self::ItemMoved => "the item has moved on the belt: it is met outside the reach",
             Self::NoAck => "no acknowledgement has come before the last start",
             Self::Fault => "the robot has reported a fault",
+            Self::Stopped => "the operator has stopped it",
             Self::TakenByOther => "another robot has picked the item",
         }
     }

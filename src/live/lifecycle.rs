@@ -61,7 +61,7 @@ pub enum Event {
     Dropped,
     /// No acknowledgement within the timeout, and it can still be done.
     Unheard,
-    /// It cannot be done any more.
+    /// It cannot be done any more, or must not be.
     Impossible,
     /// Acknowledged, and the result is overdue.
     NoResult,
@@ -185,7 +185,7 @@ mod tests {
                 Self::Refused => "`REJECTED`",
                 Self::Dropped => "`CANCELLED`",
                 Self::Unheard => "no `ack` in time, can still be done",
-                Self::Impossible => "cannot be done any more",
+                Self::Impossible => "cannot be done any more, or was stopped",
                 Self::NoResult => "acknowledged, result overdue",
                 Self::NoAnswer => "never acknowledged, answer overdue",
                 Self::FaultBefore => "`fault` before `meet_at`, or never acknowledged",

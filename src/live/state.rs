@@ -6,7 +6,9 @@
 
 use super::belt::{Motion, MotionChange};
 use super::claims::Claim;
+use super::drive::Drive;
 use super::items::{Numbers, Tracked};
+use super::operation::Operation;
 use super::protocol::Detection;
 use super::robots::RobotInfo;
 use super::tally::Tally;
@@ -48,6 +50,12 @@ pub struct Change {
     pub(super) robots: Vec<(usize, RobotInfo)>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) counters: Option<Counters>,
+    /// What the operator wants.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) operation: Option<Operation>,
+    /// What is asked of the belt's drive.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) drive: Option<Drive>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) motion: Option<MotionChange>,
     /// Detections that wait for the belt to be heard, with their time [s].
@@ -62,6 +70,8 @@ impl Change {
             && self.claims.is_empty()
             && self.past.is_empty()
             && self.robots.is_empty()
+            && self.operation.is_none()
+            && self.drive.is_none()
             && self.counters.is_none()
             && self.motion.is_none()
             && self.waiting.is_none()
@@ -78,6 +88,8 @@ pub struct State {
     pub(super) past: PastTasks,
     pub(super) robots: BTreeMap<usize, RobotInfo>,
     pub(super) counters: Counters,
+    pub(super) operation: Operation,
+    pub(super) drive: Drive,
     pub(super) motion: Option<Motion>,
     pub(super) waiting: Vec<(f64, Detection)>,
 }
@@ -101,6 +113,12 @@ impl State {
         }
         self.past.apply(change.past);
         self.robots.extend(change.robots);
+        if let Some(operation) = change.operation {
+            self.operation = operation;
+        }
+        if let Some(drive) = change.drive {
+            self.drive = drive;
+        }
         if let Some(counters) = change.counters {
             self.counters = counters;
         }
@@ -117,6 +135,7 @@ impl State {
     pub(super) fn check(&self, robots: usize) -> Result<()> {
         let strange = self.claims.values().map(|claim| claim.robot);
         let strange = strange.chain(self.past.robots());
+        let strange = strange.chain(self.operation.robots());
         let strange = strange.chain(self.robots.keys().copied());
         match strange.max().filter(|robot| *robot >= robots) {
             None => Ok(()),

@@ -179,6 +179,9 @@ impl World {
                 continue;
             };
             windowed = true;
+            if tracked.barred {
+                break;
+            }
             let open = open.max(tracked.offered_from(index));
             if open > close {
                 continue;
@@ -237,7 +240,7 @@ impl World {
         for (item, tracked) in self.items.within(low - 1e-6, high + 1e-6) {
             let x0 = tracked.place + offset;
             let x = x0 + belt.speed * now;
-            if tracked.state == State::Free && (from..=belt.length).contains(&x) {
+            if tracked.is_admitted() && (from..=belt.length).contains(&x) {
                 into.push(BeltItem {
                     item,
                     x0,
@@ -250,8 +253,11 @@ impl World {
     }
 
     /// Adds an item that is seen for the first time.
-    pub fn add(&mut self, sight: &Sight, now: f64, fleet: &mut Fleet) -> u32 {
+    pub fn add(&mut self, sight: &Sight, barred: bool, now: f64, fleet: &mut Fleet) -> u32 {
         let item = self.items.add(sight);
+        if barred && let Some(tracked) = self.items.get_mut(item) {
+            tracked.barred = true;
+        }
         self.open_windows(item, now, fleet);
         item
     }
@@ -357,6 +363,18 @@ impl World {
         self.items.fuse(gone, stays);
         self.open_windows(stays, now, fleet);
         true
+    }
+
+    /// Items that were to be let pass may be taken. Their windows open with all others,
+    /// by [`World::rebuild_windows`].
+    pub fn admit_all(&mut self) {
+        let barred = self.items.iter().filter(|(_, tracked)| tracked.barred);
+        let barred: Vec<u32> = barred.map(|(item, _)| item).collect();
+        for item in barred {
+            if let Some(tracked) = self.items.get_mut(item) {
+                tracked.barred = false;
+            }
+        }
     }
 
     /// An item is taken by `task`.

@@ -66,7 +66,7 @@ impl Line {
             match message {
                 Outgoing::Task(task) => tasks.push(task),
                 Outgoing::Cancel(cancel) => cancelled.push(cancel.task),
-                Outgoing::Status(_) | Outgoing::Due(_) => {}
+                Outgoing::BeltRequest(_) | Outgoing::Status(_) | Outgoing::Due(_) => {}
             }
         }
         (tasks, cancelled)

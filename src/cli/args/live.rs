@@ -158,6 +158,23 @@ pub struct RunArgs {
         allow_negative_numbers = true
     )]
     pub camera_delay: f64,
+    /// Decide each task so long before the robot has to set out that it reaches the arm in
+    /// time [s]; NAME=S for one robot, also several times
+    #[arg(long, value_name = "[NAME=]S", allow_negative_numbers = true)]
+    pub lead: Vec<String>,
+    /// Ask the belt's drive to stop while no robot takes tasks, and before an item would
+    /// leave the last robot's reach (belt_request in docs/protocol.md)
+    #[arg(long)]
+    pub may_stop_belt: bool,
+    /// With --may-stop-belt, so long before an item would be lost [s]: the belt takes a
+    /// while to stop
+    #[arg(
+        long,
+        value_name = "S",
+        default_value_t = 0.5,
+        allow_negative_numbers = true
+    )]
+    pub stop_margin: f64,
     /// Send a status every so many seconds; 0 sends only the last one
     #[arg(
         long,

@@ -16,12 +16,15 @@ impl Controller {
         let mut first: Option<(f64, usize)> = None;
         let belt_until = self.sources.belt_until();
         for (index, robot) in self.fleet.iter() {
+            let lead = self.config.lead_of(index);
             if robot.is_ready()
                 && !self.is_held(index)
+                && self.operation.allows(index)
                 && robot.free_at.is_finite()
-                && let Some(time) = self
-                    .world
-                    .next_decision(index, now, robot.available_from(now))
+                && let Some(start) =
+                    self.world
+                        .next_decision(index, now, robot.available_from(now + lead))
+                && let time = start - lead
                 && first.is_none_or(|(earliest, _)| time < earliest)
                 // Nobody is sent on the word of a belt or to a robot that has fallen silent.
                 && time <= belt_until
@@ -35,7 +38,8 @@ impl Controller {
 
     /// Lets `robot` decide now.
     pub(super) fn decide(&mut self, robot: usize) {
-        let time = self.stamps.now();
+        // The strategy decides for the moment at which the robot can set out.
+        let time = self.stamps.now() + self.config.lead_of(robot);
         let decider = &mut self.decider;
         self.world.offer(robot, time, &mut decider.candidates);
         self.fleet.free_at(&mut decider.free_at);
@@ -56,14 +60,14 @@ impl Controller {
             return;
         }
         let action = decider.decide(station, time, robot);
-        self.act(robot, action);
+        self.act(robot, time, action);
     }
 
-    fn act(&mut self, robot: usize, action: Action) {
-        let time = self.stamps.now();
+    /// `robot`, which can set out at `time` [s], does as its strategy says.
+    fn act(&mut self, robot: usize, time: f64, action: Action) {
         let (until, wait) = match action {
             Action::Pick(place) if place < self.decider.candidates.len() => {
-                self.claim(robot, place);
+                self.claim(robot, time, place);
                 return;
             }
             Action::WaitUntil(until) if until > time => (until, Wait::Until),
@@ -85,16 +89,17 @@ impl Controller {
         (info.free_at, info.wait) = (until, wait);
     }
 
-    /// `robot` takes candidate `place`.
-    fn claim(&mut self, robot: usize, place: usize) {
+    /// `robot` takes candidate `place` and sets out at `start` [s].
+    fn claim(&mut self, robot: usize, start: f64, place: usize) {
         let candidate = self.decider.candidates[place];
         let Some(station) = self.world.planning() else {
             return;
         };
         let now = self.stamps.now();
-        let moment = Moment::new(station, robot, now);
+        let moment = Moment::new(station, robot, start);
         let task = self.tasks.next_number();
         let mut claim = Claim::new(task, robot, &moment, &candidate);
+        claim.decided = now;
         claim.deadline = now + self.config.ack_timeout;
         self.world.claim(candidate.item, task);
         let info = self.fleet.get_mut(robot);

@@ -32,7 +32,9 @@ impl Controller {
     pub(super) fn next_due(&mut self) -> Option<f64> {
         let decision = self.next_decision().map(|(time, _)| time);
         let deadline = self.next_deadline().map(|(time, _)| time);
-        decision.into_iter().chain(deadline).reduce(f64::min)
+        let drive = self.next_drive();
+        let all = [decision, deadline, drive];
+        all.into_iter().flatten().reduce(f64::min)
     }
 
     /// Leaves out the statuses up to `time` [s].
@@ -57,9 +59,11 @@ impl Controller {
             }
             let deadline = self.next_deadline().filter(|(time, _)| is_due(*time));
             let decision = self.next_decision().filter(|(time, _)| is_due(*time));
+            let drive = self.next_drive().filter(|time| is_due(*time));
             let first = [
                 deadline.map(|(time, _)| time),
                 decision.map(|(time, _)| time),
+                drive,
             ];
             let first = first.into_iter().flatten().fold(f64::INFINITY, f64::min);
             if is_due(self.next_status) && self.next_status < first {
@@ -68,6 +72,11 @@ impl Controller {
                 self.next_status += self.config.status_every;
                 self.forget_gone();
                 self.report(false, 0);
+                continue;
+            }
+            if let Some(time) = drive.filter(|time| *time <= first) {
+                self.stamps.clock.now = self.stamps.now().max(time);
+                self.ask_drive();
                 continue;
             }
             match (deadline, decision) {
@@ -86,5 +95,6 @@ impl Controller {
         self.forget_gone();
         let mut remarks = self.sources.remarks(self.stamps.now());
         self.remarks.append(&mut remarks);
+        self.ask_drive();
     }
 }

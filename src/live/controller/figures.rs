@@ -3,6 +3,7 @@
 use super::Controller;
 use crate::live::clock::ClockKind;
 use crate::live::fate::Fate;
+use crate::live::operation::Mode;
 use crate::live::protocol::{Outgoing, Status};
 
 impl Controller {
@@ -31,6 +32,7 @@ impl Controller {
             stamp: self.stamp_of(now),
             last,
             layout: Some(self.layout.clone()),
+            mode: self.mode().to_owned(),
             seen,
             picked,
             picked_share: share(picked as f64, seen as f64),
@@ -43,7 +45,14 @@ impl Controller {
             rejected: self.tally.rejected(),
             noted: self.tally.noted(),
             robots: robots
-                .map(|(robot, (_, info))| info.report(&robot.name, now))
+                .map(|(robot, (index, info))| {
+                    let mut report = info.report(&robot.name, now);
+                    let mode = self.operation.robot(index);
+                    if mode != Mode::Running && report.state == "idle" {
+                        mode.name(false).clone_into(&mut report.state);
+                    }
+                    report
+                })
                 .collect(),
             sources: self.sources.report(now),
             latency: (self.stamps.clock.kind == ClockKind::System).then(|| self.decider.latency()),

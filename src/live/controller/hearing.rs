@@ -2,6 +2,7 @@
 
 use super::Controller;
 use crate::live::clock::{Belief, ClockKind, LEAP};
+use crate::live::operation::Mode;
 use crate::live::protocol::{Due, Incoming, Outgoing, Rejected};
 
 /// What has become of a message that was not refused.
@@ -112,6 +113,10 @@ impl Controller {
             Incoming::Robot(robot) => self.heed_robot(time, &robot),
             Incoming::Ack(ack) => self.heed_ack(time, ack.task),
             Incoming::Result(report) => self.heed_result(time, &report),
+            Incoming::Pause(order) => self.order(&order, Mode::Paused),
+            Incoming::Resume(order) => self.order(&order, Mode::Running),
+            Incoming::Drain(order) => self.order(&order, Mode::Draining),
+            Incoming::Stop(order) => self.order(&order, Mode::Stopped),
             Incoming::Tick { stamp } => {
                 if self.stamps.clock.kind == ClockKind::Messages {
                     self.settle(time, true);

@@ -5,11 +5,13 @@
 //! the same code that a simulation runs.
 
 mod decide;
+mod drive;
 mod due;
 mod figures;
 mod hearing;
 mod identity;
 mod peers;
+mod operation;
 mod pictures;
 mod plans;
 mod recovery;
@@ -23,6 +25,8 @@ use super::aim::Aim;
 use super::clock::{Clock, ClockKind};
 use super::decider::{Decider, Stopwatch};
 use super::doubts::Doubts;
+use super::drive::Drive;
+use super::operation::Operation;
 use super::protocol::{Outgoing, Rejected, Rejection, SourceKind};
 use super::robots::Fleet;
 use super::sources::{Key, Sources, Timeouts};
@@ -40,7 +44,7 @@ use recovery::Told;
 pub use hearing::Taken;
 
 /// How the controller behaves where the model is silent.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     /// Where the time comes from.
     pub clock: ClockKind,
@@ -64,6 +68,14 @@ pub struct Config {
     pub timeouts: Timeouts,
     /// Pictures are stamped so late [s].
     pub camera_delay: f64,
+    /// How long before its start a task is decided, for each robot [s]: as long as it takes
+    /// to the arm. Robots beyond the list have none.
+    pub lead: Vec<f64>,
+    /// Whether the drive is asked to stop the belt while no robot takes tasks, and before
+    /// an item would be lost.
+    pub may_stop_belt: bool,
+    /// How long before an item would be lost the belt is asked to stop [s].
+    pub stop_margin: f64,
 }
 
 impl Default for Config {
@@ -79,7 +91,17 @@ impl Default for Config {
             view_from: 0.0,
             timeouts: Timeouts::default(),
             camera_delay: 0.0,
+            lead: Vec::new(),
+            may_stop_belt: false,
+            stop_margin: 0.5,
         }
+    }
+}
+
+impl Config {
+    /// How long before its start a task of this robot is decided [s].
+    pub fn lead_of(&self, robot: usize) -> f64 {
+        self.lead.get(robot).copied().unwrap_or(0.0)
     }
 }
 
@@ -115,6 +137,10 @@ pub struct Controller {
     decider: Decider,
     /// Detections of a picture that may not be whole.
     picture: Picture,
+    /// What the operator wants.
+    operation: Operation,
+    /// What is asked of the belt's drive.
+    drive: Drive,
     /// When the next status is due [s]; never without message time.
     next_status: f64,
     output: Vec<Outgoing>,
@@ -140,7 +166,6 @@ impl Controller {
             } else {
                 f64::INFINITY
             },
-            config,
             layout: layout_hash(&station),
             fleet: Fleet::new(station.robots().len()),
             doubts: Doubts::new(&station),
@@ -153,6 +178,9 @@ impl Controller {
             received: None,
             aim: Aim::default(),
             decider: Decider::new(strategy),
+            operation: Operation::default(),
+            drive: Drive::default(),
+            config,
             picture: Picture::default(),
             output: Vec::new(),
             remarks: Vec::new(),

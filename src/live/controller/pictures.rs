@@ -5,6 +5,7 @@ use super::Controller;
 use super::tasks::Cause;
 use crate::error::{shown, shown_number};
 use crate::live::association::{Association, Gate, Match, associate};
+use crate::live::operation::Mode;
 use crate::live::protocol::{Detection, Rejected, Rejection};
 use crate::live::sight::Sight;
 use crate::plausible::{LENGTHS, question};
@@ -219,7 +220,8 @@ impl Controller {
         };
         let is_split = before.is_some_and(is_shown);
         let now = self.stamps.now();
-        let item = self.world.add(sight, now, &mut self.fleet);
+        let barred = self.operation.line() == Mode::Draining;
+        let item = self.world.add(sight, barred, now, &mut self.fleet);
         self.tally.see();
         if let Some(before) = before {
             self.note_two(before, item, sight, is_split);

@@ -7,7 +7,9 @@ use crate::error::{Error, Result};
 use crate::live::belt::Plan;
 use crate::live::claims::Claim;
 use crate::live::clock::Clock;
+use crate::live::drive::Drive;
 use crate::live::items::Items;
+use crate::live::operation::Operation;
 use crate::live::robots::Fleet;
 use crate::live::stamps::Stamps;
 use crate::live::state::{Change, Counters, State};
@@ -22,6 +24,8 @@ use std::collections::BTreeMap;
 pub(super) struct Told {
     claims: BTreeMap<u64, Claim>,
     fleet: Fleet,
+    operation: Operation,
+    drive: Drive,
     counters: Counters,
     plan: Plan,
     waiting: usize,
@@ -44,9 +48,10 @@ impl Controller {
     ) -> Result<Self> {
         /// The machine's clock may have been corrected by this much [s].
         const AHEAD: f64 = 5.0;
+        let kind = config.clock;
         let mut controller = Self::new(station, strategy, config);
         state.check(controller.fleet.len())?;
-        let mut clock = Clock::resume(config.clock, state.origin, state.now);
+        let mut clock = Clock::resume(kind, state.origin, state.now);
         if let Some(stamp) = stamp {
             let time = clock.time(stamp);
             if time < clock.now - AHEAD {
@@ -70,6 +75,8 @@ impl Controller {
         controller.world = World::restore(station, state.motion, items);
         controller.tally = state.counters.tally;
         controller.picture = Picture::restore(state.waiting);
+        controller.operation = state.operation;
+        controller.drive = state.drive;
         let now = controller.stamps.now();
         controller.world.rebuild_windows(now, &mut controller.fleet);
         controller.send_again();
@@ -106,6 +113,8 @@ impl Controller {
                 .iter()
                 .map(|(n, info)| (n, info.clone()))
                 .collect(),
+            operation: Some(self.operation.clone()),
+            drive: Some(self.drive),
             counters: Some(self.counters()),
             past: self.tasks.watch(),
             motion: self.world.motion().change(None),
@@ -139,6 +148,8 @@ impl Controller {
                 change.robots.push((robot, info.clone()));
             }
         }
+        change.operation = (self.operation != before.operation).then(|| self.operation.clone());
+        change.drive = (self.drive != before.drive).then_some(self.drive);
         let counters = self.counters();
         change.counters = (counters != before.counters).then_some(counters);
         change.motion = self.world.motion().change(Some(before.plan));
@@ -164,6 +175,8 @@ impl Controller {
         Told {
             claims: self.tasks.table().clone(),
             fleet: self.fleet.clone(),
+            operation: self.operation.clone(),
+            drive: self.drive,
             counters: self.counters(),
             plan: self.world.motion().plan(),
             waiting: self.picture.waiting().len(),

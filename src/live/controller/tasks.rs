@@ -136,8 +136,9 @@ impl Controller {
             if is_under_way {
                 claim.redirect(robot, belt, now, at)
             } else {
-                let latest = now + self.config.result_timeout;
-                claim.plan_again(robot, belt, (now, latest), at)
+                let start = now + self.config.lead_of(claim.robot);
+                let latest = start + self.config.result_timeout;
+                claim.plan_again(robot, belt, (start, latest), at)
             }
         });
         if !possible {

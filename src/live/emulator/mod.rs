@@ -334,6 +334,10 @@ impl Emulator {
             Incoming::Detection(m) => m.stamp += origin,
             Incoming::Belt(m) => m.stamp += origin,
             Incoming::Ack(m) => m.stamp += origin,
+            Incoming::Pause(order)
+            | Incoming::Resume(order)
+            | Incoming::Drain(order)
+            | Incoming::Stop(order) => order.stamp += origin,
             Incoming::Tick { stamp } => *stamp += origin,
             Incoming::Robot(m) => {
                 m.stamp += origin;

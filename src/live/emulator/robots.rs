@@ -19,7 +19,7 @@ impl Emulator {
         match message {
             Outgoing::Task(task) => self.take_task(task),
             Outgoing::Cancel(cancel) => self.take_cancel(&cancel),
-            Outgoing::Status(_) | Outgoing::Due(_) => {}
+            Outgoing::BeltRequest(_) | Outgoing::Status(_) | Outgoing::Due(_) => {}
         }
     }
 

@@ -65,6 +65,9 @@ pub struct Tracked {
     /// Robots that have dropped it, and from when on it is theirs again.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub withheld: Vec<Withheld>,
+    /// Whether it is let pass: it came while the line was drained.
+    #[serde(default)]
+    pub barred: bool,
     /// Robots that refused it, one bit each; a station has at most 100.
     pub refused: u128,
     /// Tasks that were about it.
@@ -136,6 +139,16 @@ impl Tracked {
     pub fn offered_from(&self, robot: usize) -> f64 {
         let found = self.withheld.iter().find(|w| w.robot == robot);
         found.map_or(f64::NEG_INFINITY, |withheld| withheld.until)
+    }
+
+    /// Whether it is nobody's and may be offered.
+    pub fn is_admitted(&self) -> bool {
+        self.state == State::Free && !self.barred
+    }
+
+    /// Whether it may be offered to `robot`.
+    pub fn is_open_to(&self, robot: usize) -> bool {
+        self.is_admitted() && self.refused & (1 << robot) == 0
     }
 
     /// The task that is about it now.
@@ -294,6 +307,7 @@ impl Items {
             attempts: 0,
             failed_grasps: 0,
             withheld: Vec::new(),
+            barred: false,
             refused: 0,
             tasks: Vec::new(),
         };

@@ -66,6 +66,13 @@ pub(super) fn check(message: &Incoming) -> Result<(), Rejected> {
             within("found.x", found.x, places.clone(), what, place)?;
             within("found.y", found.y, places, what, place)
         }
+        Incoming::Pause(order)
+        | Incoming::Resume(order)
+        | Incoming::Drain(order)
+        | Incoming::Stop(order) => order
+            .robot
+            .as_ref()
+            .map_or(Ok(()), |name| text("robot", name)),
         Incoming::Ack(_) | Incoming::Tick { .. } => Ok(()),
     }
 }

@@ -19,6 +19,14 @@ pub enum Incoming {
     Ack(Ack),
     /// What came of a task.
     Result(Report),
+    /// The operator wants no new task to be given, on the line or to one robot.
+    Pause(Order),
+    /// The operator wants the line, or one robot, to go on.
+    Resume(Order),
+    /// The operator wants the items that are known to be picked, and no others.
+    Drain(Order),
+    /// The operator wants no new task to be given, and the open ones to be cancelled.
+    Stop(Order),
     /// Time has come this far. With `--clock messages` the node decides what is due up to
     /// then and answers `due`.
     Tick {
@@ -177,9 +185,31 @@ pub struct Report {
     pub found: Option<Place>,
 }
 
+/// What the operator wants.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Order {
+    /// When [s].
+    pub stamp: f64,
+    /// The robot that it is about; all of the line when not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub robot: Option<String>,
+}
+
 impl Incoming {
     /// All kinds, as they are written.
-    pub const KINDS: [&str; 6] = ["detection", "belt", "robot", "ack", "result", "tick"];
+    pub const KINDS: [&str; 10] = [
+        "detection",
+        "belt",
+        "robot",
+        "ack",
+        "result",
+        "pause",
+        "resume",
+        "drain",
+        "stop",
+        "tick",
+    ];
 
     /// Its kind, as it is written.
     pub fn kind(&self) -> &'static str {
@@ -189,6 +219,10 @@ impl Incoming {
             Self::Robot(_) => "robot",
             Self::Ack(_) => "ack",
             Self::Result(_) => "result",
+            Self::Pause(_) => "pause",
+            Self::Resume(_) => "resume",
+            Self::Drain(_) => "drain",
+            Self::Stop(_) => "stop",
             Self::Tick { .. } => "tick",
         }
     }
@@ -233,6 +267,9 @@ impl Incoming {
             Self::Robot(message) => message.stamp,
             Self::Ack(message) => message.stamp,
             Self::Result(message) => message.stamp,
+            Self::Pause(order) | Self::Resume(order) | Self::Drain(order) | Self::Stop(order) => {
+                order.stamp
+            }
             Self::Tick { stamp } => *stamp,
         }
     }

@@ -19,12 +19,12 @@ pub use decode::{
     LONGEST_LINE, Rejected, Rejection, Said, decode, decode_answer, decode_outgoing, decode_said,
 };
 pub use incoming::{
-    Ack, BeltState, Detection, Incoming, Place, Report, RobotState, RobotStatus, Verdict,
+    Ack, BeltState, Detection, Incoming, Order, Place, Report, RobotState, RobotStatus, Verdict,
 };
 pub use message::Message;
 pub use outgoing::{
-    Cancel, Due, Latency, MissedCounts, Outgoing, Point, RobotReport, SourceKind, SourceReport,
-    Status, Task, encode,
+    BeltRequest, Cancel, Due, Latency, MissedCounts, Outgoing, Point, RobotReport, SourceKind,
+    SourceReport, Status, Task, encode,
 };
 pub use schema::{schema, schemas_of};
 pub use session::{Answer, Hello, Role};

@@ -15,6 +15,8 @@ pub enum Outgoing {
     Task(Task),
     /// Do not pick it after all.
     Cancel(Cancel),
+    /// The belt should move at another speed.
+    BeltRequest(BeltRequest),
     /// Where things stand.
     Status(Box<Status>),
     /// Everything up to the tick is decided.
@@ -23,14 +25,14 @@ pub enum Outgoing {
 
 impl Outgoing {
     /// All kinds, as they are written.
-    pub const KINDS: [&str; 4] = ["task", "cancel", "status", "due"];
+    pub const KINDS: [&str; 5] = ["task", "cancel", "belt_request", "status", "due"];
 
     /// The robot that it is for; none when it is for everybody.
     pub fn robot(&self) -> Option<&str> {
         match self {
             Self::Task(task) => Some(&task.robot),
             Self::Cancel(cancel) => Some(&cancel.robot),
-            Self::Status(_) | Self::Due(_) => None,
+            Self::BeltRequest(_) | Self::Status(_) | Self::Due(_) => None,
         }
     }
 
@@ -39,6 +41,7 @@ impl Outgoing {
         match self {
             Self::Task(_) => "task",
             Self::Cancel(_) => "cancel",
+            Self::BeltRequest(_) => "belt_request",
             Self::Status(_) => "status",
             Self::Due(_) => "due",
         }
@@ -49,6 +52,7 @@ impl Outgoing {
         match self {
             Self::Task(message) => message.decided_at,
             Self::Cancel(message) => message.stamp,
+            Self::BeltRequest(message) => message.stamp,
             Self::Status(message) => message.stamp,
             Self::Due(message) => message.stamp,
         }
@@ -127,6 +131,18 @@ pub struct Cancel {
     pub reason: String,
 }
 
+/// The belt's drive is asked for a speed. It need not follow; the belt's own messages say
+/// what it does.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct BeltRequest {
+    /// When [s].
+    pub stamp: f64,
+    /// Speed along +x [m/s]; 0 is a stop.
+    pub speed: f64,
+    /// Why.
+    pub reason: String,
+}
+
 /// Everything up to a tick is decided; answers `tick` with `--clock messages`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Due {
@@ -148,6 +164,9 @@ pub struct Status {
     /// speed. Absent over ROS 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub layout: Option<String>,
+    /// `running`, `paused`, `draining`, `drained` or `stopped`, as the operator wants it.
+    #[serde(default)]
+    pub mode: String,
     /// Items seen.
     pub seen: u64,
     /// Items picked.
@@ -217,7 +236,7 @@ pub struct RobotReport {
     /// Its name.
     pub name: String,
     /// `idle`, `busy`, `fault`, `silent` (it owes a result), or `unknown` before its
-    /// first message.
+    /// first message; `paused` or `stopped` where the operator wants it and it is idle.
     pub state: String,
     /// Its picks.
     pub picked: u64,

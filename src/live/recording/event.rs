@@ -135,6 +135,15 @@ pub struct Heading {
     /// As [`Config::camera_delay`] [s].
     #[serde(default)]
     pub camera_delay: f64,
+    /// As [`Config::lead`] [s].
+    #[serde(default)]
+    pub lead: Vec<f64>,
+    /// As [`Config::may_stop_belt`].
+    #[serde(default)]
+    pub may_stop_belt: bool,
+    /// As [`Config::stop_margin`] [s].
+    #[serde(default)]
+    pub stop_margin: f64,
     /// When a state was taken up that a journal held [s since 1970]; with message time, or
     /// without a journal, none.
     pub restored_at: Option<f64>,
@@ -164,6 +173,9 @@ impl Heading {
             belt_timeout: config.timeouts.belt,
             robot_timeout: config.timeouts.robot,
             camera_delay: config.camera_delay,
+            lead: config.lead.clone(),
+            may_stop_belt: config.may_stop_belt,
+            stop_margin: config.stop_margin,
             restored_at: None,
         }
     }
@@ -181,6 +193,9 @@ impl Heading {
                 robot: self.robot_timeout,
             },
             camera_delay: self.camera_delay,
+            lead: self.lead.clone(),
+            may_stop_belt: self.may_stop_belt,
+            stop_margin: self.stop_margin,
             ..Config::default()
         })
     }

@@ -135,6 +135,8 @@ fn expiry(message: &Message) -> Option<u32> {
             let left = task.latest_start - now.unwrap_or_default().as_secs_f64();
             Some((left.ceil() as u32).max(1))
         }
+        // It is made again after a second if it still stands.
+        Message::FromNode(Outgoing::BeltRequest(_)) => Some(1),
         Message::FromNode(Outgoing::Status(_)) | Message::ToNode(_) => Some(OLD),
         // A robot that was away must still hear of it.
         Message::FromNode(Outgoing::Cancel(_) | Outgoing::Due(_))

@@ -344,6 +344,8 @@ messages! {
         header: Header,
         /// Whether this is the last one.
         last: bool,
+        /// `running`, `paused`, `draining`, `drained` or `stopped`.
+        mode: String,
         /// Items seen.
         seen: u64,
         /// Items picked.

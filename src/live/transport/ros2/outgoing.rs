@@ -123,6 +123,7 @@ pub fn status(status: &Status, frame: &str) -> LineStatus {
     LineStatus {
         header: header(frame, status.stamp),
         last: status.last,
+        mode: status.mode.clone(),
         seen: status.seen,
         picked: status.picked,
         picked_share: status.picked_share,
@@ -162,6 +163,7 @@ pub fn read_status(status: &LineStatus) -> Outgoing {
         stamp: status.header.stamp.stamp(),
         last: status.last,
         layout: None,
+        mode: status.mode.clone(),
         seen: status.seen,
         picked: status.picked,
         picked_share: status.picked_share,

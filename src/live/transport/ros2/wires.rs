@@ -211,6 +211,8 @@ impl Mouth {
                     publish(&mouth.cancels, outgoing::cancel(cancel, frame))
                 }
                 Outgoing::Status(status) => publish(&mouth.status, outgoing::status(status, frame)),
+                // No topic carries it; `run` refuses to be asked for it over ROS 2.
+                Outgoing::BeltRequest(_) => Ok(()),
                 Outgoing::Due(due) => publish(&mouth.due, outgoing::due(Some(due), said, frame)),
             },
             (Topics::Station(mouth), Message::ToNode(message)) => match message {
@@ -223,6 +225,11 @@ impl Mouth {
                 Incoming::Result(report) => {
                     publish(&mouth.results, incoming::result(report, frame))
                 }
+                // A station has no operator.
+                Incoming::Pause(_)
+                | Incoming::Resume(_)
+                | Incoming::Drain(_)
+                | Incoming::Stop(_) => Ok(()),
                 Incoming::Tick { stamp } => {
                     publish(&mouth.tick, incoming::tick(Some(*stamp), said, frame))
                 }
