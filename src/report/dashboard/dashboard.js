@@ -33,7 +33,7 @@ function layOut() {
   frame = { view, ctx: sized(canvas, view.width, view.height) };
   trendFrame = { width: trend.clientWidth, ctx: sized(trend, trend.clientWidth, TREND_HEIGHT) };
   if (seen.view) drawTrend(trendFrame.ctx, trendFrame.width, seen.view.trend, theme);
-  const reasons = ["passed_over", "busy", "grasp_failed", "no_result", "unreachable"];
+  const reasons = ["passed_over", "busy", "grasp_failed", "not_found", "no_result", "unreachable"];
   byName("legend").replaceChildren(...sceneLegend(seen.line.robots[0].colour, theme, reasons, true, false));
   draw();
 }

@@ -13,6 +13,7 @@ const MISSED_WORDS = {
   passed_over: "missed: passed over",
   busy: "missed: robots busy",
   grasp_failed: "missed: grasp failed",
+  not_found: "missed: not found",
   no_result: "missed: no result",
   unseen: "missed: unseen",
   unreachable: "missed: unreachable",

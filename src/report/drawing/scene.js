@@ -277,6 +277,11 @@ function drawMissed(ctx, x, y, radius, reason, theme) {
     ctx.lineTo(x, y + 1.3 * r);
     ctx.lineTo(x - 1.3 * r, y);
     ctx.closePath();
+  } else if (reason === "not_found") {
+    ctx.moveTo(x - 1.3 * r, y);
+    ctx.lineTo(x + 1.3 * r, y);
+    ctx.moveTo(x, y - 1.3 * r);
+    ctx.lineTo(x, y + 1.3 * r);
   } else if (reason === "no_result") {
     ctx.moveTo(x, y + r);
     ctx.lineTo(x + r, y - r);

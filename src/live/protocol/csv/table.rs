@@ -69,7 +69,13 @@ const ROLES: &[(&str, &str)] = &[
     ("C", "camera"),
     ("E", "encoder"),
     ("R", "robot"),
+    ("P", "operator"),
     ("O", "observer"),
+];
+
+const ORDER: &[Field] = &[
+    field("t", "stamp", Kind::Stamp),
+    field("robot", "robot", Kind::Text(8)),
 ];
 
 /// Lines to the node.
@@ -144,6 +150,30 @@ pub const TO_NODE: &[Form] = &[
         ],
     },
     Form {
+        letter: "H",
+        message: "pause",
+        about: "halt: no new task; no name is the whole line",
+        fields: ORDER,
+    },
+    Form {
+        letter: "G",
+        message: "resume",
+        about: "go on",
+        fields: ORDER,
+    },
+    Form {
+        letter: "E",
+        message: "drain",
+        about: "empty the line: what is known is picked, no more",
+        fields: ORDER,
+    },
+    Form {
+        letter: "X",
+        message: "stop",
+        about: "no new task, and open ones are cancelled",
+        fields: ORDER,
+    },
+    Form {
         letter: "K",
         message: "tick",
         about: "time has come this far",
@@ -201,6 +231,16 @@ pub const FROM_NODE: &[Form] = &[
             field("t", "stamp", Kind::Stamp),
             field("robot", "robot", Kind::Text(8)),
             field("task", "task", Kind::Count),
+            field("reason", "reason", Kind::Text(32)),
+        ],
+    },
+    Form {
+        letter: "V",
+        message: "belt_request",
+        about: "the belt should move at this velocity",
+        fields: &[
+            field("t", "stamp", Kind::Stamp),
+            field("speed", "speed", Kind::Milli),
             field("reason", "reason", Kind::Text(32)),
         ],
     },

@@ -1,7 +1,7 @@
 //! Tests of the dialect as a whole.
 
 use super::super::{
-    Ack, BeltState, Cancel, Detection, Due, Incoming, Outgoing, Point, Report, RobotState,
+    Ack, BeltState, Cancel, Detection, Due, Incoming, Order, Outgoing, Point, Report, RobotState,
     RobotStatus, Status, Task, Verdict, decode,
 };
 use super::fields;
@@ -96,6 +96,12 @@ fn incoming() -> impl Strategy<Value = Incoming> {
                 found: None,
             })
         }),
+        proptest::option::of("[a-z0-9]{1,8}")
+            .prop_map(|robot| Incoming::Pause(Order { stamp: 0.0, robot })),
+        Just(Incoming::Stop(Order {
+            stamp: 0.0,
+            robot: None,
+        })),
         Just(Incoming::Tick { stamp: 0.0 }),
     ];
     (stamp, body).prop_map(|(at, mut message)| {
@@ -112,6 +118,10 @@ fn incoming() -> impl Strategy<Value = Incoming> {
                 message.stamp = at;
                 after(&mut message.available_at);
             }
+            Incoming::Pause(order)
+            | Incoming::Resume(order)
+            | Incoming::Drain(order)
+            | Incoming::Stop(order) => order.stamp = at,
             Incoming::Tick { stamp } => *stamp = at,
         }
         message
