@@ -56,7 +56,11 @@ impl Controller {
             }
             Incoming::Ack(ack) => of_task(ack.task),
             Incoming::Result(report) => of_task(report.task),
-            Incoming::Tick { .. } => None,
+            Incoming::Pause(_)
+            | Incoming::Resume(_)
+            | Incoming::Drain(_)
+            | Incoming::Stop(_)
+            | Incoming::Tick { .. } => None,
         }
     }
 
@@ -110,7 +114,13 @@ impl Controller {
                 RobotState::Fault => 2.0,
             }),
             Incoming::Detection(_) => Some(0.0),
-            Incoming::Ack(_) | Incoming::Result(_) | Incoming::Tick { .. } => None,
+            Incoming::Ack(_)
+            | Incoming::Result(_)
+            | Incoming::Pause(_)
+            | Incoming::Resume(_)
+            | Incoming::Drain(_)
+            | Incoming::Stop(_)
+            | Incoming::Tick { .. } => None,
         };
         let received = self.received.map(|stamp| self.stamps.clock.time(stamp));
         self.sources.hear(&key, received.unwrap_or(time), says);

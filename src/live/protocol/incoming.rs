@@ -243,6 +243,9 @@ impl Incoming {
             Self::Robot(message) => &mut message.stamp,
             Self::Ack(message) => &mut message.stamp,
             Self::Result(message) => &mut message.stamp,
+            Self::Pause(order) | Self::Resume(order) | Self::Drain(order) | Self::Stop(order) => {
+                &mut order.stamp
+            }
             Self::Tick { stamp } => stamp,
         } += shift;
     }
