@@ -24,7 +24,7 @@ fn same(one: f64, other: f64) -> bool {
 
 fn incoming() -> impl Strategy<Value = Incoming> {
     let stamp = (-4e8..4e8f64).prop_map(|ms| NOW + to(ms / 1e3, 1e3));
-    let place = (-250.0..250.0f64).prop_map(|x| to(x, 1e4));
+    let place = (-99.0..99.0f64).prop_map(|x| to(x, 1e4));
     let text = |most: usize| {
         let characters = format!("[!-)+-:<-~]{{1,{most}}}");
         proptest::string::string_regex(&characters).unwrap()
