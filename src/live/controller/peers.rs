@@ -18,21 +18,23 @@ impl Controller {
         self.held.contains(&robot)
     }
 
-    /// The robot that says `message`, by its place in the station; none of a message that
-    /// is no robot's, or of a robot or a task that is not known.
+    /// The robot that says `message`, or that it is an order for, by its place in the
+    /// station; none of a message that is no robot's, or of a robot or a task that is not
+    /// known.
     pub fn robot_of(&self, message: &Incoming) -> Option<usize> {
         let of_task = |task: u64| {
             let open = self.tasks.get(task).map(|claim| claim.robot);
             open.or_else(|| self.tasks.over(task).map(|over| over.robot))
         };
+        let named = |name: &String| {
+            let mut robots = self.station().robots().iter();
+            robots.position(|robot| robot.name == *name)
+        };
         match message {
-            Incoming::Robot(status) => {
-                let mut robots = self.station().robots().iter();
-                robots.position(|robot| robot.name == status.name)
-            }
+            Incoming::Robot(status) => named(&status.name),
             Incoming::Ack(ack) => of_task(ack.task),
             Incoming::Result(report) => of_task(report.task),
-            _ => None,
+            other => named(other.order()?.robot.as_ref()?),
         }
     }
 

@@ -262,6 +262,16 @@ impl Incoming {
         }
     }
 
+    /// What the operator wants, if it is that.
+    pub fn order(&self) -> Option<&Order> {
+        match self {
+            Self::Pause(order) | Self::Resume(order) | Self::Drain(order) | Self::Stop(order) => {
+                Some(order)
+            }
+            _ => None,
+        }
+    }
+
     /// When it happened [s].
     pub fn stamp(&self) -> f64 {
         match self {

@@ -16,6 +16,8 @@ pub enum Role {
     Encoder,
     /// It speaks for robots. It is sent their tasks and cancels, and statuses.
     Robot,
+    /// It pauses, resumes, drains and stops the line. It is sent statuses.
+    Operator,
     /// It is sent everything and says nothing.
     Observer,
 }
@@ -27,6 +29,7 @@ impl Role {
             Self::Camera => "camera",
             Self::Encoder => "encoder",
             Self::Robot => "robot",
+            Self::Operator => "operator",
             Self::Observer => "observer",
         }
     }

@@ -398,7 +398,9 @@ impl Hub {
         };
         peer.identity.check(message, robot, is_owned)?;
         (peer.has_spoken, peer.refused) = (true, 0);
-        let is_first = robot.is_some_and(|robot| peer.identity.note(robot));
+        // Who orders a robot about does not speak for it.
+        let speaks = robot.filter(|_| message.order().is_none());
+        let is_first = speaks.is_some_and(|robot| peer.identity.note(robot));
         if peer.unknown_for().is_some() {
             self.release(number);
         }

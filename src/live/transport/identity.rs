@@ -74,7 +74,7 @@ impl Identity {
         match self.role() {
             None => self.is_shared || !is_owned,
             Some(Role::Robot) => self.robots.contains(&robot),
-            Some(Role::Camera | Role::Encoder | Role::Observer) => false,
+            Some(Role::Camera | Role::Encoder | Role::Operator | Role::Observer) => false,
         }
     }
 
@@ -86,7 +86,7 @@ impl Identity {
         match (self.role(), message.robot()) {
             (None | Some(Role::Observer), _) | (_, None) => true,
             (Some(Role::Robot), Some(_)) => robot.is_some_and(|r| self.robots.contains(&r)),
-            (Some(Role::Camera | Role::Encoder), Some(_)) => false,
+            (Some(Role::Camera | Role::Encoder | Role::Operator), Some(_)) => false,
         }
     }
 
@@ -104,10 +104,12 @@ impl Identity {
             message,
             Incoming::Detection(_) | Incoming::Belt(_) | Incoming::Tick { .. }
         );
+        let is_order = message.order().is_some();
         let allowed = match self.role() {
             None => self.is_shared || !is_owned,
-            Some(Role::Robot) => robot.is_none_or(|robot| self.robots.contains(&robot)),
+            Some(Role::Robot) => robot.map_or(!is_order, |robot| self.robots.contains(&robot)),
             Some(Role::Camera | Role::Encoder) => is_of_a_source,
+            Some(Role::Operator) => is_order,
             Some(Role::Observer) => false,
         };
         if allowed {
@@ -118,6 +120,10 @@ impl Identity {
             None => format!(
                 "`{kind}` of a robot that others have said hello for; expected a hello of role \
                  `robot` that names it first"
+            ),
+            Some(Role::Robot) if robot.is_none() => format!(
+                "`{kind}` of the whole line; a peer of role `robot` orders it of its robots, an \
+                 `operator` of all"
             ),
             Some(Role::Robot) => {
                 format!("`{kind}` of a robot that the hello of this peer does not name")
@@ -164,13 +170,31 @@ mod tests {
         let status = Message::from(Outgoing::Status(Box::<Status>::default()));
         let item = said(r#"{"kind":"detection","stamp":1,"x":0,"y":0}"#);
         let ack = said(r#"{"kind":"ack","stamp":1,"task":1}"#);
-        // Role; cancel of robot 0; says detection, ack of robot 0, ack of nobody's task.
+        let stop = said(r#"{"kind":"stop","stamp":1}"#);
+        // Role; cancel of robot 0; says detection, ack of robot 0, ack of nobody's task,
+        // stop of robot 0, stop of the line.
         for (role, robots, gets, says) in [
-            (Role::Camera, &[][..], false, [true, false, false]),
-            (Role::Encoder, &[], false, [true, false, false]),
-            (Role::Observer, &[], true, [false, false, false]),
-            (Role::Robot, &[0], true, [true, true, true]),
-            (Role::Robot, &[1], false, [true, false, true]),
+            (
+                Role::Camera,
+                &[][..],
+                false,
+                [true, false, false, false, false],
+            ),
+            (
+                Role::Encoder,
+                &[],
+                false,
+                [true, false, false, false, false],
+            ),
+            (
+                Role::Operator,
+                &[],
+                false,
+                [false, false, false, true, true],
+            ),
+            (Role::Observer, &[], true, [false; 5]),
+            (Role::Robot, &[0], true, [true, true, true, true, false]),
+            (Role::Robot, &[1], false, [true, false, true, false, false]),
         ] {
             let peer = peer(role, robots);
             assert_eq!(peer.gets(&cancel, Some(0)), gets, "{role:?}");
@@ -179,6 +203,8 @@ mod tests {
                 peer.check(&item, None, true),
                 peer.check(&ack, Some(0), true),
                 peer.check(&ack, None, true),
+                peer.check(&stop, Some(0), true),
+                peer.check(&stop, None, false),
             ];
             assert_eq!(found.map(|found| found.is_ok()), says, "{role:?}");
             assert_eq!(peer.carries(0, true), robots == [0]);
