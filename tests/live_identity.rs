@@ -529,7 +529,7 @@ fn a_node_that_is_killed_now_and_then_knows_the_same_items() {
     };
     let world = World::dense(150, 0.03, station.belt().speed, 5);
     let mut tracker = Tracker::new(&world, Camera::Area, Mistakes::BAD_DAY, random_stream(5, 2));
-    let mut lines = [(); 2].map(|()| Controller::new(station.clone(), strategy(), config));
+    let mut lines = [(); 2].map(|()| Controller::new(station.clone(), strategy(), config.clone()));
     let mut state = State::default();
     state.apply(through_text(&lines[1].whole()));
     let mut kills = 0;
@@ -551,9 +551,14 @@ fn a_node_that_is_killed_now_and_then_knows_the_same_items() {
             let mut at_once = State::default();
             at_once.apply(whole);
             assert_eq!(at_once, state, "{number}");
-            lines[1] =
-                Controller::restore(station.clone(), strategy(), config, state.clone(), None)
-                    .unwrap();
+            lines[1] = Controller::restore(
+                station.clone(),
+                strategy(),
+                config.clone(),
+                state.clone(),
+                None,
+            )
+            .unwrap();
             let mut again = State::default();
             again.apply(lines[1].whole());
             assert_eq!(again, state, "{number}");

@@ -150,9 +150,9 @@ pub const TO_NODE: &[Form] = &[
         ],
     },
     Form {
-        letter: "H",
+        letter: "P",
         message: "pause",
-        about: "halt: no new task; no name is the whole line",
+        about: "pause: no new task; no name is the whole line",
         fields: ORDER,
     },
     Form {
