@@ -180,6 +180,24 @@ fn noise_of_the_speed_sends_no_task_again() {
     }
 }
 
+/// `cargo test --test live_belt -- --ignored --nocapture` prints the table of docs/live.md.
+#[test]
+#[ignore = "prints a table"]
+fn table_of_noise() {
+    println!("| readings [Hz] | encoder | tasks | sent again | cancels | furthest off [mm] |");
+    println!("|---|---|---|---|---|---|");
+    for hz in [20.0, 50.0, 500.0] {
+        for has_encoder in [true, false] {
+            let (robot, worst) = drive(hz, 300.0, 0.02, has_encoder, |_| 0.3);
+            let (tasks, cancels) = (robot.tasks, robot.cancels);
+            let again = robot.messages - tasks;
+            let encoder = if has_encoder { "yes" } else { "no" };
+            let worst = 1e3 * worst;
+            println!("| {hz} | {encoder} | {tasks} | {again} | {cancels} | {worst:.1} |");
+        }
+    }
+}
+
 #[test]
 fn ramps_and_stops_are_still_followed() {
     // From 0.3 to 0.1 m/s within half a second, a stop, and back.

@@ -69,6 +69,19 @@ struct World {
 
 const START: f64 = 1.75e9;
 
+/// How the machine's clock is set: when [s], and how far ahead it is from then on [s].
+const STEPS: [(&str, &[(f64, f64)]); 6] = [
+    ("is not set", &[]),
+    ("is set back by 5 s", &[(5.0, -5.0)]),
+    ("is set forth by 5 s", &[(5.0, 5.0)]),
+    ("is 100 s ahead for 2 s", &[(5.0, 100.0), (7.0, 0.0)]),
+    ("is set back by an hour", &[(5.0, -3600.0)]),
+    (
+        "goes 0.2 s back and forth",
+        &[(5.0, -0.2), (8.0, 0.2), (8.5, 0.0)],
+    ),
+];
+
 impl World {
     fn new(config: Config) -> Self {
         let none = Overrides {
@@ -230,19 +243,9 @@ impl World {
 
 #[test]
 fn the_line_goes_on_however_the_machines_clock_is_set() {
-    for (case, steps) in [
-        ("steady", vec![]),
-        ("back 5 s", vec![(5.0, -5.0)]),
-        ("forth 5 s", vec![(5.0, 5.0)]),
-        ("forth 100 s for 2 s", vec![(5.0, 100.0), (7.0, 0.0)]),
-        ("back 3600 s for good", vec![(5.0, -3600.0)]),
-        (
-            "back and forth by 0.2 s",
-            vec![(5.0, -0.2), (8.0, 0.2), (8.5, 0.0)],
-        ),
-    ] {
+    for (case, steps) in STEPS {
         let mut world = World::new(Config::default());
-        world.play(20.0, &steps);
+        world.play(20.0, steps);
         world.check(case);
         let noted = world.status().noted;
         let count = noted.get("clock_step").copied().unwrap_or(0);
@@ -391,4 +394,121 @@ fn with_message_time_silence_is_told_by_the_stamps() {
     let said = play(&[30.0]);
     assert!(said.iter().all(|message| message.kind() == "status"));
     assert_eq!(said, play(&[8.0, 8.1, 9.7, 20.0, 30.0]));
+}
+
+/// `cargo test --test live_clock -- --ignored --nocapture` prints the table of docs/live.md.
+#[test]
+#[ignore = "prints a table"]
+fn table_of_steps() {
+    println!(
+        "| the machine's clock | tasks | off by more than 5 mm | longest time without one [s] |"
+    );
+    println!("|---|---|---|---|");
+    for (case, steps) in STEPS {
+        let mut world = World::new(Config::default());
+        world.play(60.0, steps);
+        let wrong = world.given.iter().filter(|given| given.1 > 0.005).count();
+        let gaps = world.given.windows(2).map(|pair| pair[1].0 - pair[0].0);
+        let gap = gaps.fold(0.0, f64::max);
+        println!("| {case} | {} | {wrong} | {gap:.1} |", world.given.len());
+    }
+}
+
+/// The program itself, whose clock libfaketime sets: it goes on, and its recording replays.
+#[test]
+#[cfg(all(feature = "mcap", target_os = "linux"))]
+fn the_program_goes_on_when_its_clock_is_set() {
+    use std::io::{BufRead as _, BufReader, Write as _};
+    use std::process::{Command, Stdio};
+    use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+    let folders = std::fs::read_dir("/usr/lib")
+        .into_iter()
+        .flatten()
+        .flatten();
+    let library = folders
+        .map(|folder| folder.path().join("faketime/libfaketimeMT.so.1"))
+        .find(|file| file.exists());
+    let Some(library) = library else {
+        println!("skipped: libfaketime is not there; on Debian `apt-get install faketime`");
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let (file, next) = (folder.path().join("ahead"), folder.path().join("next"));
+    let recording = folder.path().join("a.mcap");
+    let set = |ahead: f64| {
+        std::fs::write(&next, format!("{ahead:+.3}\n")).unwrap();
+        std::fs::rename(&next, &file).unwrap();
+    };
+    set(0.0);
+    let mut node = Command::new(env!("CARGO_BIN_EXE_pickline"))
+        .args(["run", "--status-every", "0.5", "--record"])
+        .arg(&recording)
+        .envs([
+            ("LD_PRELOAD", library.as_os_str()),
+            ("FAKETIME_TIMESTAMP_FILE", file.as_os_str()),
+        ])
+        .envs([
+            ("FAKETIME_NO_CACHE", "1"),
+            ("FAKETIME_DONT_FAKE_MONOTONIC", "1"),
+        ])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut stdin = node.stdin.take().unwrap();
+    let stdout = BufReader::new(node.stdout.take().unwrap());
+    let reader = std::thread::spawn(move || stdout.lines().map(Result::unwrap).collect::<Vec<_>>());
+    let (began, mut ahead) = (Instant::now(), 0.0);
+    let mut say = |ahead: f64, fields: &str| {
+        let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap();
+        let stamp = now.as_secs_f64() + ahead;
+        writeln!(stdin, r#"{{"stamp":{stamp},{fields}}}"#).unwrap();
+    };
+    say(ahead, r#""kind":"robot","name":"r1","state":"idle""#);
+    for i in 0..60 {
+        let now = match i {
+            20..35 => -5.0,
+            35..45 => 100.0,
+            _ => 0.0,
+        };
+        if now != ahead {
+            ahead = now;
+            set(ahead);
+        }
+        let position = 0.05 * began.elapsed().as_secs_f64();
+        say(
+            ahead,
+            &format!(r#""kind":"belt","speed":0.05,"position":{position}"#),
+        );
+        let text = format!(
+            r#""kind":"detection","id":"i{i}","x":{},"y":0.1"#,
+            -0.04 * f64::from(i % 20)
+        );
+        say(ahead, &text);
+        std::thread::sleep(Duration::from_millis(100));
+    }
+    drop(stdin);
+    let lines = reader.join().unwrap();
+    let output = node.wait_with_output().unwrap();
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{errors}");
+    let last = lines.last().unwrap();
+    assert!(last.contains(r#""clock_step":3"#), "{last}");
+    assert!(last.contains(r#""rejected":{}"#), "{last}");
+    assert!(
+        errors.contains("the machine's clock was set back by 5 s"),
+        "{errors}"
+    );
+    let replay = Command::new(env!("CARGO_BIN_EXE_pickline"))
+        .args(["run", "--replay"])
+        .arg(&recording)
+        .output()
+        .unwrap();
+    let told = String::from_utf8(replay.stderr).unwrap();
+    assert!(
+        told.contains(&format!("all {} messages are as recorded", lines.len())),
+        "{told}"
+    );
 }
