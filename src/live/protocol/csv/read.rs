@@ -90,7 +90,13 @@ impl CsvReader {
                 stamp = found;
                 self.last = found;
             }
-            message.insert(field.path.into(), value);
+            match field.path.split_once('/') {
+                None => drop(message.insert(field.path.into(), value)),
+                Some((whole, part)) => {
+                    let whole = message.entry(whole).or_insert_with(|| Map::new().into());
+                    whole[part] = value;
+                }
+            }
         }
         Ok(Value::Object(message))
     }

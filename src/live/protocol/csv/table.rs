@@ -147,6 +147,8 @@ pub const TO_NODE: &[Form] = &[
             field("task", "task", Kind::Count),
             field("result", "result", Kind::Choice(RESULTS)),
             field("free", "available_at", Kind::After),
+            field("found_x", "found/x", Kind::Milli),
+            field("found_y", "found/y", Kind::Milli),
         ],
     },
     Form {
