@@ -9,6 +9,7 @@ use programs::Program;
 use serde_json::Value;
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::net::TcpStream;
+use std::os::unix::fs::PermissionsExt as _;
 use std::process::{Command, Stdio};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
@@ -251,6 +252,37 @@ fn a_robot_without_a_clock_works_beside_a_camera_in_json() {
     node.signal("TERM");
     let (code, remarks) = node.finish();
     assert_eq!(code, Some(0), "{remarks}");
+}
+
+#[test]
+fn a_robot_says_who_it_is_and_shows_its_token() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("token");
+    let token = "0123456789abcdef0123456789abcdef";
+    std::fs::write(&file, token).unwrap();
+    std::fs::set_permissions(&file, std::fs::Permissions::from_mode(0o600)).unwrap();
+    let arguments = format!(
+        "run --listen 127.0.0.1:0 --dialect csv --status-every 0.2 --token {}",
+        file.display()
+    );
+    let mut node = Program::pickline(&arguments, &[]);
+    node.remarks.wait_for("listening at ");
+    let remarks = node.remarks.all();
+    let remark = remarks.iter().find(|line| line.contains("listening at "));
+    let address = remark.unwrap().rsplit(' ').next().unwrap();
+    for (shown, accepted) in [("wrong", "0"), (token, "1")] {
+        let mut robot = TcpStream::connect(address).unwrap();
+        robot
+            .set_read_timeout(Some(Duration::from_secs(60)))
+            .unwrap();
+        let hello = line(&format!("H,0,cell-1,R,r1;r2,{shown}"));
+        robot.write_all(hello.as_bytes()).unwrap();
+        let mut text = String::new();
+        BufReader::new(robot).read_line(&mut text).unwrap();
+        assert_eq!(fields(&text, &mut 0)[..3], ["H", "0", accepted], "{text}");
+    }
+    node.signal("TERM");
+    assert_eq!(node.finish().0, Some(0));
 }
 
 #[test]

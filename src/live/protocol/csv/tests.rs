@@ -93,7 +93,10 @@ fn incoming() -> impl Strategy<Value = Incoming> {
                 task: task.into(),
                 result: results[result],
                 available_at: after.map(f64::from),
-                found: task.is_multiple_of(2).then_some(Place { x: 1.2345, y: -0.25 }),
+                found: task.is_multiple_of(2).then_some(Place {
+                    x: 1.2345,
+                    y: -0.25,
+                }),
             })
         }),
         proptest::option::of("[a-z0-9]{1,8}")
