@@ -305,6 +305,20 @@ fn peers_with_clocks_of_their_own_are_mapped_and_keep_their_time() {
     }
 }
 
+/// Behind by 3 s or slow by 3 s: nobody can tell, so it is not passed over in silence.
+#[test]
+fn a_source_that_is_always_late_is_told_of() {
+    let mut world = World::new(Config::default());
+    world.camera = Whose::Own(-3.0);
+    world.play(12.0, &[]);
+    assert!(
+        world.remarks.len() == 1 && world.remarks[0].contains("come 3 s after their stamps"),
+        "{:?}",
+        world.remarks
+    );
+    assert!((world.source("camera").offset.unwrap() - 3.002).abs() < 1e-3);
+}
+
 #[test]
 fn a_belt_that_falls_silent_stops_new_tasks_until_it_is_heard() {
     for (belt, last) in [(None, 1.0), (Some(3.0), 3.0), (Some(0.0), f64::INFINITY)] {

@@ -13,6 +13,8 @@ use std::collections::BTreeMap;
 
 /// Sources that are told apart at most: names come from outside.
 const MOST: usize = 64;
+/// Messages that come so much later than their stamps [s], all of them, are told of.
+const LATE: f64 = 0.5;
 /// The name of all beyond.
 const OTHERS: &str = "others";
 
@@ -50,8 +52,9 @@ struct Source {
     said: Option<(f64, f64)>,
     period: Period,
     offset: Offset,
-    /// Whether it was told that it is overdue.
+    /// Whether it was told that it is overdue, and that it is late.
     told: bool,
+    told_late: bool,
 }
 
 /// What is known of all sources.
@@ -117,6 +120,7 @@ impl Sources {
             period: Period::default(),
             offset: Offset::new(ahead),
             told: false,
+            told_late: false,
         })
     }
 
@@ -208,12 +212,24 @@ impl Sources {
         let mut remarks = Vec::new();
         let mut table = std::mem::take(&mut self.table);
         for ((kind, name), source) in &mut table {
+            let named = format!("{} `{}`", kind.name(), crate::error::shown(name));
+            let delay = source.offset.settled_delay().unwrap_or(0.0);
+            let is_late = self.has_offsets && delay > LATE;
+            if is_late && !source.told_late {
+                let delay = crate::error::rounded(delay, 2);
+                remarks.push(format!(
+                    "{named}: its messages come {delay} s after their stamps at least: its clock is \
+                     behind, or it is slow; nobody can tell which, so its stamps are believed\n  set \
+                     its clock by NTP or PTP, and see how long it takes"
+                ));
+            }
+            source.told_late |= is_late;
             let overdue = now > self.limit(*kind, source);
-            if overdue == source.told {
+            // A camera before which nothing lies now and then is no news.
+            if overdue == source.told || (*kind == SourceKind::Camera && source.told) {
                 continue;
             }
             source.told = overdue;
-            let named = format!("{} `{}`", kind.name(), crate::error::shown(name));
             if !overdue {
                 remarks.push(format!("{named} is heard again"));
                 continue;

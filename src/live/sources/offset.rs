@@ -109,6 +109,11 @@ impl Offset {
         self.floor.least()
     }
 
+    /// The smallest delay [s] once enough messages have shown it.
+    pub fn settled_delay(&self) -> Option<f64> {
+        self.floor.least().filter(|_| self.fits >= SETTLED)
+    }
+
     /// The node's own clock was set by `step` [s]: the source goes by the same clock, unless
     /// its next messages show that it does not.
     pub fn follow(&mut self, step: f64) {
