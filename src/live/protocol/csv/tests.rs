@@ -1,8 +1,8 @@
 //! Tests of the dialect as a whole.
 
 use super::super::{
-    Ack, BeltState, Cancel, Detection, Due, Incoming, Order, Outgoing, Point, Report, RobotState,
-    RobotStatus, Status, Task, Verdict, decode,
+    Ack, BeltState, Cancel, Detection, Due, Incoming, Order, Outgoing, Place, Point, Report,
+    RobotState, RobotStatus, Status, Task, Verdict, decode,
 };
 use super::fields;
 use super::frame::{checksum, framed, opened};
