@@ -84,10 +84,8 @@ fn play(
 fn compare(controller: &Controller, world: &World, time: f64, figures: &mut Figures) {
     let near = |x: f64| (GATE[0] - GRIP..GATE[1] + GRIP).contains(&x);
     let inside = |x: f64| (GATE[0]..GATE[1]).contains(&x);
-    let truth = world
-        .items
-        .iter()
-        .map(|at| [at[0] + world.speed * time, at[1]]);
+    let travel = world.travel(time);
+    let truth = world.items.iter().map(|at| [at[0] + travel, at[1]]);
     let truth: Vec<[f64; 2]> = truth.filter(|at| near(at[0])).collect();
     let view = controller.view(0);
     let known = view.items.iter().map(|item| [item.x, item.y]);

@@ -91,6 +91,18 @@ impl Clock {
         self.origin.unwrap_or(0.0) + time
     }
 
+    /// The first stamp by which `time` [s] has come. The nearest one may be a little before,
+    /// for stamps have fewer digits after the point, and whoever waits for it would wait for
+    /// ever.
+    pub fn stamp_reaching(&self, time: f64) -> f64 {
+        let origin = self.origin.unwrap_or(0.0);
+        let mut stamp = self.stamp(time);
+        while stamp - origin < time {
+            stamp = stamp.next_up();
+        }
+        stamp
+    }
+
     /// What is to be thought of the stamp of a message, that of a tick or of another.
     ///
     /// # Errors
@@ -137,5 +149,27 @@ impl Clock {
         let problem = format!("stamp = {stamp}, while it is {now}");
         let expected = format!("at most {OLDEST} s behind and {ahead}");
         Rejected::new(Rejection::Stamp, format!("{problem}; expected {expected}"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A tick at the stamp that a `due` has named brings what is due then.
+    #[test]
+    fn a_stamp_that_is_waited_for_brings_its_time() {
+        let mut early = 0;
+        for origin in [0.0, 0.7, 1000.0, 1_795_656_426.3] {
+            let mut clock = Clock::resume(ClockKind::Messages, Some(origin), 0.0);
+            for number in 0..10_000 {
+                let time = 0.037_1 * f64::from(number);
+                let (nearest, stamp) = (clock.stamp(time), clock.stamp_reaching(time));
+                early += usize::from(clock.time(nearest) < time);
+                assert!(clock.time(stamp) >= time);
+                assert!(stamp <= nearest.next_up(), "{stamp} {nearest}");
+            }
+        }
+        assert!(early > 1000, "{early}");
     }
 }

@@ -74,7 +74,7 @@ impl Mistakes {
 /// Time between two pictures [s].
 pub const PERIOD: f64 = 0.05;
 /// Where the belt is seen that long before an item is at its start [m]; items come from there.
-const UPSTREAM: f64 = -0.6;
+pub const UPSTREAM: f64 = -0.6;
 
 /// What a picture shows of the belt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -85,13 +85,14 @@ pub enum Camera {
     Once,
 }
 
-/// Items on a belt, with their x at time 0.
+/// Items on a belt, with their x before it has moved.
 #[derive(Debug, Clone)]
 pub struct World {
     /// Places, downstream first [m].
     pub items: Vec<[f64; 2]>,
-    /// Speed of the belt [m/s].
-    pub speed: f64,
+    /// Speeds of the belt, each with the time from which on it holds [s, m/s]. It has not
+    /// moved before the first.
+    pub speeds: Vec<(f64, f64)>,
     /// Half of the width in which they lie [m].
     pub half_width: f64,
 }
@@ -123,15 +124,49 @@ impl World {
         items.sort_by(|a, b| b[0].total_cmp(&a[0]));
         Self {
             items,
-            speed,
+            speeds: vec![(0.0, speed)],
             half_width,
         }
+    }
+
+    /// How far the belt has gone by `time` [m].
+    pub fn travel(&self, time: f64) -> f64 {
+        let ends = self.speeds.iter().skip(1).map(|next| next.0);
+        let stretches = self.speeds.iter().zip(ends.chain([f64::INFINITY]));
+        let gone = stretches.map(|((from, speed), end)| speed * (time.min(end) - from).max(0.0));
+        gone.sum()
+    }
+
+    /// When the belt has gone `travel` [m] [s].
+    pub fn time_at(&self, travel: f64) -> f64 {
+        let mut gone = 0.0;
+        for pair in self.speeds.windows(2) {
+            let next = gone + pair[0].1 * (pair[1].0 - pair[0].0);
+            if travel < next {
+                return pair[0].0 + (travel - gone) / pair[0].1;
+            }
+            gone = next;
+        }
+        let last = self.speeds[self.speeds.len() - 1];
+        last.0 + (travel - gone) / last.1
+    }
+
+    /// Speed of the belt at `time` [m/s].
+    pub fn speed(&self, time: f64) -> f64 {
+        let holds = self.speeds.iter().rev().find(|(from, _)| *from <= time);
+        holds.map_or(0.0, |(_, speed)| *speed)
+    }
+
+    /// Where an item is at `time` [m].
+    pub fn place(&self, item: usize, time: f64) -> [f64; 2] {
+        let at = self.items[item];
+        [at[0] + self.travel(time), at[1]]
     }
 
     /// When the last item has left the picture [s].
     pub fn end(&self) -> f64 {
         let last = self.items.last().map_or(0.0, |at| at[0]);
-        -last / self.speed
+        self.time_at(-last)
     }
 }
 
@@ -151,8 +186,8 @@ pub struct Tracker<R> {
 impl<R: Rng> Tracker<R> {
     pub fn new(world: &World, camera: Camera, mistakes: Mistakes, mut rng: R) -> Self {
         let hidden = world.items.iter().map(|at| {
-            let enters = (UPSTREAM - at[0]) / world.speed;
-            let stays = -UPSTREAM / world.speed;
+            let enters = world.time_at(UPSTREAM - at[0]);
+            let stays = world.time_at(-at[0]) - enters;
             if rng.random::<f64>() < mistakes.gaps {
                 let from = enters + rng.random_range(0.0..stays);
                 (from, from + rng.random_range(0.3..1.0))
@@ -196,11 +231,12 @@ impl<R: Rng> Tracker<R> {
         }
         let from = match self.camera {
             Camera::Area => UPSTREAM,
-            Camera::Once => -world.speed * PERIOD,
+            Camera::Once => -world.speed(time) * PERIOD,
         };
         let mut seen: Vec<(usize, [f64; 2])> = Vec::new();
+        let travel = world.travel(time);
         for (item, at) in world.items.iter().enumerate() {
-            let x = at[0] + world.speed * time;
+            let x = at[0] + travel;
             let is_hidden = (self.hidden[item].0..self.hidden[item].1).contains(&time);
             if !(from..0.0).contains(&x) || is_hidden || self.happens(self.mistakes.lost) {
                 continue;

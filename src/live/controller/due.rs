@@ -26,7 +26,8 @@ impl Controller {
 
     /// Stamp at which something is due if no message comes [s].
     pub fn next_stamp(&mut self) -> Option<f64> {
-        self.next_due().map(|time| self.stamps.clock.stamp(time))
+        self.next_due()
+            .map(|time| self.stamps.clock.stamp_reaching(time))
     }
 
     pub(super) fn next_due(&mut self) -> Option<f64> {

@@ -120,7 +120,9 @@ impl Controller {
             Incoming::Tick { stamp } => {
                 if self.stamps.clock.kind == ClockKind::Messages {
                     self.settle(time, true);
-                    let next = self.next_due().map(|time| self.stamps.clock.stamp(time));
+                    let next = self
+                        .next_due()
+                        .map(|time| self.stamps.clock.stamp_reaching(time));
                     self.output.push(Outgoing::Due(Due { stamp, next }));
                 }
                 Ok(())
