@@ -4,10 +4,11 @@ use super::args::RunArgs;
 use super::run::{allowance, blueprint};
 use super::session::Session;
 use crate::error::{Error, Result, shown};
-use crate::live::protocol::{Outgoing, Rejection, decode_outgoing, encode};
+use crate::live::protocol::{Rejection, encode};
 use crate::live::recording::{Ending, Entry, Event, Reader};
 use crate::live::{ClockKind, Config, Controller};
 use crate::station::{Overrides, parse};
+use serde_json::Value;
 use std::collections::VecDeque;
 use std::path::Path;
 
@@ -234,24 +235,36 @@ impl Replay {
 /// Whether two statuses differ in nothing but how long decisions took, which is never the
 /// same, and what the version that recorded did not send.
 fn is_same_status(said: &str, recorded: &str) -> bool {
-    let status = |line: &str| match decode_outgoing(line.as_bytes()) {
-        Ok(Outgoing::Status(mut status)) => {
-            status.latency = None;
-            Some(status)
+    let status = |line: &str| match serde_json::from_str(line) {
+        Ok(Value::Object(mut fields)) if fields.get("kind") == Some(&"status".into()) => {
+            fields.remove("latency");
+            Some(Value::Object(fields))
         }
         _ => None,
     };
-    let (Some(said), Some(mut recorded)) = (status(said), status(recorded)) else {
-        return false;
-    };
-    // Earlier versions did not send it.
-    if recorded.layout.is_none() {
-        recorded.layout.clone_from(&said.layout);
+    match (status(said), status(recorded)) {
+        (Some(said), Some(recorded)) => has_all(&said, &recorded),
+        _ => false,
     }
-    if recorded.sources.is_empty() {
-        recorded.sources.clone_from(&said.sources);
+}
+
+/// Whether `said` has every field of `recorded` with its value, whatever else it has. Counts by
+/// reason are not fields: one more is another count.
+fn has_all(said: &Value, recorded: &Value) -> bool {
+    match (said, recorded) {
+        (Value::Object(said), Value::Object(recorded)) => {
+            recorded.iter().all(|(name, value)| match said.get(name) {
+                Some(own) if ["rejected", "noted"].contains(&name.as_str()) => own == value,
+                Some(own) => has_all(own, value),
+                None => false,
+            })
+        }
+        (Value::Array(said), Value::Array(recorded)) => {
+            let pairs = || said.iter().zip(recorded);
+            said.len() == recorded.len() && pairs().all(|(own, value)| has_all(own, value))
+        }
+        (said, recorded) => said == recorded,
     }
-    said == recorded
 }
 
 #[cfg(test)]
@@ -273,6 +286,8 @@ mod tests {
         let now = status(layout, 8);
         assert!(is_same_status(&now, &status("", 8)));
         assert!(!is_same_status(&now, &status("", 7)));
+        let counted = now.replace(r#""rejected":{}"#, r#""rejected":{"stamp":1}"#);
+        assert!(!is_same_status(&counted, &now));
         assert!(!is_same_status(&now, &status("\"layout\":\"0\",", 8)));
     }
 }
