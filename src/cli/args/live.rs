@@ -91,6 +91,7 @@ pub struct RunArgs {
     /// How lines are written over TCP, stdin and stdout; docs/dialect-csv.md has the fields. A
     /// peer that begins in JSON is talked to in JSON
     #[arg(long, value_enum, default_value_t = DialectArg::Json, help_heading = "Transport")]
+    #[cfg_attr(feature = "tls", arg(conflicts_with_all = ["tls_cert", "tls_key", "tls_ca"]))]
     #[cfg_attr(feature = "mqtt", arg(conflicts_with = "mqtt"))]
     #[cfg_attr(feature = "ros2", arg(conflicts_with = "ros2"))]
     pub dialect: DialectArg,
@@ -217,6 +218,7 @@ pub struct KeptArgs {
         "listen", "connect", "station", "robots", "belt_speed", "seed", "tolerance",
         "ack_timeout", "result_timeout", "status_every", "belt_timeout", "robot_timeout",
         "camera_delay", "dashboard", "journal", "record", "dialect",
+        "token", "insecure", "max_peers",
     ])]
     #[cfg_attr(feature = "mqtt", arg(conflicts_with = "mqtt"))]
     #[cfg_attr(feature = "ros2", arg(conflicts_with = "ros2"))]
