@@ -1,6 +1,6 @@
 //! Who is at the other end of a connection, what it is sent, and what it may say.
 
-use crate::live::protocol::{Hello, Incoming, Message, Rejected, Rejection, Role};
+use crate::live::protocol::{Hello, Incoming, Message, Outgoing, Rejected, Rejection, Role};
 use std::collections::BTreeSet;
 
 /// Who a peer is, as far as it has said. Robots are numbered upstream first.
@@ -84,6 +84,10 @@ impl Identity {
             return true;
         };
         match (self.role(), message.robot()) {
+            // It has no drive to ask for anything.
+            (Some(Role::Camera), None) => {
+                matches!(message, Outgoing::Status(_) | Outgoing::Due(_))
+            }
             (None | Some(Role::Observer), _) | (_, None) => true,
             (Some(Role::Robot), Some(_)) => robot.is_some_and(|r| self.robots.contains(&r)),
             (Some(Role::Camera | Role::Encoder | Role::Operator), Some(_)) => false,
@@ -140,7 +144,7 @@ impl Identity {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::live::protocol::{Cancel, Outgoing, Status, decode};
+    use crate::live::protocol::{Cancel, Status, decode};
 
     fn peer(role: Role, robots: &[usize]) -> Identity {
         let mut identity = Identity::default();
