@@ -19,7 +19,7 @@ pub struct Reading {
 
 /// The machine's clock without its steps.
 ///
-/// Invariant: the stamps never go back by more than [`STEP`], and `ahead` changes by more than
+/// Invariant: the stamps never go back by more than `STEP`, and `ahead` changes by more than
 /// that or not at all.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct SteadyClock {

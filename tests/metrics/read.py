@@ -114,8 +114,8 @@ address = remarks.wait_for(r"listening at (\S+)")
 dashboard = remarks.wait_for(r"dashboard at http://(\S+)/")
 host, port = address.rsplit(":", 1)
 watcher = socket.create_connection((host, int(port)))
-# Refused, and counted by reason.
-watcher.sendall(b"{\n")
+# The second line is refused, and counted by reason.
+watcher.sendall(b'{"kind":"hello","name":"watcher","role":"observer"}\n{\n')
 before, scrapes = {}, 0
 emulate = subprocess.Popen(
     [PROGRAM, "emulate", "--station", station, "--connect", address, "--failing-grasps", "0.2"],
