@@ -193,6 +193,6 @@ fn the_default_tolerance_holds_its_rates() {
             [0.02, 0.05, 0.2].map(|apart| play(tolerance, apart, camera, mistakes, 700, 201));
         let all = total(runs.into_iter());
         let (ghosts, lost) = (all.per_thousand(all.ghosts), all.per_thousand(all.lost));
-        assert!(ghosts <= 12.0 && lost <= most_lost, "{name}: {all:?}");
+        assert!(ghosts <= 16.0 && lost <= most_lost, "{name}: {all:?}");
     }
 }

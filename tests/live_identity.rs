@@ -215,6 +215,23 @@ fn neighbours_a_few_centimetres_apart_stay_two() {
     }
 }
 
+/// Neighbours are two as well where each detection has a stamp of its own.
+#[test]
+fn neighbours_stay_two_when_each_is_a_picture_of_its_own() {
+    let mut line = Line::silent(0.0);
+    for step in 0..100 {
+        let stamp = 0.05 * f64::from(step);
+        let wobble = 0.002 * f64::from(step).sin();
+        let x = 1.0 + 0.05 * stamp + wobble;
+        picture(&mut line, stamp, &[(None, x, 0.1)]);
+        let later = stamp + 0.001;
+        let x = 1.0 + 0.05 * later - wobble;
+        picture(&mut line, later, &[(None, x + 0.02, 0.1)]);
+    }
+    let status = line.status();
+    assert_eq!((status.seen, noted(&status, "fused")), (2, 0));
+}
+
 /// Two boxes around one item are one item, whatever their ids.
 #[test]
 fn a_doubled_box_is_no_second_item() {
@@ -325,7 +342,7 @@ fn an_item_that_is_never_seen_beside_its_neighbour_is_its_neighbour() {
     picture(
         &mut line,
         0.0,
-        &[(Some("a"), -1.0, 0.1), (Some("b"), -0.99, 0.1)],
+        &[(Some("a"), -1.0, 0.1), (Some("b"), -0.993, 0.1)],
     );
     assert_eq!(line.status().seen, 2);
     for step in 1..20 {
@@ -339,7 +356,7 @@ fn an_item_that_is_never_seen_beside_its_neighbour_is_its_neighbour() {
     picture(
         &mut line,
         1.0,
-        &[(Some("a"), -0.95, 0.1), (Some("b"), -0.94, 0.1)],
+        &[(Some("a"), -0.95, 0.1), (Some("b"), -0.943, 0.1)],
     );
     let status = line.status();
     assert_eq!((status.seen, noted(&status, "split")), (2, 1));

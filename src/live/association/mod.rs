@@ -98,13 +98,19 @@ impl Gate {
 }
 
 /// Whether a squared distance is within the gate.
-pub fn is_inside(squared_distance: f64) -> bool {
+fn is_inside(squared_distance: f64) -> bool {
     squared_distance <= DEVIATIONS * DEVIATIONS
 }
 
 /// Whether a squared distance is within twice the gate: near enough to be mistaken.
 pub fn is_near(squared_distance: f64) -> bool {
-    squared_distance <= 4.0 * DEVIATIONS * DEVIATIONS
+    squared_distance <= (2.0 * DEVIATIONS).powi(2)
+}
+
+/// Whether a squared distance is within half the gate: so near that two items are most likely
+/// one.
+pub fn is_close(squared_distance: f64) -> bool {
+    squared_distance <= (0.5 * DEVIATIONS).powi(2)
 }
 
 /// What it costs to take a detection for an item at a squared distance; none when it is too

@@ -1,6 +1,6 @@
 //! What one picture shows, put to the items that are known.
 
-use super::{Gate, Number, Pair, assign, cost, cost_of_new, is_inside, is_near};
+use super::{Gate, Number, Pair, assign, cost, cost_of_new, is_close, is_near};
 use crate::live::items::{Items, State};
 use crate::live::sight::Sight;
 use std::collections::HashSet;
@@ -52,7 +52,7 @@ pub fn associate(
     }
     let travel = travelled(time);
     let mut pairs = Vec::new();
-    // Items near a detection, and whether it could be of them by its place.
+    // Items near a detection, and whether they are so near that they may be one with its item.
     let mut near: Vec<(usize, u32, bool)> = Vec::new();
     // Items that an earlier part of the picture has shown.
     let mut shown: Vec<(usize, u32)> = Vec::new();
@@ -90,7 +90,7 @@ pub fn associate(
                 continue;
             }
             if is_near(squared) {
-                near.push((index, item, is_inside(squared)));
+                near.push((index, item, is_close(squared)));
             }
             if let Some(cost) = cost(squared, number, !is_gone) {
                 let detection = index;
@@ -138,10 +138,10 @@ pub fn associate(
     }
     let taken: HashSet<u32> = found.iter().flatten().copied().collect();
     let (mut overlooked, mut beside) = (Vec::new(), Vec::new());
-    for (index, item, is_inside) in near {
+    for (index, item, is_close) in near {
         match found[index] {
             Some(other) if other != item && taken.contains(&item) => beside.extend([item, other]),
-            Some(other) if other != item && is_inside => overlooked.push((item, other)),
+            Some(other) if other != item && is_close => overlooked.push((item, other)),
             _ => {}
         }
     }
@@ -197,10 +197,10 @@ mod tests {
     fn what_a_picture_does_not_show_is_overlooked() {
         let mut items = Items::default();
         let a = items.add(&sight(Some("a"), 0.0, 0.0));
-        let b = items.add(&sight(Some("b"), 0.015, 0.0));
-        // Too far to be the one that is seen, though its id would be known further away.
-        items.add(&sight(Some("c"), 0.05, 0.0));
-        let both = [sight(Some("a"), 0.001, 1.0), sight(Some("b"), 0.016, 1.0)];
+        let b = items.add(&sight(Some("b"), 0.009, 0.0));
+        // Too far to be one with the others.
+        items.add(&sight(Some("c"), 0.03, 0.0));
+        let both = [sight(Some("a"), 0.001, 1.0), sight(Some("b"), 0.01, 1.0)];
         let found = put(&items, &both);
         assert_eq!(found.matches, [Match::Item(a), Match::Item(b)]);
         assert_eq!((found.overlooked, found.beside), (vec![], vec![a, b]));
