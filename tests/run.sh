@@ -14,6 +14,8 @@ bash tests/browser/run.sh
 # A live line under load, as fast as it goes: nothing lost, memory flat (docs/live.md).
 python3 tests/load/load.py --pickline "${CARGO_TARGET_DIR:-target}/debug/pickline" \
     --clock messages --items 300000
+# The same by the clock, seen from outside.
+python3 tests/load/latency.py --pickline "${CARGO_TARGET_DIR:-target}/debug/pickline" --seconds 10
 # Equilibria against an independent solver, which it installs under target/.
 bash tests/gambit/run.sh
 # Recordings of live runs, read by the mcap package of Python.

@@ -72,6 +72,7 @@ enum Event {
 
 /// What came of it.
 pub struct Figures {
+    pub clock: &'static str,
     pub items: usize,
     pub kills: usize,
     pub breaks: usize,
@@ -549,6 +550,7 @@ impl Line {
         });
         let fates = &self.truth.fates;
         Figures {
+            clock: if by_clock { "system" } else { "messages" },
             items: fates.len(),
             kills: self.figures.kills,
             breaks: self.figures.breaks,
@@ -608,8 +610,8 @@ impl Figures {
         assert_eq!(self.grasped, in_bins + self.dropped, "{self}");
         assert_eq!(self.second, 0, "{self}");
         // What the camera makes up is 5 items in 1,000, and three attempts at each.
-        assert!(self.ghosts() <= 30.0, "{self}");
         let few = 0.02 * self.items as f64 + 2.0;
+        assert!((self.taken + self.nothing) as f64 <= 1.5 * few, "{self}");
         assert!((self.two_after_one as f64) < few, "{self}");
         assert!(
             (status.seen as f64 - self.items as f64).abs() <= few,
@@ -619,43 +621,48 @@ impl Figures {
 }
 
 impl fmt::Display for Figures {
+    /// A row of the table in docs/live.md, and the rest below it.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let status = &self.status;
-        let worst = self.beside.iter().fold(0.0, |a: f64, b| a.max(*b));
-        let in_bins: usize = self.in_bins.iter().sum();
+        let (status, missed) = (&self.status, &self.status.missed);
+        let others = missed.total() - missed.not_found - missed.no_result;
         writeln!(
             f,
-            "{} items, {} kills, {} broken links, {} statuses, {:.0} s",
-            self.items, self.kills, self.breaks, self.statuses, self.seconds
-        )?;
-        writeln!(
-            f,
-            "{} tasks: {} grasped, {} slipped, {} beside the gripper by up to {:.0} mm, {} already taken, \
-             {} at nothing ({:.1} per 1,000 items), {} refused, {} second, {} two after one",
+            "| {} | {} | {}, {} | {} | {} | {} | {}, {}, {} | {} | {} | {} ({:.0} per 1,000 items) |",
+            self.clock,
+            self.items,
+            self.kills,
+            self.breaks,
+            status.seen,
+            status.picked,
+            self.in_bins.iter().sum::<usize>(),
+            missed.not_found,
+            missed.no_result,
+            others,
             self.tasks,
+            self.beside.len(),
+            self.taken + self.nothing,
+            self.ghosts(),
+        )?;
+        let worst = self.beside.iter().fold(0.0, |a: f64, b| a.max(*b));
+        writeln!(
+            f,
+            "{:.0} s, {} statuses; {} grasped, {} slipped, at most {:.0} mm beside, {} taken before, \
+             {} never there, {} too late, {} second tasks, {} after the item of another",
+            self.seconds,
+            self.statuses,
             self.grasped,
             self.failed,
-            self.beside.len(),
             1e3 * worst,
             self.taken,
             self.nothing,
-            self.ghosts(),
             self.refused,
             self.second,
             self.two_after_one
         )?;
-        writeln!(
+        write!(
             f,
-            "{} in the bins {:?}, {} dropped; the node: {} seen, {} picked, {:?}, noted {:?}, refused {:?}",
-            in_bins,
-            self.in_bins,
-            self.dropped,
-            status.seen,
-            status.picked,
-            status.missed,
-            status.noted,
-            status.rejected
-        )?;
-        write!(f, "{:?}", status.robots)
+            "in the bins {:?}, {} dropped; {missed:?}, noted {:?}, refused {:?}, {:?}",
+            self.in_bins, self.dropped, status.noted, status.rejected, status.robots
+        )
     }
 }
