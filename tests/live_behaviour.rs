@@ -31,7 +31,7 @@ fn detections_with_and_without_id_are_put_together() {
     line.say(&anonymous(3.0, -3.99));
     line.say(&anonymous(3.0, -3.99));
     assert_eq!(line.status().seen, 3);
-    // Older than what is known: heeded by nobody.
+    // Older than what is known: it changes nothing.
     line.see(0.5, "a", -2.97, 0.1);
     let status = line.status();
     assert_eq!((status.seen, status.noted["late_detection"]), (3, 1));

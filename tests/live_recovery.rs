@@ -80,7 +80,7 @@ fn run(odds: u32, seed: u64) -> (Emulator, Controller, usize) {
             if let Some(change) = controller.change(true) {
                 state.apply(through_text(&change));
             }
-            // Asking for the whole begins anew what is told; a clone of the state stays.
+            // Asking for the whole starts over what is told; a clone of the state stays.
             assert!(luck.random_range(0..50) > 0 || state == state_of(&mut controller));
         }
         due = None;
@@ -246,7 +246,7 @@ fn owner(station: &str, clock: ClockKind) -> Owner {
     }
 }
 
-/// A journal of some hundred records, begun anew on the way if it was asked to be.
+/// A journal of some hundred records, started over on the way if it was asked to be.
 fn write_journal(path: &Path, items: u32) -> State {
     let station = station();
     let mut line = new(&station);

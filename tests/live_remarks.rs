@@ -145,7 +145,7 @@ fn an_empty_journal_is_told_of() {
         assert_eq!(code, Some(0), "{remarks}");
         remarks
     };
-    let told = format!("{} is empty and is begun anew; ", journal.display());
+    let told = format!("{} is empty and is started over; ", journal.display());
     // One that does not exist yet is nothing to speak of.
     assert!(!run().contains(&told));
     std::fs::write(&journal, "").unwrap();

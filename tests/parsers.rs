@@ -230,7 +230,7 @@ fn use_pattern(text: &str, picks: &[Index], hz: f64) {
     }
 }
 
-/// Has a line heed every message of `text`; it accounts for all items at all times.
+/// Has a line hear every message of `text`; it accounts for all items at all times.
 fn use_messages(text: &str) {
     let station = built_in("paper").unwrap().station(Some(2)).unwrap();
     for clock in [ClockKind::Messages, ClockKind::System] {
@@ -248,8 +248,8 @@ fn use_messages(text: &str) {
                     let again = decode(encode(&message).trim_end().as_bytes());
                     assert_eq!(again.unwrap(), message);
                     let stamp = message.stamp();
-                    let heeded = controller.handle(message).is_ok();
-                    if heeded {
+                    let taken = controller.handle(message).is_ok();
+                    if taken {
                         controller.advance(stamp);
                     }
                 }

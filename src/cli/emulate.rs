@@ -138,7 +138,7 @@ impl Play<'_> {
     fn wait_for_a_peer(&mut self, stop: &AtomicBool) -> Result<()> {
         while self.hub.peers() == 0 && !stop.load(Ordering::Relaxed) {
             if let Some(heard) = self.hub.hear(GLANCE) {
-                self.heed(heard)?;
+                self.handle(heard)?;
             }
         }
         Ok(())
@@ -158,7 +158,7 @@ impl Play<'_> {
                 let Some(heard) = self.hub.hear(GLANCE) else {
                     continue;
                 };
-                if let Some(Outgoing::Due(answer)) = self.heed(heard)? {
+                if let Some(Outgoing::Due(answer)) = self.handle(heard)? {
                     due = answer.next;
                     break;
                 }
@@ -181,7 +181,7 @@ impl Play<'_> {
                 patience = Duration::ZERO;
                 let messages = self.emulator.advance(unix_now());
                 self.say(messages, stop)?;
-                self.heed(heard)?;
+                self.handle(heard)?;
             }
         }
         Ok(())
@@ -193,7 +193,7 @@ impl Play<'_> {
         for message in messages {
             while self.hub.is_full() && !self.deserted && !stop.load(Ordering::Relaxed) {
                 if let Some(heard) = self.hub.hear(BREATH) {
-                    self.heed(heard)?;
+                    self.handle(heard)?;
                 }
             }
             self.hub.try_send(message, true);
@@ -202,7 +202,7 @@ impl Play<'_> {
     }
 
     /// Takes in what is heard; returns the message, if it is one.
-    fn heed(&mut self, heard: Heard) -> Result<Option<Outgoing>> {
+    fn handle(&mut self, heard: Heard) -> Result<Option<Outgoing>> {
         match heard {
             Heard::Line(_, line) => {
                 let Ok(message) = decode_outgoing(&line) else {
@@ -277,7 +277,7 @@ impl Play<'_> {
         self.hub.finish_writing();
         while self.answers && !stop.load(Ordering::Relaxed) {
             if let Some(heard) = self.hub.hear(GLANCE) {
-                self.heed(heard)?;
+                self.handle(heard)?;
             }
             let status = self.status.as_ref();
             if status.is_some_and(|status| status.last || status.stamp >= end) {

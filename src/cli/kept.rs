@@ -133,7 +133,7 @@ impl Kept {
             }
             _ => {
                 if let Some(path) = path.filter(|_| found.as_ref().is_some_and(|f| f.is_empty)) {
-                    args.transport.remark(&beginning_anew(path));
+                    args.transport.remark(&starting_over(path));
                 }
                 Controller::new(station, strategy.1, config)
             }
@@ -278,10 +278,10 @@ impl Kept {
 }
 
 /// A file that the user has just made looks the same as one that was cut off.
-fn beginning_anew(path: &Path) -> String {
+fn starting_over(path: &Path) -> String {
     let name = path.display();
     format!(
-        "{name} is empty and is begun anew; if a journal was in it, end this run, and bring back \
+        "{name} is empty and is started over; if a journal was in it, end this run, and bring back \
          a copy, or clear the belt and have all robots idle first"
     )
 }

@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
-/// Messages heeded before what is due is looked at again.
+/// Messages handled before what is due is looked at again.
 const AT_ONCE: usize = 64;
 
 /// The controller with its peers, and all that a run keeps and shows.
@@ -98,7 +98,7 @@ impl Node<'_> {
                     Heard::Down(_) => {}
                     // Whoever has ended waits for a last word.
                     Heard::Ended(_) => self.report(false, self.hub.queued() as u64),
-                    heard => self.heed(heard)?,
+                    heard => self.handle(heard)?,
                 }
             }
         }
@@ -153,7 +153,7 @@ impl Node<'_> {
                         break;
                     }
                 }
-                Some(heard) => self.heed(heard)?,
+                Some(heard) => self.handle(heard)?,
             }
             // The line waits for a slow reader, but whoever wants it to stop does not.
             while self.hub.is_half_full() && self.hub.peers() > 0 && !stop.load(Ordering::Relaxed) {
@@ -166,7 +166,7 @@ impl Node<'_> {
         Ok(())
     }
 
-    fn heed(&mut self, heard: Heard) -> Result<()> {
+    fn handle(&mut self, heard: Heard) -> Result<()> {
         match heard {
             // What a peer says that is being disconnected is of no account.
             Heard::Line(origin, _) | Heard::Refused(origin, _) if !self.hub.counts(&origin) => {}
@@ -235,7 +235,7 @@ impl Node<'_> {
             self.question(&origin, &doubt);
         }
         match taken {
-            Ok(Taken::Heeded) => {}
+            Ok(Taken::Accepted) => {}
             Ok(Taken::Held) => self.held_back = Some(origin),
             Err(rejected) => self.tell(&origin, &rejected),
         }

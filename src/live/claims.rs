@@ -18,7 +18,7 @@ pub enum Reason {
     BeltStopped,
     /// The belt runs backwards.
     BeltBackwards,
-    /// The belt is as fast as the arm.
+    /// The belt is as fast as an arm of the line.
     BeltTooFast,
     /// With the belt's new speed the robot does not meet the item within its reach.
     BeltSpeed,
@@ -30,6 +30,8 @@ pub enum Reason {
     Fault,
     /// Another robot has picked the item.
     TakenByOther,
+    /// The robot itself has picked it, by an earlier task.
+    PickedBefore,
     /// The operator has stopped the line or the robot.
     Stopped,
 }
@@ -40,12 +42,13 @@ impl Reason {
         match self {
             Self::BeltStopped => "the belt has stopped before the item came within reach",
             Self::BeltBackwards => "the belt runs backwards",
-            Self::BeltTooFast => "the belt is as fast as the arm, or faster",
+            Self::BeltTooFast => "the belt is as fast as an arm of the line, or faster",
             Self::BeltSpeed => "the belt's speed has changed: the item is met outside the reach",
             Self::ItemMoved => "the item has moved on the belt: it is met outside the reach",
             Self::NoAck => "no acknowledgement has come before the last start",
             Self::Fault => "the robot has reported a fault",
             Self::Stopped => "the operator has stopped it",
+            Self::PickedBefore => "the item is picked, by an earlier task of this robot",
             Self::TakenByOther => "another robot has picked the item",
         }
     }
@@ -79,6 +82,8 @@ pub struct Claim {
     pub acknowledged: Option<f64>,
     /// Why it is cancelled, once it is.
     pub reason: Option<Reason>,
+    /// Sendings that were not acknowledged, since somebody was there to hear them.
+    pub unheard: u32,
     /// How often the cancel was sent.
     pub cancels: u32,
     /// When the cancel is sent again.
@@ -110,6 +115,7 @@ impl Claim {
             stage: Stage::Sent,
             acknowledged: None,
             reason: None,
+            unheard: 0,
             cancels: 0,
             repeat_at: None,
             revision: 0,
@@ -152,6 +158,7 @@ impl Claim {
                 stage: self.stage,
                 acknowledged: self.acknowledged,
                 reason: self.reason,
+                unheard: self.unheard,
                 cancels: self.cancels,
                 repeat_at: self.repeat_at,
                 revision: self.revision + 1,

@@ -132,7 +132,7 @@ impl Clock {
         next >= doubtful - OLDEST && (self.origin.is_some() || next <= doubtful + LEAP)
     }
 
-    /// Why a message with this stamp, which was doubtful, is not heeded.
+    /// Why a message with this stamp, which was doubtful, is refused.
     pub fn unconfirmed(&self, stamp: f64) -> Rejected {
         if self.origin.is_some() {
             let ahead = format!("{DOUBTFUL} s ahead, or a next stamp as late");

@@ -1,12 +1,20 @@
 //! What the belt's drive is asked for: to stop while nobody can pick, or before an item
 //! would be lost, and to go on.
 //!
-//! Invariant: while a stop is asked for, the speed to go on with is known and above 0.
+//! Invariants: while a stop is asked for, the speed to go on with is known and above 0. What
+//! somebody else does to the belt is not undone: a belt that moves after it has stood as asked,
+//! or stands after it has moved as asked, is left alone until the next reason to stop it.
 
 use serde::{Deserialize, Serialize};
 
-/// A request that was not followed is made again after [s].
+/// A request that was not followed is made again after [s],
 const REPEAT: f64 = 1.0;
+/// so often.
+const MOST_REPEATS: u32 = 10;
+/// A belt that moves has the speed that was asked for once it is this share of it.
+const NEARLY: f64 = 0.9;
+/// It gains speed once it is faster than at its slowest by this share of it.
+const GAIN: f64 = 0.05;
 
 /// Why the belt is asked to stop or to go on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -31,90 +39,122 @@ impl Cause {
     }
 }
 
-/// The request that stands.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+/// A request to the drive.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Request {
     /// Speed that is asked for [m/s].
     pub speed: f64,
     /// Why.
     pub cause: Cause,
-    /// When it was made last [s].
-    at: f64,
 }
 
-impl Request {
-    /// Whether a belt at `speed` [m/s] does what is asked for, or is about to.
-    fn is_followed(&self, speed: f64) -> bool {
-        if self.speed == 0.0 {
-            speed == 0.0
-        } else {
-            // However it gets there: it moves.
-            speed > 0.0
-        }
-    }
+/// How far a request has come. Speeds [m/s] are those from before the stop.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Phase {
+    /// Nothing is asked for.
+    #[default]
+    Idle,
+    /// It was asked to stop and still moves.
+    Stopping(f64),
+    /// It stands as asked.
+    Stopped(f64),
+    /// It was asked to go on and still stands.
+    Starting(f64),
+    /// It was asked to go on, and moves.
+    GainingSpeed(f64),
+    /// Somebody has set it going while it was to stand.
+    Overruled,
 }
 
 /// What is asked of the drive.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Drive {
-    /// Speed before the belt was asked to stop [m/s]; none while it is not.
-    running: Option<f64>,
-    request: Option<Request>,
+    phase: Phase,
+    /// Why it was asked to stop last.
+    cause: Option<Cause>,
+    /// When the last request was made [s], and how often it was repeated.
+    asked_at: f64,
+    repeats: u32,
+    /// The least speed since it was asked to go on [m/s]: it may still be braking.
+    lowest: f64,
 }
 
 impl Drive {
     /// Speed that the belt had before it was asked to stop [m/s]; none while it is not.
     pub fn running(&self) -> Option<f64> {
-        self.running
+        match self.phase {
+            Phase::Stopping(speed) | Phase::Stopped(speed) => Some(speed),
+            _ => None,
+        }
     }
 
-    /// When the standing request has to be made again [s], as the belt moves at `speed`
-    /// [m/s] and does not follow it.
-    pub fn repeat_at(&self, speed: f64) -> Option<f64> {
-        let request = self.request?;
-        (!request.is_followed(speed)).then_some(request.at + REPEAT)
+    /// When the standing request is made again if it is not followed [s].
+    pub fn repeat_at(&self) -> Option<f64> {
+        let is_open = matches!(self.phase, Phase::Stopping(_) | Phase::Starting(_));
+        (is_open && self.repeats < MOST_REPEATS).then_some(self.asked_at + REPEAT)
     }
 
     /// What is asked for at `now` [s], as the belt moves at `speed` [m/s] and there is a
     /// `reason` to stop it, or none; nothing where it was asked for already.
     pub fn ask(&mut self, now: f64, speed: f64, reason: Option<Cause>) -> Option<Request> {
-        let wanted = match (reason, self.running) {
-            (Some(cause), None) if speed > 0.0 => {
-                self.running = Some(speed);
-                (0.0, cause)
-            }
-            (Some(_), _) => return self.again(now, speed),
-            (None, Some(running)) => {
-                self.running = None;
-                self.request = None;
-                if speed > 0.0 {
-                    // Somebody has set it going already.
-                    return None;
-                }
-                (running, Cause::Clear)
-            }
-            (None, None) => return self.again(now, speed),
+        let stands = speed == 0.0;
+        self.lowest = self.lowest.min(speed);
+        let gains = |running: f64| speed > self.lowest + GAIN * running;
+        // What the belt has done since the last look.
+        self.phase = match self.phase {
+            Phase::Stopping(running) if stands => Phase::Stopped(running),
+            Phase::Stopped(_) if !stands => Phase::Overruled,
+            Phase::Starting(running) if speed >= NEARLY * running => Phase::Idle,
+            Phase::Starting(running) if gains(running) => Phase::GainingSpeed(running),
+            Phase::GainingSpeed(running) if stands || speed >= NEARLY * running => Phase::Idle,
+            phase => phase,
         };
-        self.request = Some(Request {
-            speed: wanted.0,
-            cause: wanted.1,
-            at: now,
-        });
-        self.request
+        match (reason, self.phase) {
+            (Some(cause), Phase::Idle | Phase::GainingSpeed(_)) if speed > 0.0 => {
+                let running = match self.phase {
+                    Phase::GainingSpeed(running) => running,
+                    _ => speed,
+                };
+                Some(self.request(now, Phase::Stopping(running), cause))
+            }
+            // It may be about to move.
+            (Some(cause), Phase::Starting(running)) => {
+                Some(self.request(now, Phase::Stopping(running), cause))
+            }
+            (None, Phase::Stopping(running) | Phase::Stopped(running)) => {
+                self.lowest = speed;
+                Some(self.request(now, Phase::Starting(running), Cause::Clear))
+            }
+            (None, Phase::Overruled) => {
+                self.phase = Phase::Idle;
+                None
+            }
+            _ => self.again(now),
+        }
     }
 
-    fn again(&mut self, now: f64, speed: f64) -> Option<Request> {
-        let request = self.request.as_mut()?;
-        if request.is_followed(speed) {
-            // Whoever moves or stops the belt from now on means it.
-            self.request = None;
+    fn request(&mut self, now: f64, phase: Phase, cause: Cause) -> Request {
+        (self.phase, self.cause) = (phase, Some(cause));
+        (self.asked_at, self.repeats) = (now, 0);
+        self.standing(cause)
+    }
+
+    fn standing(&self, cause: Cause) -> Request {
+        let speed = match self.phase {
+            Phase::Starting(running) => running,
+            _ => 0.0,
+        };
+        Request { speed, cause }
+    }
+
+    fn again(&mut self, now: f64) -> Option<Request> {
+        let at = self.repeat_at()?;
+        if now < at {
             return None;
         }
-        if now < request.at + REPEAT {
-            return None;
-        }
-        request.at = now;
-        self.request
+        (self.asked_at, self.repeats) = (now, self.repeats + 1);
+        self.cause.map(|cause| self.standing(cause))
     }
 }
 
@@ -122,25 +162,73 @@ impl Drive {
 mod tests {
     use super::*;
 
+    const LOST: Option<Cause> = Some(Cause::ItemLost);
+
+    fn speed(request: Option<Request>) -> Option<f64> {
+        request.map(|request| request.speed)
+    }
+
     #[test]
     fn it_stops_once_goes_on_once_and_repeats_what_is_not_followed() {
         let mut drive = Drive::default();
         assert_eq!(drive.ask(0.0, 0.3, None), None);
-        let stop = drive.ask(1.0, 0.3, Some(Cause::ItemLost)).unwrap();
-        assert_eq!((stop.speed, drive.running()), (0.0, Some(0.3)));
-        assert_eq!(drive.ask(1.5, 0.3, Some(Cause::ItemLost)), None);
-        assert_eq!(drive.repeat_at(0.3), Some(2.0));
-        assert_eq!(
-            drive.ask(2.0, 0.2, Some(Cause::NoRobot)).unwrap().speed,
-            0.0
-        );
-        assert_eq!(drive.repeat_at(0.0), None);
+        assert_eq!(speed(drive.ask(1.0, 0.3, LOST)), Some(0.0));
+        assert_eq!(drive.running(), Some(0.3));
+        assert_eq!(drive.ask(1.5, 0.3, LOST), None);
+        assert_eq!(drive.repeat_at(), Some(2.0));
+        assert_eq!(speed(drive.ask(2.0, 0.2, Some(Cause::NoRobot))), Some(0.0));
+        assert_eq!(drive.ask(3.0, 0.0, LOST), None);
         let go = drive.ask(5.0, 0.0, None).unwrap();
         assert_eq!((go.speed, go.cause), (0.3, Cause::Clear));
-        assert_eq!(drive.ask(6.0, 0.0, None).unwrap().speed, 0.3);
+        assert_eq!(speed(drive.ask(6.0, 0.0, None)), Some(0.3));
         assert_eq!(drive.ask(7.0, 0.1, None), None);
-        // A belt that the operator has stopped is none of its business.
-        assert_eq!(drive.ask(8.0, 0.0, Some(Cause::NoRobot)), None);
-        assert_eq!(drive.running(), None);
+        assert_eq!(drive.ask(9.0, 0.3, None), None);
+        // A belt that the operator stops now is none of its business.
+        assert_eq!(drive.ask(10.0, 0.0, Some(Cause::NoRobot)), None);
+        assert_eq!(drive.ask(11.0, 0.0, None), None);
+    }
+
+    #[test]
+    fn a_reason_that_passes_while_the_belt_brakes_does_not_leave_it_standing() {
+        let mut drive = Drive::default();
+        assert_eq!(speed(drive.ask(1.0, 0.3, LOST)), Some(0.0));
+        assert_eq!(speed(drive.ask(1.2, 0.25, None)), Some(0.3));
+        // The drive comes to its stop first; it is asked again until it moves.
+        assert_eq!(drive.ask(1.4, 0.1, None), None);
+        assert_eq!(drive.ask(1.6, 0.0, None), None);
+        assert_eq!(speed(drive.ask(2.2, 0.0, None)), Some(0.3));
+        assert_eq!(drive.ask(3.0, 0.2, None), None);
+        assert_eq!(drive.repeat_at(), None);
+        let mut drive = Drive::default();
+        drive.ask(1.0, 0.3, LOST);
+        drive.ask(2.0, 0.0, LOST);
+        drive.ask(3.0, 0.0, None);
+        // On its way to the speed from before there is reason to stop again.
+        assert_eq!(drive.ask(3.5, 0.05, None), None);
+        assert_eq!(speed(drive.ask(3.6, 0.06, LOST)), Some(0.0));
+        assert_eq!(drive.ask(4.0, 0.0, LOST), None);
+        assert_eq!(speed(drive.ask(5.0, 0.0, None)), Some(0.3));
+    }
+
+    #[test]
+    fn an_operator_is_not_overruled() {
+        let mut drive = Drive::default();
+        drive.ask(1.0, 0.3, LOST);
+        drive.ask(2.0, 0.0, LOST);
+        // Set going by hand, and stopped by hand.
+        assert_eq!(drive.ask(3.0, 0.15, LOST), None);
+        assert_eq!(drive.ask(5.0, 0.0, LOST), None);
+        assert_eq!(drive.ask(8.0, 0.0, None), None);
+        // The next reason counts again.
+        drive.ask(9.0, 0.3, None);
+        assert_eq!(speed(drive.ask(10.0, 0.3, LOST)), Some(0.0));
+    }
+
+    #[test]
+    fn a_drive_that_never_follows_is_left_alone_in_the_end() {
+        let mut drive = Drive::default();
+        drive.ask(0.0, 0.3, LOST);
+        let asked = (1..100).filter(|i| drive.ask(f64::from(*i), 0.3, LOST).is_some());
+        assert_eq!(asked.count(), MOST_REPEATS as usize);
     }
 }

@@ -2,7 +2,7 @@
 //! one was killed.
 //!
 //! Windows, plans and the thoughts of a strategy are not part of it: they follow from it,
-//! or are made anew.
+//! or are made again.
 
 use super::belt::{Motion, MotionChange};
 use super::claims::Claim;

@@ -117,7 +117,7 @@ impl World {
 
     /// Takes note of what the belt says; whether it was awaited.
     pub fn hear_belt(&mut self, time: f64, belt: &BeltState) -> (Change, bool) {
-        let change = self.motion.heed(time, belt);
+        let change = self.motion.hear(time, belt);
         let awaited = change != Change::Late && std::mem::take(&mut self.awaits_belt);
         (change, awaited)
     }
@@ -135,7 +135,7 @@ impl World {
     /// Plans from `now` [s] on with the belt as it was measured last. The windows are those
     /// of the plan before until [`World::rebuild_windows`].
     pub fn plan_again(&mut self, now: f64) {
-        self.motion.plan_anew(now);
+        self.motion.plan_again(now);
         self.plan_station();
     }
 

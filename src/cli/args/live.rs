@@ -173,6 +173,7 @@ pub struct RunArgs {
         long,
         value_name = "S",
         default_value_t = 0.5,
+        requires = "may_stop_belt",
         allow_negative_numbers = true
     )]
     pub stop_margin: f64,

@@ -17,7 +17,7 @@ const STANDING: f64 = 1e-6;
 /// belt stands: what is measured is noise.
 const DEAD_SHARE: f64 = 0.01;
 const MOST_DEAD: f64 = 5e-3;
-/// Plans are made anew when the belt is further than this from where they put it [m], or
+/// Plans are made again when the belt is further than this from where they put it [m], or
 /// than its noise explains, which is never more than the second [m].
 const DRIFT: f64 = 1e-3;
 const MOST_DRIFT: f64 = 5e-3;
@@ -41,7 +41,7 @@ pub enum Change {
     None,
     /// The belt is not where plans put it.
     Plan,
-    /// The message is older than one already heeded.
+    /// The message is older than one heard already.
     Late,
 }
 
@@ -196,7 +196,7 @@ impl Motion {
     }
 
     /// Takes note of `belt`, measured at `time` [s].
-    pub fn heed(&mut self, time: f64, belt: &BeltState) -> Change {
+    pub fn hear(&mut self, time: f64, belt: &BeltState) -> Change {
         let heard = self.plan.last;
         if heard.is_some_and(|(last, _)| time < last) {
             return Change::Late;
@@ -354,7 +354,7 @@ impl Motion {
     }
 
     /// Plans from `time` [s] on with what was measured last.
-    pub fn plan_anew(&mut self, time: f64) {
+    pub fn plan_again(&mut self, time: f64) {
         let speed = self.estimate(time);
         self.plan.backwards = speed < 0.0;
         self.plan.planned = Stretch {
@@ -416,7 +416,7 @@ mod tests {
         for i in 1..1000 {
             let time = 0.37 * f64::from(i);
             assert_eq!(
-                motion.heed(time, &belt(0.05, Some(3.0 + 0.05 * time))),
+                motion.hear(time, &belt(0.05, Some(3.0 + 0.05 * time))),
                 Change::None
             );
             assert_eq!(motion.travel(time), 0.05 * time);
@@ -427,32 +427,32 @@ mod tests {
     #[test]
     fn stops_and_other_speeds_are_followed_back_in_time() {
         let mut motion = Motion::new(0.1);
-        motion.heed(1.0, &belt(0.1, None));
-        assert_eq!(motion.heed(10.0, &belt(0.0, None)), Change::Plan);
-        motion.plan_anew(10.0);
-        assert_eq!(motion.heed(20.0, &belt(0.2, None)), Change::Plan);
-        motion.plan_anew(20.0);
+        motion.hear(1.0, &belt(0.1, None));
+        assert_eq!(motion.hear(10.0, &belt(0.0, None)), Change::Plan);
+        motion.plan_again(10.0);
+        assert_eq!(motion.hear(20.0, &belt(0.2, None)), Change::Plan);
+        motion.plan_again(20.0);
         for (time, travel) in [(5.0, 0.5), (10.0, 1.0), (15.0, 1.0), (25.0, 2.0)] {
             assert!((motion.travel(time) - travel).abs() < 1e-12, "{time}");
         }
         let planned = motion.planned_offset() + 0.2 * 25.0;
         assert!((planned - 2.0).abs() < 1e-12);
-        assert_eq!(motion.heed(19.0, &belt(0.1, None)), Change::Late);
+        assert_eq!(motion.hear(19.0, &belt(0.1, None)), Change::Late);
     }
 
     #[test]
     fn the_encoder_corrects_the_travel_and_may_be_reset() {
         let mut motion = Motion::new(0.1);
-        motion.heed(0.0, &belt(0.1, Some(100.0)));
-        assert_eq!(motion.heed(10.0, &belt(0.1, Some(101.004))), Change::Plan);
+        motion.hear(0.0, &belt(0.1, Some(100.0)));
+        assert_eq!(motion.hear(10.0, &belt(0.1, Some(101.004))), Change::Plan);
         assert!((motion.travel(10.0) - 1.004).abs() < 1e-12);
-        motion.heed(20.0, &belt(0.1, Some(0.0)));
+        motion.hear(20.0, &belt(0.1, Some(0.0)));
         assert_eq!(motion.encoder_resets(), 1);
         assert!((motion.travel(20.0) - 2.004).abs() < 1e-12);
-        motion.heed(30.0, &belt(0.1, Some(1.0)));
+        motion.hear(30.0, &belt(0.1, Some(1.0)));
         assert!((motion.travel(30.0) - 3.004).abs() < 1e-12);
         // It stood for a minute, and nobody said so.
-        motion.heed(100.0, &belt(0.1, Some(2.0)));
+        motion.hear(100.0, &belt(0.1, Some(2.0)));
         assert_eq!(motion.encoder_resets(), 1);
         assert!((motion.travel(100.0) - 4.004).abs() < 1e-12);
     }
@@ -469,10 +469,10 @@ mod tests {
             let several = if i == 1000 { 2 * 1000 } else { i % 4 };
             for j in 0..several {
                 let time = i as f64 + j as f64 / 1e4;
-                motion.heed(time, &belt(0.1 + 0.01 * ((i + j) % 5) as f64, None));
+                motion.hear(time, &belt(0.1 + 0.01 * ((i + j) % 5) as f64, None));
             }
             if i % 3 == 0 {
-                motion.plan_anew(i as f64);
+                motion.plan_again(i as f64);
             }
             if let Some(change) = motion.change(Some(before)) {
                 copy.apply(change);

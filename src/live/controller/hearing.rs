@@ -1,4 +1,4 @@
-//! What is heard: which messages are believed, and who heeds them.
+//! What is heard: which messages are believed, and who handles them.
 
 use super::Controller;
 use crate::live::clock::{Belief, ClockKind, LEAP};
@@ -8,18 +8,18 @@ use crate::live::protocol::{Due, Incoming, Outgoing, Rejected};
 /// What has become of a message that was not refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Taken {
-    /// It was heeded.
-    Heeded,
+    /// It was acted on.
+    Accepted,
     /// It is held back until the next one shows whether its stamp can be believed.
     Held,
 }
 
 impl Controller {
-    /// Takes a message. With message time, one that was held back before it may be heeded
+    /// Takes a message. With message time, one that was held back before it may be acted on
     /// first, or be refused, which [`Controller::take_dropped`] tells.
     ///
     /// # Errors
-    /// A message that cannot be heeded; it is counted, and nothing has changed.
+    /// A message that is refused; it is counted, and nothing has changed.
     pub fn handle(&mut self, message: Incoming) -> Result<Taken, Rejected> {
         let is_doubtful = self.doubts.look(&message);
         let result = self.take(message);
@@ -45,7 +45,7 @@ impl Controller {
             belief = self.stamps.judge(&message)?;
         }
         if let Belief::Certain(time) = belief {
-            return self.heed(time, message).map(|()| Taken::Heeded);
+            return self.act_on(time, message).map(|()| Taken::Accepted);
         }
         let is_tick = matches!(message, Incoming::Tick { .. });
         if is_tick && self.stamps.clock.origin().is_none() {
@@ -64,7 +64,7 @@ impl Controller {
         }
     }
 
-    /// Heeds a message that was held back, or refuses it.
+    /// Acts on a message that was held back, or refuses it.
     fn resolve(&mut self, held: Incoming, confirmed: bool) {
         let is_first = self.stamps.clock.origin().is_none();
         let result = if confirmed {
@@ -79,7 +79,7 @@ impl Controller {
                 // It was answered already.
                 Ok(())
             } else {
-                self.heed(time, held)
+                self.act_on(time, held)
             }
         } else {
             Err(self.stamps.clock.unconfirmed(held.stamp()))
@@ -90,7 +90,7 @@ impl Controller {
         }
     }
 
-    fn heed(&mut self, time: f64, message: Incoming) -> Result<(), Rejected> {
+    fn act_on(&mut self, time: f64, message: Incoming) -> Result<(), Rejected> {
         let taken = time - self.config.camera_delay;
         let belongs = match &message {
             Incoming::Detection(seen) => self.picture.takes(seen.source.as_deref(), taken),
@@ -107,12 +107,12 @@ impl Controller {
         match message {
             Incoming::Detection(detection) => self.detect(taken, detection),
             Incoming::Belt(belt) => {
-                self.heed_belt(time, &belt);
+                self.hear_belt(time, &belt);
                 Ok(())
             }
-            Incoming::Robot(robot) => self.heed_robot(time, &robot),
-            Incoming::Ack(ack) => self.heed_ack(time, ack.task),
-            Incoming::Result(report) => self.heed_result(time, &report),
+            Incoming::Robot(robot) => self.hear_robot(time, &robot),
+            Incoming::Ack(ack) => self.hear_ack(time, ack.task),
+            Incoming::Result(report) => self.hear_result(time, &report),
             Incoming::Pause(order) => self.order(&order, Mode::Paused),
             Incoming::Resume(order) => self.order(&order, Mode::Running),
             Incoming::Drain(order) => self.order(&order, Mode::Draining),

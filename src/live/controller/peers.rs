@@ -5,6 +5,10 @@ use crate::live::claims::Claim;
 use crate::live::lifecycle::Stage;
 use crate::live::protocol::Incoming;
 
+/// However often a robot's peer comes and goes, a result is waited for at most so many
+/// result timeouts.
+const MOST_PATIENCE: f64 = 12.0;
+
 impl Controller {
     /// From now on these robots get no task, and none of theirs is sent again: nobody is
     /// there that could take it to them, or whoever does cannot keep up.
@@ -52,7 +56,7 @@ impl Controller {
     /// Tells of all open tasks again: whoever speaks for all robots is another one, or was
     /// away. Those that are not acknowledged are sent as things are now, the others as they
     /// stand, so that the answers and changes that were lost on the way come again, and the
-    /// results are waited for anew.
+    /// results are waited for again.
     pub fn send_again(&mut self) {
         self.be_patient();
         self.repeat();
@@ -66,7 +70,7 @@ impl Controller {
 
     /// Somebody speaks for a robot from now on. It has been told of the open tasks as they
     /// stand: those that are not acknowledged are sent as things are now, cancels are
-    /// repeated, and the results of the robot are waited for anew.
+    /// repeated, and the results of the robot are waited for again.
     pub fn send_again_to(&mut self, robot: usize) {
         self.be_patient_where(|claim| claim.robot == robot);
         let is_meant = |claim: &Claim| claim.robot == robot && claim.stage != Stage::Acknowledged;
@@ -82,7 +86,10 @@ impl Controller {
                 continue;
             };
             match claim.stage {
-                Stage::Sent => claim.deadline = claim.deadline.min(now),
+                Stage::Sent => {
+                    claim.deadline = claim.deadline.min(now);
+                    claim.unheard = 0;
+                }
                 Stage::Acknowledged => self.send(&claim),
                 Stage::Cancelling | Stage::Recalled => self.cancel(&mut claim),
             }
@@ -99,7 +106,9 @@ impl Controller {
         let until = self.stamps.now() + self.config.result_timeout;
         let open = self.tasks.iter_mut();
         for claim in open.filter(|c| c.stage != Stage::Sent && is_meant(c)) {
-            claim.deadline = claim.deadline.max(until);
+            // A robot that comes and goes and never says a word must not keep its item.
+            let latest = claim.free_at + MOST_PATIENCE * self.config.result_timeout;
+            claim.deadline = claim.deadline.max(until.min(latest));
         }
     }
 }

@@ -241,7 +241,9 @@ impl Controller {
 }
 
 fn off_belt(axis: &str, value: f64, most: f64, expected: &str) -> Rejected {
-    let meant = question(value, "m", LENGTHS, |factor| (value * factor).abs() <= most);
+    let meant = question(value, "m", LENGTHS, |factor| {
+        value.abs() >= 1.0 && (value * factor).abs() <= most
+    });
     let value = shown_number(value);
     let problem = format!("the item is at {axis} = {value} m; expected {expected}{meant}");
     Rejected::new(Rejection::OffBelt, problem)

@@ -6,7 +6,7 @@ use crate::live::belt::Change;
 use crate::live::protocol::BeltState;
 
 impl Controller {
-    pub(super) fn heed_belt(&mut self, time: f64, belt: &BeltState) {
+    pub(super) fn hear_belt(&mut self, time: f64, belt: &BeltState) {
         let resets = self.world.motion().encoder_resets();
         match self.world.hear_belt(time, belt) {
             (Change::Late, _) => self.note("late_belt"),

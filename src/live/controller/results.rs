@@ -19,7 +19,7 @@ impl Controller {
     }
 
     /// A robot has understood a task, at `time` [s].
-    pub(super) fn heed_ack(&mut self, time: f64, task: u64) -> Result<(), Rejected> {
+    pub(super) fn hear_ack(&mut self, time: f64, task: u64) -> Result<(), Rejected> {
         let Some(claim) = self.tasks.get_mut(task) else {
             if self.tasks.over(task).is_none() {
                 return Err(self.unknown_task(task));
@@ -39,13 +39,13 @@ impl Controller {
     }
 
     /// A robot says what came of a task.
-    pub(super) fn heed_result(&mut self, time: f64, report: &Report) -> Result<(), Rejected> {
+    pub(super) fn hear_result(&mut self, time: f64, report: &Report) -> Result<(), Rejected> {
         let task = report.task;
         let free = report
             .available_at
             .map_or(time, |stamp| self.stamps.clock.time(stamp));
         let Some(claim) = self.tasks.get(task) else {
-            return self.heed_late_result(time, free, report);
+            return self.hear_late_result(time, free, report);
         };
         let (robot, is_asked) = (claim.robot, claim.stage.is_cancelled());
         let (meet, holds) = (claim.meet, claim.stage.holds_item());
@@ -128,7 +128,7 @@ impl Controller {
     }
 
     /// A result of a task that is over: what was picked after all is picked.
-    fn heed_late_result(&mut self, time: f64, free: f64, report: &Report) -> Result<(), Rejected> {
+    fn hear_late_result(&mut self, time: f64, free: f64, report: &Report) -> Result<(), Rejected> {
         let Some(over) = self.tasks.over(report.task) else {
             return Err(self.unknown_task(report.task));
         };

@@ -26,7 +26,7 @@ impl Controller {
     }
 
     /// A robot says what it is doing.
-    pub(super) fn heed_robot(&mut self, time: f64, status: &RobotStatus) -> Result<(), Rejected> {
+    pub(super) fn hear_robot(&mut self, time: f64, status: &RobotStatus) -> Result<(), Rejected> {
         let index = self.robot_named(&status.name)?;
         let info = self.fleet.get_mut(index);
         if status.state == RobotState::Fault {
@@ -59,7 +59,7 @@ impl Controller {
                 .is_some_and(|c| c.acknowledged.is_none())
         {
             // At work, and this is its last task: it has understood it.
-            self.heed_ack(time, task)?;
+            self.hear_ack(time, task)?;
         }
         let claim = current.and_then(|task| self.tasks.get(task));
         // It may not have heard of its task when it said this.

@@ -2,12 +2,16 @@
 //! is in the table of [`crate::live::lifecycle`].
 
 use super::Controller;
+use crate::error::shown;
 use crate::live::claims::{Claim, Reason};
 use crate::live::fate::Fate;
 use crate::live::items::State;
 use crate::live::lifecycle::{Effect, Event, Stage};
 use crate::live::protocol::{Cancel, Outgoing, Point, Task, Verdict};
 use crate::live::robots::Service;
+
+/// After so many sendings without an acknowledgement a task is cancelled.
+const MOST_UNHEARD: u32 = 10;
 
 /// Why the plan of a task is looked at again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -93,7 +97,7 @@ impl Controller {
             return;
         };
         let event = match claim.stage {
-            Stage::Sent if !self.stopping => return self.follow(task, Cause::Unheard),
+            Stage::Sent if !self.stopping => return self.unheard(task),
             stage if stage.is_cancelled() && now < claim.deadline => {
                 if let Some(mut claim) = self.tasks.take(task) {
                     self.cancel(&mut claim);
@@ -105,10 +109,19 @@ impl Controller {
             _ if claim.acknowledged.is_some() => Event::NoResult,
             _ => Event::NoAnswer,
         };
-        let info = self.fleet.get_mut(claim.robot);
+        let robot = claim.robot;
+        let info = self.fleet.get_mut(robot);
         if info.task == Some(task) {
             info.task = None;
             info.service = Service::Silent;
+            let name = shown(&self.station().robots()[robot].name);
+            let owed = match event {
+                Event::NoAnswer => "has not acknowledged its task",
+                _ => "owes the result of its task",
+            };
+            self.remarks.push(format!(
+                "robot `{name}` {owed}: it gets no other one until it is heard again"
+            ));
         }
         match event {
             Event::NoResult => self.note("result_timeout"),
@@ -116,6 +129,20 @@ impl Controller {
             _ => {}
         }
         self.step(task, event, None);
+    }
+
+    /// Nobody has acknowledged a task. It is sent again, but not for ever: its last start
+    /// may be days away where the belt stands, and another robot may take the item.
+    fn unheard(&mut self, task: u64) {
+        let Some(claim) = self.tasks.get_mut(task) else {
+            return;
+        };
+        claim.unheard += 1;
+        if claim.unheard < MOST_UNHEARD {
+            self.follow(task, Cause::Unheard);
+        } else {
+            self.step(task, Event::Impossible, Some(Reason::NoAck));
+        }
     }
 
     /// A task is looked at again as things are now: it was not acknowledged, or its item or
@@ -253,7 +280,16 @@ impl Controller {
         match state {
             State::Picked(_) => return self.note("picked_twice"),
             State::Claimed(other) if other != task => {
-                self.step(other, Event::TakenByOther, Some(Reason::TakenByOther));
+                let robot = |task: u64| {
+                    let open = self.tasks.get(task).map(|claim| claim.robot);
+                    open.or_else(|| self.tasks.over(task).map(|over| over.robot))
+                };
+                let reason = if robot(task) == robot(other) {
+                    Reason::PickedBefore
+                } else {
+                    Reason::TakenByOther
+                };
+                self.step(other, Event::TakenByOther, Some(reason));
             }
             _ => {}
         }

@@ -26,7 +26,7 @@ use std::path::{Path, PathBuf};
 
 /// Changes may outweigh the state that they began with by this factor,
 const FACTOR: u64 = 3;
-/// and by this much [bytes], before the file is begun anew.
+/// and by this much [bytes], before the file is started over.
 const SLACK: u64 = 1 << 20;
 
 /// Whose journal it is.
@@ -126,7 +126,7 @@ impl Found {
     /// # Errors
     /// A file that cannot be written; what it held before stays then.
     pub fn begin(self, whole: &Change, sync: bool) -> Result<Journal> {
-        let written = write_anew(&self.path, &self.header, whole);
+        let written = write_from_start(&self.path, &self.header, whole);
         let (file, size) = written.map_err(|error| Error::write(&self.path, error))?;
         Ok(Journal {
             path: self.path,
@@ -143,7 +143,7 @@ impl Found {
 
 impl Journal {
     /// Adds what has changed; whether the journal is so long by now that it should be
-    /// begun anew.
+    /// started over.
     ///
     /// # Errors
     /// A file that cannot be written. What the change has to say must not be said then.
@@ -169,7 +169,7 @@ impl Journal {
     /// # Errors
     /// A file that cannot be written.
     pub fn compact(&mut self, whole: &Change) -> Result<()> {
-        match write_anew(&self.path, &self.header, whole) {
+        match write_from_start(&self.path, &self.header, whole) {
             Ok((file, size)) => {
                 (self.file, self.size, self.records) = (file, size, 1);
                 self.most = SLACK + FACTOR * size;
@@ -191,7 +191,7 @@ fn is_out_of_descriptors(error: &std::io::Error) -> bool {
 
 /// Writes a journal of one state, whole or not at all; returns it open at its end, and its
 /// size [bytes].
-fn write_anew(path: &Path, header: &Header, whole: &Change) -> std::io::Result<(File, u64)> {
+fn write_from_start(path: &Path, header: &Header, whole: &Change) -> std::io::Result<(File, u64)> {
     let text = record::line(header) + &record::line(&record::numbered(1, whole));
     let file = files::replace_and_go_on(path, text.as_bytes())?;
     // The name too has to be on the disk before what follows counts.

@@ -88,7 +88,7 @@ pub fn read(bytes: &[u8], expected: &Header) -> Result<Reading> {
                 format!("line {number}"),
                 "is damaged: it is not what was written there",
                 "bring back a copy of the file; without one, clear the belt, have all robots \
-                 idle, and move the file away to begin anew",
+                 idle, and move the file away to start over",
             ));
         };
         reading.state.apply(record.change);
@@ -99,7 +99,7 @@ pub fn read(bytes: &[u8], expected: &Header) -> Result<Reading> {
         return Err(Error::input(
             "line 2",
             "is missing: the file has been cut off",
-            "bring back a copy of the file, or move it away to begin anew",
+            "bring back a copy of the file, or move it away to start over",
         ));
     }
     Ok(reading)
@@ -120,7 +120,7 @@ fn is_torn(line: &[u8], rest: &[u8]) -> bool {
 }
 
 fn check(header: &Header, expected: &Header) -> Result<()> {
-    let anew = "give this run a journal of its own, or move the file away to begin anew";
+    let start_over = "give this run a journal of its own, or move the file away to start over";
     let other = |what: &str, theirs: &str, ours: &str, cure: &str| {
         let theirs = shown(theirs);
         let problem = format!("the journal is of {what} {theirs}, this run of {ours}");
@@ -128,18 +128,18 @@ fn check(header: &Header, expected: &Header) -> Result<()> {
     };
     if header.journal != expected.journal {
         let (theirs, ours) = (header.journal.to_string(), expected.journal.to_string());
-        return other("format", &theirs, &ours, anew);
+        return other("format", &theirs, &ours, start_over);
     }
     if header.protocol != expected.protocol {
         let (theirs, ours) = (header.protocol.to_string(), expected.protocol.to_string());
-        return other("protocol version", &theirs, &ours, anew);
+        return other("protocol version", &theirs, &ours, start_over);
     }
     if header.station != expected.station {
-        let cure = format!("run the station that it is of, or {anew}");
+        let cure = format!("run the station that it is of, or {start_over}");
         return other("station", &header.station, &expected.station, &cure);
     }
     if header.clock != expected.clock {
-        let cure = format!("give --clock {}, or {anew}", shown(&header.clock));
+        let cure = format!("give --clock {}, or {start_over}", shown(&header.clock));
         return other("clock", &header.clock, &expected.clock, &cure);
     }
     Ok(())

@@ -136,12 +136,14 @@ fn check_detection(detection: &Detection) -> Result<(), Rejected> {
     let angles = -LARGEST_ANGLE..=LARGEST_ANGLE;
     let what = "an angle [rad]";
     optional("angle", detection.angle, angles, what, |value| {
-        question(value, "rad", ANGLES, |factor| (value * factor).abs() <= 7.0)
+        question(value, "rad", ANGLES, |factor| {
+            (value * factor).abs() <= 13.0
+        })
     })?;
     let lengths = 0.0..=LARGEST_EXTENT;
     let meant = |value: f64| {
         question(value, "m", LENGTHS, |factor| {
-            value * factor <= LARGEST_EXTENT
+            value > 0.0 && value * factor <= LARGEST_EXTENT
         })
     };
     optional(

@@ -84,8 +84,8 @@ impl Identity {
             return true;
         };
         match (self.role(), message.robot()) {
-            // It has no drive to ask for anything.
-            (Some(Role::Camera), None) => {
+            // They have no drive to ask for anything.
+            (Some(Role::Camera | Role::Robot | Role::Operator), None) => {
                 matches!(message, Outgoing::Status(_) | Outgoing::Due(_))
             }
             (None | Some(Role::Observer), _) | (_, None) => true,

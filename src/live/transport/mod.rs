@@ -35,7 +35,7 @@ pub use dialect::Dialect;
 pub use hub::{Greeted, Hub, Terms};
 pub use origin::Origin;
 
-/// Lines read and not yet heeded, of all peers together; readers wait beyond.
+/// Lines read and not yet handled, of all peers together; readers wait beyond.
 const INBOX: usize = 1024;
 /// Time between two tries to connect.
 const RETRY: Duration = Duration::from_millis(200);

@@ -32,7 +32,7 @@ pub use url::Broker;
 
 /// Time between two signs of life [s]; the broker misses a client after one and a half.
 const KEEP_ALIVE: u16 = 30;
-/// Messages from the broker that are not heeded yet, at most.
+/// Messages from the broker that are not handled yet, at most.
 const UNHEEDED: u16 = 512;
 /// Packets larger than this [bytes] are not even delivered; payloads that are too long for
 /// a line but shorter are refused and counted.

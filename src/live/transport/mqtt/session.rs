@@ -188,7 +188,7 @@ impl Session {
         asked.await.ok().flatten()
     }
 
-    /// Subscribes and says that this side is here, with every connection anew.
+    /// Subscribes and says that this side is here, with every new connection.
     async fn greet(
         &self,
         client: &AsyncClient,
