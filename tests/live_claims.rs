@@ -366,6 +366,34 @@ fn an_early_idle_counts_once_the_robot_should_be_done() {
 }
 
 #[test]
+fn a_task_that_nobody_acknowledges_is_not_kept_for_ever() {
+    // On a standing belt its last start is days away.
+    let mut line = Three::new(0.0);
+    line.robot(100.0, "delta-1", "idle");
+    line.see(100.0, "a", 1.2, 0.0);
+    line.tick(100.0);
+    let first = line.task();
+    assert_eq!(first.robot, "delta-1");
+    line.robot(100.5, "scara-2", "idle");
+    let mut others = Vec::new();
+    for step in 1..200 {
+        line.tick(100.0 + f64::from(step));
+        let tasks = line.said().0.into_iter();
+        others.extend(
+            tasks
+                .filter(|task| task.id != first.id)
+                .map(|task| task.robot),
+        );
+    }
+    assert_eq!(others.first().map(String::as_str), Some("scara-2"));
+    let remarks = line.controller.take_remarks().join("; ");
+    assert!(
+        remarks.contains("`delta-1` has not acknowledged"),
+        "{remarks}"
+    );
+}
+
+#[test]
 fn a_miss_is_no_failed_grasp() {
     let mut line = Three::new(0.0);
     line.robot(100.0, "delta-1", "idle");
@@ -405,5 +433,5 @@ fn a_cancel_says_what_happened() {
     let belt = |speed: f64| format!(r#""kind":"belt","stamp":100.6,"speed":{speed}"#);
     assert!(reason(&belt(0.0)).contains("stopped"));
     assert!(reason(&belt(-0.1)).contains("backwards"));
-    assert!(reason(&belt(5.0)).contains("as fast as the arm"));
+    assert!(reason(&belt(5.0)).contains("as fast as an arm"));
 }

@@ -258,6 +258,70 @@ fn the_belt_is_asked_to_stop_while_no_robot_works() {
 }
 
 #[test]
+fn a_robot_that_falls_silent_does_not_take_tasks() {
+    let stopping = Config {
+        may_stop_belt: true,
+        timeouts: pickline::live::Timeouts {
+            robot: Some(0.2),
+            ..Default::default()
+        },
+        ..config()
+    };
+    let mut line = with(stopping, 0.3);
+    line.robot(101.0, "delta-1", "idle");
+    line.tick(101.1);
+    assert_eq!(requests(&mut line), []);
+    line.tick(102.0);
+    let asked = requests(&mut line);
+    assert!(
+        asked[0].speed == 0.0 && asked[0].reason.contains("no robot"),
+        "{asked:?}"
+    );
+}
+
+#[test]
+fn a_belt_that_waits_for_an_item_waits_until_it_is_met() {
+    let stopping = Config {
+        may_stop_belt: true,
+        lead: vec![0.6],
+        ..config()
+    };
+    let mut line = with(stopping, 0.3);
+    line.robot(100.0, "delta-1", "busy");
+    line.see(100.0, "a", 1.0, 0.0);
+    let (mut speed, mut asked, mut tasks, mut cancels) = (0.3, 0, 0, 0);
+    let mut free: Option<(f64, u64)> = None;
+    for step in 1..1000 {
+        let now = 100.0 + 0.01 * f64::from(step);
+        if step == 400 {
+            line.robot(now, "delta-1", "idle");
+        }
+        line.say(&format!(r#""kind":"belt","stamp":{now},"speed":{speed}"#));
+        if let Some((at, task)) = free.filter(|(at, _)| *at <= now) {
+            line.result(at, task, "PICKED");
+            free = None;
+        }
+        line.tick(now);
+        for message in std::mem::take(&mut line.said) {
+            match message {
+                // The drive follows at once.
+                Outgoing::BeltRequest(request) => (speed, asked) = (request.speed, asked + 1),
+                Outgoing::Task(task) => {
+                    tasks += u32::from(task.revision == 0);
+                    line.ack(now, task.id);
+                    free = Some((task.free_at, task.id));
+                }
+                Outgoing::Cancel(_) => cancels += 1,
+                _ => {}
+            }
+        }
+    }
+    assert_eq!((tasks, cancels, line.status().picked), (1, 0, 1));
+    // One stop, one request to go on.
+    assert_eq!((asked, speed), (2, 0.3));
+}
+
+#[test]
 fn the_belt_is_asked_to_stop_before_an_item_is_lost() {
     let stopping = Config {
         may_stop_belt: true,

@@ -11,7 +11,7 @@ use crate::live::protocol::{Cancel, Outgoing, Point, Task, Verdict};
 use crate::live::robots::Service;
 
 /// After so many sendings without an acknowledgement a task is cancelled.
-const MOST_UNHEARD: u32 = 10;
+const MOST_UNHEARD: u32 = 60;
 
 /// Why the plan of a task is looked at again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
