@@ -360,6 +360,92 @@ fn the_encoder_is_planned_with_where_it_differs_from_the_speed_and_is_told_of() 
     }
 }
 
+/// A drive says 0.3 m/s a hundred times a second, and with every `every`th of its messages, or
+/// `after` [s] after it, an encoder is read that shows `real` [m/s].
+fn slips(real: f64, every: u32, after: Option<f64>) {
+    let case = format!("{real} m/s, every {every}, {after:?}");
+    let (mut line, mut robot) = (line(), Robot::default());
+    let seconds = if every > 100 { 30 } else { 12 };
+    let mut seen = std::collections::BTreeMap::new();
+    for i in 0..100 * seconds {
+        let time = f64::from(i) / 100.0;
+        let stamp = 1000.0 + time;
+        let is_read = i % every == 0;
+        let shown = |time: f64| Some(7.0 + real * time);
+        match after {
+            Some(after) => {
+                belt(&mut line, stamp, 0.3, None);
+                if is_read {
+                    belt(&mut line, stamp + after, 0.3, shown(time + after));
+                }
+            }
+            None => belt(&mut line, stamp, 0.3, shown(time).filter(|_| is_read)),
+        }
+        // Not at the moment of a reading.
+        if i % 100 == 55 && i > 100 * (seconds / 2) && i < 100 * (seconds - 3) {
+            line.see(stamp, &format!("i{i}"), 0.4, -0.1);
+            seen.insert(format!("i{i}"), time);
+        }
+        robot.step(&mut line, stamp + 0.002);
+    }
+    assert!(robot.tasks > 2 && robot.cancels == 0, "{case}: {robot:?}");
+    for (item, at, x) in robot.meets.values() {
+        let truth = 0.4 + real * (at - 1000.0 - seen[item]);
+        assert!((x - truth).abs() < 2e-3, "{case}: {item} {x} {truth}");
+    }
+    assert!(
+        !line.status().noted.contains_key("encoder_reset"),
+        "{case}: {:?}",
+        line.status().noted
+    );
+    let remarks = line.0.take_remarks();
+    if (real / 0.3 - 1.0).abs() < 0.0199 {
+        assert!(remarks.is_empty(), "{case}: {remarks:?}");
+        return;
+    }
+    let told = format!("the belt says 0.3 m/s and its encoder shows {real} m/s");
+    assert!(
+        remarks.len() == 1 && remarks[0].contains(&told),
+        "{case}: {remarks:?}"
+    );
+}
+
+#[test]
+fn an_encoder_beside_more_frequent_speeds_is_compared_with_its_own_last_reading() {
+    for real in [0.3, 0.297, 0.294, 0.285, 0.27, 0.303, 0.306, 0.33] {
+        for every in [1, 10, 500] {
+            slips(real, every, None);
+        }
+    }
+}
+
+#[test]
+fn an_encoder_may_be_another_source_than_the_drive() {
+    for real in [0.3, 0.294, 0.27, 0.315] {
+        for every in [1, 10, 500] {
+            for after in [0.0, 1e-3] {
+                slips(real, every, Some(after));
+            }
+        }
+    }
+}
+
+#[test]
+fn a_reset_between_speeds_without_a_position_is_still_found() {
+    let mut line = line();
+    line.see(1000.0, "a", -0.5, -0.1);
+    for i in 0..400 {
+        let time = f64::from(i) / 100.0;
+        let zero = if time < 2.0 { 50.0 } else { 0.0 };
+        let position = (i % 10 == 0).then_some(zero + 0.3 * time);
+        belt(&mut line, 1000.0 + time, 0.3, position);
+    }
+    let task = line.tick(1004.0).0.pop().unwrap();
+    let truth = -0.5 + 0.3 * (task.meet_at - 1000.0);
+    assert!((task.meet.x - truth).abs() < 1e-3, "{task:?} {truth}");
+    assert_eq!(line.status().noted["encoder_reset"], 1);
+}
+
 #[test]
 fn an_encoder_that_runs_the_other_way_is_told_of() {
     let mut line = line();

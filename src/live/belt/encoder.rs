@@ -44,6 +44,23 @@ struct Doubt {
     speed: f64,
 }
 
+/// What the belt has said since the encoder was last read. Belt messages without a position
+/// may come in between: an encoder's travel is compared with what they add up to.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Since {
+    /// When the encoder was last read [s].
+    pub time: f64,
+    /// The travel then [m].
+    travel: f64,
+    /// Travel since, by the speeds that were said [m].
+    driven: f64,
+    /// Travel since, by the speeds as they were taken to be [m].
+    expected: f64,
+    /// The lowest and the highest speed since, or 0 [m/s].
+    low: f64,
+    high: f64,
+}
+
 /// What is known of the encoder, and outlives the process.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Encoder {
@@ -58,6 +75,9 @@ pub struct Encoder {
     /// How the belt moves where the speed says something else.
     #[serde(skip_serializing_if = "Option::is_none")]
     slip: Option<Slip>,
+    /// Its last reading, and what was said since.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    since: Option<Since>,
 }
 
 /// One reading, with what it is compared with.
@@ -69,6 +89,8 @@ pub struct Reading {
     pub time: f64,
     /// When the belt was heard before [s], and how fast it has said to be then [m/s].
     pub heard: Option<(f64, f64)>,
+    /// The encoder's last reading, and what was said since.
+    pub since: Option<Since>,
     /// The belt as it was known.
     pub before: Stretch,
     /// The speed in the same message [m/s].
@@ -107,6 +129,35 @@ impl Encoder {
         self.slip
     }
 
+    /// Its last reading, and what the belt has said since.
+    pub fn since(&self) -> Option<Since> {
+        self.since
+    }
+
+    /// It was read at `time` [s], and the belt had travelled `travel` [m].
+    pub fn mark(&mut self, time: f64, travel: f64) {
+        self.since = Some(Since {
+            time,
+            travel,
+            driven: 0.0,
+            expected: 0.0,
+            low: 0.0,
+            high: 0.0,
+        });
+    }
+
+    /// The next belt message, with a position or without, is `gap` [s] after the one before.
+    /// Over that time the belt said that it moves at `said`, and was taken to move at
+    /// `taken` [m/s].
+    pub fn pass(&mut self, gap: f64, said: f64, taken: f64) {
+        if let Some(since) = &mut self.since {
+            since.driven += said * gap;
+            since.expected += taken * gap;
+            since.low = since.low.min(said).min(taken);
+            since.high = since.high.max(said).max(taken);
+        }
+    }
+
     /// What `reading` shows.
     pub fn read(&mut self, reading: &Reading) -> Found {
         let Reading {
@@ -120,14 +171,24 @@ impl Encoder {
             self.zero = Some(position - expected);
             return Found::Travel(expected);
         };
+        // Of a state that was kept without the last reading, the last message has to do.
         let (last, said) = reading.heard.unwrap_or((time, before.speed));
-        let (stood, gap) = (before.travel(last), time - last);
-        // It may have stood, been as fast as it says now or as the station file says.
+        let (from, stood, slowest, fastest) = match reading.since {
+            Some(since) => (since.time, since.travel, since.low, since.high),
+            None => (
+                last,
+                before.travel(last),
+                said.min(before.speed),
+                said.max(before.speed),
+            ),
+        };
+        let gap = time - from;
+        // It may have stood, been as fast as it has ever said since it was last read, as it
+        // says now or as the station file says.
         let speed = reading.speed;
         let usual = reading.nominal.copysign(speed);
-        let speeds = [0.0, before.speed, said, speed, usual];
-        let low = speeds.into_iter().fold(0.0, f64::min) * gap;
-        let high = speeds.into_iter().fold(0.0, f64::max) * gap;
+        let low = slowest.min(speed).min(usual).min(0.0) * gap;
+        let high = fastest.max(speed).max(usual).max(0.0) * gap;
         let moved = position - zero - stood;
         if (low * (1.0 + SHARE) - JUMP..=high * (1.0 + SHARE) + JUMP).contains(&moved) {
             self.doubt = None;
@@ -152,17 +213,18 @@ impl Encoder {
                 return Found::Travel(position - doubt.zero);
             }
         }
-        // Whether it stopped at once or at the last moment nobody knows.
-        let change = speed - said;
+        // Whether it stopped at once or at the last moment nobody knows; up to the last
+        // message it is known.
+        let (change, unknown) = (speed - said, time - last);
         let travel = if change.abs() <= SHARE * said.abs() {
             expected
         } else {
-            expected + 0.5 * change * gap
+            expected + 0.5 * change * unknown
         };
         self.doubt = is_possible.then_some(Doubt { zero, speed: shown });
         self.zero = Some(position - travel);
         self.resets += 1;
-        Found::Reset(travel, (0.5 * change * gap).abs())
+        Found::Reset(travel, (0.5 * change * unknown).abs())
     }
 }
 
@@ -185,6 +247,8 @@ pub struct Comparison {
     steps: Spread,
     /// Resets in a row.
     contradictions: u32,
+    /// The speed has changed since the last reading.
+    changed: bool,
 }
 
 impl Comparison {
@@ -203,6 +267,14 @@ impl Comparison {
         self.contradictions == CONTRADICTIONS
     }
 
+    /// The speed has changed in a message without a position.
+    pub fn change(&mut self, encoder: &mut Encoder) {
+        self.changed = true;
+        if matches!(encoder.slip, Some(Slip::Speed(_))) {
+            encoder.slip = None;
+        }
+    }
+
     /// Compares what was read with the speeds, of which the mean is now `mean` [m/s], after a
     /// change or not, and nothing up to `dead` [m/s].
     pub fn note(
@@ -212,15 +284,15 @@ impl Comparison {
         found: Found,
         (mean, changed, dead): (f64, bool, f64),
     ) {
+        let changed = std::mem::take(&mut self.changed) || changed;
         let mut now = self.marks.back().copied().unwrap_or_default();
-        match (reading.heard, found) {
-            (Some((last, said)), Found::Travel(travel)) => {
-                let gap = reading.time - last;
-                let moved = travel - reading.before.travel(last);
-                now.time += gap;
+        match (reading.since, found) {
+            (Some(since), Found::Travel(travel)) => {
+                let moved = travel - since.travel;
+                now.time += reading.time - since.time;
                 now.travel += moved;
-                now.driven += said * gap;
-                self.steps.note(moved - reading.before.speed * gap);
+                now.driven += since.driven;
+                self.steps.note(moved - since.expected);
             }
             // Nothing was measured.
             _ if !self.marks.is_empty() && !changed => return,

@@ -31,6 +31,8 @@ const HORIZON: f64 = 1.0;
 /// of; and again when the share has changed by as much.
 const TOLD: f64 = 0.02;
 const TOLD_AFTER: f64 = 2.0;
+/// What the sums of many messages may lose of that share.
+const ROUNDING: f64 = 1e-6;
 /// Items may be further off than this [m] after the encoder was set to another zero: told of.
 const UNSURE: f64 = 0.01;
 
@@ -209,11 +211,15 @@ impl Motion {
         let before = self.plan.newest;
         let expected = before.travel(time);
         let mut travel = expected;
+        if let Some((last, said)) = heard {
+            self.plan.encoder.pass(time - last, said, before.speed);
+        }
         if let Some(position) = belt.position {
             let reading = Reading {
                 position,
                 time,
                 heard,
+                since: self.plan.encoder.since(),
                 before,
                 speed: belt.speed,
                 nominal: self.plan.nominal,
@@ -226,6 +232,8 @@ impl Motion {
                 .comparison
                 .note(encoder, &reading, found, means);
             self.compare(time, mean);
+        } else if changed {
+            self.learned.comparison.change(&mut self.plan.encoder);
         }
         let stands = |speed: f64| speed.abs() <= dead;
         let (speed, mean) = match self.plan.encoder.slip() {
@@ -254,6 +262,10 @@ impl Motion {
             self.plan.newest = next;
             self.history.forget(time);
         }
+        if belt.position.is_some() {
+            let travel = self.plan.newest.travel(time);
+            self.plan.encoder.mark(time, travel);
+        }
         if self.is_off(time) {
             Change::Plan
         } else {
@@ -268,6 +280,8 @@ impl Motion {
         let gap = rounded(reading.time - last, 3);
         let (from, to) = (rounded(said, 3), rounded(reading.speed, 3));
         if self.learned.comparison.contradicts(is_reset) {
+            let since = reading.since.map_or(last, |since| since.time);
+            let gap = rounded(reading.time - since, 3);
             self.learned.remarks.push(format!(
                 "the encoder contradicts the belt's speed again and again: at {to} m/s it shows {} m \
                  after {gap} s, which is not where it can be; positions follow from the speed\n  check \
@@ -309,7 +323,7 @@ impl Motion {
             .learned
             .told
             .is_none_or(|told| (share - told).abs() > TOLD);
-        if time - since < TOLD_AFTER || share.abs() < TOLD || !is_news {
+        if time - since < TOLD_AFTER || share.abs() < TOLD - ROUNDING || !is_news {
             return;
         }
         self.learned.told = Some(share);
