@@ -103,3 +103,65 @@ fn a_run_of_misses_is_not_passed_over_in_silence() {
     assert_eq!(remarks.len(), 1, "{remarks:?}");
     assert!(remarks[0].contains("100 ms are 30 mm at this speed, and --camera-delay"));
 }
+
+#[test]
+fn an_indexing_belt_shifts_items_by_its_speed_when_the_picture_was_taken() {
+    let station = built_in("paper").unwrap().station(Some(2)).unwrap();
+    let config = Config {
+        clock: ClockKind::Messages,
+        ..Config::default()
+    };
+    let strategy = read_alone("SPT,FIFO", 2).unwrap().make();
+    let mut line = Line(Controller::new(station, strategy, config));
+    for name in ["r1", "r2"] {
+        line.say(&format!(
+            r#""kind":"robot","stamp":100,"name":"{name}","state":"idle""#
+        ));
+    }
+    // Runs 1.8 s and stands 4.2 s; pictures are taken on the run and stamped 0.15 s late.
+    let (speed, late) = (0.3, 0.15);
+    let runs = |step: u32| step % 120 < 36;
+    let (mut travel, mut open) = (0.0, Vec::<(f64, u64, f64)>::new());
+    for step in 0..6000 {
+        let stamp = 100.0 + 0.05 * f64::from(step);
+        let said = if runs(step) { speed } else { 0.0 };
+        line.say(&format!(
+            r#""kind":"belt","stamp":{stamp},"speed":{said},"position":{travel}"#
+        ));
+        if step % 120 == 20 {
+            line.see(stamp, &format!("i{step}"), 0.4, -0.2);
+        }
+        let (due, rest) = std::mem::take(&mut open)
+            .into_iter()
+            .partition::<Vec<_>, _>(|(at, ..)| *at <= stamp);
+        open = rest;
+        for (_, task, x) in due {
+            let found = Some(Place {
+                x: x + speed * late,
+                y: -0.2,
+            });
+            let report = Report {
+                stamp,
+                task,
+                result: Verdict::Missed,
+                available_at: None,
+                found,
+            };
+            line.0.handle(Incoming::Result(report)).unwrap();
+        }
+        line.say(&format!(r#""kind":"tick","stamp":{stamp}"#));
+        for message in line.0.take_output() {
+            if let Outgoing::Task(task) = message {
+                line.ack(stamp, task.id);
+                open.retain(|(_, id, _)| *id != task.id);
+                open.push((task.free_at, task.id, task.meet.x));
+            }
+        }
+        travel += said * 0.05;
+    }
+    let remarks = line.0.take_remarks();
+    let told: Vec<_> = remarks.iter().filter(|r| r.contains("stamped")).collect();
+    assert_eq!(told.len(), 1, "{remarks:?}");
+    let cure = "stamped 150 ms late: --camera-delay 150 cures";
+    assert!(told[0].contains(cure), "{remarks:?}");
+}

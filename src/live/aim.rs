@@ -22,7 +22,7 @@ const ERRORS: f64 = 4.0;
 const SPREAD: f64 = 0.1;
 /// It is told again when it has changed by this share.
 const CHANGED: f64 = 0.25;
-/// Of the last results without a place so many found nothing, all but one.
+/// Of so many results without a place all but one found nothing, or all failed.
 const RUN: usize = 10;
 
 /// What a robot has found.
@@ -31,19 +31,61 @@ struct Found {
     robot: usize,
     /// From where it was sent to where it found the item, along and across [m].
     off: (f64, f64),
-    /// Speed of the belt [m/s].
+    /// Speed of the belt when the picture was taken [m/s].
     speed: f64,
+}
+
+/// The last grasps of one robot, or of all, that do not say where the item was.
+#[derive(Debug, Clone, Default)]
+struct Grasps {
+    /// The number of each, and what came of it.
+    last: VecDeque<(u64, Verdict)>,
+    has_told: bool,
+}
+
+impl Grasps {
+    fn conclude(&mut self, number: u64, verdict: Verdict) {
+        if self.last.len() == RUN {
+            self.last.pop_front();
+        }
+        self.last.push_back((number, verdict));
+        let failed = self.last.len() - self.count(Verdict::Picked);
+        self.has_told &= 2 * failed > self.last.len();
+    }
+
+    fn count(&self, verdict: Verdict) -> usize {
+        self.last.iter().filter(|last| last.1 == verdict).count()
+    }
+
+    /// That nearly all found nothing or that all failed, unless that was told.
+    fn run(&self) -> Option<String> {
+        if self.has_told || self.last.len() < RUN {
+            return None;
+        }
+        let missed = self.count(Verdict::Missed);
+        if missed + 1 >= RUN {
+            return Some(format!("{missed} of the last {RUN} grasps found nothing"));
+        }
+        let failed = self.count(Verdict::GraspFail);
+        (missed + failed == RUN).then(|| {
+            format!(
+                "none of the last {RUN} grasps picked its item ({failed} GRASP_FAIL, {missed} MISSED)"
+            )
+        })
+    }
 }
 
 /// What was found lately.
 #[derive(Debug, Clone, Default)]
 pub struct Aim {
     found: VecDeque<Found>,
-    /// Whether each of the last grasps found nothing; those that say where are not among them.
-    missed: VecDeque<bool>,
-    /// What was told of last [m].
-    told: Option<(f64, f64)>,
-    has_told_of_run: bool,
+    /// The last grasps of all robots, and of each.
+    grasps: Grasps,
+    by_robot: BTreeMap<usize, Grasps>,
+    /// How many grasps there were.
+    number: u64,
+    /// What was told of last [m], and of which robot if it was one alone.
+    told: Option<(Option<usize>, (f64, f64))>,
 }
 
 /// Mean of some values, and its standard error.
@@ -64,8 +106,8 @@ fn millimetres(off: f64) -> String {
 }
 
 impl Aim {
-    /// `robot` has found its item `off` [m] from where it was sent, with the belt at `speed`
-    /// [m/s].
+    /// `robot` has found its item `off` [m] from where it was sent; the belt was at `speed`
+    /// [m/s] when the picture was taken.
     pub fn find(&mut self, robot: usize, off: (f64, f64), speed: f64) {
         if self.found.len() == KEPT {
             self.found.pop_front();
@@ -73,23 +115,19 @@ impl Aim {
         self.found.push_back(Found { robot, off, speed });
     }
 
-    /// A robot has said what came of a task, and not where the item was.
-    pub fn conclude(&mut self, verdict: Verdict) {
-        let missed = match verdict {
-            Verdict::Missed => true,
-            Verdict::Picked | Verdict::GraspFail => false,
-            Verdict::Rejected | Verdict::Cancelled => return,
-        };
-        if self.missed.len() == RUN {
-            self.missed.pop_front();
+    /// `robot` has said what came of a task, and not where the item was.
+    pub fn conclude(&mut self, robot: usize, verdict: Verdict) {
+        if matches!(verdict, Verdict::Rejected | Verdict::Cancelled) {
+            return;
         }
-        self.missed.push_back(missed);
-        let misses = self.missed.iter().filter(|missed| **missed).count();
-        self.has_told_of_run &= 2 * misses > self.missed.len();
+        self.number += 1;
+        self.grasps.conclude(self.number, verdict);
+        let its = self.by_robot.entry(robot).or_default();
+        its.conclude(self.number, verdict);
     }
 
     /// What the results show, if it is news. Pictures are taken to be stamped `delay` [s] late
-    /// already; `camera` says when the pictures come; the belt moves at `speed` [m/s].
+    /// already; `camera` says when the pictures come; the belt was at `speed` [m/s] at the last.
     pub fn remark(
         &mut self,
         delay: f64,
@@ -98,6 +136,7 @@ impl Aim {
         names: &[&str],
     ) -> Option<String> {
         self.offset(delay, names)
+            .or_else(|| self.run_of_one(names))
             .or_else(|| self.run(delay, camera, speed))
     }
 
@@ -107,25 +146,29 @@ impl Aim {
         }
         let along = mean(self.found.iter().map(|found| found.off.0));
         let across = mean(self.found.iter().map(|found| found.off.1));
-        if !is_systematic(along) && !is_systematic(across) {
+        let is_shifted = is_systematic(along) || is_systematic(across);
+        // Where the mean of all shows nothing, one robot has to show it the more surely.
+        let odd = self.odd_one(if is_shifted { ENOUGH / 2 } else { ENOUGH });
+        if !is_shifted && odd.is_none() {
             self.told = None;
             return None;
         }
-        let off = (along.0, across.0);
-        let is_same = |told: (f64, f64)| {
-            (told.0 - off.0).hypot(told.1 - off.1) <= CHANGED * told.0.hypot(told.1)
+        let off = odd.map_or((along.0, across.0), |(_, off)| off);
+        let odd = odd.map(|(robot, _)| robot);
+        let is_same = |(robot, told): (Option<usize>, (f64, f64))| {
+            robot == odd && (told.0 - off.0).hypot(told.1 - off.1) <= CHANGED * told.0.hypot(told.1)
         };
         if self.told.is_some_and(is_same) {
             return None;
         }
-        self.told = Some(off);
+        self.told = Some((odd, off));
         let count = self.found.len();
         let mut text = format!("of the last {count} items that robots found,");
-        if let Some(robot) = self.odd_one() {
+        if let Some(robot) = odd {
             let name = names.get(robot).copied().unwrap_or_default();
             text += &format!(
-                " those of robot `{}` alone were beside where they were sent: {}\n  its base and \
-                 its own frame are to be measured again",
+                " those of robot `{}` alone were beside where they were sent: on average {}\n  its \
+                 base and its own frame are to be measured again",
                 shown(name),
                 offsets(off)
             );
@@ -188,8 +231,9 @@ impl Aim {
         }
     }
 
-    /// The one robot whose items are beside where it was sent, if those of the others are not.
-    fn odd_one(&self) -> Option<usize> {
+    /// The one robot whose items are beside where it was sent, if those of the others are not,
+    /// and by how much [m]; `enough` of its items were found.
+    fn odd_one(&self, enough: usize) -> Option<(usize, (f64, f64))> {
         let means = |is_its: &dyn Fn(usize) -> bool| {
             let of = |side: fn(&Found) -> f64| {
                 let its = self.found.iter().filter(|found| is_its(found.robot));
@@ -209,18 +253,52 @@ impl Aim {
             differs && !others.iter().any(|other| is_systematic(*other))
         };
         let count = self.found.len();
-        let mut robots = counts.into_iter().filter(|(robot, its)| {
-            *its >= ENOUGH / 2 && count - its >= ENOUGH / 2 && is_odd(*robot)
-        });
-        robots.next().map(|(robot, _)| robot)
+        let mut robots = counts
+            .into_iter()
+            .filter(|(robot, its)| *its >= enough && count - its >= ENOUGH / 2 && is_odd(*robot));
+        let (robot, _) = robots.next()?;
+        let [along, across] = means(&|r| r == robot);
+        Some((robot, (along.0, across.0)))
+    }
+
+    /// One robot that fails again and again while the others pick.
+    fn run_of_one(&mut self, names: &[&str]) -> Option<String> {
+        let (robot, what) = self.by_robot.iter().find_map(|(robot, its)| {
+            let what = its.run()?;
+            let since = its.last.front()?.0;
+            let others = self.by_robot.iter().filter(|(other, _)| *other != robot);
+            let others = others.flat_map(|(_, grasps)| &grasps.last);
+            let others: Vec<_> = others.filter(|(number, _)| *number > since).collect();
+            let picked = others.iter().filter(|last| last.1 == Verdict::Picked);
+            let picks = others.len() >= RUN / 2 && 2 * picked.count() > others.len();
+            picks.then_some((*robot, what))
+        })?;
+        self.by_robot.get_mut(&robot)?.has_told = true;
+        let name = names.get(robot).copied().unwrap_or_default();
+        Some(format!(
+            "robot `{}`: {what}, while the other robots pick\n  look at its gripper, and measure \
+             its base and its own frame again",
+            shown(name)
+        ))
     }
 
     fn run(&mut self, delay: f64, camera: Option<f64>, speed: f64) -> Option<String> {
-        let missed = self.missed.iter().filter(|missed| **missed).count();
-        if self.has_told_of_run || self.missed.len() < RUN || missed + 1 < RUN {
+        let what = self.grasps.run()?;
+        let since = self.grasps.last.front()?.0;
+        // The one that is told of alone may have made nearly all of these.
+        let is_known = self.by_robot.values().any(|its| {
+            let recent = its.last.iter().filter(|last| last.0 >= since).count();
+            its.has_told && recent + 1 >= RUN
+        });
+        if is_known {
             return None;
         }
-        self.has_told_of_run = true;
+        self.grasps.has_told = true;
+        let gripper = if self.grasps.count(Verdict::Missed) + 1 >= RUN {
+            ""
+        } else {
+            ", or the grippers do not hold them"
+        };
         let way = rounded(0.1 * speed.abs() * 1e3, 3);
         let delay = rounded(1e3 * delay, 4);
         let comes = camera.map_or(String::new(), |offset| {
@@ -231,8 +309,8 @@ impl Aim {
             )
         });
         Some(format!(
-            "{missed} of the last {RUN} grasps found nothing: items are not where they are thought \
-             to be\n  most likely pictures are stamped late: 100 ms are {way} mm at this speed, and \
+            "{what}: items are not where they are thought \
+             to be{gripper}\n  most likely pictures are stamped late: 100 ms are {way} mm at this speed, and \
              --camera-delay MS, now {delay}, takes them off.{comes}\n  `found {{x, y}}` in \
              results tells how many; or look at the camera's place and the belt's speed"
         ))
@@ -313,11 +391,69 @@ mod tests {
     }
 
     #[test]
+    fn the_odd_robot_is_told_of_with_its_own_offset() {
+        for robots in [2, 4] {
+            let off = |i: usize| if i % robots == 1 { 0.02 } else { 0.0 };
+            let finds = (0..48).map(|i| (i % robots, off(i) + jitter(i), 0.0, 0.3));
+            let last = told(finds).pop().unwrap();
+            let is_its = last.contains("average 20") || last.contains("average 19");
+            assert!(
+                is_its && last.contains("robot `b` alone"),
+                "{robots}: {last}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_robot_that_fails_alone_is_named_and_not_the_camera() {
+        for (verdict, said) in [
+            (Verdict::Missed, "10 of the last 10 grasps found nothing"),
+            (Verdict::GraspFail, "(10 GRASP_FAIL, 0 MISSED)"),
+        ] {
+            // Many robots between its tasks, and bursts of its own.
+            for of in [2, 8] {
+                let (mut aim, mut remarks) = (Aim::default(), Vec::new());
+                for i in 0..30 * of {
+                    let its = i % of == 1 || i > 25 * of;
+                    let what = if its { verdict } else { Verdict::Picked };
+                    aim.conclude(if its { 1 } else { i % of }, what);
+                    remarks.extend(aim.remark(0.0, None, 0.3, &NAMES));
+                }
+                assert_eq!(remarks.len(), 1, "{remarks:?}");
+                assert!(remarks[0].starts_with("robot `b`: "), "{remarks:?}");
+                assert!(remarks[0].contains(said), "{remarks:?}");
+                assert!(!remarks[0].contains("camera"), "{remarks:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn grasps_that_all_fail_are_told_of_with_both_causes() {
+        let (mut aim, mut remarks) = (Aim::default(), Vec::new());
+        for i in 0..40 {
+            let failed = [Verdict::GraspFail, Verdict::Missed][usize::from(i % 5 == 0)];
+            aim.conclude(i % 2, failed);
+            remarks.extend(aim.remark(0.0, None, 0.3, &NAMES));
+        }
+        assert_eq!(remarks.len(), 1, "{remarks:?}");
+        let none = remarks[0].contains("none of the last 10 grasps");
+        assert!(none && remarks[0].contains("--camera-delay"), "{remarks:?}");
+        assert!(remarks[0].contains("or the grippers"), "{remarks:?}");
+        // One pick in ten, and nothing is said.
+        let mut aim = Aim::default();
+        for i in 0..100 {
+            let verdict = [Verdict::GraspFail, Verdict::Picked][usize::from(i % 10 == 0)];
+            aim.conclude(i % 2, verdict);
+            assert_eq!(aim.remark(0.0, None, 0.3, &NAMES), None, "{i}");
+        }
+    }
+
+    #[test]
     fn a_run_of_misses_is_told_of_once() {
         let mut aim = Aim::default();
         let mut remarks = Vec::new();
         for _ in 0..225 {
-            aim.conclude(Verdict::Missed);
+            aim.conclude(0, Verdict::Missed);
             remarks.extend(aim.remark(0.0, Some(0.004), 0.3, &NAMES));
         }
         assert_eq!(remarks.len(), 1);
@@ -325,11 +461,11 @@ mod tests {
         assert!(remarks[0].contains("come 4 ms after"), "{remarks:?}");
         // Again after it was better.
         for _ in 0..RUN / 2 {
-            aim.conclude(Verdict::Picked);
+            aim.conclude(0, Verdict::Picked);
         }
         assert_eq!(aim.remark(0.0, None, 0.3, &NAMES), None);
         for _ in 0..RUN {
-            aim.conclude(Verdict::Missed);
+            aim.conclude(0, Verdict::Missed);
         }
         assert!(aim.remark(0.0, None, 0.3, &NAMES).is_some());
     }

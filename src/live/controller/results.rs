@@ -9,6 +9,8 @@ use nalgebra::Point2;
 
 /// No robot finds its item further than this [m] from where it was sent.
 const ELSEWHERE: f64 = 0.5;
+/// Stamps that are late are so by about this [s].
+const LATE: f64 = 0.1;
 
 impl Controller {
     fn unknown_task(&self, task: u64) -> Rejected {
@@ -49,7 +51,8 @@ impl Controller {
         };
         let (robot, is_asked) = (claim.robot, claim.stage.is_cancelled());
         let (meet, holds) = (claim.meet, claim.stage.holds_item());
-        self.take_aim(robot, meet, report);
+        let speed = self.speed_at_picture(claim.item);
+        self.take_aim((robot, meet), speed, report);
         if !holds {
             self.note("late_result");
         }
@@ -81,9 +84,20 @@ impl Controller {
         Ok(())
     }
 
-    /// Learns from where a robot has found what it was sent for to `meet` [m].
-    fn take_aim(&mut self, robot: usize, meet: Point2<f64>, report: &Report) {
-        let speed = self.world.motion().speed();
+    /// The belt's speed [m/s] up to the last picture of an item: what a late stamp shifts it
+    /// by follows from that, and not from the speed when the robot is there.
+    fn speed_at_picture(&self, item: u32) -> f64 {
+        let motion = self.world.motion();
+        let Some(tracked) = self.world.items().get(item) else {
+            return motion.speed();
+        };
+        let at = tracked.measured;
+        (motion.travel(at) - motion.travel(at - LATE)) / LATE
+    }
+
+    /// Learns from where a robot has found what it was sent for to `meet` [m]; the belt was at
+    /// `speed` [m/s] when the picture was taken.
+    fn take_aim(&mut self, (robot, meet): (usize, Point2<f64>), speed: f64, report: &Report) {
         let off = report.found.map(|at| (at.x - meet.x, at.y - meet.y));
         match off {
             Some((x, y)) if x.hypot(y) > ELSEWHERE => {
@@ -96,7 +110,7 @@ impl Controller {
                 ));
             }
             Some(off) => self.aim.find(robot, off, speed),
-            None => self.aim.conclude(report.result),
+            None => self.aim.conclude(robot, report.result),
         }
         let robots = self.world.station().robots().iter();
         let names: Vec<&str> = robots.map(|robot| robot.name.as_str()).collect();
