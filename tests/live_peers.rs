@@ -387,11 +387,32 @@ fn a_hello_that_cannot_be_is_refused_with_the_reason() {
             json!({"name": "a", "role": "robot", "robots": ["r11"]}),
             "did you mean `r1`",
         ),
+        (json!({"name": "a", "role": "Camera"}), "Camera"),
+        (json!({"name": "a", "role": "king"}), "king"),
+        (json!({"role": "camera"}), "missing field `name`"),
+        (json!({"name": "", "role": "camera"}), "name"),
+        (json!({"name": " a", "role": "camera"}), "name"),
+        (
+            json!({"name": "a", "role": "camera", "x": 1}),
+            "unknown field `x`",
+        ),
+        (json!({"name": "a", "role": "camera", "v": 2}), "version 1"),
+        (json!({"name": "a", "role": "robot"}), "robots is empty"),
+        (
+            json!({"name": "a", "role": "camera", "robots": ["r1"]}),
+            "role `camera`",
+        ),
+        (
+            json!({"name": "a", "role": "operator", "robots": ["r1"]}),
+            "role `operator`",
+        ),
     ] {
         let mut hello = hello;
         hello["kind"] = json!("hello");
         let peer = Peer::new(&address);
         peer.say(&hello);
+        // Nobody listens any more to what it says next.
+        let _ = (&peer.stream).write_all(b"{\"kind\":\"stop\",\"stamp\":0}\n");
         peer.wait_for_the_end();
         let answer = peer.heard().pop().unwrap();
         assert_eq!(answer["accepted"], false);
@@ -400,21 +421,35 @@ fn a_hello_that_cannot_be_is_refused_with_the_reason() {
             "{answer}"
         );
     }
-    let observer = Peer::new(&address);
-    for hello in [
-        json!({"kind": "hello", "name": "a", "role": "robot"}),
-        json!({"kind": "hello", "name": "a", "role": "camera", "robots": ["r1"]}),
-        json!({"kind": "hello", "name": " a", "role": "camera"}),
-        json!({"kind": "hello", "name": "a", "role": "king"}),
-        json!({"kind": "hello", "role": "camera"}),
-    ] {
-        observer.say(&hello);
-    }
-    let status = observer.status();
+    let twice = Peer::new(&address);
+    let line = b"{\"kind\":\"hello\",\"name\":\"a\",\"name\":\"b\",\"role\":\"camera\"}\n";
+    (&twice.stream).write_all(line).unwrap();
+    twice.wait_for_the_end();
+    let status = Peer::greeting(&address, "observer", &[]).status();
     assert_eq!(
-        status["rejected"],
-        json!({"not_allowed": 2, "field": 2, "value": 3})
+        (&status["rejected"], &status["mode"]),
+        (
+            &json!({"not_allowed": 2, "field": 5, "value": 5, "version": 1}),
+            &json!("running")
+        )
     );
+}
+
+#[test]
+fn a_hello_in_csv_that_cannot_be_is_answered_and_ends_the_connection() {
+    let (_node, address) = node("--dialect csv --status-every 0.1");
+    let mut stream = TcpStream::connect(&address).unwrap();
+    let body = "H,0,x,Q,";
+    let (mut low, mut high) = (0u16, 0u16);
+    for byte in body.bytes() {
+        low = (low + u16::from(byte)) % 255;
+        high = (high + low) % 255;
+    }
+    let line = format!("{body}*{:05}\r\n", high * 256 + low);
+    stream.write_all(line.as_bytes()).unwrap();
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).unwrap();
+    assert!(answer.starts_with("H,0,0,"), "{answer}");
 }
 
 fn secret(folder: &Path) -> String {

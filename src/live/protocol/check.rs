@@ -90,7 +90,7 @@ pub(super) fn check_hello(hello: &Hello) -> Result<(), Rejected> {
             "is empty",
             "the names of the robots that a peer of role `robot` speaks for",
         )),
-        (Role::Camera | Role::Encoder | Role::Observer, false) => Err(wrong(
+        (Role::Camera | Role::Encoder | Role::Operator | Role::Observer, false) => Err(wrong(
             "robots",
             &format!("is given by a peer of role `{}`", hello.role.name()),
             "robots only of a peer of role `robot`",
@@ -193,10 +193,10 @@ fn check_covariance([xx, xy, yy]: [f64; 3]) -> Result<(), Rejected> {
 }
 
 fn wrong(field: &str, problem: &str, expected: &str) -> Rejected {
-    Rejected {
-        reason: Rejection::Value,
-        message: format!("{field} {problem}; expected {expected}"),
-    }
+    Rejected::new(
+        Rejection::Value,
+        format!("{field} {problem}; expected {expected}"),
+    )
 }
 
 fn stamp(field: &str, value: f64) -> Result<(), Rejected> {

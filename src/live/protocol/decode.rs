@@ -109,6 +109,8 @@ pub struct Rejected {
     pub reason: Rejection,
     /// Why, in one line: what was found and what was expected.
     pub message: String,
+    /// Whether it was to be a hello, which is answered, and ends the connection.
+    pub is_hello: bool,
 }
 
 impl Rejected {
@@ -117,7 +119,14 @@ impl Rejected {
         Self {
             reason,
             message: message.into(),
+            is_hello: false,
         }
+    }
+
+    /// The same of a line that was to be a message of this kind.
+    pub(super) fn of_kind(self, kind: &str) -> Self {
+        let is_hello = kind == Hello::KIND;
+        Self { is_hello, ..self }
     }
 
     /// A line that was refused unread.
@@ -163,14 +172,30 @@ pub fn decode_said(line: &[u8]) -> Result<Said, Rejected> {
         }
         kinds
     };
-    let (kind, mut fields) = open(line, &KINDS)?;
+    let opened = open(line, &KINDS).map_err(|rejected| rejected.of_kind(&kind_of(line)));
+    let (kind, fields) = opened?;
     if kind != Hello::KIND {
         return message(&kind, fields).map(Said::Message);
     }
-    fields.remove("kind");
-    let hello = typed(&kind, fields)?;
-    check_hello(&hello)?;
+    let hello = hello(fields).map_err(|rejected| rejected.of_kind(&kind))?;
     Ok(Said::Hello(hello))
+}
+
+fn hello(mut fields: Map<String, Value>) -> Result<Hello, Rejected> {
+    fields.remove("kind");
+    let hello = typed(Hello::KIND, fields)?;
+    check_hello(&hello)?;
+    Ok(hello)
+}
+
+/// The kind that a line gives itself, which is wrong in something else; empty if none.
+fn kind_of(line: &[u8]) -> String {
+    let fields = (line.len() <= LONGEST_LINE).then(|| serde_json::from_slice::<Fields>(line).ok());
+    let kind = fields
+        .flatten()
+        .and_then(|mut fields| fields.values.remove("kind"));
+    kind.and_then(|kind| kind.as_str().map(str::to_owned))
+        .unwrap_or_default()
 }
 
 fn message(kind: &str, fields: Map<String, Value>) -> Result<Incoming, Rejected> {

@@ -290,15 +290,19 @@ impl Hub {
             }
             Err(reason) => reason,
         };
-        let Some(peer) = self.peers.get_mut(&number) else {
-            return Greeted::Refused(refused);
-        };
-        if peer.is_on_socket() {
-            self.dismiss(number, &refused);
-        } else {
-            peer.try_send(refusal(&refused), true);
-        }
+        self.turn_down(number, &refused);
         Greeted::Refused(refused)
+    }
+
+    /// Answers a hello that is refused. Where a connection can be ended, it is.
+    fn turn_down(&mut self, number: u64, reason: &str) {
+        if let Some(peer) = self.peers.get_mut(&number) {
+            if peer.is_on_socket() {
+                self.dismiss(number, reason);
+            } else {
+                peer.try_send(refusal(reason), true);
+            }
+        }
     }
 
     fn check_hello(
@@ -408,8 +412,14 @@ impl Hub {
     }
 
     /// A line of `origin` was refused: no message, or not the peer's to say. One that begins
-    /// so, or sends too many of them, is disconnected; why, if so.
+    /// so, or with a hello that is none, or sends too many of them, is disconnected; why, if so.
     pub fn refuse(&mut self, origin: &Origin, rejected: &Rejected) -> Option<String> {
+        if let Some(number) = Self::connection(origin).filter(|_| rejected.is_hello) {
+            let peer = self.peers.get(&number)?;
+            let (title, ends) = (peer.title(), peer.is_on_socket());
+            self.turn_down(number, &rejected.message);
+            return ends.then(|| format!("{title} was disconnected: its hello was refused"));
+        }
         let (number, peer) = self.peer_mut(origin)?;
         if !peer.is_on_socket() {
             return None;

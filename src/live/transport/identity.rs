@@ -134,10 +134,7 @@ impl Identity {
             }
             Some(role) => format!("a peer of role `{}` sends no `{kind}`", role.name()),
         };
-        Err(Rejected {
-            reason: Rejection::NotAllowed,
-            message: problem,
-        })
+        Err(Rejected::new(Rejection::NotAllowed, problem))
     }
 }
 

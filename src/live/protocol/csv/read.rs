@@ -37,11 +37,18 @@ impl CsvReader {
     pub fn read(&mut self, line: &[u8], now: Option<f64>) -> CsvLine {
         let mut gap = None;
         let message = opened(line).and_then(|fields| {
-            match self.sequence.follow(fields.get(1).unwrap_or(&"")) {
-                Err(rejected) if rejected.reason != Rejection::Sequence => return Err(rejected),
-                followed => gap = followed.err(),
-            }
-            self.message(&fields, now)
+            let followed = self.sequence.follow(fields.get(1).unwrap_or(&""));
+            let message = match followed {
+                Err(rejected) if rejected.reason != Rejection::Sequence => Err(rejected),
+                followed => {
+                    gap = followed.err();
+                    self.message(&fields, now)
+                }
+            };
+            let form = TO_NODE
+                .iter()
+                .find(|form| Some(&form.letter) == fields.first());
+            message.map_err(|rejected| rejected.of_kind(form.map_or("", |form| form.message)))
         });
         let message = message.map(|message| message.to_string().into_bytes());
         CsvLine { gap, message }
