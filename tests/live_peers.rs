@@ -436,6 +436,40 @@ fn a_hello_that_cannot_be_is_refused_with_the_reason() {
 }
 
 #[test]
+fn a_robot_has_one_peer_at_a_time() {
+    let (_node, address) = node("--status-every 0.1");
+    let hello = |name: &str, robots: &[&str]| {
+        let peer = Peer::new(&address);
+        peer.say(&json!({"kind": "hello", "name": name, "role": "robot", "robots": robots}));
+        let answer = peer.wait_for("an answer", |message| message["kind"] == "hello");
+        (peer, answer)
+    };
+    let (first, answer) = hello("north", &["r1"]);
+    assert_eq!(answer["accepted"], true);
+    let (second, answer) = hello("south", &["r2", "r1"]);
+    assert_eq!(answer["accepted"], false);
+    let reason = answer["reason"].as_str().unwrap();
+    assert!(
+        reason.contains("(robot `north`) speaks for `r1`"),
+        "{reason}"
+    );
+    second.wait_for_the_end();
+    let (other, answer) = hello("south", &["r2"]);
+    assert_eq!(answer["accepted"], true);
+    // Under its own name it takes the place of its old connection.
+    let (again, answer) = hello("north", &["r1"]);
+    assert_eq!(answer["accepted"], true);
+    first.wait_for_the_end();
+    // Once it has gone, another one may come.
+    again.stream.shutdown(Shutdown::Both).unwrap();
+    again.wait_for_the_end();
+    wait_for("the place of a robot that has gone", || {
+        hello("west", &["r1"]).1["accepted"] == true
+    });
+    drop(other);
+}
+
+#[test]
 fn a_hello_in_csv_that_cannot_be_is_answered_and_ends_the_connection() {
     let (_node, address) = node("--dialect csv --status-every 0.1");
     let mut stream = TcpStream::connect(&address).unwrap();

@@ -328,7 +328,33 @@ impl Hub {
                 format!("there is no robot `{}`; {cure}", shown(robot))
             })
         });
-        robots.collect()
+        let robots = robots.collect::<std::result::Result<BTreeSet<usize>, String>>()?;
+        self.check_owners(number, hello, &robots)?;
+        Ok(robots)
+    }
+
+    /// A robot has one peer at a time: two would get the same tasks, and both carry them out.
+    fn check_owners(
+        &self,
+        number: u64,
+        hello: &Hello,
+        robots: &BTreeSet<usize>,
+    ) -> std::result::Result<(), String> {
+        if hello.role != Role::Robot {
+            return Ok(());
+        }
+        let others = self.peers.iter().filter(|(other, peer)| {
+            let is_other = **other != number && peer.identity.name() != Some(&hello.name);
+            is_other && peer.is_up() && peer.identity.role() == Some(Role::Robot)
+        });
+        for (_, peer) in others {
+            if let Some(robot) = robots.iter().find(|r| peer.identity.speaks_for(**r)) {
+                let robot = shown(&self.terms.robots[*robot]);
+                let title = peer.title();
+                return Err(format!("{title} speaks for `{robot}` already"));
+            }
+        }
+        Ok(())
     }
 
     fn accept(&mut self, number: u64, hello: Hello, robots: BTreeSet<usize>) -> Vec<usize> {
