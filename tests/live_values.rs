@@ -75,10 +75,6 @@ fn what_cannot_be_is_refused_with_the_likely_unit() {
             ],
         ),
         (
-            r#""kind":"robot","name":"r1","state":"busy","stamp":1,"available_at":1795656426000"#,
-            &["refused (value): available_at", "milliseconds"],
-        ),
-        (
             r#""kind":"detection","stamp":1,"x":0,"y":0,"p_detection":95"#,
             &["refused (value): p_detection = 95", "95 % are 0.95"],
         ),
@@ -122,6 +118,22 @@ fn what_is_most_likely_wrong_is_questioned_and_goes_on() {
             r#""kind":"detection","stamp":1,"x":0,"y":0,"covariance":[0.01,0,0.01]"#,
             &["detection: covariance", "taken for one item"],
         ),
+        (
+            r#""kind":"robot","name":"r1","state":"busy","stamp":1,"available_at":1000000001"#,
+            &["robot: available_at: 1000000001 s", "is not used"],
+        ),
+        (
+            r#""kind":"robot","name":"r1","state":"busy","stamp":1,"available_at":5e4"#,
+            &[
+                "robot: available_at: 50000 s",
+                "milliseconds",
+                "50000 ms are 50 s",
+            ],
+        ),
+        (
+            r#""kind":"robot","name":"r1","state":"busy","stamp":1,"available_at":-100"#,
+            &["robot: available_at: -100 s"],
+        ),
     ] {
         let remarks = remarks_on(fields);
         assert!(!remarks.contains("refused"), "{remarks}");
@@ -132,6 +144,88 @@ fn what_is_most_likely_wrong_is_questioned_and_goes_on() {
     // Nothing is asked of a line where all is well.
     let usual = r#""kind":"detection","stamp":1,"x":-0.35,"y":0.1,"area_cm2":80"#;
     assert_eq!(remarks_on(usual).lines().count(), 2);
+}
+
+/// The result counts, whatever is wrong with what it says besides.
+#[test]
+fn no_pick_is_lost_by_a_place_or_a_time_that_cannot_be() {
+    use pickline::live::protocol::{Incoming, Outgoing, decode};
+    use pickline::live::{ClockKind, Config, Controller};
+    for (fields, words) in [
+        (
+            r#""found":{"x":1300,"y":-0.2}"#,
+            &["found.x", "1300 mm are 1.3 m"][..],
+        ),
+        (r#""found":{"x":1.3,"y":-1e9}"#, &["found.y"]),
+        (
+            r#""available_at":1000500000"#,
+            &["available_at", "1000500000 s"],
+        ),
+        (
+            r#""available_at":0.5"#,
+            &["available_at", "seconds from now?"],
+        ),
+        (
+            r#""available_at":1000100"#,
+            &["available_at", "1000100 ms are 1000.1 s"],
+        ),
+    ] {
+        let station = pickline::station::built_in("paper").unwrap();
+        let strategy = pickline::strategies::read_alone("SPT,FIFO", 2).unwrap();
+        let config = Config {
+            clock: ClockKind::Messages,
+            ..Config::default()
+        };
+        let station = station.station(Some(2)).unwrap();
+        let mut line = Controller::new(station, strategy.make(), config);
+        let mut say = |fields: &str| {
+            let message: Incoming = decode(format!("{{{fields}}}").as_bytes()).unwrap();
+            line.handle(message).unwrap();
+            let doubt = line.take_doubt().map(|doubt| doubt.to_string());
+            (line.take_output(), doubt)
+        };
+        for _ in 0..2 {
+            say(r#""kind":"belt","stamp":1000,"speed":0"#);
+        }
+        say(r#""kind":"robot","stamp":1000,"name":"r1","state":"idle""#);
+        let see = |id: &str, x: f64| {
+            format!(r#""kind":"detection","stamp":1000,"id":"{id}","x":{x},"y":-0.2"#)
+        };
+        let tasks = |output: &[Outgoing]| {
+            let tasks = output.iter().filter_map(|message| match message {
+                Outgoing::Task(task) => Some(task.id),
+                _ => None,
+            });
+            tasks.collect::<Vec<u64>>()
+        };
+        say(&see("a", 1.3));
+        say(&see("b", 1.2));
+        let given = tasks(&say(r#""kind":"tick","stamp":1000"#).0);
+        assert_eq!(given.len(), 1);
+        let task = given[0];
+        say(&format!(r#""kind":"ack","stamp":1000,"task":{task}"#));
+        let result =
+            format!(r#""kind":"result","stamp":1003,"task":{task},"result":"PICKED",{fields}"#);
+        let (mut output, doubt) = say(&result);
+        let doubt = doubt.unwrap();
+        for word in words {
+            assert!(doubt.contains(word), "{word} not in {doubt}");
+        }
+        // It is free at the stamp of its result, as if nothing had been said.
+        output.extend(say(r#""kind":"tick","stamp":1003.1"#).0);
+        assert_eq!(tasks(&output).len(), 1, "{fields}");
+        line.report(true, 0);
+        let status = line
+            .take_output()
+            .into_iter()
+            .find_map(|message| match message {
+                Outgoing::Status(status) => Some(status),
+                _ => None,
+            });
+        let status = serde_json::to_value(status.unwrap()).unwrap();
+        assert_eq!(status["picked"], 1, "{fields}");
+        assert_eq!(status["noted"]["doubtful_value"], 1, "{fields}");
+    }
 }
 
 /// A robot whose name no message may carry gets no task for ever.

@@ -1,12 +1,14 @@
 //! Values that can be and most likely are wrong: in millimetres, in metres per minute.
 //!
 //! What cannot be is refused ([`super::protocol::decode`]); what is left here is believed,
-//! and questioned once in a while, for a line that runs on it picks nothing.
+//! and questioned once in a while, for a line that runs on it picks nothing. What a robot says
+//! besides its state or its result, and cannot be, is left out: the rest of the message counts.
 
-use super::protocol::{BeltState, Detection, Incoming};
+use super::protocol::{BeltState, Detection, Incoming, Place};
 use crate::error::shown_number;
 use crate::plausible::{
-    BELT_SPEED, DEVIATION, ITEM_AREA, ITEM_PLACE, LENGTHS, SPEEDS, VARIANCES, Warning, question,
+    BELT_SPEED, DEVIATION, ITEM_AREA, ITEM_PLACE, LENGTHS, SPEEDS, STAMPS, VARIANCES, Warning,
+    question,
 };
 use crate::station::Station;
 
@@ -14,6 +16,11 @@ use crate::station::Station;
 const TIMES_AS_FAST: f64 = 10.0;
 /// Travel that is compared with the speed [m]; of less, rounding and noise are too large a part.
 const LEAST_TRAVEL: f64 = 1e-3;
+/// No robot finds its item further than this [m] from the belt's start.
+const FURTHEST_FOUND: f64 = 250.0;
+/// A robot is free so long [s] before its message at most, and so long after it.
+const FREE_BEFORE: f64 = 60.0;
+const FREE_AFTER: f64 = 3600.0;
 
 /// What is known to judge values by.
 #[derive(Debug, Clone)]
@@ -40,8 +47,9 @@ impl Doubts {
         self.found.take()
     }
 
-    /// Looks at a message; whether something of it is doubtful.
-    pub fn look(&mut self, message: &Incoming) -> bool {
+    /// Looks at a message; whether something of it is doubtful. What cannot be, and the rest
+    /// of the message does not hang on, is taken out.
+    pub fn look(&mut self, message: &mut Incoming) -> bool {
         self.found = match message {
             Incoming::Detection(detection) => look_at_item(detection),
             Incoming::Belt(belt) => {
@@ -50,6 +58,17 @@ impl Doubts {
                     .or_else(|| self.look_at_travel(belt));
                 self.last_belt = Some(belt.clone());
                 doubt
+            }
+            Incoming::Robot(status) => take_out_time(
+                "robot: available_at",
+                status.stamp,
+                &mut status.available_at,
+            ),
+            Incoming::Result(report) => {
+                let place = take_out_place(&mut report.found);
+                let field = "result: available_at";
+                let time = take_out_time(field, report.stamp, &mut report.available_at);
+                place.or(time)
             }
             _ => None,
         };
@@ -100,6 +119,48 @@ impl Doubts {
     }
 }
 
+/// Takes out a place that no robot can have found an item at.
+fn take_out_place(found: &mut Option<Place>) -> Option<Warning> {
+    let at = (*found)?;
+    let sides = [("x", at.x), ("y", at.y)].into_iter();
+    let mut wrong = sides.filter(|(_, value)| value.is_nan() || value.abs() > FURTHEST_FOUND);
+    let (name, value) = wrong.next()?;
+    *found = None;
+    let problem = format!(
+        "{} m is on no belt, and is not used{}",
+        shown_number(value),
+        ITEM_PLACE.question(value)
+    );
+    let cure = "send metres [m], in the belt frame";
+    Some(Warning::new(format!("result: found.{name}"), problem, cure))
+}
+
+/// Takes out a time [s] at which a robot that says so at `stamp` [s] cannot be free.
+fn take_out_time(place: &str, stamp: f64, available: &mut Option<f64>) -> Option<Warning> {
+    let at = (*available)?;
+    let fits = |at: f64| (stamp - FREE_BEFORE..=stamp + FREE_AFTER).contains(&at);
+    if fits(at) {
+        return None;
+    }
+    *available = None;
+    let meant = if fits(stamp + at) {
+        "; seconds from now?".to_owned()
+    } else {
+        question(at, "s", STAMPS, |factor| fits(at * factor))
+    };
+    let problem = format!(
+        "{} s is not from {FREE_BEFORE} s before to an hour after the message's stamp, {} s, and \
+         is not used{meant}",
+        shown_number(at),
+        shown_number(stamp),
+    );
+    Some(Warning::new(
+        place,
+        problem,
+        "send a time as stamps are [s]",
+    ))
+}
+
 fn look_at_item(detection: &Detection) -> Option<Warning> {
     let place = |field: &str| format!("detection: {field}");
     let deviation = |[xx, _, yy]: [f64; 3]| {
@@ -134,8 +195,8 @@ mod tests {
     }
 
     fn look(doubts: &mut Doubts, fields: &str) -> Option<String> {
-        let message = decode(format!("{{{fields}}}").as_bytes()).unwrap();
-        let is_doubtful = doubts.look(&message);
+        let mut message = decode(format!("{{{fields}}}").as_bytes()).unwrap();
+        let is_doubtful = doubts.look(&mut message);
         let found = doubts.take().map(|doubt| doubt.to_string());
         assert_eq!(is_doubtful, found.is_some());
         found

@@ -20,8 +20,8 @@ impl Controller {
     ///
     /// # Errors
     /// A message that is refused; it is counted, and nothing has changed.
-    pub fn handle(&mut self, message: Incoming) -> Result<Taken, Rejected> {
-        let is_doubtful = self.doubts.look(&message);
+    pub fn handle(&mut self, mut message: Incoming) -> Result<Taken, Rejected> {
+        let is_doubtful = self.doubts.look(&mut message);
         let result = self.take(message);
         match &result {
             Ok(_) if is_doubtful => self.note("doubtful_value"),
