@@ -165,3 +165,34 @@ fn an_indexing_belt_shifts_items_by_its_speed_when_the_picture_was_taken() {
     let cure = "stamped 150 ms late: --camera-delay 150 cures";
     assert!(told[0].contains(cure), "{remarks:?}");
 }
+
+#[test]
+fn what_is_found_elsewhere_is_told_of_once_for_each_robot() {
+    let mut line = Line::new();
+    line.say(r#""kind":"belt","stamp":0,"speed":0"#);
+    let mut done = 0;
+    for step in 0..20 {
+        let stamp = 0.5 + 3.0 * f64::from(step);
+        line.see(stamp, &format!("i{step}"), 1.3, -0.2);
+        line.say(&format!(r#""kind":"tick","stamp":{stamp}"#));
+        for message in line.0.take_output() {
+            let Outgoing::Task(task) = message else {
+                continue;
+            };
+            line.ack(stamp, task.id);
+            let at = stamp + 2.5;
+            let x = 2.3 + 0.1 * f64::from(step);
+            line.say(&format!(
+                r#""kind":"result","stamp":{at},"task":{},"result":"PICKED","found":{{"x":{x},"y":-0.2}}"#,
+                task.id
+            ));
+            done += 1;
+        }
+    }
+    let mut remarks = line.0.take_remarks();
+    remarks.retain(|remark| remark.contains("`found`"));
+    assert!(done > 3 && remarks.len() == 1, "{done} {remarks:?}");
+    assert!(remarks[0].starts_with("robot `r1`: "), "{remarks:?}");
+    let noted = line.0.status(false, 0).noted;
+    assert_eq!(noted["found_elsewhere"], done, "{noted:?}");
+}

@@ -8,7 +8,7 @@
 
 use super::protocol::Verdict;
 use crate::error::{rounded, shown};
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 /// Results that are remembered.
 const KEPT: usize = 48;
@@ -86,6 +86,8 @@ pub struct Aim {
     number: u64,
     /// What was told of last [m], and of which robot if it was one alone.
     told: Option<(Option<usize>, (f64, f64))>,
+    /// Robots that have found an item where none can have been.
+    elsewhere: BTreeSet<usize>,
 }
 
 /// Mean of some values, and its standard error.
@@ -113,6 +115,12 @@ impl Aim {
             self.found.pop_front();
         }
         self.found.push_back(Found { robot, off, speed });
+    }
+
+    /// A robot says that it has found an item where none can have been; whether that is the
+    /// first time.
+    pub fn find_elsewhere(&mut self, robot: usize) -> bool {
+        self.elsewhere.insert(robot)
     }
 
     /// `robot` has said what came of a task, and not where the item was.

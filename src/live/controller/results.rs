@@ -102,12 +102,17 @@ impl Controller {
         match off {
             Some((x, y)) if x.hypot(y) > ELSEWHERE => {
                 self.tally.note("found_elsewhere");
-                self.remarks.push(format!(
-                    "task {}: `found` is {} m from where the robot was sent\n  it is the place of the \
-                     item at `meet_at`, in the belt frame [m]",
-                    report.task,
-                    rounded(x.hypot(y), 3)
-                ));
+                if self.aim.find_elsewhere(robot) {
+                    let name = &self.world.station().robots()[robot].name;
+                    self.remarks.push(format!(
+                        "robot `{}`: the `found` of task {} is {} m from where the robot was sent\n  it \
+                         is the place of the item at `meet_at`, in the belt frame [m]; further ones \
+                         are only counted, as found_elsewhere in the status",
+                        crate::error::shown(name),
+                        report.task,
+                        rounded(x.hypot(y), 3)
+                    ));
+                }
             }
             Some(off) => self.aim.find(robot, off, speed),
             None => self.aim.conclude(robot, report.result),
