@@ -73,7 +73,7 @@ const START: f64 = 1.75e9;
 const STEPS: [(&str, &[(f64, f64)]); 6] = [
     ("is not set", &[]),
     ("is set back by 5 s", &[(5.0, -5.0)]),
-    ("is set forth by 5 s", &[(5.0, 5.0)]),
+    ("is set forward by 5 s", &[(5.0, 5.0)]),
     ("is 100 s ahead for 2 s", &[(5.0, 100.0), (7.0, 0.0)]),
     ("is set back by an hour", &[(5.0, -3600.0)]),
     (
@@ -525,4 +525,32 @@ fn the_program_goes_on_when_its_clock_is_set() {
         told.contains(&format!("all {} messages are as recorded", lines.len())),
         "{told}"
     );
+}
+
+/// Nobody has seen a clock being set that was off from the first message on.
+#[test]
+fn a_clock_that_is_off_from_the_first_message_on_was_not_set() {
+    for (ahead, words) in [
+        (100.0, "s ahead of the node's"),
+        (-100.0, "s behind the node's"),
+    ] {
+        let mut world = World::new(Config::default());
+        world.camera = Whose::Own(ahead);
+        world.play(5.0, &[]);
+        let of_camera = |world: &World| {
+            let remarks = world.remarks.iter();
+            let remarks = remarks.filter(|remark| remark.starts_with("camera `camera`: its clock"));
+            remarks.cloned().collect::<Vec<String>>()
+        };
+        let remarks = of_camera(&world);
+        assert_eq!(remarks.len(), 1, "{:?}", world.remarks);
+        assert!(
+            remarks[0].contains("its clock is ") && remarks[0].contains(words),
+            "{remarks:?}"
+        );
+        world.camera = Whose::Own(ahead + 50.0);
+        world.play(10.0, &[]);
+        let remarks = of_camera(&world);
+        assert!(remarks[1].contains("was set forward by "), "{remarks:?}");
+    }
 }

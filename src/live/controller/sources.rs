@@ -3,7 +3,7 @@
 use super::Controller;
 use crate::error::{rounded, shown, shown_number};
 use crate::live::protocol::{Incoming, Rejected, Rejection, RobotState, SourceKind};
-use crate::live::sources::Key;
+use crate::live::sources::{Key, Step};
 
 use super::hearing::Taken;
 
@@ -29,7 +29,7 @@ impl Controller {
         };
         self.note("clock_step");
         let (way, by) = (
-            if step < 0.0 { "back" } else { "forth" },
+            if step < 0.0 { "back" } else { "forward" },
             rounded(step.abs(), 4),
         );
         self.remarks.push(format!(
@@ -85,14 +85,18 @@ impl Controller {
             ));
         };
         message.shift(mapped.shift);
-        if let Some(by) = mapped.stepped {
+        if let Some(Step { by, is_first }) = mapped.stepped {
             self.note("source_step");
             let (kind, name) = (key.0.name(), shown(&key.1));
-            let way = if by < 0.0 { "back" } else { "forth" };
-            let by = rounded(by.abs(), 4);
+            let (is_behind, by) = (by < 0.0, rounded(by.abs(), 4));
+            let what = match (is_first, is_behind) {
+                (true, true) => format!("is {by} s behind the node's"),
+                (true, false) => format!("is {by} s ahead of the node's"),
+                (false, true) => format!("was set back by {by} s against the node's"),
+                (false, false) => format!("was set forward by {by} s against the node's"),
+            };
             self.remarks.push(format!(
-                "{kind} `{name}`: its clock was set {way} by {by} s against the node's; its stamps \
-                 are mapped"
+                "{kind} `{name}`: its clock {what}; its stamps are mapped"
             ));
             if key.0 == SourceKind::Robot {
                 self.plan_again();

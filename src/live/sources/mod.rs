@@ -73,8 +73,17 @@ pub struct Sources {
 pub struct Mapped {
     /// What is to be added to it [s].
     pub shift: f64,
-    /// By how much the clock of the source was set [s], if it was since its last message.
-    pub stepped: Option<f64>,
+    /// How the clock of the source was set, if it was since its last message.
+    pub stepped: Option<Step>,
+}
+
+/// What has become of the clock of a source.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step {
+    /// By how much it is ahead of what was thought [s].
+    pub by: f64,
+    /// Whether nothing was heard of the source before: then nobody has seen it being set.
+    pub is_first: bool,
 }
 
 impl Sources {
@@ -131,7 +140,11 @@ impl Sources {
         let source = self.entry(key, f64::NEG_INFINITY);
         let stepped = match source.offset.judge(stamp, received) {
             Judged::Fits => None,
-            Judged::Stepped(by) => Some(by),
+            Judged::Stepped(by) => Some(Step {
+                by,
+                is_first: false,
+            }),
+            Judged::Off(by) => Some(Step { by, is_first: true }),
             Judged::Wild => return None,
         };
         Some(Mapped {

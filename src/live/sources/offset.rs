@@ -67,6 +67,9 @@ pub enum Judged {
     Fits,
     /// The clock of the source was set by so much [s], and the shift has followed.
     Stepped(f64),
+    /// Since its first message the clock of the source is ahead by so much [s], which is more
+    /// than the way of a message explains, and the shift has followed.
+    Off(f64),
     /// It lies in the future, and alone says nothing.
     Wild,
 }
@@ -190,11 +193,16 @@ impl Offset {
 
     fn step(&mut self, shift: f64, stamp: f64, received: f64) -> Judged {
         let by = self.shift - shift;
+        let is_first = self.newest.is_none();
         self.others.retain(|other| *other != shift);
         self.others.push(self.shift);
         (self.shift, self.newest, self.fits) = (shift, Some(stamp), 0);
         self.fit(stamp, received, received - (stamp + shift));
-        Judged::Stepped(by)
+        if is_first {
+            Judged::Off(by)
+        } else {
+            Judged::Stepped(by)
+        }
     }
 
     /// Whether `enough` messages in a row agree on `shift`.
