@@ -127,7 +127,8 @@ mod tests {
         let token = read(&format!("{good}\n"), 0o600).unwrap();
         assert!(token.is(good) && !token.is("0123456789abcdeF") && !token.is(""));
         assert!(!format!("{token:?}").contains(good));
-        assert!(read(good, 0o440).is_ok());
+        // What systemd makes of a credential.
+        assert!(read(good, 0o440).is_ok() && read(good, 0o400).is_ok());
         for mode in [0o644, 0o604, 0o620, 0o666] {
             let error = read(good, mode).unwrap_err();
             assert!(error.contains("chmod 600"), "{error}");
