@@ -600,3 +600,19 @@ fn a_node_that_is_killed_now_and_then_knows_the_same_items() {
     assert!(noted(&a.status, "id_reused") + noted(&a.status, "split") > 0);
     assert!(noted(&a.status, "fused") > 0 && noted(&a.status, "doubled") > 10);
 }
+
+#[test]
+fn every_item_of_a_ring_that_swaps_ids_is_renumbered() {
+    let mut line = Line::new();
+    let places = [-1.0, -1.2, -1.4];
+    let shown = |ids: [&'static str; 3]| -> Vec<(Option<&'static str>, f64, f64)> {
+        let places = places.iter().zip(ids);
+        places.map(|(x, id)| (Some(id), *x, 0.0)).collect()
+    };
+    line.say(r#""kind":"belt","stamp":0,"speed":0"#);
+    picture(&mut line, 1.0, &shown(["7", "8", "9"]));
+    picture(&mut line, 2.0, &shown(["8", "9", "7"]));
+    line.idle(3.0);
+    let status = line.status();
+    assert_eq!((status.seen, noted(&status, "renumbered")), (3, 3));
+}

@@ -199,7 +199,7 @@ fn uninstall(place: &PlaceArgs, session: &Session) -> Result<()> {
     }
     std::fs::remove_file(&list).map_err(|error| Error::write(&list, error))?;
     if kept > 0 {
-        text += &format!("{} stay\n", counted(kept, "changed file"));
+        text += &format!("kept {}\n", counted(kept, "changed file"));
     }
     session.print(text.as_bytes())
 }

@@ -20,6 +20,9 @@ pub enum News {
     Fused,
 }
 
+/// What the names of items begin with that have no id.
+const UNNAMED: &str = "auto:";
+
 impl Items {
     /// The number of the item that `source` has seen under this id.
     pub fn known_as(&self, source: Option<&str>, id: &str) -> Option<u32> {
@@ -35,7 +38,7 @@ impl Items {
     pub(super) fn unused_name(&mut self) -> String {
         loop {
             self.numbers.unnamed += 1;
-            let name = format!("auto:{}", self.numbers.unnamed);
+            let name = format!("{UNNAMED}{}", self.numbers.unnamed);
             if !self.by_name.contains_key(&name) {
                 return name;
             }
@@ -95,6 +98,8 @@ impl Items {
             return News::Nothing;
         };
         let is_named = tracked.sightings.iter().any(|s| !s.ids.is_empty());
+        // Another item may have taken the only id that it had.
+        let lost_its_id = !is_named && !tracked.id.starts_with(UNNAMED) && Some(&*tracked.id) != id;
         let its = |s: &Sighting| s.source.as_deref() == source;
         let place = tracked.sightings.iter().position(its);
         let place = place.unwrap_or_else(|| {
@@ -111,6 +116,7 @@ impl Items {
             return News::Nothing;
         };
         let news = match (its.ids.is_empty(), is_named) {
+            (true, false) if lost_its_id => News::Renumbered,
             (true, false) => News::Nothing,
             (true, true) => News::Fused,
             (false, _) => News::Renumbered,

@@ -69,7 +69,7 @@ impl CsvReader {
         let texts = texts.get(2..).unwrap_or_default();
         if texts.len() > form.fields.len() {
             let problem = format!(
-                "{}: {} fields; expected at most {}, for {}: {}",
+                "{}: {} fields; expected at most {}, which say that {}: {}",
                 form.message,
                 texts.len() + 2,
                 form.fields.len() + 2,
