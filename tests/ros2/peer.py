@@ -113,12 +113,14 @@ def tell_belt():
 tell_belt()
 for name in ROBOTS:
     states.write(messages.RobotState(header=header(origin), name=name, state=IDLE,
-                                     has_available_at=False, available_at=moment(0.0)))
+                                     has_available_at=False, available_at=moment(0.0),
+                                     has_task=False, task=0))
 # Three that must be refused.
 detections.write(seen("i0", origin, frame="camera"))
 detections.write(seen("i0", origin, x=math.nan))
 states.write(messages.RobotState(header=header(origin), name="r1", state=9,
-                                 has_available_at=False, available_at=moment(0.0)))
+                                 has_available_at=False, available_at=moment(0.0),
+                                 has_task=False, task=0))
 for item, (x0, _) in items.items():
     when = origin + max(0.0, (-0.5 - x0) / SPEED)
     plan(when, lambda item=item: detections.write(seen(item, time.time())))
