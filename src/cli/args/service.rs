@@ -9,7 +9,7 @@ use std::path::PathBuf;
 Examples:
   pickline service
   sudo pickline service install
-  pickline service install --root /tmp/image --prefix /usr")]
+  pickline service install --root image --prefix /usr")]
 pub struct ServiceArgs {
     #[command(subcommand)]
     pub command: Option<ServiceCommand>,
