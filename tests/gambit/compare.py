@@ -5,7 +5,7 @@ Usage: compare.py PROGRAM FOLDER
 Loads the .nfg of every game below, has pygambit enumerate the pure equilibria, and
 checks that they are exactly those of the JSON, and that Gambit read exactly the
 payoffs of the JSON, as rational numbers. PROGRAM is the pickline binary; FOLDER holds
-NAME.nfg with NAME.json that tests/game.rs wrote: games with known answers and random
+NAME.nfg with NAME.json that tests/search/game.rs wrote: games with known answers and random
 ones full of ties.
 """
 

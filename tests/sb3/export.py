@@ -1,4 +1,4 @@
-"""Writes the policies that tests/policy.rs reads as torch's two exporters make them: the
+"""Writes the policies that tests/learning/policy.rs reads as torch's two exporters make them: the
 actor of a MaskablePPO of sb3-contrib, without its mask.
 
 Needs sb3-contrib, torch 2.5 or later, onnx and onnxscript from PyPI. The committed files

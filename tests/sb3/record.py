@@ -1,4 +1,4 @@
-"""Records one minibatch update of Stable-Baselines3's MaskablePPO for tests/sb3.rs.
+"""Records one minibatch update of Stable-Baselines3's MaskablePPO for tests/learning/sb3.rs.
 
 Runs the real `MaskablePPO.train()` on a rollout buffer filled with random numbers and
 writes what went in and came out to update.json. Needed only to record again:

@@ -1,0 +1,13 @@
+//! Policies: training, files, what runs them.
+
+#[path = "../common/mod.rs"]
+mod common;
+#[cfg(feature = "onnx")]
+mod policy;
+#[cfg(feature = "onnx")]
+mod policy_forms;
+mod rl;
+mod sb3;
+#[cfg(feature = "onnx")]
+mod train_verb;
+mod training;

@@ -1,0 +1,180 @@
+//! What the programs of a live line say to their user, on stderr.
+
+use crate::programs::Program;
+use std::io::Write as _;
+use std::net::{TcpListener, TcpStream};
+use std::process::{Command, Stdio};
+
+/// Feeds `input` to `pickline run --clock messages`; returns its lines on stderr.
+fn remarks_on(input: &str) -> Vec<String> {
+    let mut node = Command::new(env!("CARGO_BIN_EXE_pickline"))
+        .args(["run", "--clock", "messages"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut stdin = node.stdin.take().unwrap();
+    stdin.write_all(input.as_bytes()).unwrap();
+    drop(stdin);
+    let output = node.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(0));
+    let errors = String::from_utf8(output.stderr).unwrap();
+    errors.lines().map(str::to_owned).collect()
+}
+
+#[test]
+fn what_is_refused_is_named_with_its_line() {
+    let long = "x".repeat(70_000);
+    let said = remarks_on(&format!(
+        "{{\"kind\":\"belt\",\"stamp\":5,\"speed\":0.05}}\n\
+         {{\"kind\":\"robot\",\"stamp\":5,\"name\":\"r1\",\"state\":\"idle\"}}\n\
+         \n\
+         {{\n\
+         {long}\n\
+         {{\"kind\":\"belt\",\"stamp\":1e9,\"speed\":0.05}}\n\
+         {{\"kind\":\"robot\",\"stamp\":6,\"name\":\"r9\",\"state\":\"idle\"}}\n\
+         {{\"kind\":\"belt\",\"stamp\":6,\"stamp\":7,\"speed\":0.05}}\n\
+         {{\"kind\":\"belt\",\"stamp\":300,\"speed\":0.05}}\n"
+    ));
+    let refused: Vec<&String> = said
+        .iter()
+        .filter(|line| line.contains("refused"))
+        .collect();
+    let expected = [
+        "stdin line 4: refused (syntax): ",
+        "stdin line 5: refused (too_long): ",
+        // It is held back until the next one shows that it is wild.
+        "stdin line 6: refused (stamp): stamp = 1000000000, while it is 5; ",
+        "stdin line 7: refused (unknown_robot): ",
+        "stdin line 8: refused (field): `stamp` is there twice",
+        // Nothing follows it.
+        "stdin line 9: refused (stamp): stamp = 300, while it is 6; ",
+    ];
+    assert_eq!(refused.len(), expected.len(), "{said:#?}");
+    for (line, start) in refused.iter().zip(expected) {
+        assert!(line.starts_with(start), "{line}");
+    }
+}
+
+#[test]
+fn what_is_refused_is_named_with_its_sender() {
+    let mut node = Program::pickline("run --listen 127.0.0.1:0", &[]);
+    node.remarks.wait_for("listening at ");
+    let remark = node.remarks.all().pop().unwrap();
+    let address = remark.rsplit(' ').next().unwrap();
+    for _ in 0..2 {
+        let mut peer = TcpStream::connect(address).unwrap();
+        let own = peer.local_addr().unwrap();
+        peer.write_all(b"{\"kind\":\"tick\",\"stamp\":0}\n\n{]\n")
+            .unwrap();
+        node.remarks
+            .wait_for(&format!("{own} line 1: refused (stamp): "));
+        node.remarks
+            .wait_for(&format!("{own} line 3: refused (syntax): "));
+    }
+    node.signal("TERM");
+    assert_eq!(node.finish().0, Some(0));
+}
+
+/// Once, however often it is tried, and again when somebody is there.
+#[test]
+fn who_is_waited_for_is_told() {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap().to_string();
+    drop(listener);
+    for verb in ["run", "emulate"] {
+        let mut program = Program::pickline(&format!("{verb} --connect {address}"), &[]);
+        let waits = format!("nobody to talk to at {address}: ");
+        program.remarks.wait_for(&waits);
+        // Several tries later it has not been said again.
+        std::thread::sleep(std::time::Duration::from_secs(1));
+        let listener = TcpListener::bind(&address).unwrap();
+        let peer = listener.accept().unwrap();
+        program.remarks.wait_for(&format!("connected to {address}"));
+        program.signal("TERM");
+        drop((peer, listener));
+        let (_, remarks) = program.finish();
+        assert_eq!(
+            remarks.matches(&format!("connected to {address}")).count(),
+            1
+        );
+        assert!(remarks.matches(&waits).count() <= 2, "{remarks}");
+    }
+}
+
+#[cfg(feature = "dashboard")]
+#[test]
+fn a_dashboard_needs_an_address_of_its_own() {
+    let refused = |places: &str, flag: &str| {
+        let (code, remarks) = Program::pickline(&format!("run {places}"), &[]).finish();
+        assert_eq!(code, Some(2), "{remarks}");
+        assert!(
+            remarks.contains(&format!("is also the address of {flag}\n  cure: ")),
+            "{remarks}"
+        );
+    };
+    for listen in ["127.0.0.1:47400", "localhost:47400", "0.0.0.0:47400"] {
+        refused(
+            &format!("--listen {listen} --dashboard 127.0.0.1:47400"),
+            "--listen",
+        );
+    }
+    refused(
+        "--connect 127.0.0.1:47400 --dashboard 0.0.0.0:47400",
+        "--connect",
+    );
+    // Port 0 is another one each time.
+    let mut node = Program::pickline("run --listen 127.0.0.1:0 --dashboard 127.0.0.1:0", &[]);
+    node.remarks.wait_for("listening at ");
+    node.signal("TERM");
+    assert_eq!(node.finish().0, Some(0));
+}
+
+#[test]
+fn an_empty_journal_is_told_of() {
+    let folder = tempfile::tempdir().unwrap();
+    let journal = folder.path().join("j");
+    let run = || {
+        let arguments = format!("run --clock messages --journal {}", journal.display());
+        let (code, remarks) = Program::pickline(&arguments, &[]).finish();
+        assert_eq!(code, Some(0), "{remarks}");
+        remarks
+    };
+    let told = format!("{} is empty and is started over; ", journal.display());
+    // One that does not exist yet is nothing to speak of.
+    assert!(!run().contains(&told));
+    std::fs::write(&journal, "").unwrap();
+    assert!(run().contains(&told));
+    assert!(run().contains("going on from "));
+}
+
+/// An item in the gripper of a robot that breaks down is in no bin.
+#[test]
+fn the_station_counts_what_is_in_its_bins() {
+    let mut stranded = 0;
+    for from in 0..12 {
+        let mut node = Program::pickline("run --clock messages --listen 127.0.0.1:0", &[]);
+        node.remarks.wait_for("listening at ");
+        let remark = node.remarks.all().pop().unwrap();
+        let address = remark.rsplit(' ').next().unwrap();
+        let emulate = format!(
+            "emulate --clock messages --connect {address} --robot-down 1,{},5",
+            20.0 + 0.6 * f64::from(from)
+        );
+        let (code, remarks) = Program::pickline(&emulate, &[]).finish();
+        assert_eq!(code, Some(0), "{remarks}");
+        let last = remarks.lines().last().unwrap();
+        let bins = last.split(' ').next().unwrap();
+        assert!(
+            last.contains(&format!("the node says: {bins} of 50 picked")),
+            "{last}"
+        );
+        if last.contains("1 in the grippers of robots that broke down") {
+            stranded += 1;
+            assert!(last.contains("1 of them without a result"), "{last}");
+        }
+        assert_eq!(node.finish().0, Some(0));
+    }
+    assert!(stranded > 0);
+}

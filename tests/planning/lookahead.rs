@@ -1,0 +1,242 @@
+//! What the look-ahead strategy promises.
+
+use crate::common;
+use common::pickline;
+use pickline::checker;
+use pickline::decision::{Action, Outcome, Snapshot, Strategy};
+use pickline::dispatch::RuleAssignment;
+use pickline::pattern::{Pattern, grid};
+use pickline::planning::{Allowance, Lookahead, Options};
+use pickline::sim::{Conditions, Disturbances, Scene, simulate, simulate_rules};
+use pickline::station::{Station, built_in};
+use proptest::prelude::*;
+use proptest::strategy::Strategy as _;
+
+fn options(text: &str, bases: &[RuleAssignment], robots: usize) -> Options {
+    let mut options = Options::parse(text, robots, Allowance::default()).unwrap();
+    if !bases.is_empty() {
+        options.bases = bases.to_vec();
+    }
+    options
+}
+
+fn run(scene: &Scene, options: Options) -> Outcome {
+    let outcome = simulate(scene, &mut Lookahead::new(options)).unwrap();
+    checker::check(scene.station(), scene.pattern(), &outcome).unwrap();
+    outcome
+}
+
+/// A line, a pattern and two assignments for it.
+fn cases() -> impl proptest::strategy::Strategy<Value = (Station, Pattern, Vec<RuleAssignment>)> {
+    let case = prop_oneof![
+        common::cases(common::lines(), 30),
+        common::cases(common::stations(), 30),
+    ];
+    case.prop_map(|(station, pattern, rules)| {
+        let mut turned = rules.rules().to_vec();
+        turned.reverse();
+        (station, pattern, vec![rules, RuleAssignment::new(turned)])
+    })
+}
+
+fn everything_in_view<'a>(station: &'a Station, pattern: &'a Pattern) -> Scene<'a> {
+    let conditions = Conditions {
+        camera_x: Some(-1e6),
+        ..Conditions::default()
+    };
+    Scene::under(station, pattern, conditions).unwrap()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 200, ..ProptestConfig::default() })]
+
+    /// With all items in view from the start the old plan can always be kept, so what
+    /// the best base would pick is a floor, whatever the budget and the search.
+    #[test]
+    fn it_never_does_worse_than_its_best_base(
+        (station, pattern, bases) in cases(),
+        text in prop_oneof![
+            Just("budget=1"),
+            Just("budget=300"),
+            Just("budget=2000,depth=1,improve=no"),
+            Just("budget=100000,depth=2,width=2,improve=no"),
+            Just("goal=weight,budget=200"),
+        ],
+    ) {
+        let robots = station.robots().len();
+        let scene = everything_in_view(&station, &pattern);
+        let ahead = run(&scene, options(text, &bases, robots)).figures;
+        for base in &bases {
+            let figures = simulate_rules(&scene, base).unwrap().figures;
+            if text.contains("weight") {
+                prop_assert!(ahead.weight >= figures.weight - 1e-9, "{base}");
+            } else {
+                prop_assert!(ahead.picked >= figures.picked, "{base}");
+            }
+        }
+    }
+
+    /// Whatever the camera sees and whatever goes wrong, it only does what the model
+    /// allows, and the same again.
+    #[test]
+    fn it_acts_legally_and_repeatably(
+        (station, pattern, bases) in cases(),
+        camera_x in proptest::option::of(-3.0..3.0f64),
+        update_hz in prop_oneof![Just(0.0), Just(10.0), Just(1.7)],
+        grasp_failures in any::<bool>(),
+        position_noise in prop_oneof![Just(0.0), Just(0.02), Just(0.3)],
+        text in prop_oneof![
+            Just("budget=100"), Just("budget=100,horizon=2.5"), Just("goal=weight,budget=50")
+        ],
+    ) {
+        let disturbances = Disturbances {
+            grasp_failures,
+            default_p_grasp: 0.6,
+            position_noise,
+            seed: 7,
+        };
+        let conditions = Conditions { update_hz, camera_x, disturbances };
+        let scene = Scene::under(&station, &pattern, conditions).unwrap();
+        let options = options(text, &bases, station.robots().len());
+        let outcome = run(&scene, options.clone());
+        prop_assert_eq!(outcome, run(&scene, options));
+    }
+}
+
+fn paper(name: &str) -> Station {
+    built_in(name).unwrap().station(Some(2)).unwrap()
+}
+
+#[test]
+fn on_a_dense_belt_it_picks_far_more_than_the_best_rules() {
+    for name in ["paper", "paper-narrow"] {
+        let station = paper(name);
+        let pattern = grid(station.belt().width, 0.15, 150).unwrap();
+        let scene = Scene::new(&station, &pattern).unwrap();
+        let best = RuleAssignment::all(2)
+            .map(|rules| simulate_rules(&scene, &rules).unwrap().figures.picked)
+            .max()
+            .unwrap();
+        let ahead = run(&scene, options("", &["SPT,FIFO".parse().unwrap()], 2));
+        assert!(ahead.figures.picked as f64 > 1.1 * best as f64, "{name}");
+    }
+}
+
+#[test]
+fn more_budget_is_used() {
+    let station = paper("paper");
+    let pattern = grid(station.belt().width, 0.15, 150).unwrap();
+    let scene = Scene::new(&station, &pattern).unwrap();
+    let picked = |budget: &str| run(&scene, options(budget, &[], 2)).figures.picked;
+    assert!(picked("budget=20") < picked("budget=4000"));
+}
+
+#[test]
+fn what_weighs_nothing_is_left_when_weight_counts() {
+    let station = paper("paper");
+    let text = "id,x,y,weight\n1,0,0,0\n2,-0.2,0,1\n3,-0.4,0,0\n4,-0.6,0,0.5\n";
+    let pattern = pickline::pattern::parse(text, "test").unwrap();
+    let scene = Scene::new(&station, &pattern).unwrap();
+    let outcome = run(&scene, options("goal=weight", &[], 2));
+    let mut items: Vec<u32> = outcome.picks.iter().map(|pick| pick.item).collect();
+    items.sort_unstable();
+    assert_eq!(items, [1, 3]);
+}
+
+#[test]
+fn a_robot_leaves_an_item_to_another_that_is_better_placed() {
+    // Near the far bin of the second robot; the first would need the whole way.
+    let station = paper("paper");
+    let text = "id,x,y\n1,0,0.05\n2,-0.05,-0.5\n";
+    let pattern = pickline::pattern::parse(text, "test").unwrap();
+    let scene = Scene::new(&station, &pattern).unwrap();
+    let outcome = run(&scene, options("", &[], 2));
+    assert_eq!(outcome.picks.len(), 2);
+}
+
+/// Notes what kinds of action a strategy takes.
+struct Kinds {
+    inner: Lookahead,
+    waits: usize,
+}
+
+impl Strategy for Kinds {
+    fn decide(&mut self, snapshot: &Snapshot) -> Action {
+        let action = self.inner.decide(snapshot);
+        self.waits += usize::from(!matches!(action, Action::Pick(_)));
+        action
+    }
+
+    fn name(&self) -> String {
+        self.inner.name()
+    }
+}
+
+#[test]
+fn waiting_is_among_its_choices() {
+    let station = paper("paper");
+    let pattern = grid(station.belt().width, 0.15, 150).unwrap();
+    let scene = Scene::new(&station, &pattern).unwrap();
+    let inner = Lookahead::new(options("budget=500", &[], 2));
+    let mut kinds = Kinds { inner, waits: 0 };
+    simulate(&scene, &mut kinds).unwrap();
+    assert!(kinds.waits > 0);
+}
+
+#[test]
+fn a_time_budget_plans_as_well() {
+    let station = paper("paper");
+    let pattern = grid(station.belt().width, 0.15, 150).unwrap();
+    let scene = Scene::new(&station, &pattern).unwrap();
+    let spt = simulate_rules(&scene, &"SPT,FIFO".parse().unwrap()).unwrap();
+    let ahead = run(
+        &scene,
+        options("budget-ms=1", &["SPT,FIFO".parse().unwrap()], 2),
+    );
+    assert!(ahead.figures.picked > spt.figures.picked);
+}
+
+#[test]
+fn results_do_not_depend_on_threads() {
+    let compare = |threads: &str| {
+        common::text(&[
+            "compare",
+            "--cases",
+            "dense",
+            "--replicates",
+            "2",
+            "--no-greedy",
+            "--robust",
+            "SPT,FIFO",
+            "--strategy",
+            "lookahead:budget=100",
+            "--threads",
+            threads,
+            "--format",
+            "json",
+            "-q",
+        ])
+    };
+    assert_eq!(compare("1"), compare("2"));
+}
+
+/// On a long line nearly all assignments are tied. Its searches have a budget, and the
+/// look-ahead does not search for what does not matter there.
+#[test]
+fn a_long_line_has_a_budget() {
+    let told = |arguments: &[&str]| -> (String, String) {
+        let output = pickline(&[arguments, &["--robots", "7", "--no-bound"]].concat());
+        let told = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success(), "{arguments:?}: {told}");
+        (told, String::from_utf8(output.stdout).unwrap())
+    };
+    let small = ["--patterns", "grid:0.3", "--items", "10", "--validate", "0"];
+    let (_, table) = told(&[&["optimize"], &small[..]].concat());
+    assert!(
+        table.contains("runs of at most 5142857 (--max-runs)"),
+        "{table}"
+    );
+    let compare = ["compare", "--no-greedy", "--no-policy", "--replicates", "1"];
+    told(&[&compare[..], &["--train-items", "5"]].concat());
+    told(&["simulate", "--strategy", "lookahead"]);
+}

@@ -1,0 +1,9 @@
+//! The search for robust strategies, and the game of a line.
+
+mod budgets;
+#[path = "../common/mod.rs"]
+mod common;
+mod game;
+mod optimize;
+mod optimize_verb;
+mod saved_strategy;
