@@ -4,7 +4,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . tests/debian.sh
-# Certificates for tests/live/peers.rs.
+# Certificates for tests/live/peers/.
 debian openssl=openssl
 cargo test --locked "$@"
 # The benchmarks' code runs once, so that it cannot rot; `cargo bench` measures.

@@ -4,25 +4,25 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+/// Runs `openssl` with these arguments, separated by blanks, in `folder`.
+pub fn openssl(folder: &Path, arguments: &str) {
+    let mut command = Command::new("openssl");
+    let arguments = arguments.split_whitespace();
+    let output = command.args(arguments).current_dir(folder).output();
+    let output = output.unwrap();
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{errors}");
+}
+
+/// Arguments that make a new key.
+pub const NEW_KEY: &str = "-newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes";
+
 /// Makes an authority, and certificates of it for `names`: `ca.pem`, `NAME.pem` and
 /// `NAME.key` in `folder`.
 pub fn authority(folder: &Path, names: &[&str]) {
-    let openssl = |arguments: &str| {
-        let mut command = Command::new("openssl");
-        let output = command
-            .args(arguments.split_whitespace())
-            .current_dir(folder)
-            .output();
-        let output = output.unwrap();
-        assert!(
-            output.status.success(),
-            "{}",
-            String::from_utf8_lossy(&output.stderr)
-        );
-    };
-    let key = "-newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes";
+    let openssl = |arguments: &str| openssl(folder, arguments);
     openssl(&format!(
-        "req -x509 {key} -keyout ca.key -out ca.pem -days 2 -subj /CN=test-authority"
+        "req -x509 {NEW_KEY} -keyout ca.key -out ca.pem -days 2 -subj /CN=test-authority"
     ));
     fs::write(
         folder.join("names"),
@@ -31,7 +31,7 @@ pub fn authority(folder: &Path, names: &[&str]) {
     .unwrap();
     for name in names {
         openssl(&format!(
-            "req {key} -keyout {name}.key -out {name}.csr -subj /CN={name}"
+            "req {NEW_KEY} -keyout {name}.key -out {name}.csr -subj /CN={name}"
         ));
         openssl(&format!(
             "x509 -req -in {name}.csr -CA ca.pem -CAkey ca.key -CAcreateserial -out {name}.pem \

@@ -8,15 +8,26 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 /// More than any step takes on a slow machine.
-const PATIENCE: Duration = Duration::from_secs(120);
+const PATIENCE: Duration = Duration::from_secs(300);
+/// Time between two looks, the first and the longest.
+const PAUSES: [Duration; 2] = [Duration::from_millis(1), Duration::from_millis(20)];
 
-/// Waits until something has happened.
+/// Waits until something has happened. A test that has to wait for a program waits here, for
+/// what the program does, and not for a time by which it should have done it.
 pub fn wait_for(what: &str, mut happened: impl FnMut() -> bool) {
     let until = Instant::now() + PATIENCE;
+    let mut pause = PAUSES[0];
     while !happened() {
         assert!(Instant::now() < until, "waited in vain for {what}");
-        thread::sleep(Duration::from_millis(20));
+        thread::sleep(pause);
+        pause = (2 * pause).min(PAUSES[1]);
     }
+}
+
+/// Lets time pass for which nothing is waited: until a program is killed at any moment, while
+/// a belt goes on by the clock.
+pub fn let_pass(time: Duration) {
+    thread::sleep(time);
 }
 
 /// Lines as they come.

@@ -1,41 +1,22 @@
 //! The belt as it is measured: noise, stops, and an encoder that counts from another zero.
 
 use crate::support::line::Line;
+use crate::support::table::Table;
+use crate::support::three;
 use pickline::live::protocol::Outgoing;
 use pickline::live::{ClockKind, Config, Controller};
-use pickline::station::{Overrides, parse};
 use pickline::strategies::read_alone;
 
 /// A belt of 0.3 m/s with one robot that reaches 0.6 m around (1, 0).
-const STATION: &str = r#"
-[belt]
-speed = 0.3
-width = 0.6
-length = 4.0
-
-[[robot]]
-name = "delta"
-base = [1.0, 0.0]
-bin = [1.0, -0.4]
-reach = 0.6
-speed = 3.0
-grasp_time = 0.05
-release_time = 0.05
-"#;
-
 fn line() -> Line {
-    let none = Overrides {
-        robots: None,
-        belt_speed: None,
-    };
-    let station = parse(STATION, "the test's station", none).unwrap();
+    let station = three::station_of(&["delta-1"]);
     let config = Config {
         clock: ClockKind::Messages,
         ..Config::default()
     };
     let strategy = read_alone("FIFO", 1).unwrap().make();
     let mut line = Line(Controller::new(station, strategy, config));
-    line.say(r#""kind":"robot","stamp":1000,"name":"delta","state":"idle""#);
+    line.say(r#""kind":"robot","stamp":1000,"name":"delta-1","state":"idle""#);
     line
 }
 
@@ -163,36 +144,37 @@ fn drive(
     (robot, worst)
 }
 
+/// With the table of docs/live.md, which `cargo test --test live belt::noise -- --nocapture`
+/// prints.
 #[test]
 fn noise_of_the_speed_sends_no_task_again() {
-    for hz in [20.0, 50.0, 500.0] {
-        for has_encoder in [true, false] {
-            let (robot, worst) = drive(hz, 60.0, 0.02, has_encoder, |_| 0.3);
-            let case = format!("{hz} Hz, encoder {has_encoder}: {robot:?}");
-            assert!(robot.tasks > 100 && robot.cancels == 0, "{case}");
-            let again = (robot.messages - robot.tasks) as f64 / robot.tasks as f64;
-            assert!(again < 0.2, "{again} revisions a task, {case}");
-            assert!(worst < 0.006, "{worst} m, {case}");
-        }
-    }
-}
-
-/// `cargo test --test live belt:: -- --ignored --nocapture` prints the table of docs/live.md.
-#[test]
-#[ignore = "prints a table"]
-fn table_of_noise() {
-    println!("| readings [Hz] | encoder | tasks | sent again | cancels | furthest off [mm] |");
-    println!("|---|---|---|---|---|---|");
+    let mut table = Table::new(&[
+        "readings [Hz]",
+        "encoder",
+        "tasks",
+        "sent again",
+        "cancels",
+        "furthest off [mm]",
+    ]);
     for hz in [20.0, 50.0, 500.0] {
         for has_encoder in [true, false] {
             let (robot, worst) = drive(hz, 300.0, 0.02, has_encoder, |_| 0.3);
-            let (tasks, cancels) = (robot.tasks, robot.cancels);
-            let again = robot.messages - tasks;
-            let encoder = if has_encoder { "yes" } else { "no" };
-            let worst = 1e3 * worst;
-            println!("| {hz} | {encoder} | {tasks} | {again} | {cancels} | {worst:.1} |");
+            let case = format!("{hz} Hz, encoder {has_encoder}: {robot:?}");
+            assert!(robot.tasks > 500 && robot.cancels == 0, "{case}");
+            let again = robot.messages - robot.tasks;
+            assert!(again < robot.tasks / 5, "{again} revisions, {case}");
+            assert!(worst < 0.006, "{worst} m, {case}");
+            table.row(&[
+                hz.to_string(),
+                if has_encoder { "yes" } else { "no" }.to_owned(),
+                robot.tasks.to_string(),
+                again.to_string(),
+                robot.cancels.to_string(),
+                format!("{:.1}", 1e3 * worst),
+            ]);
         }
     }
+    table.is_in_the_docs();
 }
 
 #[test]

@@ -1,11 +1,15 @@
 //! `pickline run` and `pickline emulate` as programs that talk to each other.
 
+use crate::programs::wait_for;
+use crate::support::pipe::full_pipe;
 use crate::trouble::TROUBLE;
 use pickline::live::protocol::{Outgoing, Status, decode_outgoing};
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::net::{Shutdown, TcpStream};
 use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Output, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread::{self, JoinHandle};
 
 fn start(arguments: &[&str]) -> Child {
@@ -493,18 +497,30 @@ fn a_full_disk_behind_stdout_is_told_with_message_time_too() {
 /// Whoever reads nothing holds the line up, but not its end.
 #[test]
 fn a_stalled_reader_does_not_hold_up_the_end_with_message_time() {
-    let mut node = start(&["run", "--clock", "messages"]);
+    let (unread, stdout) = full_pipe();
+    let mut node = Command::new(env!("CARGO_BIN_EXE_pickline"))
+        .args(["run", "--clock", "messages"])
+        .stdin(Stdio::piped())
+        .stdout(stdout)
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
     let mut stdin = node.stdin.take().unwrap();
+    let written = Arc::new(AtomicUsize::new(0));
+    let count = Arc::clone(&written);
     let feed = thread::spawn(move || {
         for stamp in 0..100_000 {
             let line = format!("{{\"kind\":\"tick\",\"stamp\":{stamp}}}\n");
             if stdin.write_all(line.as_bytes()).is_err() {
                 return;
             }
+            count.fetch_add(line.len(), Ordering::Relaxed);
         }
     });
-    // Until both pipes are full.
-    thread::sleep(std::time::Duration::from_secs(2));
+    // It reads: this is more than its stdin holds.
+    wait_for("messages to be read", || {
+        written.load(Ordering::Relaxed) > 70_000
+    });
     let pid = node.id().to_string();
     assert!(
         Command::new("kill")
@@ -513,10 +529,13 @@ fn a_stalled_reader_does_not_hold_up_the_end_with_message_time() {
             .unwrap()
             .success()
     );
-    // Its stdout stays open and unread.
-    let stdout = node.stdout.take().unwrap();
-    let status = node.wait().unwrap();
-    drop(stdout);
+    let mut status = None;
+    wait_for("the end", || {
+        status = node.try_wait().unwrap();
+        status.is_some()
+    });
+    // Until here its stdout was open and unread.
+    drop(unread);
     feed.join().unwrap();
-    assert_eq!(status.code(), Some(0));
+    assert_eq!(status.unwrap().code(), Some(0));
 }

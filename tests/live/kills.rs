@@ -4,6 +4,7 @@
 //! The test is the station: it carries out the tasks that it is given and keeps its own
 //! account of what it was told, to which the node is held.
 
+use crate::programs::{let_pass, wait_for};
 use pickline::live::emulator::{Emulator, Trouble};
 use pickline::live::protocol::{
     BeltState, Incoming, Outgoing, Status, Task, Verdict, decode_outgoing, encode,
@@ -44,12 +45,9 @@ fn start(listener: &TcpListener, arguments: &[&str]) -> Child {
 /// Waits for a node to connect.
 fn accept(listener: &TcpListener, mut child: Child) -> Node {
     listener.set_nonblocking(true).unwrap();
-    let began = Instant::now();
-    let stream = loop {
-        match listener.accept() {
-            Ok((stream, _)) => break stream,
-            Err(_) => assert!(began.elapsed() < STUCK),
-        }
+    let mut stream = None;
+    wait_for("a node", || {
+        stream = listener.accept().ok().map(|(stream, _)| stream);
         if child.try_wait().unwrap().is_some() {
             let mut errors = String::new();
             if let Some(mut stderr) = child.stderr.take() {
@@ -57,8 +55,9 @@ fn accept(listener: &TcpListener, mut child: Child) -> Node {
             }
             panic!("it has ended: {errors}");
         }
-        thread::sleep(Duration::from_millis(1));
-    };
+        stream.is_some()
+    });
+    let stream = stream.unwrap();
     stream.set_nonblocking(false).unwrap();
     stream.set_nodelay(true).unwrap();
     // A pipe that nobody empties would stop the node.
@@ -261,7 +260,7 @@ fn killed_two_hundred_times_with_message_time() {
             node.child.wait().unwrap();
             let mut child = start(&listener, &arguments);
             while kills < KILLS && luck.random_range(0..4) == 0 {
-                thread::sleep(Duration::from_micros(luck.random_range(0..30_000)));
+                let_pass(Duration::from_micros(luck.random_range(0..30_000)));
                 child.kill().unwrap();
                 child.wait().unwrap();
                 kills += 1;

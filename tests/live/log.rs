@@ -2,9 +2,9 @@
 //! lines with levels.
 
 use crate::programs::wait_for;
+use crate::support::pipe::full_pipe;
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::process::{Child, Command, Stdio};
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
@@ -29,28 +29,6 @@ fn signal(child: &Child) {
     let id = child.id().to_string();
     let kill = Command::new("kill").args(["-s", "TERM", &id]).status();
     assert!(kill.unwrap().success());
-}
-
-/// A pipe that nobody reads and that is full already.
-fn full_pipe() -> (std::io::PipeReader, std::io::PipeWriter) {
-    let (reader, writer) = std::io::pipe().unwrap();
-    let mut filler = writer.try_clone().unwrap();
-    let written = Arc::new(AtomicU64::new(0));
-    let count = Arc::clone(&written);
-    thread::spawn(move || {
-        while filler.write_all(b"x").is_ok() {
-            count.fetch_add(1, Ordering::Relaxed);
-        }
-    });
-    let mut before = u64::MAX;
-    wait_for("a full pipe", || {
-        let now = written.load(Ordering::Relaxed);
-        thread::sleep(Duration::from_millis(100));
-        let full = now > 0 && now == before;
-        before = now;
-        full
-    });
-    (reader, writer)
 }
 
 /// It once ended the line: refused lines filled the pipe, and the node waited for whoever

@@ -18,7 +18,6 @@ mod dashboard;
 #[cfg(unix)]
 mod emulated;
 mod identity;
-mod identity_table;
 #[cfg(unix)]
 mod journal;
 #[cfg(unix)]

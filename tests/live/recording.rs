@@ -1,6 +1,7 @@
 //! `pickline run --record` and `--replay`: what was recorded gives the same again.
 
 use crate::common::pickline;
+use crate::programs::wait_for;
 use pickline::live::emulator::{Emulator, Trouble};
 use pickline::live::protocol::{Outgoing, decode_outgoing, encode};
 use pickline::live::{ClockKind, Config, Controller};
@@ -290,16 +291,11 @@ fn with_the_system_clock_too_and_over_a_crash() {
     peer.say(&format!(r#""kind":"ack","task":{first}"#));
     let second = peer.task();
     // What was recorded is in the file before long.
-    let began = std::time::Instant::now();
     let kind = br#""kind":"task""#;
-    while !std::fs::read(killed)
-        .unwrap()
-        .windows(kind.len())
-        .any(|w| w == kind)
-    {
-        assert!(began.elapsed().as_secs() < 60);
-        std::thread::sleep(std::time::Duration::from_millis(20));
-    }
+    wait_for("a task in the file", || {
+        let file = std::fs::read(killed).unwrap();
+        file.windows(kind.len()).any(|part| part == kind)
+    });
     let said = without_latency(peer.said.clone());
     peer.kill();
     let (again, errors) = replay(&[killed]);

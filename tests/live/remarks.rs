@@ -1,5 +1,7 @@
 //! What the programs of a live line say to their user, on stderr.
 
+#[cfg(feature = "tls")]
+use crate::authority::authority;
 use crate::programs::Program;
 use std::io::Write as _;
 use std::net::{TcpListener, TcpStream};
@@ -77,7 +79,7 @@ fn what_is_refused_is_named_with_its_sender() {
     assert_eq!(node.finish().0, Some(0));
 }
 
-/// Once, however often it is tried, and again when somebody is there.
+/// Once, and again when somebody is there.
 #[test]
 fn who_is_waited_for_is_told() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
@@ -87,8 +89,6 @@ fn who_is_waited_for_is_told() {
         let mut program = Program::pickline(&format!("{verb} --connect {address}"), &[]);
         let waits = format!("nobody to talk to at {address}: ");
         program.remarks.wait_for(&waits);
-        // Several tries later it has not been said again.
-        std::thread::sleep(std::time::Duration::from_secs(1));
         let listener = TcpListener::bind(&address).unwrap();
         let peer = listener.accept().unwrap();
         program.remarks.wait_for(&format!("connected to {address}"));
@@ -100,6 +100,31 @@ fn who_is_waited_for_is_told() {
             1
         );
         assert!(remarks.matches(&waits).count() <= 2, "{remarks}");
+    }
+}
+
+/// Once, however often it is tried.
+#[cfg(feature = "tls")]
+#[test]
+fn who_is_tried_in_vain_is_told_once() {
+    let folder = tempfile::tempdir().unwrap();
+    authority(folder.path(), &["us"]);
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap().to_string();
+    let at = folder.path().display();
+    let files = format!("--tls-ca {at}/ca.pem --tls-cert {at}/us.pem --tls-key {at}/us.key");
+    for verb in ["run", "emulate"] {
+        let mut program = Program::pickline(&format!("{verb} --connect {address} {files}"), &[]);
+        // Each try ends without TLS.
+        for _ in 0..4 {
+            drop(listener.accept().unwrap());
+        }
+        program.remarks.wait_for("trying again");
+        program.signal("TERM");
+        let (_, remarks) = program.finish();
+        let waits = format!("nobody to talk to at {address}: ");
+        assert_eq!(remarks.matches(&waits).count(), 1, "{remarks}");
+        assert!(!remarks.contains("connected to"), "{remarks}");
     }
 }
 

@@ -25,7 +25,7 @@ import sys
 import time
 from pathlib import Path
 
-STATION = Path(__file__).parent.parent / "live_world" / "station.toml"
+STATION = Path(__file__).parent.parent / "live" / "support" / "three.toml"
 ROBOTS = ["delta-1", "scara-2", "arm-3"]
 SPEED = 0.3
 PICTURES = 20

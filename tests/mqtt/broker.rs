@@ -56,6 +56,12 @@ impl Broker {
         self.running.as_ref().unwrap().signal(signal);
     }
 
+    /// Waits until a client is connected.
+    pub fn wait_for_a_client(&self) {
+        let running = self.running.as_ref().unwrap();
+        running.remarks.wait_for("New client connected");
+    }
+
     /// Ends it on the spot, and starts it again after `work`.
     pub fn kill_and_restart(&mut self, work: impl FnOnce()) {
         self.signal("KILL");

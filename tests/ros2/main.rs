@@ -5,6 +5,8 @@
 mod message_time;
 #[path = "../common/programs.rs"]
 mod programs;
+#[path = "../common/quick_line.rs"]
+mod quick_line;
 #[path = "../common/trouble.rs"]
 mod trouble;
 
@@ -32,28 +34,8 @@ fn domain(test: u32) -> u32 {
 }
 
 fn line(folder: &Path, items: u32) -> String {
-    let robot = |name: &str, x: f64| {
-        format!(
-            "[[robot]]\nname = \"{name}\"\nbase = [{x}, 0.6]\nbin = [{x}, 0.7]\nreach = 1.0\n\
-             speed = 4.0\ngrasp_time = 0.1\nrelease_time = 0.1\n"
-        )
-    };
-    let belt = "[belt]\nspeed = 0.4\nlength = 4.0\nwidth = 1.0\n";
+    quick_line::write(folder, items);
     let station = folder.join("station.toml");
-    fs::write(
-        &station,
-        format!("{belt}{}{}", robot("r1", 1.2), robot("r2", 2.8)),
-    )
-    .unwrap();
-    let mut csv = String::from("id,x,y\n");
-    for i in 0..items {
-        csv += &format!(
-            "i{i},{},{}\n",
-            -0.12 * f64::from(i),
-            0.1 * f64::from(i % 5) - 0.2
-        );
-    }
-    fs::write(folder.join("pattern.csv"), csv).unwrap();
     format!("--station {}", station.display())
 }
 

@@ -1,7 +1,7 @@
 //! Both programs over ROS 2 in message time.
 
 use super::domain;
-use super::programs::Program;
+use super::programs::{Program, wait_for};
 use super::trouble::TROUBLE;
 use serde_json::Value;
 use std::path::Path;
@@ -115,10 +115,14 @@ fn a_node_that_goes_early_leaves_nobody_waiting() {
     let made = format!("pattern generate poisson --radius 0.12 --count 20000 --output {file}");
     assert_eq!(Program::pickline(&made, &[]).finish().0, Some(0));
     let status = "--status-every 0";
-    let mut node = Program::pickline(&format!("run {line} {status}"), &[]);
+    let journal = folder.path().join("journal");
+    let keeps = format!("--journal {}", journal.display());
+    let mut node = Program::pickline(&format!("run {line} {status} {keeps}"), &[]);
     let mut station = Program::pickline(&format!("emulate --pattern {file} {line}"), &[]);
     station.remarks.wait_for("ROS domain");
-    std::thread::sleep(std::time::Duration::from_secs(3));
+    wait_for("tasks", || {
+        std::fs::read(&journal).is_ok_and(|text| text.len() > 10_000)
+    });
     node.signal("TERM");
     let (code, remarks) = node.finish();
     assert_eq!(code, Some(0), "{remarks}");

@@ -177,40 +177,7 @@ impl State {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// A stream that takes nothing until it is opened.
-    #[derive(Clone, Default)]
-    struct Gate(Arc<(Mutex<Taken>, Condvar)>);
-
-    #[derive(Default)]
-    struct Taken {
-        open: bool,
-        bytes: Vec<u8>,
-    }
-
-    impl Gate {
-        fn open(&self) {
-            self.0.0.lock().unwrap().open = true;
-            self.0.1.notify_all();
-        }
-
-        fn text(&self) -> String {
-            String::from_utf8(self.0.0.lock().unwrap().bytes.clone()).unwrap()
-        }
-    }
-
-    impl Write for Gate {
-        fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-            let state = self.0.0.lock().unwrap();
-            let mut state = self.0.1.wait_while(state, |state| !state.open).unwrap();
-            state.bytes.extend_from_slice(bytes);
-            Ok(bytes.len())
-        }
-
-        fn flush(&mut self) -> std::io::Result<()> {
-            Ok(())
-        }
-    }
+    use crate::live::transport::gate::Gate;
 
     fn log(gate: &Gate) -> Log {
         Log::start(gate.clone(), Style::Text, FIRST_SUM)
@@ -245,11 +212,7 @@ mod tests {
         gate.open();
         let log = Log::start(gate.clone(), Style::Text, Duration::from_millis(20));
         (0..5).for_each(|i| log.say(Level::Info, "a", &i.to_string()));
-        let until = Instant::now() + Duration::from_secs(60);
-        while !gate.text().contains("and 4 more, the last: 4\n") {
-            assert!(Instant::now() < until, "{}", gate.text());
-            thread::sleep(Duration::from_millis(5));
-        }
+        gate.wait_for("and 4 more, the last: 4\n");
     }
 
     #[test]
@@ -265,10 +228,7 @@ mod tests {
         drop(log);
         assert!(began.elapsed() < Duration::from_secs(30));
         gate.open();
-        let until = Instant::now() + Duration::from_secs(60);
-        while !gate.text().contains("more, the last: x") && !gate.text().contains("found no room") {
-            assert!(Instant::now() < until);
-            thread::sleep(Duration::from_millis(5));
-        }
+        // But for the first of each kind, and the first of those beyond.
+        gate.wait_for("and 99,743 more, the last: x");
     }
 }

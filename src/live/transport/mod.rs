@@ -10,6 +10,8 @@
 mod access;
 mod descriptors;
 mod dialect;
+#[cfg(test)]
+pub mod gate;
 mod hub;
 mod identity;
 mod lines;

@@ -87,41 +87,11 @@ fn write_all(
 
 #[cfg(test)]
 mod tests {
+    use super::super::gate::Gate;
     use super::super::peer::QUEUE;
     use super::*;
     use crate::live::protocol::{Ack, Incoming};
     use std::sync::mpsc::sync_channel;
-    use std::sync::{Condvar, Mutex};
-
-    /// A stream that takes nothing until it is opened.
-    #[derive(Clone, Default)]
-    struct Gate(Arc<(Mutex<Taken>, Condvar)>);
-
-    #[derive(Default)]
-    struct Taken {
-        open: bool,
-        bytes: Vec<u8>,
-    }
-
-    impl Gate {
-        fn open(&self) {
-            self.0.0.lock().unwrap().open = true;
-            self.0.1.notify_all();
-        }
-    }
-
-    impl Write for Gate {
-        fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-            let state = self.0.0.lock().unwrap();
-            let mut state = self.0.1.wait_while(state, |state| !state.open).unwrap();
-            state.bytes.extend_from_slice(bytes);
-            Ok(bytes.len())
-        }
-
-        fn flush(&mut self) -> std::io::Result<()> {
-            Ok(())
-        }
-    }
 
     fn message(task: u64) -> Incoming {
         Incoming::Ack(Ack { stamp: 0.0, task })
@@ -148,7 +118,7 @@ mod tests {
             thread::yield_now();
         }
         peer.close(std::time::Duration::from_secs(60));
-        let written = gate.0.0.lock().unwrap().bytes.clone();
+        let written = gate.bytes();
         let numbers = written
             .split(|byte| *byte == b'\n')
             .filter(|l| !l.is_empty());

@@ -9,43 +9,20 @@ use pickline::strategies::read_alone;
 /// The names of the robots.
 pub const ROBOTS: [&str; 3] = ["delta-1", "scara-2", "arm-3"];
 
-const STATION: &str = r#"
-[belt]
-speed = 0.3
-width = 0.6
-length = 4.0
-
-[[robot]]
-name = "delta-1"
-base = [1.0, 0.0]
-bin = [1.0, -0.4]
-reach = 0.6
-speed = 3.0
-grasp_time = 0.05
-release_time = 0.05
-
-[[robot]]
-name = "scara-2"
-base = [1.6, 0.35]
-bin = [1.6, 0.45]
-reach = 0.7
-speed = 2.0
-grasp_time = 0.1
-release_time = 0.08
-
-[[robot]]
-name = "arm-3"
-base = [2.3, -0.4]
-bin = [2.6, -0.45]
-reach = 0.85
-speed = 1.2
-grasp_time = 0.15
-release_time = 0.2
-"#;
+/// The station's file.
+pub const STATION: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/live/support/three.toml");
 
 /// The station.
 pub fn station() -> Station {
-    station::parse(STATION, "three", Overrides::default()).unwrap()
+    station::load(STATION, Overrides::default()).unwrap()
+}
+
+/// The same belt with only these of the robots.
+pub fn station_of(robots: &[&str]) -> Station {
+    let station = station();
+    let kept = station.robots().iter();
+    let kept = kept.filter(|robot| robots.contains(&robot.name.as_str()));
+    Station::new(*station.belt(), kept.cloned().collect()).unwrap()
 }
 
 /// Message time, and a station as it is.

@@ -1,7 +1,7 @@
 //! The node under test, and its peers' connections: one of the camera, one of the encoder, one
 //! of each robot.
 
-use crate::programs::Program;
+use crate::programs::{Program, let_pass};
 use pickline::live::protocol::{Incoming, Outgoing, decode_outgoing, encode};
 use std::collections::VecDeque;
 use std::io::{BufRead as _, BufReader, Write as _};
@@ -88,7 +88,7 @@ impl Node {
     /// Starts the program and kills it at once, `after` a while.
     pub fn start_in_vain(&mut self, after: Duration) {
         let mut program = Program::pickline(&self.arguments, &[]);
-        thread::sleep(after);
+        let_pass(after);
         program.signal("KILL");
         program.finish();
     }
