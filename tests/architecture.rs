@@ -165,3 +165,25 @@ fn the_rule_pages_follow_the_registry() {
         assert!(model.contains(&row), "docs/model.md lacks the row `{row}`");
     }
 }
+
+/// A test waits for what happens, with a deadline (`tests/common/programs.rs`), and runs each
+/// time: none sleeps, and none is left out.
+#[test]
+fn tests_wait_for_what_happens_and_are_all_run() {
+    let mut files = Vec::new();
+    sources(&root().join("tests"), &mut files);
+    assert!(files.len() > 100, "{} files", files.len());
+    let here = Path::new("tests/architecture.rs");
+    let waits = Path::new("tests/common/programs.rs");
+    for file in &files {
+        let name = file.strip_prefix(root()).unwrap();
+        let text = fs::read_to_string(file).unwrap();
+        let sleeps = text.contains("sleep(");
+        assert_eq!(sleeps && name != here, name == waits, "{}", name.display());
+    }
+    sources(&root().join("src"), &mut files);
+    for file in files.iter().filter(|file| !file.ends_with(here)) {
+        let text = fs::read_to_string(file).unwrap();
+        assert!(!text.contains("#[ignore"), "{}", file.display());
+    }
+}

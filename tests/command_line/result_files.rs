@@ -1,6 +1,8 @@
 //! Result files: what is left alone, and what is written of work that the user stops.
 
 use crate::common::{pickline, text};
+#[cfg(target_os = "linux")]
+use crate::terminal::Terminal;
 use pickline::error::Error;
 use pickline::experiment::{
     Comparison, Draws, Method, Setting, add_bounds, compare, load_cases, sweep,
@@ -9,9 +11,7 @@ use pickline::optimize::{Environment, Progress};
 use pickline::pattern::grid;
 use pickline::sim::Conditions;
 use pickline::station::built_in;
-use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::time::Duration;
 
 /// Result files do not overwrite what the call reads, whatever the verb.
 #[test]
@@ -194,7 +194,7 @@ fn whole_values_outlive_an_interruption() {
 
 /// Ctrl-C: the case that is done is printed and written, and every file says that it is
 /// not all.
-#[cfg(unix)]
+#[cfg(target_os = "linux")]
 #[test]
 fn an_interrupted_comparison_is_marked_as_partial() {
     let folder = tempfile::tempdir().unwrap();
@@ -203,44 +203,18 @@ fn an_interrupted_comparison_is_marked_as_partial() {
                  [[case]]\nname = \"endless\"\npoisson = 0.2\nitems = 60\n";
     std::fs::write(at("cases.toml"), cases).unwrap();
     let out = at("out");
-    let call = || {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_pickline"));
-        command
-            .args([
-                "compare",
-                "-q",
-                "--robust",
-                "SPT,FIFO",
-                "--replicates",
-                "5000",
-            ])
-            .args(["--strategy", "lookahead:bases=SPT+FIFO,budget=40000"])
-            .args(["--no-greedy", "--no-policy", "--cases"])
-            .arg(at("cases.toml"))
-            .arg("--out")
-            .arg(&out)
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped());
-        command.spawn().unwrap()
-    };
-    // Where the machine is busy the quick case takes its time too.
-    let printed = [3, 15, 75].into_iter().find_map(|seconds| {
-        let child = call();
-        std::thread::sleep(Duration::from_secs(seconds));
-        let kill = format!("kill -INT {}", child.id());
-        assert!(
-            Command::new("sh")
-                .args(["-c", &kill])
-                .status()
-                .unwrap()
-                .success()
-        );
-        let output = child.wait_with_output().unwrap();
-        assert_eq!(output.status.code(), Some(130));
-        let printed = String::from_utf8(output.stdout).unwrap();
-        (!printed.is_empty()).then_some(printed)
-    });
-    let printed = printed.unwrap();
+    let compare = format!(
+        "compare --robust SPT,FIFO --replicates 500 --strategy \
+         lookahead:bases=SPT+FIFO,budget=40000 --no-greedy --no-policy --cases {} --out {}",
+        at("cases.toml").display(),
+        out.display()
+    );
+    let mut terminal = Terminal::pickline(&compare, &at("table"));
+    // The one grid of the quick case, and a pattern of the other.
+    terminal.wait_for_more_than(1, "comparing");
+    terminal.press_ctrl_c();
+    assert_eq!(terminal.finish(), Some(130), "{}", terminal.shown());
+    let printed = std::fs::read_to_string(at("table")).unwrap();
     let mark = "interrupted, with 1 of 2 cases done";
     assert!(printed.contains(&format!("partial   {mark}")), "{printed}");
     assert!(

@@ -1,9 +1,11 @@
 //! The program as its users call it.
 
 use crate::common;
+#[cfg(target_os = "linux")]
+use crate::terminal::Terminal;
 use common::{pickline, text};
 use serde_json::Value;
-use std::io::{BufRead as _, Read as _, Write as _};
+use std::io::Write as _;
 use std::process::{Command, Stdio};
 
 /// Assignments of two robots.
@@ -356,53 +358,24 @@ fn the_readme_picture_is_what_the_program_draws() {
 }
 
 /// Ctrl-C during a search returns the best so far.
+#[cfg(target_os = "linux")]
 #[test]
 fn an_interrupted_search_returns_the_incumbent() {
-    let mut child = Command::new(env!("CARGO_BIN_EXE_pickline"))
-        .args([
-            "optimize",
-            "--robots",
-            "6",
-            "--search",
-            "exhaustive",
-            "--items",
-            "2000",
-            "--format",
-            "json",
-        ])
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let mut stderr = std::io::BufReader::new(child.stderr.take().unwrap());
-    let mut line = String::new();
-    stderr.read_line(&mut line).unwrap();
-    assert!(line.contains("optimizing"), "{line}");
-    // Long enough for some of the 240 patterns, short enough not to finish.
-    std::thread::sleep(std::time::Duration::from_secs(4));
-    // The shell's own kill, which is there on every machine.
-    let kill = format!("kill -INT {}", child.id());
-    assert!(
-        Command::new("sh")
-            .args(["-c", &kill])
-            .status()
-            .unwrap()
-            .success()
-    );
-    let mut printed = String::new();
-    child
-        .stdout
-        .take()
-        .unwrap()
-        .read_to_string(&mut printed)
-        .unwrap();
-    let status = child.wait().unwrap();
-    assert_eq!(status.code(), Some(130));
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("report.json");
+    let search = "optimize --robots 6 --search exhaustive --items 2000 --format json";
+    let mut terminal = Terminal::pickline(search, &file);
+    terminal.wait_for_more_than(0, "enumerating");
+    terminal.press_ctrl_c();
+    assert_eq!(terminal.finish(), Some(130), "{}", terminal.shown());
+    let printed = std::fs::read_to_string(file).unwrap();
     let report: Value = serde_json::from_str(&printed).unwrap();
     assert_eq!(report["stop_reason"], "interrupted");
     let patterns = report["patterns"].as_u64().unwrap();
     assert!(0 < patterns && patterns < 240, "{patterns}");
-    assert_eq!(report["best"].as_array().unwrap().len(), 6);
+    let best = report["best"].as_array().unwrap();
+    assert_eq!(best.len(), 6);
+    assert_eq!(report["ranking"][0]["assignment"], report["best"]);
 }
 
 #[test]

@@ -3,5 +3,8 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod compare;
+#[cfg(unix)]
+#[path = "../common/programs.rs"]
+mod programs;
 mod results;
 mod sweep;

@@ -6,6 +6,9 @@ mod common;
 mod policy;
 #[cfg(feature = "onnx")]
 mod policy_forms;
+#[cfg(all(unix, feature = "onnx"))]
+#[path = "../common/programs.rs"]
+mod programs;
 mod rl;
 mod sb3;
 #[cfg(feature = "onnx")]

@@ -1,6 +1,8 @@
 //! `pickline train` as its users see it.
 
 use crate::common::{pickline, text};
+#[cfg(unix)]
+use crate::programs::{Program, wait_for};
 use std::path::Path;
 
 /// A line on which a training is short.
@@ -140,26 +142,18 @@ fn a_training_that_was_interrupted_goes_on_to_the_bit() {
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let (whole, cut) = (path("whole.onnx"), path("cut.onnx"));
     text(&["train", "-q", "--steps", "114688", "--out", &whole]);
-    let mut training = std::process::Command::new(env!("CARGO_BIN_EXE_pickline"))
-        .args(["train", "-q", "--steps", "114688", "--out", &cut])
-        .stdout(std::process::Stdio::null())
-        .spawn()
-        .unwrap();
+    let train = format!("train -q --steps 114688 --out {cut}");
+    let mut training = Program::pickline(&train, &[]);
     // In the midst of a phase, most likely.
     let curve = folder.path().join("cut.csv");
-    while training.try_wait().unwrap().is_none() {
+    wait_for("four lines of the curve", || {
         let lines = std::fs::read_to_string(&curve).map_or(0, |text| text.lines().count());
-        if lines >= 4 {
-            let pid = training.id().to_string();
-            let sent = std::process::Command::new("kill")
-                .args(["-INT", &pid])
-                .status();
-            assert!(sent.unwrap().success());
-            break;
-        }
-        std::thread::sleep(std::time::Duration::from_millis(5));
-    }
-    training.wait().unwrap();
+        lines >= 4
+    });
+    training.signal("INT");
+    let (code, remarks) = training.finish();
+    assert_eq!(code, Some(130), "{remarks}");
+    assert!(learned(folder.path(), "cut.csv").len() < learned(folder.path(), "whole.csv").len());
     let checkpoint = path("cut.checkpoint.json");
     text(&["train", "-q", "--resume", &checkpoint, "--out", &cut]);
     assert_eq!(
