@@ -1,0 +1,59 @@
+//! What the terminal or the shell may do to a call that is right.
+
+use super::stderr;
+use std::process::Command;
+
+#[test]
+fn odd_surroundings_do_not_panic() {
+    use std::os::unix::ffi::OsStrExt as _;
+    let folder = tempfile::tempdir().unwrap();
+    let not_unicode = std::ffi::OsStr::from_bytes(b"o\xff");
+    let output = Command::new(env!("CARGO_BIN_EXE_pickline"))
+        .args(["simulate", "--out"])
+        .arg(not_unicode)
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert!(folder.path().join(not_unicode).join("run.json").exists());
+    // Where a path must be text, the argument is named with a cure.
+    for verb in [
+        &["pattern", "describe"][..],
+        &["simulate", "--pattern"],
+        &["station", "check"],
+    ] {
+        let output = Command::new(env!("CARGO_BIN_EXE_pickline"))
+            .args(verb)
+            .arg(not_unicode)
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        assert_eq!(output.status.code(), Some(2), "{verb:?}");
+        for word in ["argument 3: ", "\"o\\xFF\"", "not UTF-8", "rename"] {
+            assert!(
+                stderr(&output).contains(word),
+                "{word} not in {}",
+                stderr(&output)
+            );
+        }
+    }
+    let full = || {
+        std::fs::OpenOptions::new()
+            .write(true)
+            .open("/dev/full")
+            .unwrap()
+    };
+    let output = Command::new(env!("CARGO_BIN_EXE_pickline"))
+        .arg("simulate")
+        .stderr(full())
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(0));
+    let output = Command::new(env!("CARGO_BIN_EXE_pickline"))
+        .args(["simulate", "-q"])
+        .stdout(full())
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("stdout"), "{}", stderr(&output));
+}
