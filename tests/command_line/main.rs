@@ -8,5 +8,12 @@ mod conditions;
 mod outputs;
 mod pictures;
 mod plausible;
+#[cfg(target_os = "linux")]
+#[path = "../common/programs.rs"]
+mod programs;
 mod result_files;
+mod snapshots;
+#[cfg(target_os = "linux")]
+#[path = "../common/terminal.rs"]
+mod terminal;
 mod verbs;
