@@ -87,6 +87,7 @@ fn the_tables_are_reproduced_in_kind() {
         ),
     ] {
         let comparison = run(station, cases, 40);
+        assert_eq!(comparison.cases.len(), expected.len());
         for (case, (robust, greedy)) in comparison.cases.iter().zip(expected) {
             let rates = [0, 1].map(|method| case.methods[method].picking_rate);
             assert!(
@@ -287,11 +288,13 @@ fn a_single_pattern_has_no_interval() {
     let differences: Vec<String> = grids.iter().map(|line| cells(line)[6].clone()).collect();
     assert_eq!(differences[..2], ["-", "-"]);
     assert!(
-        differences[2..].iter().all(|d| d.contains(" to ")),
+        differences.len() == 4 && differences[2..].iter().all(|d| d.contains(" to ")),
         "{table}"
     );
     let report = json("compare.json");
-    for case in report["cases"].as_array().unwrap() {
+    let cases = report["cases"].as_array().unwrap();
+    assert_eq!(cases.len(), 4);
+    for case in cases {
         let single = case["patterns"] == 1;
         for result in case["results"].as_array().unwrap() {
             for field in ["picked_share", "picking_rate", "diff"] {

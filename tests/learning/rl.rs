@@ -123,20 +123,22 @@ fn illegal_actions_are_errors_and_change_nothing() {
     let mut environment = Environment::new(&scenes, LAYOUT, Reward::PAPER, (1, 0)).unwrap();
     let mut observation = vec![0.0; LAYOUT.observation()];
     let mut mask = vec![false; LAYOUT.actions()];
-    assert!(environment.step(0, &mut observation, &mut mask).is_err());
+    let early = environment.step(0, &mut observation, &mut mask);
+    let message = early.unwrap_err().to_string();
+    assert!(message.contains("no episode has begun"), "{message}");
     environment.reset(&mut observation, &mut mask);
     let before = (observation.clone(), mask.clone());
     let empty = mask.iter().position(|allowed| !allowed).unwrap();
     for action in [empty, LAYOUT.actions(), usize::MAX] {
-        assert!(
-            environment
-                .step(action, &mut observation, &mut mask)
-                .is_err()
-        );
+        let refused = environment.step(action, &mut observation, &mut mask);
+        let message = refused.unwrap_err().to_string();
+        assert!(message.contains(&format!("action {action}")), "{message}");
         assert_eq!(before, (observation.clone(), mask.clone()));
     }
     environment.step(0, &mut observation, &mut mask).unwrap();
-    assert!(Environment::new(&[], LAYOUT, Reward::PAPER, (1, 0)).is_err());
+    let none = Environment::new(&[], LAYOUT, Reward::PAPER, (1, 0)).err();
+    let message = none.unwrap().to_string();
+    assert!(message.contains("or there are none"), "{message}");
 }
 
 #[test]
@@ -381,5 +383,9 @@ fn a_domain_decides_as_often_as_it_says() {
         update_hz: f64::NAN,
         ..domain
     };
-    assert!(wrong.scenes(&courses).is_err());
+    let message = wrong.scenes(&courses).err().unwrap().to_string();
+    assert!(
+        message.contains("--update-hz") && message.contains("NaN"),
+        "{message}"
+    );
 }

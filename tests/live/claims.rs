@@ -76,6 +76,7 @@ fn the_other_robot_need_not_answer() {
         let (tasks, _) = line.said();
         assert!(tasks.iter().all(|t| t.id == second.id), "{tasks:?}");
     }
+    assert!(line.status().open_tasks.is_empty());
     assert_eq!(line.status().picked, 1);
     never_again(&mut line, 161.0);
 }

@@ -364,6 +364,6 @@ fn the_belt_is_asked_to_stop_before_an_item_is_lost() {
         .chain(&requests(&mut line))
         .map(|r| r.speed)
         .collect();
-    assert!(all.iter().all(|speed| *speed == 0.3), "{all:?}");
+    assert_eq!(all, [0.3]);
     assert_eq!(line.status().picked, 2);
 }

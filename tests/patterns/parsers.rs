@@ -377,7 +377,16 @@ proptest! {
                     ..Default::default()
                 };
                 let plain = grid(1.0, 0.1, 30).unwrap();
-                let _ = attributes.apply(plain, &mut pattern::random_stream(seed, 0));
+                match attributes.apply(plain, &mut pattern::random_stream(seed, 0)) {
+                    Ok(pattern) => {
+                        prop_assert_eq!(pattern.len(), 30);
+                        for item in pattern.items() {
+                            let area = item.area_cm2.unwrap();
+                            prop_assert!(area.is_finite() && area >= 0.0, "{text}: {area}");
+                        }
+                    }
+                    Err(error) => prop_assert!(error.to_string().contains("\n  cure: ")),
+                }
             }
         }
     }

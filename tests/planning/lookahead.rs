@@ -2,15 +2,17 @@
 
 use crate::common;
 use common::pickline;
+use nalgebra::Point2;
 use pickline::checker;
 use pickline::decision::{Action, Outcome, Snapshot, Strategy};
 use pickline::dispatch::RuleAssignment;
 use pickline::pattern::{Pattern, grid};
 use pickline::planning::{Allowance, Lookahead, Options};
 use pickline::sim::{Conditions, Disturbances, Scene, simulate, simulate_rules};
-use pickline::station::{Station, built_in};
+use pickline::station::{Belt, Robot, Station, built_in};
 use proptest::prelude::*;
 use proptest::strategy::Strategy as _;
+use std::collections::BTreeSet;
 
 fn options(text: &str, bases: &[RuleAssignment], robots: usize) -> Options {
     let mut options = Options::parse(text, robots, Allowance::default()).unwrap();
@@ -145,13 +147,38 @@ fn what_weighs_nothing_is_left_when_weight_counts() {
 
 #[test]
 fn a_robot_leaves_an_item_to_another_that_is_better_placed() {
-    // Near the far bin of the second robot; the first would need the whole way.
-    let station = paper("paper");
-    let text = "id,x,y\n1,0,0.05\n2,-0.05,-0.5\n";
+    // Both robots reach item 0, only the first item 1, which comes a second later and has
+    // passed once the first robot, slow at its grasps, is done with item 0.
+    let robot = |name: &str, x: f64, y: f64, grasp_time: f64| Robot {
+        name: name.to_owned(),
+        base: Point2::new(x, y),
+        bin: Point2::new(x, y),
+        reach: 0.7,
+        speed: 1.0,
+        grasp_time,
+        release_time: 0.0,
+    };
+    let belt = Belt {
+        speed: 0.1,
+        length: 4.0,
+        width: 1.4,
+    };
+    let robots = vec![robot("r1", 1.0, -0.5, 20.0), robot("r2", 3.0, 0.5, 0.0)];
+    let station = Station::new(belt, robots).unwrap();
+    let text = "id,x,y\nfirst,0,0\nsecond,-0.3,-0.6\n";
     let pattern = pickline::pattern::parse(text, "test").unwrap();
     let scene = Scene::new(&station, &pattern).unwrap();
+    let who = |outcome: &Outcome| {
+        let picks = outcome.picks.iter().map(|pick| (pick.robot, pick.item));
+        picks.collect::<BTreeSet<_>>()
+    };
+    // A rule never waits.
+    for rules in RuleAssignment::all(2) {
+        let outcome = simulate_rules(&scene, &rules).unwrap();
+        assert_eq!(who(&outcome), [(0, 0)].into(), "{rules}");
+    }
     let outcome = run(&scene, options("", &[], 2));
-    assert_eq!(outcome.picks.len(), 2);
+    assert_eq!(who(&outcome), [(0, 1), (1, 0)].into());
 }
 
 /// Notes what kinds of action a strategy takes.
@@ -237,6 +264,8 @@ fn a_long_line_has_a_budget() {
         "{table}"
     );
     let compare = ["compare", "--no-greedy", "--no-policy", "--replicates", "1"];
-    told(&[&compare[..], &["--train-items", "5"]].concat());
-    told(&["simulate", "--strategy", "lookahead"]);
+    let (_, table) = told(&[&compare[..], &["--train-items", "5"]].concat());
+    assert!(table.contains("| robust GT ["), "{table}");
+    let (_, table) = told(&["simulate", "--strategy", "lookahead"]);
+    assert!(table.contains("strategy  lookahead"), "{table}");
 }

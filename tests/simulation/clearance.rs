@@ -107,8 +107,14 @@ fn the_smallest_distance_is_that_of_dense_sampling() {
             // What geometry rules out never happens.
             let apart = apart(&station);
             assert_eq!(apart.overlaps.is_empty(), gap > 1.5, "{apart:?}");
+            // The pair is either named or apart.
+            assert_eq!(
+                apart.others.is_some(),
+                apart.overlaps.is_empty(),
+                "{apart:?}"
+            );
             if let Some((bound, _)) = apart.others {
-                assert!(found.distance >= bound - TOLERANCE);
+                assert!(bound > 0.0 && found.distance >= bound - TOLERANCE);
             }
         }
     }

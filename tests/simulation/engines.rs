@@ -321,12 +321,23 @@ fn illegal_actions_are_errors() {
     let station = built_in("paper").unwrap().station(None).unwrap();
     let pattern = grid(1.05, 0.15, 50).unwrap();
     let scene = Scene::new(&station, &pattern).unwrap();
-    for action in [
-        Action::Pick(usize::MAX),
-        Action::WaitUntil(0.0),
-        Action::WaitUntil(f64::NAN),
+    for (action, problem) in [
+        (
+            Action::Pick(usize::MAX),
+            "candidate 18446744073709551615 of 1",
+        ),
+        (
+            Action::WaitUntil(0.0),
+            "it waits until 0 s, which is not later",
+        ),
+        (
+            Action::WaitUntil(f64::NAN),
+            "it waits until NaN s, which is not later",
+        ),
+        (Action::NoAnswer, "no answer"),
     ] {
-        assert!(simulate(&scene, &mut Bad(action)).is_err(), "{action:?}");
+        let message = simulate(&scene, &mut Bad(action)).unwrap_err().to_string();
+        assert!(message.contains(problem), "{action:?}: {message}");
     }
 }
 

@@ -6,7 +6,7 @@ use pickline::optimize::{Environment, Silent};
 use pickline::pattern::{Item, Pattern, PatternSource, Recipe, random_stream};
 use pickline::sim::{Conditions, Scene, simulate_rules};
 use pickline::station::{Station, built_in};
-use pickline::throughput::{SteadyState, Unsteady, UnsteadyReason, steady_state};
+use pickline::throughput::{SteadyState, Unsteady, steady_state};
 use rand::RngExt;
 use std::sync::atomic::AtomicBool;
 
@@ -85,7 +85,7 @@ fn lines_that_pick_everything_have_the_flow_as_their_throughput() {
                 .filter_map(|points| points[0].throughput.share())
                 .collect();
             assert!(
-                shares.windows(2).all(|pair| pair[1] >= pair[0] - 0.01),
+                shares.len() > 1 && shares.windows(2).all(|pair| pair[1] >= pair[0] - 0.01),
                 "{feed} {seed}: {shares:?}"
             );
         }
@@ -183,11 +183,7 @@ fn a_changing_flow_is_not_asked_for_more_items() {
     for seed in 1..6 {
         let steps = |at: f64| [10.0, 120.0][(at * 31.0) as usize % 2];
         let pattern = changing(30.0, seed, steps);
-        if let Err(none) = run(&pattern, 1) {
-            assert!(
-                !matches!(none.reason, UnsteadyReason::Drifting { .. }),
-                "{none:?}"
-            );
-        }
+        let steady = run(&pattern, 1);
+        assert!(steady.is_ok(), "{seed}: {steady:?}");
     }
 }

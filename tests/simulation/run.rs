@@ -79,18 +79,21 @@ fn an_illegal_action_changes_nothing() {
     let pattern = grid(1.05, 0.15, 50).unwrap();
     let scene = Scene::new(&station, &pattern).unwrap();
     let mut run = Run::new(&scene);
-    assert!(run.act(Action::Pick(0)).is_err(), "no decision is due yet");
+    let refused = |run: &mut Run, action: Action, problem: &str| {
+        let message = run.act(action).unwrap_err().to_string();
+        assert!(message.contains(problem), "{action:?}: {message}");
+    };
+    refused(&mut run, Action::Pick(0), "no decision is due");
     while let Some(snapshot) = run.next_decision() {
         let (time, count) = (snapshot.time, snapshot.candidates.len());
-        for bad in [
-            Action::Pick(count),
-            Action::WaitUntil(time),
-            Action::WaitUntil(f64::NAN),
-        ] {
-            assert!(run.act(bad).is_err(), "{bad:?}");
+        let beyond = format!("candidate {count} of {count}");
+        refused(&mut run, Action::Pick(count), &beyond);
+        for until in [time, f64::NAN] {
+            refused(&mut run, Action::WaitUntil(until), "which is not later");
         }
+        refused(&mut run, Action::NoAnswer, "no answer");
         assert!(run.act(Action::Pick(0)).unwrap().is_some());
-        assert!(run.act(Action::Pick(0)).is_err(), "it is taken");
+        refused(&mut run, Action::Pick(0), "no decision is due");
     }
     let fifo = simulate_rules(&scene, &"FIFO,FIFO".parse().unwrap()).unwrap();
     assert_eq!(run.outcome(), fifo);

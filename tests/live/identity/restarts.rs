@@ -92,6 +92,7 @@ fn what_is_seen_before_the_belt_is_heard_waits_for_it() {
     );
     let x = shown(&mut line).into_iter().map(|item| item.1);
     let x: Vec<f64> = x.collect();
+    assert_eq!(x.len(), 3);
     for (x, expected) in x.iter().zip([1.5505, 1.0505, 0.3005]) {
         assert!((x - expected).abs() < 1e-3, "{x} {expected}");
     }

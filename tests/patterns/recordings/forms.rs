@@ -41,6 +41,7 @@ fn every_form_gives_the_same_items() {
     assert!(labels.pattern.len() >= 4);
     assert!(labels.report.malformed_lines > 0);
     assert!(classes(&labels.pattern).starts_with(&["0", "1", "0"]));
+    assert!(labels.pattern.len() <= plain.pattern.len());
     for (a, b) in labels.pattern.items().iter().zip(plain.pattern.items()) {
         assert!((a.x0 - b.x0).abs() < 0.003, "{a:?} {b:?}");
     }
