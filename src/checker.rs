@@ -4,8 +4,8 @@
 //! it shares no code with the engines, the windows or the closed form of the meeting
 //! point, so an error there shows here.
 
-use crate::decision::{FailureCause, MissReason, Outcome, Pick};
-use crate::error::{Error, Result};
+use crate::decision::{Failure, FailureCause, MissReason, Outcome, Pick, RobotFigures};
+use crate::error::{Error, Result, counted};
 use crate::pattern::{Item, Pattern};
 use crate::station::{Robot, Station};
 
@@ -92,7 +92,8 @@ fn slack(size: f64) -> f64 {
     TOLERANCE * (1.0 + size.abs())
 }
 
-/// That the robot went straight to the meeting point and back, and took its time.
+/// That the robot went straight to the meeting point and back, took its time, and did not
+/// go past its reach or off the belt.
 /// Returns the robot, the item and how far lengths may be from the model [m].
 fn check_way<'a>(
     station: &'a Station,
@@ -130,6 +131,23 @@ fn check_way<'a>(
             format!("it is back at {back} s, not {} s", pick.release),
         );
     }
+    let off_base = nalgebra::distance(&pick.meet, &robot.base);
+    if off_base > robot.reach + tolerance {
+        return refute(
+            pick,
+            format!(
+                "its meeting point is {off_base} m from the base, past its reach of {} m",
+                robot.reach
+            ),
+        );
+    }
+    let x = pick.meet.x;
+    if x < -tolerance || x > belt.length + tolerance {
+        return refute(
+            pick,
+            format!("its meeting point at x = {x} m is off the belt"),
+        );
+    }
     Ok((robot, item, tolerance))
 }
 
@@ -138,7 +156,7 @@ fn is_near(a: f64, b: f64, tolerance: f64) -> bool {
 }
 
 fn check_pick(station: &Station, pattern: &Pattern, pick: &Pick) -> Result<()> {
-    let (robot, item, tolerance) = check_way(station, pattern, pick)?;
+    let (_, item, tolerance) = check_way(station, pattern, pick)?;
     let belt = station.belt();
     let at_grasp = item.x0 + belt.speed * pick.grasp;
     if !is_near(pick.meet.x, at_grasp, tolerance) || !is_near(pick.meet.y, item.y, tolerance) {
@@ -148,22 +166,6 @@ fn check_pick(station: &Station, pattern: &Pattern, pick: &Pick) -> Result<()> {
                 "it meets at ({}, {}) while the item is at ({at_grasp}, {})",
                 pick.meet.x, pick.meet.y, item.y
             ),
-        );
-    }
-    let off_base = nalgebra::distance(&pick.meet, &robot.base);
-    if off_base > robot.reach + tolerance {
-        return refute(
-            pick,
-            format!(
-                "it meets {off_base} m from the base, past its reach of {} m",
-                robot.reach
-            ),
-        );
-    }
-    if pick.meet.x < -tolerance || pick.meet.x > belt.length + tolerance {
-        return refute(
-            pick,
-            format!("it meets at x = {} m, off the belt", pick.meet.x),
         );
     }
     Ok(())
@@ -233,10 +235,10 @@ fn check_missed(
             .any(|robot| can_be_met(station, robot, item.x0, item.y));
         if reachable == (miss.reason == MissReason::Unreachable) {
             return Err(Error::Refuted(format!(
-                "item {} is listed as {} but a robot {} meet it",
+                "item {} is listed as {} but {} robot can meet it",
                 miss.item,
                 miss.reason.name(),
-                if reachable { "can" } else { "cannot" }
+                if reachable { "a" } else { "no" }
             )));
         }
         let attempted = claims[miss.item as usize].is_some();
@@ -268,47 +270,60 @@ fn can_be_met(station: &Station, robot: &Robot, x0: f64, y: f64) -> bool {
 }
 
 fn check_figures(station: &Station, pattern: &Pattern, outcome: &Outcome) -> Result<()> {
-    let figures = &outcome.figures;
-    let belt = station.belt();
-    let failed = outcome.failures.iter().map(|failure| &failure.attempt);
-    let all = || outcome.picks.iter().chain(failed.clone());
-    let last_release = all().map(|p| p.release).fold(0.0, f64::max);
-    let last_leaves = outcome
-        .missed
-        .iter()
-        .map(|miss| (belt.length - pattern.items()[miss.item as usize].x0) / belt.speed)
-        .fold(0.0, f64::max);
-    let weight: f64 = outcome
-        .picks
-        .iter()
-        .map(|pick| pattern.items()[pick.item as usize].reward())
-        .sum();
-    let busy: f64 = all().map(|p| p.release - p.decide).sum();
-    let pairs = [
-        ("items", figures.items as f64, pattern.len() as f64),
-        ("picked", figures.picked as f64, outcome.picks.len() as f64),
-        ("weight", figures.weight, weight),
-        ("end", figures.end, last_release.max(last_leaves)),
-        (
-            "picks of the robots",
-            outcome.robots.iter().map(|r| r.picked).sum::<usize>() as f64,
-            outcome.picks.len() as f64,
-        ),
-        (
-            "failed attempts of the robots",
-            outcome.robots.iter().map(|r| r.failed).sum::<usize>() as f64,
-            outcome.failures.len() as f64,
-        ),
-        (
-            "busy time of the robots",
-            outcome.robots.iter().map(|r| r.busy).sum(),
-            busy,
-        ),
-    ];
-    // Put so that a figure which is not a number does not pass.
-    let equal = |a: f64, b: f64| (a - b).abs() <= slack(b);
-    match pairs.iter().find(|(_, a, b)| !equal(*a, *b)) {
-        None => Ok(()),
-        Some((name, a, b)) => Err(Error::Refuted(format!("{name} is given as {a} but is {b}"))),
+    let (given, there) = (outcome.robots.len(), station.robots().len());
+    if given != there {
+        return Err(Error::Refuted(format!(
+            "figures of {} are given but there are {there}",
+            counted(given, "robot")
+        )));
     }
+    // What each robot did, from its picks and failed attempts.
+    let mut robots = vec![RobotFigures::default(); there];
+    let mut end: f64 = 0.0;
+    for pick in &outcome.picks {
+        let robot = &mut robots[pick.robot];
+        robot.picked += 1;
+        robot.weight += pattern.items()[pick.item as usize].reward();
+        robot.busy += pick.release - pick.decide;
+        end = end.max(pick.release);
+    }
+    for Failure { attempt, .. } in &outcome.failures {
+        let robot = &mut robots[attempt.robot];
+        robot.failed += 1;
+        robot.busy += attempt.release - attempt.decide;
+        end = end.max(attempt.release);
+    }
+    let belt = station.belt();
+    for miss in &outcome.missed {
+        let leaves = (belt.length - pattern.items()[miss.item as usize].x0) / belt.speed;
+        end = end.max(leaves);
+    }
+    let figures = &outcome.figures;
+    let weight = robots.iter().map(|robot| robot.weight).sum();
+    agree("items", figures.items as f64, pattern.len() as f64)?;
+    agree("picked", figures.picked as f64, outcome.picks.len() as f64)?;
+    agree("weight", figures.weight, weight)?;
+    agree("end", figures.end, end)?;
+    for (i, (given, did)) in outcome.robots.iter().zip(&robots).enumerate() {
+        let of = |name: &str| format!("{name} of robot {i}");
+        agree(&of("picks"), given.picked as f64, did.picked as f64)?;
+        agree(
+            &of("failed attempts"),
+            given.failed as f64,
+            did.failed as f64,
+        )?;
+        agree(&of("weight"), given.weight, did.weight)?;
+        agree(&of("busy time"), given.busy, did.busy)?;
+    }
+    Ok(())
+}
+
+/// That a figure is given as what it is; one that is not a number is not.
+fn agree(name: &str, given: f64, value: f64) -> Result<()> {
+    if (given - value).abs() <= slack(value) {
+        return Ok(());
+    }
+    Err(Error::Refuted(format!(
+        "{name} is given as {given} but is {value}"
+    )))
 }

@@ -1,9 +1,7 @@
 //! Failing grasps, noisy positions and cameras, case by case.
 
 use pickline::checker;
-use pickline::decision::{
-    Action, Failure, FailureCause, Miss, MissReason, Outcome, Snapshot, Strategy,
-};
+use pickline::decision::{Action, Failure, FailureCause, Miss, MissReason, Snapshot, Strategy};
 use pickline::dispatch::RuleStrategy;
 use pickline::pattern::{Item, Pattern, grid};
 use pickline::sim::{
@@ -84,6 +82,21 @@ fn luck_is_that_of_item_and_attempt() {
         assert_ne!(one, of_item(failing(0.5, seed + 1), "SPT,FIFO"));
     }
     assert!(retried > 20, "{retried}");
+}
+
+/// What was found with a seed can be found again with later versions.
+#[test]
+fn the_luck_of_a_seed_stays_what_it_is() {
+    let item = Item::at("a", -1.0, 0.0);
+    let luck = Disturbances {
+        position_noise: 0.5,
+        ..failing(0.5, 3).disturbances
+    };
+    let grasps = (0..8).map(|attempt| luck.grasp_succeeds(5, &item, attempt));
+    let expected = [true, false, false, false, true, false, true, true];
+    assert_eq!(grasps.collect::<Vec<_>>(), expected);
+    let reported = (-0.8904708813585432, 0.1344098537211585);
+    assert_eq!(luck.reported(5, &item, 100.0), reported);
 }
 
 #[test]
@@ -206,83 +219,6 @@ fn an_item_that_was_given_back_wakes_who_waits_for_a_window() {
     let again = outcome.picks.iter().find(|pick| pick.item == 0).unwrap();
     assert_eq!(again.robot, 1);
     assert!(again.decide >= failure.claim_ends(one.robots()[0].grasp_time));
-}
-
-#[test]
-fn bent_failures_are_refuted() {
-    type Bend = fn(&mut Outcome);
-    let bends: [(&str, Bend); 10] = [
-        ("a failure left out", |o| {
-            o.failures.remove(3);
-        }),
-        ("an early return", |o| o.failures[3].attempt.release -= 1e-3),
-        ("an early grasp", |o| o.failures[3].attempt.grasp -= 1e-3),
-        ("another robot", |o| {
-            o.failures[3].attempt.robot = 1 - o.failures[3].attempt.robot;
-        }),
-        ("no such item", |o| o.failures[3].attempt.item = 1000),
-        ("failures out of order", |o| o.failures.swap(3, 6)),
-        ("a pick beside a failure", |o| {
-            let mut pick = o.failures[3].attempt;
-            pick.robot = 1 - pick.robot;
-            o.picks.push(pick);
-        }),
-        ("another cause", |o| {
-            o.failures[3].cause = FailureCause::OutOfReach;
-        }),
-        ("another reason", |o| {
-            for miss in &mut o.missed {
-                miss.reason = MissReason::Busy;
-            }
-        }),
-        ("a robot that did not fail", |o| o.robots[0].failed = 0),
-    ];
-    let station = paper(2);
-    let pattern = grid(1.05, 0.15, 150).unwrap();
-    let scene = Scene::under(&station, &pattern, failing(0.4, 3)).unwrap();
-    let outcome = simulate_rules(&scene, &"SPT,FIFO".parse().unwrap()).unwrap();
-    checker::check(&station, &pattern, &outcome).unwrap();
-    for (name, bend) in bends {
-        let mut bent = outcome.clone();
-        bend(&mut bent);
-        let checked = checker::check(&station, &pattern, &bent);
-        assert!(checked.is_err(), "{name} was not noticed");
-    }
-}
-
-/// Grasps of an item that nothing fails on, and two claims on one item at once.
-#[test]
-fn impossible_failures_are_refuted() {
-    let one = paper(1);
-    let mut robots = vec![one.robots()[0].clone(), one.robots()[0].clone()];
-    robots[1].name = "its twin".into();
-    let station = Station::new(*one.belt(), robots).unwrap();
-    let pattern = |p_grasp| {
-        let item = Item {
-            p_grasp,
-            weight: Some(1.0),
-            ..Item::at("a", 0.0, -0.2)
-        };
-        Pattern::new(vec![item]).unwrap()
-    };
-    let doomed = pattern(Some(0.0));
-    let scene = Scene::under(&station, &doomed, failing(1.0, 3)).unwrap();
-    let outcome = simulate_rules(&scene, &"FIFO,FIFO".parse().unwrap()).unwrap();
-    checker::check(&station, &doomed, &outcome).unwrap();
-    let refusal = |pattern: &Pattern, outcome: &Outcome| {
-        let refuted = checker::check(&station, pattern, outcome);
-        refuted.unwrap_err().to_string()
-    };
-    let message = refusal(&pattern(Some(1.0)), &outcome);
-    assert!(message.contains("no grasp of this item fails"), "{message}");
-    // The twin leaves at the same time for the same item.
-    let mut both = outcome.clone();
-    let mut again = both.failures[0];
-    again.attempt.robot = 1;
-    both.failures.truncate(1);
-    both.failures.push(again);
-    let message = refusal(&doomed, &both);
-    assert!(message.contains("already claimed by robot 0"), "{message}");
 }
 
 #[test]
