@@ -47,7 +47,6 @@ impl RunBuffers {
         self.claims.reset(items);
         self.offered.reset(items);
         refill(&mut self.free_at, robots, 0.0);
-        self.candidates.clear();
         self.view.reset();
         self.looks = true;
         self.at = (0, 0.0);

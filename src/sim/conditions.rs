@@ -232,6 +232,160 @@ mod tests {
         }
     }
 
+    /// An item of its own probability and one without.
+    fn two_items(own: f64) -> [Item; 2] {
+        let own = Item {
+            p_grasp: Some(own),
+            ..Item::at("own", 0.0, 0.0)
+        };
+        [own, Item::at("plain", -1.0, 0.0)]
+    }
+
+    fn failing(default_p_grasp: f64) -> Disturbances {
+        Disturbances {
+            grasp_failures: true,
+            default_p_grasp,
+            ..Disturbances::default()
+        }
+    }
+
+    #[test]
+    fn the_limits_of_each_condition_are_conditions() {
+        let plain = Conditions::default();
+        let failing = |p: f64| Conditions {
+            disturbances: failing(p),
+            ..plain
+        };
+        let noisy = |position_noise: f64| Conditions {
+            disturbances: Disturbances {
+                position_noise,
+                ..Disturbances::default()
+            },
+            ..plain
+        };
+        let camera = |x: f64| Conditions {
+            camera_x: Some(x),
+            ..plain
+        };
+        for (good, bad) in [
+            (
+                Conditions::at_update_hz(1e-6),
+                Conditions::at_update_hz(9e-7),
+            ),
+            (
+                Conditions::at_update_hz(1e6),
+                Conditions::at_update_hz(1.1e6),
+            ),
+            (camera(-1e6), camera(-1.1e6)),
+            (camera(1e6), camera(1.1e6)),
+            (failing(0.0), failing(-1e-9)),
+            (failing(1.0), failing(1.0 + 1e-9)),
+            (noisy(0.0), noisy(-1e-9)),
+            (noisy(10.0), noisy(10.1)),
+        ] {
+            good.check().unwrap();
+            assert!(bad.check().is_err(), "{bad:?}");
+        }
+    }
+
+    #[test]
+    fn grasps_succeed_with_the_items_own_probability_first() {
+        let [own, plain] = two_items(0.3);
+        assert_eq!(failing(0.8).p_grasp(&own), 0.3);
+        assert_eq!(failing(0.8).p_grasp(&plain), 0.8);
+        let sure = Disturbances {
+            grasp_failures: false,
+            ..failing(0.8)
+        };
+        assert_eq!((sure.p_grasp(&own), sure.p_grasp(&plain)), (1.0, 1.0));
+        assert!((0..100).all(|attempt| sure.grasp_succeeds(0, &own, attempt)));
+        assert!(!sure.any() && failing(1.0).any());
+    }
+
+    #[test]
+    fn nothing_ever_fails_where_all_probabilities_are_1() {
+        for (default, own, never) in [
+            (1.0, 1.0, true),
+            (1.0, 0.9, false),
+            (0.9, 1.0, false),
+            (0.9, 0.9, false),
+        ] {
+            let found = failing(default).never_fails(&two_items(own));
+            assert_eq!(found, never, "{default} {own}");
+        }
+        // An item's own probability is enough, and so is the default where there are no items.
+        assert!(failing(0.9).never_fails(&two_items(1.0)[..1]));
+        assert!(failing(1.0).never_fails(&[]) && !failing(0.9).never_fails(&[]));
+        // Where grasps are not said to fail there is nothing to remark.
+        assert!(!Disturbances::default().never_fails(&two_items(1.0)));
+    }
+
+    #[test]
+    fn luck_differs_by_seed_item_and_attempt_and_from_the_positions() {
+        let item = Item::at("a", 0.0, 0.0);
+        let draws = |draw: &dyn Fn(u32) -> bool| (0..64).map(draw).collect::<Vec<bool>>();
+        let seeded = |seed: u64| Disturbances {
+            seed,
+            position_noise: 0.1,
+            ..failing(0.5)
+        };
+        let luck = seeded(1);
+        let by_item = draws(&|i| luck.grasp_succeeds(i, &item, 0));
+        let by_attempt = draws(&|i| luck.grasp_succeeds(0, &item, i));
+        let by_seed = draws(&|i| seeded(u64::from(i)).grasp_succeeds(0, &item, 0));
+        for some in [&by_item, &by_attempt, &by_seed] {
+            let good = some.iter().filter(|good| **good).count();
+            assert!((16..=48).contains(&good), "{good} of 64");
+        }
+        assert!(by_item != by_attempt && by_attempt != by_seed && by_item != by_seed);
+        assert_ne!(luck.reported(0, &item, 1.0), luck.reported(1, &item, 1.0));
+        let other = seeded(2).reported(0, &item, 1.0);
+        assert_ne!(luck.reported(0, &item, 1.0), other);
+    }
+
+    #[test]
+    fn places_of_a_set_have_the_seeds_after_that_of_the_first() {
+        let conditions = Conditions {
+            update_hz: 10.0,
+            camera_x: Some(0.5),
+            disturbances: failing(0.5),
+        };
+        let seeded = conditions.with_seed(7);
+        assert_eq!(seeded.disturbances.seed, 7);
+        assert_eq!(seeded.of_place(0), seeded);
+        assert_eq!(seeded.of_place(3), conditions.with_seed(10));
+        let last = conditions.with_seed(u64::MAX);
+        assert_eq!(last.of_place(2), conditions.with_seed(1));
+        // All else stays.
+        assert_eq!(seeded.with_seed(conditions.disturbances.seed), conditions);
+    }
+
+    #[test]
+    fn conditions_are_described_one_by_one() {
+        let none: [&str; 0] = [];
+        assert_eq!(Conditions::default().describe(), none);
+        assert_eq!(Conditions::at_update_hz(10.0).describe(), none);
+        let all = Conditions {
+            update_hz: 0.0,
+            camera_x: Some(-0.5),
+            disturbances: Disturbances {
+                position_noise: 0.01,
+                ..failing(0.9)
+            },
+        };
+        let camera = "only items past x = -0.5 m are known";
+        let grasps = "grasps succeed with p_grasp, 0.9 where not given";
+        let noise = "reported positions are off by 0.01 m (SD, x and y)";
+        assert_eq!(all.describe(), [camera, grasps, noise]);
+        let mut some = all;
+        some.camera_x = None;
+        assert_eq!(some.describe(), [grasps, noise]);
+        some.disturbances.grasp_failures = false;
+        assert_eq!(some.describe(), [noise]);
+        some.disturbances.position_noise = 0.0;
+        assert_eq!(some.describe(), none);
+    }
+
     #[test]
     fn errors_have_the_stated_deviation_and_stay_on_the_belt() {
         let noisy = Disturbances {
@@ -250,8 +404,15 @@ mod tests {
         let variance = errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64;
         assert!(mean.abs() < 5e-4, "{mean}");
         assert!((variance.sqrt() - 0.01).abs() < 3e-4, "{variance}");
-        let edge = Item::at("b", 0.0, 0.5);
-        let y = |i| noisy.reported(i, &edge, 1.0).1;
-        assert!((0..100).all(|i| y(i) <= 0.5) && (0..100).any(|i| y(i) == 0.5));
+        // On a belt of 0.4 m, 1 mm from its edges.
+        for edge in [-0.2f64, 0.2] {
+            let item = Item::at("b", 0.0, 0.995 * edge);
+            let ys: Vec<f64> = (0..100).map(|i| noisy.reported(i, &item, 0.4).1).collect();
+            assert!(ys.iter().all(|y| y.abs() <= 0.2) && ys.contains(&edge));
+        }
+        // Without noise an item is where it is, though it be beside the belt by rounding.
+        let beside = Item::at("c", -0.3, 0.2 + 5e-10);
+        let plain = Disturbances::default().reported(0, &beside, 0.4);
+        assert_eq!(plain, (beside.x0, beside.y));
     }
 }

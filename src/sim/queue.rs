@@ -21,10 +21,12 @@ pub(super) struct Queue {
 impl Queue {
     /// Back to time 0.
     pub fn reset(&mut self) {
-        self.next = 0;
-        self.active.clear();
-        self.free = 0.0;
-        self.waits = false;
+        let mut active = std::mem::take(&mut self.active);
+        active.clear();
+        *self = Self {
+            active,
+            ..Self::default()
+        };
     }
 
     /// When the robot decides next [s], and leaves in `active` what it can choose
@@ -40,8 +42,8 @@ impl Queue {
         gone: impl Fn(u32) -> bool,
         lost: impl Fn(u32) -> bool,
     ) -> Option<f64> {
-        // Not yet the time that `free` becomes: an item may be given back before.
-        let mut from = self.free;
+        // `free` stays as it is: an item may be given back before the time found here.
+        let from = self.free;
         loop {
             self.open_until(queue, from, &gone);
             // An earlier call may have opened items past `from`.
@@ -53,12 +55,9 @@ impl Queue {
                 }
                 stays
             });
-            if opened > from || self.active.is_empty() {
-                match self.next_opening(queue, &gone) {
-                    Some(next) => opened = opened.min(next),
-                    None if self.active.is_empty() => return None,
-                    None => {}
-                }
+            // What is in `active` opens before what has not been opened.
+            if self.active.is_empty() {
+                opened = self.next_opening(queue, &gone)?;
             }
             let exact = from.max(opened);
             let time = scene.tick(exact);
@@ -66,7 +65,6 @@ impl Queue {
             if time > exact {
                 self.active.retain(|c| c.close >= time);
                 if !self.active.iter().any(|c| c.open <= time) {
-                    from = time;
                     continue;
                 }
             }
@@ -96,9 +94,9 @@ impl Queue {
     ) -> Option<f64> {
         let later = self.active.iter().filter(|c| c.open > time);
         let given_back = later.filter(|c| !gone(c.item)).map(|c| c.open);
-        let given_back = given_back.reduce(f64::min);
-        let next = self.next_opening(queue, gone);
-        [given_back, next].into_iter().flatten().reduce(f64::min)
+        given_back
+            .reduce(f64::min)
+            .or_else(|| self.next_opening(queue, gone))
     }
 
     /// Takes `queue[place]` back, which is unclaimed again from `time` [s] on, no earlier
@@ -119,7 +117,7 @@ impl Queue {
         if place < self.next && self.active.iter().all(|c| c.item != candidate.item) {
             self.active.push(candidate);
         }
-        Some(self.free.max(opens))
+        Some(opens)
     }
 
     fn open_until(&mut self, queue: &[Candidate], time: f64, gone: &impl Fn(u32) -> bool) {

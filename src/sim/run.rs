@@ -311,15 +311,11 @@ impl<'a> Run<'a> {
             let window = robot.departure_window(station.belt(), it.x0, it.y);
             window.is_some()
         };
-        // An item that was offered has a window where it is reported, which need not be
-        // where it is.
-        let offered = self.state.offered.contains(item);
-        let noisy = self.scene.conditions().disturbances.position_noise > 0.0;
-        if (!offered || noisy) && !station.robots().iter().any(reachable) {
+        if !station.robots().iter().any(reachable) {
             MissReason::Unreachable
         } else if self.state.attempts.get(item as usize) > Some(&0) {
             MissReason::GraspFailed
-        } else if offered {
+        } else if self.state.offered.contains(item) {
             MissReason::PassedOver
         } else if self.scene.has_window(item) {
             MissReason::Busy
