@@ -120,6 +120,121 @@ fn the_smallest_distance_is_that_of_dense_sampling() {
     }
 }
 
+/// Of several robots the closest two, whichever they are, as if they were alone.
+#[test]
+fn the_closest_two_of_several_robots_are_found() {
+    let two = facing([-0.5, 0.5], 0.9);
+    let moved = |place: usize, name: &str, by: f64| {
+        let mut robot = two.robots()[place].clone();
+        robot.name = name.into();
+        (robot.base.x, robot.bin.x) = (robot.base.x + by, robot.bin.x + by);
+        robot
+    };
+    // Two that never come near anybody, then two pairs, one of which stands closer.
+    for (gaps, closest) in [([1.0, 1.4], [2, 3]), ([1.4, 1.2], [4, 5])] {
+        let robots = vec![
+            moved(0, "a", 0.0),
+            moved(1, "b", 2.0),
+            moved(0, "c", 6.0),
+            moved(1, "d", 5.1 + gaps[0]),
+            moved(0, "e", 10.0),
+            moved(1, "f", 9.1 + gaps[1]),
+        ];
+        let belt = Belt {
+            length: 14.0,
+            ..*two.belt()
+        };
+        let station = Station::new(belt, robots).unwrap();
+        let pattern = poisson_disk(0.8, 0.1, 300, &mut random_stream(3, 0)).unwrap();
+        let scene = Scene::new(&station, &pattern).unwrap();
+        let rules = "LPT,LPT,LPT,LPT,LPT,LPT".parse().unwrap();
+        let outcome = simulate_rules(&scene, &rules).unwrap();
+        assert!(outcome.robots.iter().all(|robot| robot.picked > 3));
+        let found = smallest(&station, &outcome).unwrap();
+        let alone = |pair: [usize; 2]| {
+            let robots = pair.map(|i| station.robots()[i].clone()).to_vec();
+            let mut outcome = outcome.clone();
+            outcome.picks.retain(|pick| pair.contains(&pick.robot));
+            for pick in &mut outcome.picks {
+                pick.robot = usize::from(pick.robot == pair[1]);
+            }
+            let station = Station::new(belt, robots).unwrap();
+            smallest(&station, &outcome).unwrap().distance
+        };
+        let pairs = (0..6).flat_map(|i| (i + 1..6).map(move |j| [i, j]));
+        let (least, pair) = pairs
+            .map(|pair| (alone(pair), pair))
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .unwrap();
+        assert_eq!((found.robots, pair), (closest, closest), "{found:?}");
+        assert!(
+            (found.distance - least).abs() <= TOLERANCE,
+            "{found:?}: {least}"
+        );
+    }
+}
+
+/// Two arms with one trip each: distances, times and places reckoned by hand.
+#[test]
+fn the_closest_moment_of_two_trips_is_found() {
+    // Bases 4 m apart; each tool point goes 1 m towards the other base at 1 m/s.
+    let robot = |name: &str, x: f64| Robot {
+        name: name.into(),
+        base: Point2::new(x, 0.0),
+        bin: Point2::new(x, 0.0),
+        reach: 1.5,
+        speed: 1.0,
+        grasp_time: 0.5,
+        release_time: 0.25,
+    };
+    let belt = Belt {
+        speed: 0.5,
+        length: 6.0,
+        width: 1.0,
+    };
+    let station = Station::new(belt, vec![robot("a", 1.0), robot("b", 5.0)]).unwrap();
+    let trip = |robot: usize, decide: f64, x: f64| Pick {
+        robot,
+        item: robot as u32,
+        decide,
+        grasp: decide + 1.0,
+        release: decide + 2.75,
+        meet: Point2::new(x, 0.0),
+    };
+    let of = |picks: Vec<Pick>| {
+        let scene_pattern = pickline::pattern::grid(1.0, 0.5, 2).unwrap();
+        let scene = Scene::new(&station, &scene_pattern).unwrap();
+        let mut outcome = pickline::sim::Run::new(&scene).into_outcome();
+        outcome.picks = picks;
+        smallest(&station, &outcome).unwrap()
+    };
+    // Alone: 4 m apart at rest, 3 m while `a` grasps.
+    let rest = of(vec![]);
+    assert_eq!((rest.distance, rest.time), (4.0, 0.0));
+    assert_eq!(rest.points, [Point2::new(1.0, 0.0), Point2::new(5.0, 0.0)]);
+    let one = of(vec![trip(0, 2.0, 2.0)]);
+    assert_eq!((one.distance, one.time), (3.0, 3.0));
+    assert_eq!(one.points, [Point2::new(2.0, 0.0), Point2::new(5.0, 0.0)]);
+    // `b` arrives 0.25 s later, while `a` is still there.
+    let both = of(vec![trip(0, 2.0, 2.0), trip(1, 2.25, 4.0)]);
+    assert_eq!((both.distance, both.time), (2.0, 3.25));
+    // `b` leaves when `a` turns back: they come no closer than on the way, 3 m.
+    let after = of(vec![trip(0, 2.0, 2.0), trip(1, 3.5, 4.0)]);
+    assert!(
+        (after.distance - 3.0).abs() < 1e-12 && after.time == 3.0,
+        "{after:?}"
+    );
+    // Where `b` turns back and comes again, `a` meets it at its turn.
+    let again = of(vec![
+        trip(1, 0.0, 4.0),
+        trip(0, 2.0, 2.0),
+        trip(1, 2.75, 4.0),
+    ]);
+    assert!((again.distance - 2.25).abs() < 1e-12, "{again:?}");
+    assert_eq!(again.time, 3.5);
+    assert_eq!(again.robots, [0, 1]);
+}
+
 #[test]
 fn a_single_robot_has_nothing_to_run_into() {
     let station = pickline::station::built_in("paper").unwrap();

@@ -3,7 +3,9 @@
 
 use crate::common;
 use pickline::checker;
-use pickline::decision::{Action, Event, FailureCause, Observer, Outcome, Snapshot, Strategy};
+use pickline::decision::{
+    Action, Event, FailureCause, Miss, MissReason, Observer, Outcome, Snapshot, Strategy,
+};
 use pickline::dispatch::RuleAssignment;
 use pickline::pattern::{Item, Pattern};
 use pickline::sim::{
@@ -16,13 +18,28 @@ use proptest::strategy::Strategy as _;
 /// A decision: robot, item, when, whether it came to a pick.
 type Told = (usize, usize, f64, bool);
 
+/// Who decides: a rule for each robot, or a list of numbers that says when to wait.
+enum Decider<'a> {
+    Rules(&'a [&'static str]),
+    Whim(&'a [usize]),
+}
+
+/// What decision number `count` is by the list `choices`, with as many candidates.
+fn by_whim(choices: &[usize], count: usize, time: f64, candidates: usize) -> Action {
+    match choices[count % choices.len()] {
+        n if n % 5 == 0 => Action::WaitUntil(time + 0.001 * (n + 1) as f64),
+        n if n % 5 == 1 => Action::WaitForNextWindow,
+        n => Action::Pick(n % candidates),
+    }
+}
+
 /// The model page written down as directly as possible; only the draws are the engine's.
 fn by_the_book(
     station: &Station,
     items: &[Item],
-    rules: &[&str],
+    decider: Decider,
     conditions: &Conditions,
-) -> Vec<Told> {
+) -> (Vec<Told>, Vec<Miss>) {
     let belt = station.belt();
     let (v, hz, wrong) = (belt.speed, conditions.update_hz, &conditions.disturbances);
     let reported: Vec<(f64, f64)> = items
@@ -62,10 +79,15 @@ fn by_the_book(
             (ticks.ceil() / hz).max(t)
         }
     };
-    let mut free = vec![0.0f64; rules.len()];
+    let mut free = vec![0.0f64; station.robots().len()];
+    // Who waits for the next window, and which claims have still to end, when.
+    let mut waits = vec![false; free.len()];
+    let mut ending: Vec<(f64, usize)> = Vec::new();
+    let mut decisions = 0;
     // From when on each item is unclaimed, and how often it was tried.
     let mut unclaimed_from = vec![0.0f64; items.len()];
     let mut tried = vec![0u32; items.len()];
+    let mut offered = vec![false; items.len()];
     let mut told = Vec::new();
     loop {
         let mut next: Option<(f64, usize, Vec<usize>)> = None;
@@ -102,9 +124,29 @@ fn by_the_book(
                 next = Some(d);
             }
         }
-        let Some((t, i, can)) = next else {
-            return told;
+        ending.sort_by(|a, b| a.0.total_cmp(&b.0));
+        if let Some(&(ends, item)) = ending.first()
+            && next.as_ref().is_none_or(|next| ends <= next.0)
+        {
+            ending.remove(0);
+            for (k, robot) in station
+                .robots()
+                .iter()
+                .enumerate()
+                .filter(|(k, _)| waits[*k])
+            {
+                if let Some((open, close)) = known(robot, reported[item])
+                    && ends <= close
+                {
+                    free[k] = free[k].min(open.max(ends));
+                }
+            }
+            continue;
+        }
+        let Some((t, i, mut can)) = next else {
+            break;
         };
+        can.iter().for_each(|&j| offered[j] = true);
         let r = &station.robots()[i];
         let travel = |(x0, y): (f64, f64)| {
             let (dx, dy) = (x0 + v * t - r.bin.x, y - r.bin.y);
@@ -116,7 +158,7 @@ fn by_the_book(
             let (dx, dy) = (x0 + v * t - r.base.x, y - r.base.y);
             (dx * dx + dy * dy).sqrt()
         };
-        let key = |j: usize| match rules[i] {
+        let key = |rule: &str, j: usize| match rule {
             "FIFO" => -(reported[j].0 + v * t),
             "SPT" => processing(reported[j]),
             "LPT" => -processing(reported[j]),
@@ -125,13 +167,33 @@ fn by_the_book(
             "PP" => -items[j].reward(),
             other => panic!("no rule {other}"),
         };
-        let mut best = can[0];
-        for &j in &can[1..] {
-            let downstream = reported[j].0 > reported[best].0;
-            if key(j) < key(best) || (key(j) == key(best) && downstream) {
-                best = j;
+        // Furthest downstream first, then by index.
+        can.sort_by(|&a, &b| reported[b].0.total_cmp(&reported[a].0).then(a.cmp(&b)));
+        decisions += 1;
+        let action = match decider {
+            Decider::Rules(rules) => {
+                let best = (0..can.len()).reduce(|best, place| {
+                    let [old, new] = [best, place].map(|place| key(rules[i], can[place]));
+                    if new < old { place } else { best }
+                });
+                Action::Pick(best.unwrap())
             }
-        }
+            Decider::Whim(choices) => by_whim(choices, decisions, t, can.len()),
+        };
+        waits[i] = action == Action::WaitForNextWindow;
+        let best = match action {
+            Action::Pick(place) => can[place],
+            Action::WaitUntil(until) => {
+                free[i] = until;
+                continue;
+            }
+            _ => {
+                let unclaimed = (0..items.len()).filter(|&j| unclaimed_from[j] <= t);
+                let opens = unclaimed.filter_map(|j| Some(known(r, reported[j])?.0));
+                free[i] = opens.filter(|open| *open > t).fold(f64::INFINITY, f64::min);
+                continue;
+            }
+        };
         let truth = (items[best].x0, items[best].y);
         let there = window(r, truth).is_some_and(|(open, close)| open <= t && t <= close);
         let lucky = wrong.grasp_succeeds(best as u32, &items[best], tried[best]);
@@ -143,10 +205,31 @@ fn by_the_book(
         unclaimed_from[best] = if picked {
             f64::INFINITY
         } else {
-            t + travel(went_to) + r.grasp_time
+            let ends = t + travel(went_to) + r.grasp_time;
+            ending.push((ends, best));
+            ends
         };
         told.push((i, best, t, picked));
     }
+    let missed = (0..items.len()).filter(|&j| unclaimed_from[j].is_finite());
+    let some = |see: &dyn Fn(&Robot) -> bool| station.robots().iter().any(see);
+    let missed = missed.map(|j| {
+        let reason = if !some(&|robot| window(robot, (items[j].x0, items[j].y)).is_some()) {
+            MissReason::Unreachable
+        } else if tried[j] > 0 {
+            MissReason::GraspFailed
+        } else if offered[j] {
+            MissReason::PassedOver
+        } else if !some(&|robot| known(robot, reported[j]).is_some()) {
+            MissReason::Unseen
+        } else {
+            MissReason::Busy
+        };
+        let item = j as u32;
+        Miss { item, reason }
+    });
+    let missed = missed.collect();
+    (told, missed)
 }
 
 /// Everything that was decided, in order.
@@ -208,8 +291,9 @@ proptest! {
         let pattern = with_probabilities(&pattern);
         let scene = Scene::under(&station, &pattern, conditions).unwrap();
         let outcome = simulate_rules(&scene, &rules).unwrap();
-        let book = by_the_book(&station, pattern.items(), &rules.names(), &conditions);
-        prop_assert_eq!(decided(&outcome), book);
+        let rules = rules.names();
+        let book = by_the_book(&station, pattern.items(), Decider::Rules(&rules), &conditions);
+        prop_assert_eq!((decided(&outcome), outcome.missed.clone()), book);
         checker::check(&station, &pattern, &outcome).unwrap();
         let disturbed = conditions.disturbances.any();
         prop_assert!(!(disturbed && Cascade::new(&scene).is_some()));
@@ -229,6 +313,9 @@ proptest! {
         let outcome = simulate_observed(&scene, &mut whim, Some(&mut events)).unwrap();
         checker::check(&station, &pattern, &outcome).unwrap();
         events.agree_with(&outcome, &station);
+        let book = Decider::Whim(&whim.choices);
+        let book = by_the_book(&station, pattern.items(), book, &conditions);
+        prop_assert_eq!((decided(&outcome), outcome.missed.clone()), book);
         whim.next = 0;
         prop_assert_eq!(simulate(&scene, &mut whim).unwrap(), outcome);
     }
@@ -282,11 +369,7 @@ impl Strategy for Whim {
                 assert_eq!(seen.y, candidate.y);
             }
         }
-        match self.choices[self.next % self.choices.len()] {
-            n if n % 5 == 0 => Action::WaitUntil(s.time + 0.001 * (n + 1) as f64),
-            n if n % 5 == 1 => Action::WaitForNextWindow,
-            n => Action::Pick(n % s.candidates.len()),
-        }
+        by_whim(&self.choices, self.next, s.time, s.candidates.len())
     }
 
     fn name(&self) -> String {

@@ -225,10 +225,9 @@ fn the_cascade_is_used_on_the_built_in_stations_and_refused_on_overlaps() {
         for robots in 1..=6 {
             let station = built_in(name).unwrap().station(Some(robots)).unwrap();
             let pattern = grid(station.belt().width, 0.15, 150).unwrap();
-            assert!(
-                Scene::new(&station, &pattern).unwrap().is_independent(),
-                "{name} {robots}"
-            );
+            let scene = Scene::new(&station, &pattern).unwrap();
+            assert!(scene.is_independent(), "{name} {robots}");
+            assert!(Cascade::new(&scene).is_some(), "{name} {robots}");
         }
     }
     let station = built_in("paper").unwrap().station(None).unwrap();

@@ -1,10 +1,11 @@
 //! A run stepped from outside: the same as the engine's own, in buffers that last.
 
 use crate::common;
+use pickline::checker::check;
 use pickline::decision::{Action, Outcome, Pick, Strategy as _};
 use pickline::dispatch::{RuleAssignment, RuleStrategy};
 use pickline::pattern::grid;
-use pickline::sim::{Run, RunBuffers, Scene, simulate_rules};
+use pickline::sim::{Conditions, Disturbances, Run, RunBuffers, Scene, simulate_rules};
 use pickline::station::built_in;
 use proptest::prelude::*;
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -38,15 +39,27 @@ fn stepped(scene: &Scene, rules: &RuleAssignment, buffers: RunBuffers) -> (Outco
     let mut strategy = RuleStrategy(rules.clone());
     let mut run = Run::with_buffers(scene, buffers);
     let mut picks: Vec<Pick> = Vec::new();
+    let mut back_at = vec![0.0; scene.station().robots().len()];
     while let Some(snapshot) = run.next_decision() {
         let (time, robot) = (snapshot.time, snapshot.robot);
         let view = snapshot.in_view.to_vec();
         assert!(snapshot.candidates.iter().all(|c| c.open <= time));
+        // Idle ones are free by now, and the others when they are back.
+        for (&free, &back) in snapshot.free_at.iter().zip(&back_at) {
+            assert!(free == back || free <= time && back <= time);
+        }
         let action = strategy.decide(&snapshot);
         let again = run.next_decision().unwrap();
         assert_eq!((again.time, again.robot), (time, robot));
         assert_eq!(again.in_view, view);
-        picks.extend(run.act(action).unwrap());
+        let pick = run.act(action).unwrap();
+        let failed = run.failures().last().map(|failure| failure.attempt);
+        back_at[robot] = pick.or(failed).unwrap().release;
+        picks.extend(pick);
+        // At any time, as if nothing further were picked.
+        if picks.len() % 8 == 1 {
+            check(scene.station(), scene.pattern(), &run.outcome()).unwrap();
+        }
     }
     assert_eq!(run.picks(), picks);
     let outcome = run.outcome();
@@ -71,6 +84,74 @@ proptest! {
             prop_assert_eq!(outcome, simulate_rules(&scene, rules).unwrap());
         }
     }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    /// Buffers of runs that were given up, before or after a decision, leave nothing behind.
+    #[test]
+    fn buffers_of_a_run_that_was_given_up_are_as_good_as_new(
+        cases in prop::collection::vec((common::cases(common::stations(), 40), 0..60usize), 2..5),
+        p in 0.2..1.0f64,
+        noise in prop_oneof![Just(0.0), 0.001..0.1f64],
+    ) {
+        let mut buffers = RunBuffers::default();
+        for ((station, pattern, rules), steps) in &cases {
+            // Every other scene is one where nothing goes wrong.
+            let disturbed = steps % 2 == 0;
+            let conditions = Conditions {
+                disturbances: Disturbances {
+                    grasp_failures: disturbed,
+                    default_p_grasp: p,
+                    position_noise: if disturbed { noise } else { 0.0 },
+                    seed: *steps as u64,
+                },
+                ..Conditions::default()
+            };
+            let scene = Scene::under(station, pattern, conditions).unwrap();
+            let outcome;
+            (outcome, buffers) = stepped(&scene, rules, buffers);
+            prop_assert_eq!(outcome, simulate_rules(&scene, rules).unwrap());
+            let mut run = Run::with_buffers(&scene, buffers);
+            run.look(steps % 3 == 0);
+            for step in 0..*steps {
+                if run.next_decision().is_none() || step + 1 == *steps {
+                    break;
+                }
+                let waits = step % 4 == 3;
+                let action = if waits { Action::WaitForNextWindow } else { Action::Pick(0) };
+                run.act(action).unwrap();
+            }
+            buffers = run.into_buffers();
+        }
+    }
+}
+
+/// The message names the robot of this run, not one that an earlier run had.
+#[test]
+fn no_decision_is_due_at_first_whatever_the_buffers() {
+    let pattern = grid(1.05, 0.15, 150).unwrap();
+    let three = built_in("paper").unwrap().station(Some(3)).unwrap();
+    let scene = Scene::new(&three, &pattern).unwrap();
+    let mut run = Run::new(&scene);
+    while run
+        .next_decision()
+        .is_some_and(|decision| decision.robot < 2)
+    {
+        run.act(Action::Pick(0)).unwrap();
+    }
+    let one = built_in("paper").unwrap().station(Some(1)).unwrap();
+    let scene = Scene::new(&one, &pattern).unwrap();
+    let mut run = Run::with_buffers(&scene, run.into_buffers());
+    let message = run.act(Action::Pick(0)).unwrap_err().to_string();
+    assert!(
+        message.contains("no decision is due") && message.contains("r1"),
+        "{message}"
+    );
+    assert_eq!(run.figures().picked, 0);
+    let first = Run::new(&scene).next_decision().unwrap().time;
+    assert_eq!(run.next_decision().unwrap().time, first);
 }
 
 #[test]
@@ -105,12 +186,38 @@ fn an_illegal_action_changes_nothing() {
 }
 
 #[test]
+fn the_belt_is_shown_as_long_as_it_is_asked_for() {
+    let station = built_in("paper").unwrap().station(None).unwrap();
+    let pattern = grid(1.05, 0.15, 50).unwrap();
+    let scene = Scene::new(&station, &pattern).unwrap();
+    let mut run = Run::new(&scene);
+    let shown = |run: &mut Run| !run.next_decision().unwrap().in_view.is_empty();
+    assert!(shown(&mut run));
+    run.reset();
+    run.look(false);
+    assert!(!shown(&mut run));
+    run.reset();
+    assert!(!shown(&mut run), "a reset changes nothing about it");
+    run.reset();
+    run.look(true);
+    assert!(shown(&mut run));
+    // A new run looks, whatever the one before did.
+    run.look(false);
+    let mut run = Run::with_buffers(&scene, run.into_buffers());
+    assert!(shown(&mut run));
+}
+
+#[test]
 fn nothing_is_allocated_once_the_buffers_have_grown() {
-    let station = built_in("paper").unwrap().station(Some(3)).unwrap();
-    let patterns = [0.15, 0.2].map(|spacing| grid(1.05, spacing, 150).unwrap());
-    let scenes = patterns
-        .each_ref()
-        .map(|pattern| Scene::new(&station, pattern).unwrap());
+    // Fewer robots and items in between.
+    let stations =
+        [3, 1, 3].map(|robots| built_in("paper").unwrap().station(Some(robots)).unwrap());
+    let patterns = [(0.15, 150), (0.3, 20), (0.2, 150)];
+    let patterns = patterns.map(|(spacing, items)| grid(1.05, spacing, items).unwrap());
+    let scenes = stations.iter().zip(&patterns);
+    let scenes: Vec<Scene> = scenes
+        .map(|(station, pattern)| Scene::new(station, pattern).unwrap())
+        .collect();
     let mut buffers = RunBuffers::default();
     let mut counts = Vec::new();
     for _ in 0..2 {

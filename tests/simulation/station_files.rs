@@ -1,0 +1,171 @@
+//! Station files and names on the command line: what is read from where, and what is blamed.
+
+use pickline::station::{
+    Line, Overrides, built_in, commented_example, is_file, load, load_with_strategy, parse,
+    parse_with_strategy,
+};
+use std::fs;
+
+const PLAIN: Overrides = Overrides {
+    robots: None,
+    belt_speed: None,
+};
+
+/// The example with one value of its line changed.
+fn with_line(key: &str, value: &str) -> String {
+    let (head, line) = commented_example().split_once("[line]\n").unwrap();
+    let changed = line.lines().map(|line| match line.starts_with(key) {
+        true => format!("{key} = {value}"),
+        false => line.to_owned(),
+    });
+    let changed: Vec<String> = changed.collect();
+    format!("{head}[line]\n{}\n", changed.join("\n"))
+}
+
+#[test]
+fn every_value_of_a_line_is_held_to_its_limits() {
+    let (size, length) = ("is not a usable size", "is not a length");
+    let (place, time) = ("is not a position on any line", "is not a dwell time");
+    for (key, good, bad, words) in [
+        ("robots", ["1", "100"], ["0", "101"], "robots"),
+        ("first_base_x", ["-1e4", "1e4"], ["-2e6", "2e6"], place),
+        ("spacing", ["0", "10"], ["-1e-9", "2e6"], length),
+        ("base_offset", ["-1e4", "1e4"], ["-2e6", "2e6"], place),
+        ("bin_offset", ["-1e4", "1e4"], ["-2e6", "2e6"], place),
+        ("tail", ["0", "10"], ["-1e-9", "2e6"], length),
+        ("reach", ["1e-6", "10"], ["0", "2e6"], size),
+        ("speed", ["0.06", "1e6"], ["0", "2e6"], size),
+        ("grasp_time", ["0", "1e6"], ["-1e-9", "2e6"], time),
+        ("release_time", ["0", "1e6"], ["-1e-9", "2e6"], time),
+    ] {
+        for value in good {
+            // Far upstream of its start there is no belt to speak of.
+            if (key, value) != ("first_base_x", "-1e4") {
+                let text = with_line(key, value);
+                parse(&text, "t", PLAIN).unwrap_or_else(|e| panic!("{key} = {value}: {e}"));
+            }
+        }
+        for value in bad {
+            let message = parse(&with_line(key, value), "t", PLAIN).unwrap_err();
+            let message = message.to_string();
+            let blamed = message.contains(&format!("line.{key}: ")) && message.contains(words);
+            assert!(blamed, "{key} = {value}: {message}");
+        }
+    }
+}
+
+/// A built-in station says which of its own values is wrong as a file does.
+#[test]
+fn every_value_of_a_built_in_line_is_checked() {
+    type Change = fn(&mut Line);
+    let changes: [(&str, Change); 9] = [
+        ("line.first_base_x", |line| line.first_base_x = f64::NAN),
+        ("line.spacing", |line| line.spacing = f64::NAN),
+        ("line.base_offset", |line| line.base_offset = f64::NAN),
+        ("line.bin_offset", |line| line.bin_offset = f64::NAN),
+        ("line.tail", |line| line.tail = f64::NAN),
+        ("line.reach", |line| line.reach = f64::NAN),
+        ("line.speed", |line| line.speed = f64::NAN),
+        ("line.grasp_time", |line| line.grasp_time = f64::NAN),
+        ("line.release_time", |line| line.release_time = f64::NAN),
+    ];
+    let paper = built_in("paper").unwrap();
+    for (key, change) in changes {
+        let mut bent = pickline::station::BuiltIn { ..*paper };
+        change(&mut bent.line);
+        let message = bent.station(None).unwrap_err().to_string();
+        assert!(message.contains(&format!("{key}: NaN")), "{message}");
+    }
+    assert!(paper.station(Some(0)).is_err() && paper.station(Some(101)).is_err());
+    assert_eq!(paper.station(Some(7)).unwrap().robots().len(), 7);
+}
+
+/// What looks like a path is one, and so is what exists.
+#[test]
+fn names_of_files_are_told_from_those_of_built_in_stations() {
+    for name in ["a/paper", "a\\paper", "paper.toml", "./paper", "src"] {
+        assert!(is_file(name), "{name}");
+    }
+    for name in ["paper", "paper-narrow", "nowhere"] {
+        assert!(!is_file(name), "{name}");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("paper.toml");
+    let path = path.to_str().unwrap();
+    let message = load(path, PLAIN).unwrap_err().to_string();
+    assert!(
+        message.contains("there is no such file") && message.contains("write `paper`"),
+        "{message}"
+    );
+    // A file of nearly that name is what was meant.
+    let near = folder.path().join("papers.toml");
+    fs::write(&near, with_line("robots", "5")).unwrap();
+    let message = load(path, PLAIN).unwrap_err().to_string();
+    assert!(
+        message.contains("papers.toml") && !message.contains("write `paper`"),
+        "{message}"
+    );
+    let other = folder.path().join("elsewhere.toml");
+    let message = load(other.to_str().unwrap(), PLAIN)
+        .unwrap_err()
+        .to_string();
+    assert!(!message.contains("built-in"), "{message}");
+    fs::rename(&near, path).unwrap();
+    assert_eq!(load(path, PLAIN).unwrap().robots().len(), 5);
+    assert_eq!(load("paper", PLAIN).unwrap().robots().len(), 2);
+}
+
+/// A name without its extension means the file in this folder, if that is a station file.
+#[test]
+fn a_file_named_without_its_extension_is_suggested() {
+    let message = load("Cargo", PLAIN).unwrap_err().to_string();
+    assert!(
+        message.contains("`Cargo` is neither a file nor a built-in station")
+            && message.contains("did you mean Cargo.toml?"),
+        "{message}"
+    );
+    let message = load("Cargo-lock", PLAIN).unwrap_err().to_string();
+    assert!(
+        message.contains("is neither") && message.contains("known: paper, paper-narrow"),
+        "{message}"
+    );
+}
+
+#[test]
+fn a_strategy_is_read_with_its_place() {
+    let text = format!("strategy = \"rules:SPT,FIFO\"\n{}", commented_example());
+    let (station, saved) = parse_with_strategy(&text, "t", PLAIN).unwrap();
+    assert_eq!(station, load("paper", PLAIN).unwrap());
+    let saved = saved.unwrap();
+    assert_eq!(
+        (saved.text.as_str(), saved.place.as_str()),
+        ("rules:SPT,FIFO", "t:1: strategy")
+    );
+    let (_, none) = parse_with_strategy(commented_example(), "t", PLAIN).unwrap();
+    assert_eq!(none, None);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("s.toml");
+    fs::write(&path, text).unwrap();
+    let (_, saved) = load_with_strategy(path.to_str().unwrap(), PLAIN).unwrap();
+    assert_eq!(saved.unwrap().text, "rules:SPT,FIFO");
+    assert_eq!(load_with_strategy("paper", PLAIN).unwrap().1, None);
+}
+
+/// A speed of 0 is the file's fault, whatever the flag.
+#[test]
+fn flags_are_blamed_for_what_they_ask() {
+    let fast = Overrides {
+        belt_speed: Some(0.4),
+        ..PLAIN
+    };
+    let of = |value: &str| parse(&with_line("speed", value), "t", fast);
+    assert_eq!(of("0.5").unwrap().belt().speed, 0.4);
+    let message = of("0.3").unwrap_err().to_string();
+    assert!(message.starts_with("--belt-speed: "), "{message}");
+    let message = of("0").unwrap_err().to_string();
+    assert!(
+        message.contains("line.speed: 0 is not a usable size"),
+        "{message}"
+    );
+    assert!(!message.contains("--belt-speed"), "{message}");
+}

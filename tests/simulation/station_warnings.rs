@@ -1,0 +1,166 @@
+//! What of a station is allowed and most likely wrong.
+
+use crate::stations::{BELT, robot};
+use nalgebra::Point2;
+use pickline::station::{Belt, Robot, Station, built_in};
+
+/// How far outside the belt a base may stand: its reach, along and across.
+#[test]
+fn bases_that_reach_no_belt_are_warned_of() {
+    let warned = |x: f64, y: f64, reach: f64| {
+        let base = Point2::new(x, y);
+        let lone = Robot {
+            base,
+            bin: base,
+            reach,
+            ..robot("a", x)
+        };
+        let warnings = Station::new(BELT, vec![lone]).unwrap().warnings("s");
+        let of_base = |text: &String| text.contains("robot `a`, base");
+        warnings.iter().map(|w| w.to_string()).find(of_base)
+    };
+    // The belt is 4 m long and 1 m wide; 3-4-5 at its corners.
+    for (x, y, reach, words) in [
+        (2.0, 1.25, 0.76, None),
+        (2.0, 1.25, 0.74, Some("its base at (2, 1.25) m")),
+        (2.0, -1.25, 0.76, None),
+        (2.0, -1.25, 0.74, Some("its reach of 0.74 m")),
+        (2.0, 0.0, 0.1, None),
+        (-0.75, 0.25, 0.76, None),
+        (-0.75, 0.25, 0.74, Some("its base at (-0.75, 0.25) m")),
+        (4.75, -0.25, 0.76, None),
+        (4.75, -0.25, 0.74, Some("its base at (4.75, -0.25) m")),
+        (4.3, 0.9, 0.51, None),
+        (
+            4.3,
+            0.9,
+            0.49,
+            Some("is further from the belt than its reach"),
+        ),
+        (-0.3, -0.9, 0.51, None),
+        (
+            -0.3,
+            -0.9,
+            0.49,
+            Some("is further from the belt than its reach"),
+        ),
+    ] {
+        let warning = warned(x, y, reach);
+        assert_eq!(
+            warning.is_some(),
+            words.is_some(),
+            "({x}, {y}) {reach}: {warning:?}"
+        );
+        let fits = warning
+            .unwrap_or_default()
+            .contains(words.unwrap_or_default());
+        assert!(fits, "({x}, {y}) {reach}");
+    }
+    // In millimetres it would be elsewhere; in metres it is just far away.
+    assert!(warned(2000.0, -600.0, 0.8).unwrap().contains("millimetres"));
+    assert!(!warned(3.0, 3.0, 0.8).unwrap().contains("millimetres"));
+    for (x, y) in [(1300.0, -0.6), (1.3, -600.0)] {
+        assert!(
+            warned(x, y, 0.8).unwrap().contains("millimetres"),
+            "({x}, {y})"
+        );
+    }
+}
+
+/// A bin belongs within reach, rounding aside.
+#[test]
+fn bins_out_of_reach_are_warned_of() {
+    let warned = |bin: (f64, f64)| {
+        let with_bin = Robot {
+            bin: Point2::new(bin.0, bin.1),
+            reach: 0.5,
+            ..robot("a", 1.0)
+        };
+        let warnings = Station::new(BELT, vec![with_bin]).unwrap().warnings("s");
+        let of_bin = |text: &String| text.contains("robot `a`, bin");
+        warnings.iter().map(|w| w.to_string()).find(of_bin)
+    };
+    // The base is at (1, -0.6).
+    for bin in [
+        (1.5, -0.6),
+        (0.5, -0.6),
+        (1.0, -0.1),
+        (1.3, -0.2),
+        (0.7, -1.0),
+    ] {
+        assert_eq!(warned(bin), None, "{bin:?}");
+    }
+    for (bin, away) in [
+        ((1.501, -0.6), "its bin is 0.501 m"),
+        ((0.499, -0.6), "its bin is 0.501 m"),
+        ((1.0, -0.099), "its bin is 0.501 m"),
+        ((1.6, 0.2), "its bin is 1.000 m"),
+    ] {
+        let text = warned(bin).unwrap();
+        assert!(
+            text.contains(away) && text.contains("its reach of 0.5 m"),
+            "{text}"
+        );
+    }
+    assert!(warned((1000.0, -500.0)).unwrap().contains("millimetres"));
+    // One coordinate in millimetres, the other in metres.
+    assert!(
+        warned((1200.0, -0.5))
+            .unwrap()
+            .contains("1200 mm are 1.2 m")
+    );
+    assert!(warned((1.0, -500.0)).unwrap().contains("500 mm are 0.5 m"));
+}
+
+/// Warnings name the first robot that each kind concerns.
+#[test]
+fn warnings_name_the_first_robot_of_their_kind() {
+    let mut robots = built_in("paper")
+        .unwrap()
+        .station(Some(3))
+        .unwrap()
+        .robots()
+        .to_vec();
+    let belt = *built_in("paper").unwrap().station(Some(3)).unwrap().belt();
+    robots[1].grasp_time = 100.0;
+    robots[2].grasp_time = 200.0;
+    robots[2].release_time = 300.0;
+    let warnings = Station::new(belt, robots).unwrap().warnings("s");
+    let texts: Vec<_> = warnings.iter().map(|w| w.to_string()).collect();
+    assert_eq!(texts.len(), 2, "{texts:?}");
+    assert!(texts[0].contains("s: robot `r2`, grasp_time"), "{texts:?}");
+    assert!(
+        texts[1].contains("s: robot `r3`, release_time"),
+        "{texts:?}"
+    );
+}
+
+#[test]
+fn wide_gaps_between_bases_are_warned_of() {
+    let apart = |gap: f64| {
+        let belt = Belt {
+            length: 100.0,
+            ..BELT
+        };
+        let robots = vec![robot("a", 1.0), robot("b", 30.0 - gap), robot("c", 30.0)];
+        let warnings = Station::new(belt, robots).unwrap().warnings("s");
+        let of_gap = |text: &String| text.contains("bases along the belt");
+        warnings.iter().map(|w| w.to_string()).find(of_gap)
+    };
+    assert_eq!(apart(19.0), None);
+    assert!(apart(21.0).unwrap().contains("21"));
+    // The widest counts, whichever it is.
+    assert!(apart(1.0).unwrap().contains("28"));
+}
+
+/// A camera that is nowhere is refused elsewhere.
+#[test]
+fn only_places_of_a_camera_are_warned_of() {
+    let station = built_in("paper").unwrap().station(None).unwrap();
+    for x in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -25.0, 4.2] {
+        assert_eq!(station.check_camera("--camera-x", x), None, "{x}");
+    }
+    for x in [-25.1, 4.3] {
+        assert!(station.check_camera("--camera-x", x).is_some(), "{x}");
+    }
+}
