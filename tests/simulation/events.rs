@@ -11,7 +11,7 @@ use pickline::station::{Belt, Robot, Station};
 
 /// Robots `r1`, `r2`, ... with base and bin in the middle of the belt at these x [m]. They meet
 /// items from 0.75 m before their bins on, for which they leave when the items are 1 m before.
-fn line(robots: &[f64], length: f64) -> Station {
+pub fn line(robots: &[f64], length: f64) -> Station {
     let robots = robots.iter().enumerate().map(|(i, &x)| Robot {
         name: format!("r{}", i + 1),
         base: Point2::new(x, 0.0),
@@ -30,7 +30,7 @@ fn line(robots: &[f64], length: f64) -> Station {
 }
 
 /// Items in the middle of the belt; no grasp of those marked so succeeds.
-fn items(list: &[(&str, f64, bool)]) -> Pattern {
+pub fn items(list: &[(&str, f64, bool)]) -> Pattern {
     let item = |&(id, x0, fails): &(&str, f64, bool)| Item {
         p_grasp: Some(if fails { 0.0 } else { 1.0 }),
         ..Item::at(id, x0, 0.0)

@@ -11,6 +11,7 @@ mod failures;
 mod flow;
 mod rules;
 mod run;
+mod scenes;
 mod station_files;
 mod station_warnings;
 mod stations;
