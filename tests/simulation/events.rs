@@ -1,4 +1,4 @@
-//! What an observer is told, event by event, and what a trace makes of it. The arm gains
+//! What an observer sees, event by event, and what a trace makes of it. The arm gains
 //! 0.75 + 0.25 m/s on an item that comes straight towards its bin, so all times come out even.
 
 use nalgebra::Point2;

@@ -5,6 +5,7 @@ mod clearance;
 #[path = "../common/mod.rs"]
 mod common;
 mod disturbed;
+mod disturbed_book;
 mod engines;
 mod events;
 mod failures;

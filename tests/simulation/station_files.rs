@@ -82,7 +82,7 @@ fn every_value_of_a_built_in_line_is_checked() {
 
 /// What looks like a path is one, and so is what exists.
 #[test]
-fn names_of_files_are_told_from_those_of_built_in_stations() {
+fn paths_are_files_and_other_names_are_not() {
     for name in ["a/paper", "a\\paper", "paper.toml", "./paper", "src"] {
         assert!(is_file(name), "{name}");
     }

@@ -145,7 +145,7 @@ fn every_value_of_a_station_is_held_to_its_limits() {
 
 /// An arm is at least a millionth faster than the belt.
 #[test]
-fn arms_outrun_the_belt() {
+fn arms_are_faster_than_the_belt() {
     with(|b, r| r.speed = b.speed * (1.0 + 1e-6)).unwrap();
     let words = [
         "robot[1].speed: ",

@@ -183,7 +183,7 @@ fn wrong_figures_are_refuted() {
 
 /// A run ends with what comes last: an item that leaves, a pick, or the return from a failure.
 #[test]
-fn the_end_is_that_of_whatever_comes_last() {
+fn the_end_is_that_of_the_last_event() {
     let slow = Robot {
         release_time: 100.0,
         ..back()
