@@ -3,8 +3,17 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod compare;
+mod compare_columns;
+mod complete;
+mod pages;
+mod pairing;
 #[cfg(unix)]
 #[path = "../common/programs.rs"]
 mod programs;
+mod ranking_columns;
 mod results;
+mod run_columns;
+mod support;
 mod sweep;
+mod sweep_columns;
+mod training_seeds;
