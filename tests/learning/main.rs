@@ -3,6 +3,10 @@
 #[path = "../common/mod.rs"]
 mod common;
 #[cfg(feature = "onnx")]
+mod masks;
+mod observation;
+mod observation_tables;
+#[cfg(feature = "onnx")]
 mod policy;
 #[cfg(feature = "onnx")]
 mod policy_forms;

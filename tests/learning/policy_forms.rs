@@ -16,7 +16,7 @@ use tract_onnx::pb::{
 
 const LAYOUT: Layout = Layout::PAPER;
 
-fn value(name: &str, kind: DataType, width: usize) -> ValueInfoProto {
+pub fn value(name: &str, kind: DataType, width: usize) -> ValueInfoProto {
     let dimension = |value| Dimension {
         value: Some(value),
         ..Default::default()
@@ -38,7 +38,7 @@ fn value(name: &str, kind: DataType, width: usize) -> ValueInfoProto {
     }
 }
 
-fn node(operator: &str, inputs: &[&str], output: &str) -> NodeProto {
+pub fn node(operator: &str, inputs: &[&str], output: &str) -> NodeProto {
     NodeProto {
         op_type: operator.into(),
         name: output.into(),
@@ -70,7 +70,7 @@ fn weights(name: &str, columns: usize, double: bool) -> TensorProto {
     }
 }
 
-fn model(
+pub fn model(
     inputs: Vec<ValueInfoProto>,
     nodes: Vec<NodeProto>,
     weights: Vec<TensorProto>,

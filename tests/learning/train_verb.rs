@@ -3,6 +3,13 @@
 use crate::common::{pickline, text};
 #[cfg(unix)]
 use crate::programs::{Program, wait_for};
+use pickline::decision::Outcome;
+use pickline::dispatch::RuleAssignment;
+use pickline::experiment::{Case, load_cases};
+use pickline::policy::{Policy, PolicyStrategy};
+use pickline::rl::domain::Domain;
+use pickline::sim::{Scene, simulate, simulate_rules};
+use pickline::station::built_in;
 use std::path::Path;
 
 /// A line on which a training is short.
@@ -20,6 +27,37 @@ fn train(out: &Path, flags: &[&str]) -> Vec<String> {
 
 fn refs(arguments: &[String]) -> Vec<&str> {
     arguments.iter().map(String::as_str).collect()
+}
+
+/// The figures of a trial are means over patterns that no training and no table sees: those of
+/// the case under the seeds from 990,000 on.
+fn assert_trial(trial: &serde_json::Value, case: &Case, policy: &Policy) {
+    assert_eq!(trial["name"], format!("paper: {}", case.name));
+    let station = built_in("paper").unwrap().station(None).unwrap();
+    let patterns = case.patterns(station.belt(), 10, 990_000).unwrap();
+    let training = Domain::BROAD
+        .draw(std::slice::from_ref(&station), 300, 1.0, 1)
+        .unwrap();
+    let (mut robust, mut best, mut ours) = (0.0, 0.0, 0.0);
+    for (_, pattern) in &patterns {
+        assert!(!training.iter().any(|course| course.pattern == *pattern));
+        let scene = Scene::new(&station, pattern).unwrap();
+        let rate = |outcome: Outcome| 60.0 * outcome.picks.len() as f64 / outcome.figures.end;
+        let of = |rules: &RuleAssignment| rate(simulate_rules(&scene, rules).unwrap());
+        robust += of(&"SPT,FIFO".parse().unwrap());
+        best += RuleAssignment::all(2)
+            .map(|rules| of(&rules))
+            .fold(0.0, f64::max);
+        let mut strategy = PolicyStrategy::new("onnx:p".into(), policy);
+        ours += rate(simulate(&scene, &mut strategy).unwrap());
+    }
+    for (key, sum) in [("robust", robust), ("greedy", best), ("policy", ours)] {
+        let (found, expected) = (trial[key].as_f64().unwrap(), sum / patterns.len() as f64);
+        assert!(
+            (found / expected - 1.0).abs() < 1e-6,
+            "{trial}: {key} {expected}"
+        );
+    }
 }
 
 #[test]
@@ -42,6 +80,15 @@ fn a_training_leaves_its_policy_its_record_and_its_curve() {
     let record: serde_json::Value = serde_json::from_str(&read("p.json")).unwrap();
     assert_eq!(record["steps"], 8192);
     assert_eq!(record["trials"].as_array().unwrap().len(), 8);
+    let policy = Policy::load(&out).unwrap();
+    for (trial, case) in record["trials"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .zip(load_cases("all").unwrap())
+    {
+        assert_trial(trial, &case, &policy);
+    }
     // Two rounds of imitation and a phase; what each was judged after stands in it.
     let curve = read("p.csv");
     let mut rows = csv::Reader::from_reader(curve.as_bytes());
