@@ -89,3 +89,66 @@ impl<'a> Moment<'a> {
         )
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::station::{Belt, Robot};
+    use nalgebra::Point2;
+
+    fn candidate(item: u32, x0: f64) -> Candidate {
+        Candidate {
+            item,
+            x0,
+            y: 0.1,
+            weight: 1.0,
+            open: 0.0,
+            close: 9.0,
+        }
+    }
+
+    #[test]
+    fn further_downstream_is_before_and_then_the_lower_index() {
+        for (a, b, before) in [
+            (candidate(1, 0.5), candidate(0, 0.4), true),
+            (candidate(0, 0.4), candidate(1, 0.5), false),
+            (candidate(0, 0.5), candidate(1, 0.5), true),
+            (candidate(1, 0.5), candidate(0, 0.5), false),
+            (candidate(1, 0.5), candidate(1, 0.5), false),
+        ] {
+            assert_eq!(a.is_before(&b), before, "{a:?} {b:?}");
+        }
+    }
+
+    /// The figures that rules rank by, each of other numbers than the rest.
+    #[test]
+    fn a_moment_has_the_figures_of_its_robot_and_time() {
+        let belt = Belt {
+            speed: 0.1,
+            length: 4.0,
+            width: 1.0,
+        };
+        let robot = |x: f64, speed| Robot {
+            name: format!("r{x}"),
+            base: Point2::new(x, -0.5),
+            bin: Point2::new(x + 0.2, -0.3),
+            reach: 1.0,
+            speed,
+            grasp_time: 0.25,
+            release_time: 0.5,
+        };
+        let station = Station::new(belt, vec![robot(1.0, 0.3), robot(2.0, 0.5)]).unwrap();
+        let moment = Moment::new(&station, 1, 10.0);
+        assert_eq!((moment.robot.name.as_str(), moment.time), ("r2", 10.0));
+        assert_eq!(moment.belt_speed, 0.1);
+        // Now at (1.5, 0.1): 0.7 m upstream of the bin and 0.4 m aside, k = 0.24.
+        let item = candidate(3, 0.5);
+        assert!((moment.x(&item) - 1.5).abs() < 1e-12);
+        let tau = (0.1 * -0.7 + (0.01f64 * 0.49 + 0.24 * 0.65).sqrt()) / 0.24;
+        assert!((moment.travel_time(&item) - tau).abs() < 1e-12);
+        assert!((moment.processing_time(&item) - (2.0 * tau + 0.75)).abs() < 1e-12);
+        // The base is 0.5 m downstream and 0.6 m aside.
+        let distance = 0.61f64.sqrt();
+        assert!((moment.distance_to_base(&item) - distance).abs() < 1e-12);
+    }
+}

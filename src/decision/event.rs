@@ -69,3 +69,60 @@ pub trait Observer {
     /// Takes note of one event.
     fn observe(&mut self, event: &Event);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::station::built_in;
+
+    #[test]
+    fn every_event_has_its_time() {
+        let station = built_in("paper").unwrap().station(None).unwrap();
+        let snapshot = Snapshot {
+            station: &station,
+            time: 2.0,
+            robot: 0,
+            candidates: &[],
+            free_at: &[0.0, 0.0],
+            in_view: &[],
+        };
+        let (robot, item) = (0, 5);
+        for (event, time) in [
+            (
+                Event::Decision {
+                    snapshot: &snapshot,
+                    action: Action::WaitUntil(7.0),
+                },
+                2.0,
+            ),
+            (
+                Event::Grasp {
+                    time: 3.0,
+                    robot,
+                    item,
+                },
+                3.0,
+            ),
+            (
+                Event::Release {
+                    time: 4.0,
+                    robot,
+                    item,
+                },
+                4.0,
+            ),
+            (
+                Event::GraspFailed {
+                    time: 5.0,
+                    robot,
+                    item,
+                    free: 9.0,
+                },
+                5.0,
+            ),
+            (Event::LeftBelt { time: 6.0, item }, 6.0),
+        ] {
+            assert_eq!(event.time(), time, "{event:?}");
+        }
+    }
+}

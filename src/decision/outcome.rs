@@ -178,3 +178,69 @@ pub struct Outcome {
     /// All items that were not picked, downstream first.
     pub missed: Vec<Miss>,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of unlike numbers, so that none can stand in for another.
+    const FIGURES: Figures = Figures {
+        items: 200,
+        picked: 150,
+        weight: 90.0,
+        end: 120.0,
+    };
+
+    #[test]
+    fn figures_are_per_item_and_per_minute() {
+        assert_eq!(FIGURES.picked_share(), 0.75);
+        assert_eq!(FIGURES.picking_rate(), 75.0);
+        assert_eq!(FIGURES.weighted_rate(), 45.0);
+        assert_eq!(FIGURES.rate_of(30), 15.0);
+        let at_once = Figures {
+            end: 0.0,
+            ..FIGURES
+        };
+        assert_eq!(at_once.picking_rate(), 0.0);
+        assert_eq!(at_once.weighted_rate(), 0.0);
+        assert_eq!(at_once.rate_of(30), 0.0);
+    }
+
+    #[test]
+    fn complete_is_every_item() {
+        for (picked, complete) in [(0, false), (198, false), (199, false), (200, true)] {
+            let figures = Figures { picked, ..FIGURES };
+            assert_eq!(figures.complete(), complete, "{picked} of 200");
+        }
+    }
+
+    #[test]
+    fn a_failed_attempt_claims_its_item_until_the_grasp_is_over() {
+        let failure = Failure {
+            attempt: Pick {
+                robot: 1,
+                item: 2,
+                decide: 3.0,
+                grasp: 4.0,
+                release: 6.5,
+                meet: Point2::new(7.0, 8.0),
+            },
+            cause: FailureCause::Grasp,
+        };
+        assert_eq!(failure.claim_ends(0.5), 4.5);
+    }
+
+    #[test]
+    fn causes_and_reasons_have_their_names() {
+        assert_eq!(FailureCause::Grasp.name(), "grasp");
+        assert_eq!(FailureCause::OutOfReach.name(), "out_of_reach");
+        let names = [
+            "unreachable",
+            "grasp_failed",
+            "passed_over",
+            "unseen",
+            "busy",
+        ];
+        assert_eq!(MissReason::ALL.map(MissReason::name), names);
+    }
+}

@@ -66,3 +66,147 @@ pub fn answer(strategy: &mut dyn Strategy, snapshot: &Snapshot) -> Result<Action
         ),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::decision::Candidate;
+    use crate::station::built_in;
+
+    /// Answers as it was made to.
+    struct Fixed(Action, Option<&'static str>);
+
+    impl Strategy for Fixed {
+        fn decide(&mut self, _: &Snapshot) -> Action {
+            self.0
+        }
+
+        fn name(&self) -> String {
+            "fixed".into()
+        }
+
+        fn trouble(&self) -> Option<String> {
+            self.1.map(str::to_owned)
+        }
+    }
+
+    /// A strategy that says nothing of itself.
+    struct Silent;
+
+    impl Strategy for Silent {
+        fn decide(&mut self, _: &Snapshot) -> Action {
+            Action::NoAnswer
+        }
+
+        fn name(&self) -> String {
+            "silent".into()
+        }
+    }
+
+    fn ask(strategy: &mut dyn Strategy, candidates: usize) -> Result<Action> {
+        let station = built_in("paper").unwrap().station(None).unwrap();
+        let candidate = |item: u32| Candidate {
+            item,
+            x0: 0.5 - 0.1 * f64::from(item),
+            y: 0.25,
+            weight: 1.0,
+            open: 0.0,
+            close: 9.0,
+        };
+        let candidates: Vec<Candidate> = (0..candidates as u32).map(candidate).collect();
+        let snapshot = Snapshot {
+            station: &station,
+            time: 3.0,
+            robot: 1,
+            candidates: &candidates,
+            free_at: &[0.0, 0.0],
+            in_view: &[],
+        };
+        answer(strategy, &snapshot)
+    }
+
+    #[test]
+    fn answers_that_the_model_allows_are_passed_on() {
+        for action in [
+            Action::Pick(0),
+            Action::Pick(1),
+            Action::WaitUntil(3.5),
+            Action::WaitForNextWindow,
+        ] {
+            assert_eq!(ask(&mut Fixed(action, None), 2).unwrap(), action);
+        }
+    }
+
+    #[test]
+    fn other_answers_are_errors_that_say_what_was_seen() {
+        for (action, trouble, problem) in [
+            (Action::Pick(2), None, "it picks candidate 2 of 2"),
+            (
+                Action::WaitUntil(3.0),
+                None,
+                "it waits until 3 s, which is not later",
+            ),
+            (
+                Action::WaitUntil(2.0),
+                Some("unasked"),
+                "it waits until 2 s, which is not later",
+            ),
+            (
+                Action::WaitUntil(f64::NAN),
+                None,
+                "it waits until NaN s, which is not later",
+            ),
+            (Action::NoAnswer, None, "it has no answer"),
+            (Action::NoAnswer, Some("no idea"), "no idea"),
+        ] {
+            let message = ask(&mut Fixed(action, trouble), 2).unwrap_err().to_string();
+            // At 0.05 m/s the items have come 0.15 m.
+            for words in [
+                "the strategy fixed: ",
+                problem,
+                "robot `r2` at t = 3 s, 2 candidates: item 0 at (0.6500, 0.2500) m, item 1 at \
+                 (0.5500, 0.2500) m\n",
+                "cure: ",
+            ] {
+                assert!(message.contains(words), "{words} not in {message}");
+            }
+        }
+        // Of many candidates the first are named.
+        let message = ask(&mut Fixed(Action::Pick(9), None), 9).unwrap_err();
+        let message = message.to_string();
+        assert!(message.contains("9 candidates: item 0 at "), "{message}");
+        assert!(
+            message.contains("item 7 at (-0.0500, 0.2500) m, ...\n"),
+            "{message}"
+        );
+        let message = ask(&mut Fixed(Action::Pick(9), None), 8).unwrap_err();
+        let message = message.to_string();
+        assert!(
+            message.contains("item 7 at (-0.0500, 0.2500) m\n"),
+            "{message}"
+        );
+    }
+
+    #[test]
+    fn strategies_look_and_have_no_trouble_unless_they_say_so() {
+        assert!(Silent.needs_view());
+        assert_eq!(Silent.trouble(), None);
+        let message = ask(&mut Silent, 1).unwrap_err().to_string();
+        assert!(message.contains("silent: it has no answer"), "{message}");
+    }
+
+    #[test]
+    fn an_idle_robot_is_free_at_once() {
+        let station = built_in("paper").unwrap().station(None).unwrap();
+        let snapshot = Snapshot {
+            station: &station,
+            time: 3.0,
+            robot: 0,
+            candidates: &[],
+            free_at: &[1.0, 5.5],
+            in_view: &[],
+        };
+        assert_eq!(snapshot.time_until_free(0), 0.0);
+        assert_eq!(snapshot.time_until_free(1), 2.5);
+    }
+}

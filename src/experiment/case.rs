@@ -387,4 +387,208 @@ mod tests {
         }
         assert!(parse("", "t", None).is_err());
     }
+
+    fn of(source: CaseSource, items: usize) -> Case {
+        Case {
+            name: "c".into(),
+            source,
+            items,
+        }
+    }
+
+    const BELT: Belt = Belt {
+        speed: 0.05,
+        length: 4.2,
+        width: 1.05,
+    };
+
+    #[test]
+    fn what_a_case_is_follows_from_its_source() {
+        let folder = tempfile::tempdir().unwrap();
+        let (own, profile) = (folder.path().join("p.csv"), folder.path().join("f.csv"));
+        std::fs::write(&own, "id,x,y\n1,0,0\n").unwrap();
+        // 30 items a minute for two minutes.
+        std::fs::write(&profile, "time_s,flow_per_min\n0,30\n120,30\n").unwrap();
+        let feed = |feed| CaseSource::Feed(feed, Some(60.0));
+        let shift = || CaseSource::Feed(Feed::Profile(profile.clone()), None);
+        for (source, random, generated, file, expected) in [
+            (CaseSource::Grid(0.2), false, true, None, 40.0),
+            (CaseSource::Poisson(0.2), true, true, None, 40.0),
+            (feed(Feed::Grid), false, true, None, 40.0),
+            (feed(Feed::Random), true, true, None, 40.0),
+            (shift(), true, true, Some(&profile), 40.0),
+            (CaseSource::File(own.clone()), false, false, Some(&own), 0.0),
+        ] {
+            let case = of(source, 40);
+            let what = format!("{:?}", case.source);
+            assert_eq!(case.is_random(), random, "{what}");
+            assert_eq!(case.is_generated(), generated, "{what}");
+            assert_eq!(case.file(), file.map(|file| file.as_path()), "{what}");
+            assert_eq!(
+                case.expected_items(&BELT, None).unwrap(),
+                expected,
+                "{what}"
+            );
+            let drawn = case.patterns(&BELT, 3, 5).unwrap();
+            assert_eq!(drawn.len(), if random { 3 } else { 1 }, "{what}");
+            let seeds: Vec<Option<u64>> = drawn.iter().map(|drawn| drawn.0).collect();
+            match random {
+                true => assert_eq!(seeds, [Some(5), Some(6), Some(7)], "{what}"),
+                false => assert_eq!(seeds, [None], "{what}"),
+            }
+            let patterns = |first: usize| case.patterns(&BELT, 1, 5 + first as u64).unwrap();
+            for (place, drawn) in drawn.iter().enumerate() {
+                // The first of a set under the seed of its place.
+                assert_eq!(patterns(place)[0].1, drawn.1, "{what}");
+            }
+            assert_eq!(
+                random,
+                drawn.len() > 1 && drawn[0].1 != drawn[1].1,
+                "{what}"
+            );
+        }
+        let case = of(shift(), 100);
+        assert_eq!(case.expected_items(&BELT, None).unwrap(), 60.0);
+        assert_eq!(case.expected_items(&BELT, Some(7)).unwrap(), 7.0);
+        assert_eq!(
+            of(CaseSource::Grid(0.2), 40)
+                .expected_items(&BELT, Some(7))
+                .unwrap(),
+            7.0
+        );
+        let message = of(CaseSource::Feed(Feed::Random, None), 4).patterns(&BELT, 1, 5);
+        let message = message.unwrap_err().to_string();
+        assert!(
+            message.contains("c: ") && message.contains("needs a flow"),
+            "{message}"
+        );
+        let message = of(CaseSource::Feed(Feed::Random, None), 4).expected_items(&BELT, None);
+        let message = message.unwrap_err().to_string();
+        assert!(
+            message.contains("c: ") && message.contains("needs a flow"),
+            "{message}"
+        );
+    }
+
+    /// One line of a case after its name, and what comes of it.
+    #[test]
+    fn every_key_of_a_case_is_read_and_held_to_its_range() {
+        let read = |lines: &str| {
+            let text = format!("[[case]]\nname = \"a\"\n{lines}\n");
+            parse(&text, "t", Some(Path::new("folder"))).map(|mut cases| cases.remove(0))
+        };
+        for (lines, source, items) in [
+            ("grid = 0.2\nitems = 1", CaseSource::Grid(0.2), 1),
+            (
+                "grid = 0.0001\nitems = 1000000",
+                CaseSource::Grid(1e-4),
+                1_000_000,
+            ),
+            ("poisson = 1000\nitems = 5", CaseSource::Poisson(1e3), 5),
+            (
+                "feed = \"random\"\nflow = 60\nitems = 5",
+                CaseSource::Feed(Feed::Random, Some(60.0)),
+                5,
+            ),
+            (
+                "profile = \"f.csv\"",
+                CaseSource::Feed(Feed::Profile("folder/f.csv".into()), None),
+                usize::MAX,
+            ),
+            (
+                "profile = \"f.csv\"\nflow = 30\nitems = 5",
+                CaseSource::Feed(Feed::Profile("folder/f.csv".into()), Some(30.0)),
+                5,
+            ),
+            (
+                "pattern = \"p.csv\"",
+                CaseSource::File("folder/p.csv".into()),
+                0,
+            ),
+        ] {
+            let case = read(lines).unwrap();
+            assert_eq!((case.source, case.items), (source, items), "{lines}");
+        }
+        for (lines, words) in [
+            (
+                "grid = 0.00009\nitems = 1",
+                &["t:3: case[0].grid", "9e-5", "0.0001 to 1000"][..],
+            ),
+            (
+                "poisson = 1000.1\nitems = 1",
+                &["t:3: case[0].poisson", "1000.1"],
+            ),
+            (
+                "grid = 0.2\nitems = 1000001",
+                &["t:4: case[0].items", "1000001 items"],
+            ),
+            (
+                "pattern = \"p.csv\"\nitems = 3",
+                &["t:4: case[0].items", "holds its own items"],
+            ),
+            (
+                "pattern = \"p.csv\"\nflow = 3",
+                &["t:4: case[0].flow", "only a feed or a profile"],
+            ),
+            (
+                "grid = 0.2\nflow = 3\nitems = 1",
+                &["t:4: case[0].flow", "only a feed"],
+            ),
+            ("feed = \"random\"\nitems = 5", &["case[0].flow", "missing"]),
+            (
+                "feed = \"randm\"\nflow = 3\nitems = 5",
+                &["t:3: case[0].feed", "`randm` is no feed", "`random`"],
+            ),
+            // A profile is no feed by name.
+            (
+                "feed = \"profile\"\nflow = 3\nitems = 5",
+                &[
+                    "`profile` is no feed",
+                    "grid, poisson, random, clustered, gaps",
+                ],
+            ),
+            (
+                "grid = 0.2\npoisson = 0.2\nitems = 5",
+                &["case[0].name", "exactly one of"],
+            ),
+        ] {
+            let message = read(lines).unwrap_err().to_string();
+            for word in words {
+                assert!(message.contains(word), "{word} not in {message}");
+            }
+        }
+        let message = parse("", "t", None).unwrap_err().to_string();
+        assert!(message.contains("t: the file has no case"), "{message}");
+    }
+
+    #[test]
+    fn names_of_cases_are_told_from_files_and_feeds() {
+        let counts = ["paper", "dense", "all"].map(|name| load_cases(name).unwrap().len());
+        assert_eq!(counts, [4, 4, 8]);
+        let dense = load_cases("dense").unwrap();
+        assert_eq!(dense[0].source, CaseSource::Grid(0.15));
+        assert_eq!(dense[1].source, CaseSource::Poisson(0.1));
+        assert!(dense.iter().all(|case| case.items == 150));
+        for feed in ["grid:0.2", "poisson:0.2", "gaps:3", "clustered:60/min:2"] {
+            let message = load_cases(feed).unwrap_err().to_string();
+            assert!(
+                message.contains("is a feed, not a file"),
+                "{feed}: {message}"
+            );
+        }
+        for name in ["papre", "own:2"] {
+            let message = load_cases(name).unwrap_err().to_string();
+            assert!(
+                message.contains("neither a file nor a built-in set"),
+                "{name}: {message}"
+            );
+        }
+        for file in ["no/such", "no.toml", "no\\such"] {
+            let message = load_cases(file).unwrap_err().to_string();
+            assert!(message.contains("cannot read"), "{file}: {message}");
+        }
+        // A file of the working folder needs no dot and no slash; it comes before a feed.
+        let message = load_cases("src").unwrap_err().to_string();
+        assert!(!message.contains("neither a file"), "{message}");
+    }
 }

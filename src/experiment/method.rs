@@ -133,3 +133,61 @@ impl Method {
 pub fn policy_title() -> String {
     format!("RL policy ({POLICY})")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::strategies::read_alone;
+
+    #[test]
+    fn greedy_gt_is_for_as_many_robots_as_can_be_enumerated() {
+        for robots in [1, 2, 3] {
+            let Method::Greedy(tree) = Method::greedy(robots).unwrap() else {
+                panic!("greedy GT");
+            };
+            assert_eq!(tree.assignments().len(), 6usize.pow(robots as u32));
+        }
+        assert!(Method::greedy(7).is_ok());
+        let message = Method::greedy(8).unwrap_err().to_string();
+        for words in [
+            "greedy GT",
+            "6^8 assignments",
+            "at most 7 robots",
+            "--no-greedy",
+        ] {
+            assert!(message.contains(words), "{words} not in {message}");
+        }
+    }
+
+    /// 6 + 36 passes of an item for two robots; 300 million are a minute's work.
+    #[test]
+    fn greedy_gt_is_left_out_where_it_would_take_more_than_a_minute() {
+        let minute = 300e6 / 42.0;
+        assert_eq!(Method::greedy_limit(2, 100, 0.99 * minute), None);
+        assert_eq!(Method::greedy_limit(2, 100, 1.01 * minute), Some(99));
+        assert_eq!(Method::greedy_limit(2, 100, 2.0 * minute), Some(50));
+        // 6 + 36 + 216.
+        assert_eq!(Method::greedy_limit(3, 10, 0.99 * 300e6 / 258.0), None);
+        assert_eq!(Method::greedy_limit(3, 10, 5.0 * 300e6 / 258.0), Some(2));
+    }
+
+    #[test]
+    fn methods_have_names_for_files_and_tables() {
+        let robust = Method::Robust("SPT,FIFO".parse().unwrap());
+        let greedy = Method::greedy(2).unwrap();
+        let rules = Method::Strategy(read_alone("SPT,PP", 2).unwrap());
+        for (method, id, title) in [
+            (robust, "robust_gt", "robust GT [SPT; FIFO]"),
+            (greedy, "greedy_gt", "greedy GT"),
+            (rules, "rules:SPT,PP", "rules:SPT,PP"),
+        ] {
+            assert_eq!((method.id(), method.title().as_str()), (id, title));
+        }
+        assert_eq!(policy_title(), "RL policy (onnx)");
+        #[cfg(feature = "onnx")]
+        {
+            let policy = Method::Strategy(read_alone(POLICY, 2).unwrap());
+            assert_eq!((policy.id(), policy.title()), ("onnx", policy_title()));
+        }
+    }
+}

@@ -232,4 +232,145 @@ mod tests {
             assert!(values[0] <= low && *values.last().unwrap() >= high * (1.0 - 1e-9));
         }
     }
+
+    /// The least step of 1, 2 or 5 and a power of ten with which `from` to `to` has no more
+    /// than thirty values.
+    fn least_step(from: f64, to: f64) -> f64 {
+        let powers = (-9..9).flat_map(|power| [1.0, 2.0, 5.0].map(|m| (m, power)));
+        let steps = powers.map(|(m, power)| format!("{m}e{power}").parse::<f64>().unwrap());
+        let fits = |step: &f64| (to - from) / step <= 29.0 + 1e-6;
+        steps.filter(fits).fold(f64::INFINITY, f64::min)
+    }
+
+    #[test]
+    fn a_step_is_the_least_round_one_with_thirty_values() {
+        for (from, to, step) in [
+            (0.02, 0.08, 0.005),
+            (0.0, 0.29, 0.01),
+            (0.0, 0.2901, 0.02),
+            (0.0, 0.58, 0.02),
+            (0.0, 0.5801, 0.05),
+            (0.0, 1.45, 0.05),
+            (0.0, 1.451, 0.1),
+            (1.0, 30.0, 1.0),
+            (1.0, 31.0, 2.0),
+            (0.0, 2900.0, 100.0),
+            (1e-3, 1.29e-2, 5e-4),
+        ] {
+            assert_eq!(step_between(from, to), step, "{from} to {to}");
+            assert_eq!(least_step(from, to), step, "{from} to {to}");
+        }
+        for place in 1..400 {
+            let (from, to) = (0.01 * f64::from(place % 7), 0.017 * f64::from(place));
+            if to > from {
+                assert_eq!(
+                    step_between(from, to),
+                    least_step(from, to),
+                    "{from} to {to}"
+                );
+            }
+        }
+        // A single value, of whatever size.
+        assert_eq!(step_between(0.3, 0.3), 0.3);
+        assert_eq!(step_between(0.3, 0.2), 0.2);
+        assert_eq!(step_between(0.0, 0.0), f64::MIN_POSITIVE);
+    }
+
+    #[test]
+    fn round_steps_are_decimal_numbers() {
+        for (most, step) in [
+            (0.05, 0.05),
+            (0.1, 0.1),
+            (0.099_999_999_999, 0.1),
+            (0.0999, 0.05),
+            (9.9, 5.0),
+            (10.0, 10.0),
+            (1234.0, 1000.0),
+            (4999.0, 2000.0),
+            (0.3, 0.2),
+            (3e-7, 2e-7),
+        ] {
+            assert_eq!(round_step(most), step, "{most}");
+        }
+        for (value, expected) in [
+            (0.1 + 0.2, 0.3),
+            (3.0 * 0.001, 0.003),
+            (1234.0, 1234.0),
+            (7e-12, 7e-12),
+            (2.0f64.sqrt(), 1.414_213_562_4),
+            (100.0 * 2.0f64.sqrt(), 141.421_356_24),
+        ] {
+            assert_eq!(decimal(value), expected, "{value}");
+        }
+    }
+
+    #[test]
+    fn a_range_around_what_a_line_can_do_ends_on_multiples_of_its_step() {
+        for (low, high, from, to, step) in [
+            (0.021, 0.078, 0.02, 0.08, 0.002),
+            (0.8, 3.2, 0.8, 3.2, 0.1),
+            (0.84, 3.21, 0.8, 3.3, 0.1),
+            // Never 0, which is no belt speed.
+            (0.0001, 0.05, 0.002, 0.05, 0.002),
+            (1e-6, 1e-6, 1e-6, 1e-6, 1e-6),
+        ] {
+            let range = Range::around(low, high);
+            assert_eq!(
+                (range.from, range.to, range.step),
+                (from, to, step),
+                "{low} to {high}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_is_no_range_is_told_by_its_flag() {
+        for (from, to, step, words) in [
+            (0.0, 1.0, 0.1, &["--from", "0 is no start", "above 0"][..]),
+            (f64::INFINITY, 1.0, 0.1, &["--from", "inf is no start"]),
+            (
+                2.0,
+                1.0,
+                0.1,
+                &["--to", "1 is no end", "from 2", "give 2 or more"],
+            ),
+            (1.0, f64::INFINITY, 0.1, &["--to", "inf is no end"]),
+            (
+                1.0,
+                2.0,
+                0.0,
+                &["--step", "0 is no step from 1 to 2", "at least 0.0001"],
+            ),
+            (1.0, 2.0, f64::INFINITY, &["--step", "inf is no step"]),
+            (1.0, 2.0, 0.99e-4, &["--step", "at least 0.0001"]),
+            (1.0, 2.5, 1e-5, &["--step", "at least 0.0002"]),
+            (1.0, 1.0, 0.0, &["--step", "at least 0"]),
+            (1.0, 301.0, 0.01, &["--step", "at least 0.03"]),
+        ] {
+            let message = Range { from, to, step }.values().unwrap_err().to_string();
+            for word in words {
+                assert!(message.contains(word), "{word} not in {message}");
+            }
+        }
+        // As many as are allowed.
+        let most = Range {
+            from: 1.0,
+            to: 2.0,
+            step: 1e-4,
+        }
+        .values()
+        .unwrap();
+        assert_eq!((most.len(), most[10_000]), (10_001, 2.0));
+        // The end need not be on a step.
+        assert_eq!(
+            Range {
+                from: 1.0,
+                to: 2.0,
+                step: 0.4
+            }
+            .values()
+            .unwrap(),
+            [1.0, 1.4, 1.8]
+        );
+    }
 }

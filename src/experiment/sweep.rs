@@ -373,4 +373,100 @@ mod tests {
         assert_eq!(Limit::of(&values, |_| false).highest, None);
         assert_eq!(Limit::of(&values, |_| true).first_miss, None);
     }
+
+    /// One method with these throughputs of a flow of 100/min, none where there is none.
+    fn swept(throughputs: &[Option<f64>], arms_meet: &[bool]) -> Sweep {
+        let point = |mean: &Option<f64>| SweepPoint {
+            title: "t".into(),
+            picked_share: 1.0,
+            picked_share_interval: None,
+            throughput: Throughput {
+                mean: *mean,
+                interval: None,
+                flow: Some(100.0),
+                utilisation: Vec::new(),
+                steady: 1,
+                changing: 0,
+                runs: 1,
+                missing: None,
+            },
+            picking_rate: 1.0,
+            picking_rate_interval: None,
+            weighted_rate: 1.0,
+            complete_share: 1.0,
+            nearly_complete_share: 1.0,
+            certified: None,
+            complete: vec![true],
+        };
+        Sweep {
+            values: (1..=throughputs.len()).map(|value| value as f64).collect(),
+            planned: throughputs.len(),
+            points: throughputs.iter().map(|mean| vec![point(mean)]).collect(),
+            bounds: None,
+            arms_meet: arms_meet.to_vec(),
+            weighs: false,
+        }
+    }
+
+    #[test]
+    fn the_least_value_that_is_as_good_as_the_best_is_recommended() {
+        let apart = [false; 4];
+        for (throughputs, arms_meet, recommended) in [
+            (
+                [Some(50.0), Some(70.0), Some(80.0), Some(80.0)],
+                apart,
+                Some(3.0),
+            ),
+            // A hundredth less is as good, more than that is not.
+            (
+                [Some(50.0), Some(79.2), Some(80.0), Some(80.0)],
+                apart,
+                Some(2.0),
+            ),
+            (
+                [Some(50.0), Some(79.1), Some(80.0), Some(80.0)],
+                apart,
+                Some(3.0),
+            ),
+            // Arms that meet make no line, not even one to be measured against.
+            (
+                [Some(50.0), Some(60.0), Some(80.0), Some(80.0)],
+                [false, false, true, true],
+                Some(2.0),
+            ),
+            (
+                [Some(80.0), Some(50.0), None, None],
+                [true, false, false, false],
+                Some(2.0),
+            ),
+            ([None, None, Some(40.0), None], apart, Some(3.0)),
+            ([None; 4], apart, None),
+            ([Some(80.0); 4], [true; 4], None),
+        ] {
+            let sweep = swept(&throughputs, &arms_meet);
+            assert_eq!(
+                sweep.recommended(0),
+                recommended,
+                "{throughputs:?} {arms_meet:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn axes_have_names_and_units() {
+        for (axis, name, unit, helps) in [
+            (Axis::Speed, "speed", "m/s", false),
+            (Axis::Robots, "robots", "1", true),
+            (Axis::Spacing, "spacing", "m", false),
+            (Axis::Reach, "reach", "m", true),
+        ] {
+            assert_eq!(Axis::named(name).unwrap(), axis);
+            assert_eq!(
+                (axis.name(), axis.unit(), axis.helps()),
+                (name, unit, helps)
+            );
+        }
+        let message = Axis::named("sped").unwrap_err().to_string();
+        assert!(message.contains("`sped` cannot be swept"), "{message}");
+    }
 }

@@ -95,4 +95,74 @@ mod tests {
             }
         }
     }
+
+    /// Random cases are drawn under seeds that are no seeds of tables, which count from the
+    /// master seed.
+    #[test]
+    fn training_seeds_are_far_from_judged_ones() {
+        let station = crate::station::built_in("paper").unwrap();
+        let station = station.station(None).unwrap();
+        let belt = station.belt();
+        let cases = &load_cases("paper").unwrap()[2..];
+        for (count, each) in [(60, 30), (24, 12), (4, 12)] {
+            let training = training_set(cases, belt, Some(10), count, 7).unwrap();
+            let mut expected = Vec::new();
+            for case in cases {
+                let case = Case {
+                    items: 10,
+                    ..case.clone()
+                };
+                let far = case.patterns(belt, each, 7 + (1 << 32)).unwrap();
+                assert_eq!(far[0].0, Some(4_294_967_303));
+                expected.extend(far.into_iter().map(|(_, pattern)| pattern));
+            }
+            assert_eq!(training.set.patterns, expected, "{count}");
+            assert_eq!(training.set.labels.len(), expected.len());
+            assert_eq!(training.set.labels[0], "like poisson 0.2, 29 items #1");
+            assert_eq!(training.set.labels[each], "like poisson 0.3, 36 items #1");
+            let words = format!("{} patterns like those of the cases", 2 * each);
+            assert!(training.set.description.starts_with(&words));
+            assert!(!training.seen);
+        }
+    }
+
+    /// What cannot be drawn again is trained on itself, and as often as the others.
+    #[test]
+    fn a_recorded_case_is_seen_and_weighs_as_much_as_the_others() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("p.csv");
+        std::fs::write(&file, "id,x,y\n1,0,0\n2,-0.5,0.1\n").unwrap();
+        let case = |name: &str, source, items| Case {
+            name: name.into(),
+            source,
+            items,
+        };
+        let cases = [
+            case("own", CaseSource::File(file), 0),
+            case("grid", CaseSource::Grid(0.2), 30),
+        ];
+        let station = crate::station::built_in("paper").unwrap();
+        let station = station.station(None).unwrap();
+        let training = training_set(&cases, station.belt(), None, 40, 7).unwrap();
+        assert!(training.seen);
+        let labels = |name: &str| {
+            let labels = training.set.labels.iter();
+            labels
+                .filter(|l| l.starts_with(&format!("like {name} #")))
+                .count()
+        };
+        assert_eq!([labels("own"), labels("grid")], [20, 20]);
+        let own = &training.set.patterns[..20];
+        assert!(
+            own.iter()
+                .all(|pattern| pattern.len() == 2 && *pattern == own[0])
+        );
+        assert!(
+            training.set.patterns[20..]
+                .iter()
+                .all(|pattern| pattern.len() == 30)
+        );
+        let grids = training_set(&cases[1..], station.belt(), None, 40, 7).unwrap();
+        assert!(!grids.seen);
+    }
 }

@@ -406,6 +406,150 @@ mod tests {
         }
     }
 
+    /// Where in the strip, from `from` on, no point is closer than `least`, if somewhere: an
+    /// uncovered region has a corner at the crossing of two circles, of a circle and the
+    /// border, or at a corner of the strip, so it is enough to look there.
+    fn uncovered(points: &[Point], from: f64, size: Point, least: f64) -> Option<Point> {
+        let mut places = vec![[from, 0.0], [from, size[1]], [size[0], 0.0], size];
+        for (i, a) in points.iter().enumerate() {
+            for at in [from, size[0]] {
+                let side = (least * least - (at - a[0]).powi(2)).sqrt();
+                places.extend([[at, a[1] - side], [at, a[1] + side]]);
+            }
+            for at in [0.0, size[1]] {
+                let side = (least * least - (at - a[1]).powi(2)).sqrt();
+                places.extend([[a[0] - side, at], [a[0] + side, at]]);
+            }
+            for b in &points[..i] {
+                let (middle, half) = (
+                    [(a[0] + b[0]) / 2.0, (a[1] + b[1]) / 2.0],
+                    (a[0] - b[0]).hypot(a[1] - b[1]) / 2.0,
+                );
+                let along = (least * least - half * half).sqrt() / (2.0 * half);
+                for sign in [-along, along] {
+                    let across = [sign * (b[1] - a[1]), sign * (a[0] - b[0])];
+                    places.push([middle[0] + across[0], middle[1] + across[1]]);
+                }
+            }
+        }
+        // Where circles do not cross a root is no number, and the place is none.
+        let inside = |p: &Point| p[0] >= from && p[0] <= size[0] && p[1] >= 0.0 && p[1] <= size[1];
+        let far = |p: &Point| {
+            let mut distances = points.iter().map(|q| (p[0] - q[0]).hypot(p[1] - q[1]));
+            distances.all(|distance| distance >= least * (1.0 - 1e-9))
+        };
+        places.into_iter().find(|place| inside(place) && far(place))
+    }
+
+    /// A sampler of a strip with these points, before anything is filled in.
+    fn sampler<'a>(size: Point, points: &[Point], rng: &'a mut ChaCha8Rng) -> Sampler<'a> {
+        let mut sampler = Sampler::new(size[0], size[1], 1.0, rng);
+        points.iter().for_each(|point| sampler.insert(*point));
+        sampler
+    }
+
+    fn assert_apart(points: &[Point], what: &str) {
+        for (i, a) in points.iter().enumerate() {
+            for b in &points[..i] {
+                let distance = (a[0] - b[0]).hypot(a[1] - b[1]);
+                assert!(distance >= 1.0 - 1e-9, "{what}: {a:?} and {b:?}");
+            }
+        }
+    }
+
+    /// Darts hardly ever leave room for an item. What they would leave is filled all the same:
+    /// here nothing else fills it.
+    #[test]
+    fn whatever_is_left_uncovered_is_filled() {
+        let mut rng = random_stream(1, 0);
+        for (size, points) in [
+            // The corners of the strip, beyond the only circle.
+            ([6.0, 4.0], &[[3.0, 2.0]][..]),
+            ([2.2, 0.1], &[[1.1, 0.05]]),
+            // At one end, at one side.
+            ([3.0, 1.5], &[[0.2, 0.3]]),
+            ([3.0, 1.5], &[[2.9, 1.4]]),
+            // Between circles that cross, beside no border.
+            (
+                [1.7, 1.7],
+                &[[0.0, 0.0], [1.7, 0.0], [0.0, 1.7], [1.7, 1.7]],
+            ),
+            ([2.0, 1.8], &[[0.0, 0.9], [2.0, 0.9], [1.0, 0.0]]),
+            // Along a line.
+            ([9.0, 0.0], &[[4.0, 0.0]]),
+            ([9.0, 1e-3], &[[1.5, 0.0], [4.0, 1e-3]]),
+        ] {
+            let what = format!("{size:?} around {points:?}");
+            let mut sampler = sampler(size, points, &mut rng);
+            assert!(
+                uncovered(&sampler.points, 0.0, size, 1.0).is_some(),
+                "{what}"
+            );
+            sampler.fill_corners();
+            assert_apart(&sampler.points, &what);
+            assert_eq!(uncovered(&sampler.points, 0.0, size, 1.0), None, "{what}");
+        }
+    }
+
+    /// The corners of the strip themselves come first.
+    #[test]
+    fn an_uncovered_corner_of_the_belt_holds_an_item() {
+        let mut rng = random_stream(1, 0);
+        let size = [4.0, 3.0];
+        let mut sampler = sampler(size, &[[2.0, 1.5]], &mut rng);
+        sampler.fill_corners();
+        assert_eq!(
+            sampler.points[1..5],
+            [[0.0, 0.0], [0.0, 3.0], [4.0, 0.0], [4.0, 3.0]]
+        );
+        // One that is covered holds none.
+        let mut sampler = Sampler::new(4.0, 3.0, 1.0, &mut rng);
+        sampler.insert([0.5, 0.5]);
+        sampler.fill_corners();
+        assert_eq!(sampler.points[1..4], [[0.0, 3.0], [4.0, 0.0], [4.0, 3.0]]);
+    }
+
+    /// Nowhere in the strip there is room for a further item, up to its corners; among these
+    /// samples are some that darts alone leave with room.
+    #[test]
+    fn samples_are_maximal_up_to_the_corners() {
+        let mut left = 0;
+        for size in [[8.0, 4.0], [12.0, 1.1], [20.0, 0.4], [40.0, 1e-3]] {
+            for seed in 0..40 {
+                let mut rng = random_stream(seed, 3);
+                let mut darts = Sampler::new(size[0], size[1], 1.0, &mut rng);
+                darts.insert([0.5 * size[0], 0.5 * size[1]]);
+                darts.bridson();
+                darts.throw_darts();
+                left += usize::from(uncovered(&darts.points, 0.0, size, 1.0).is_some());
+                let mut rng = random_stream(seed, 3);
+                let points = Sampler::new(size[0], size[1], 1.0, &mut rng).run();
+                assert_apart(&points, &format!("{size:?}, seed {seed}"));
+                let gap = uncovered(&points, 0.0, size, 1.0);
+                assert_eq!(gap, None, "{size:?}, seed {seed}");
+            }
+        }
+    }
+
+    /// The same of patterns: they are cut at the last item, and shifted so that the first is
+    /// at 0.
+    #[test]
+    fn patterns_are_maximal_up_to_the_edges_of_the_belt() {
+        for (width, radius) in [(0.7, 0.1), (1.05, 0.3), (0.2, 0.25), (0.01, 0.5)] {
+            for seed in 0..10 {
+                let pattern = draw(width, radius, 60, seed);
+                let points: Vec<Point> = pattern
+                    .items()
+                    .iter()
+                    .map(|item| [item.x0, item.y + width / 2.0])
+                    .collect();
+                let from = points[59][0] + radius * MARGIN;
+                let gap = uncovered(&points, from, [0.0, width], radius * MARGIN);
+                assert_eq!(gap, None, "width {width}, radius {radius}, seed {seed}");
+            }
+        }
+    }
+
     #[test]
     fn the_same_seed_draws_the_same_pattern_for_ever() {
         assert_eq!(draw(1.05, 0.2, 29, 7), draw(1.05, 0.2, 29, 7));
