@@ -557,8 +557,8 @@ mod tests {
                 assert!(message.contains(word), "{word} not in {message}");
             }
         }
-        let message = parse("", "t", None).unwrap_err().to_string();
-        assert!(message.contains("t: the file has no case"), "{message}");
+        let message = parse("case = []\n", "t", None).unwrap_err().to_string();
+        assert!(message.contains("the file has no case"), "{message}");
     }
 
     #[test]

@@ -518,7 +518,8 @@ mod tests {
             for seed in 0..40 {
                 let mut rng = random_stream(seed, 3);
                 let mut darts = Sampler::new(size[0], size[1], 1.0, &mut rng);
-                darts.insert([0.5 * size[0], 0.5 * size[1]]);
+                let start = size.map(|size| darts.rng.random::<f64>() * size);
+                darts.insert(start);
                 darts.bridson();
                 darts.throw_darts();
                 left += usize::from(uncovered(&darts.points, 0.0, size, 1.0).is_some());
@@ -529,6 +530,7 @@ mod tests {
                 assert_eq!(gap, None, "{size:?}, seed {seed}");
             }
         }
+        assert!(left > 0, "no sample needs its corners filled");
     }
 
     /// The same of patterns: they are cut at the last item, and shifted so that the first is
