@@ -166,6 +166,8 @@ mod tests {
         assert_eq!(Method::greedy_limit(2, 100, 0.99 * minute), None);
         assert_eq!(Method::greedy_limit(2, 100, 1.01 * minute), Some(99));
         assert_eq!(Method::greedy_limit(2, 100, 2.0 * minute), Some(50));
+        // A minute exactly, with six passes of an item.
+        assert_eq!(Method::greedy_limit(1, 100, 50e6), None);
         // 6 + 36 + 216.
         assert_eq!(Method::greedy_limit(3, 10, 0.99 * 300e6 / 258.0), None);
         assert_eq!(Method::greedy_limit(3, 10, 5.0 * 300e6 / 258.0), Some(2));

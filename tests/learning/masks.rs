@@ -145,7 +145,7 @@ fn a_logit_of_an_empty_slot_may_be_anything() {
 /// Of equal logits the first counts.
 #[test]
 fn equal_logits_mean_the_first_slot() {
-    let policy = preferring(PAPER, &vec![1.0; PAPER.slots], None);
+    let policy = preferring(PAPER, &[1.0; PAPER.slots], None);
     let mut strategy = PolicyStrategy::new("onnx:p".into(), &policy);
     assert!(play(&mut strategy, &|_| Action::Pick(0)) > 10);
 }
