@@ -89,9 +89,7 @@ pub fn load_cases(name: &str) -> Result<Vec<Case>> {
 /// Whether `name` is a feed as `--patterns` takes it: `random:20`, `profile:FILE`.
 fn is_feed(name: &str) -> bool {
     let kind = name.split_once(':').map(|(kind, _)| kind);
-    kind.is_some_and(|kind| {
-        kind == "grid" || kind == "poisson" || FEEDS.iter().any(|(name, _)| *name == kind)
-    })
+    kind.is_some_and(|kind| FEEDS.iter().any(|(name, _)| *name == kind))
 }
 
 fn parse(text: &str, name: &str, folder: Option<&Path>) -> Result<Vec<Case>> {

@@ -95,11 +95,7 @@ pub fn step_between(from: f64, to: f64) -> f64 {
     // The next one, unless the step is one itself.
     let steps = [1.0, 2.0, 2.5, 5.0].map(|m| decimal(m * below));
     let fits = |step: &&f64| **step * (1.0 + 1e-9) >= least && is_round(**step);
-    steps
-        .iter()
-        .find(fits)
-        .copied()
-        .unwrap_or(decimal(5.0 * below))
+    steps.iter().find(fits).copied().unwrap_or(below)
 }
 
 fn is_round(step: f64) -> bool {
