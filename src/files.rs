@@ -88,11 +88,20 @@ fn followed(path: &Path) -> PathBuf {
 }
 
 fn write_by_rename(path: &Path, content: &[u8]) -> std::io::Result<std::fs::File> {
+    write_and_rename(path, content, &std::fs::File::sync_all)
+}
+
+/// Writes a temporary file, has `sync` put it on the disk, and gives it the name of `path`.
+fn write_and_rename(
+    path: &Path,
+    content: &[u8],
+    sync: &dyn Fn(&std::fs::File) -> std::io::Result<()>,
+) -> std::io::Result<std::fs::File> {
     let temporary = temporary(path);
     let written = std::fs::File::create(&temporary)
         .and_then(|mut file| {
             file.write_all(content)?;
-            file.sync_all()?;
+            sync(&file)?;
             Ok(file)
         })
         .and_then(|file| std::fs::rename(&temporary, path).map(|()| file));
@@ -390,6 +399,45 @@ mod tests {
         write_whole(&path(250), b"new").unwrap();
         assert_eq!(std::fs::read(path(250)).unwrap(), b"new");
         assert!(try_target(&path(300)).is_err());
+    }
+
+    /// Whenever the power fails, the path holds one text whole.
+    #[test]
+    fn a_file_is_whole_on_the_disk_before_it_takes_its_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("file");
+        let read = || std::fs::read_to_string(&path).unwrap();
+        std::fs::write(&path, "old").unwrap();
+        let failing = |_: &std::fs::File| Err(ErrorKind::StorageFull.into());
+        assert!(write_and_rename(&path, b"new", &failing).is_err());
+        assert_eq!(read(), "old");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+        let synced = std::cell::Cell::new(0);
+        let sync = |file: &std::fs::File| {
+            synced.set(synced.get() + 1);
+            assert_eq!((read().as_str(), file.metadata()?.len()), ("old", 5));
+            Ok(())
+        };
+        write_and_rename(&path, b"newer", &sync).unwrap();
+        assert_eq!((synced.get(), read().as_str()), (1, "newer"));
+    }
+
+    /// The old text stays where another name leads to it.
+    #[test]
+    fn a_file_is_replaced_and_not_written_over() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        for go_on in [false, true] {
+            std::fs::write(path("file"), "old").unwrap();
+            std::fs::hard_link(path("file"), path("kept")).unwrap();
+            match go_on {
+                true => drop(replace_and_go_on(&path("file"), b"new").unwrap()),
+                false => write_whole(&path("file"), b"new").unwrap(),
+            }
+            assert_eq!(std::fs::read(path("file")).unwrap(), b"new");
+            assert_eq!(std::fs::read(path("kept")).unwrap(), b"old");
+            std::fs::remove_file(path("kept")).unwrap();
+        }
     }
 
     #[test]

@@ -300,3 +300,31 @@ fn resuming(path: &Path, torn: usize, controller: &Controller) -> String {
     }
     text
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cli::args::{Cli, Command};
+    use clap::Parser as _;
+
+    #[test]
+    fn a_journal_is_synced_where_that_is_asked_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("line.journal");
+        let journal = path.to_str().unwrap();
+        let flags = ["pickline", "run", "-q", "--journal", journal, "--fsync"];
+        for (count, expected) in [(flags.len() - 1, false), (flags.len(), true)] {
+            let Command::Run(args) = Cli::try_parse_from(&flags[..count]).unwrap().command else {
+                unreachable!();
+            };
+            let station = args.station.resolve().unwrap();
+            let text = crate::strategies::default_strategy(station.robots().len());
+            let strategy = crate::strategies::read_alone(&text, station.robots().len());
+            let strategy = (text.as_str(), strategy.unwrap().make());
+            let session = Session::new(Vec::new());
+            let config = Config::default();
+            let (_, kept) = Kept::open(&args, &session, station, strategy, config).unwrap();
+            assert_eq!(kept.journal.unwrap().is_synced(), expected);
+        }
+    }
+}

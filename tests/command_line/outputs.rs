@@ -147,10 +147,14 @@ fn every_output_spares_what_is_not_its_own() {
             std::fs::write(place.at(name), MINE).unwrap();
             place.refused(&call, &[name, "was not written by", "--force"]);
             assert_eq!(place.read(name), MINE, "{call:?}");
+            // The new file takes the name: another name of the old one keeps what it leads to.
+            std::fs::hard_link(place.at(name), place.at("kept")).unwrap();
             let (code, _, told) = place.call(&forced);
             assert_eq!(code, Some(0), "{forced:?}: {told}");
             let written = place.read(name);
             assert!(written != MINE, "{call:?}");
+            assert_eq!(place.read("kept"), MINE, "{call:?}");
+            std::fs::remove_file(place.at("kept")).unwrap();
             // A result of the same verb is replaced, and no flag of this changes it.
             let (code, _, told) = place.call(&call);
             assert_eq!(code, Some(0), "{call:?}: {told}");

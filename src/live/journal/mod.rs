@@ -184,6 +184,14 @@ impl Journal {
     }
 }
 
+#[cfg(test)]
+impl Journal {
+    /// Whether every record is on the disk before it counts as written.
+    pub fn is_synced(&self) -> bool {
+        self.sync
+    }
+}
+
 /// Whether this process, or all together, may open no further file (EMFILE, ENFILE).
 fn is_out_of_descriptors(error: &std::io::Error) -> bool {
     cfg!(unix) && matches!(error.raw_os_error(), Some(23 | 24))
@@ -197,4 +205,35 @@ fn write_from_start(path: &Path, header: &Header, whole: &Change) -> std::io::Re
     // The name too has to be on the disk before what follows counts.
     files::sync_folder(path);
     Ok((file, text.len() as u64))
+}
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use super::*;
+
+    /// A pipe takes what is written and cannot be synced, which shows who tries.
+    #[test]
+    fn records_are_synced_where_that_is_asked_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let owner = Owner {
+            station: "s".into(),
+            clock: ClockKind::Messages,
+            program: "p".into(),
+        };
+        for sync in [false, true] {
+            let path = folder.path().join(format!("{sync}.journal"));
+            let found = Found::open(&path, &owner).unwrap();
+            let mut journal = found.begin(&Change::default(), sync).unwrap();
+            assert_eq!(journal.is_synced(), sync);
+            journal.append(&Change::default()).unwrap();
+            let (_reader, writer) = std::io::pipe().unwrap();
+            journal.file = File::from(std::os::fd::OwnedFd::from(writer));
+            let added = journal.append(&Change::default());
+            let told = added.err().map(|error| error.to_string());
+            assert_eq!(told.is_some(), sync, "{told:?}");
+            // One that is started over goes on as it began.
+            journal.compact(&Change::default()).unwrap();
+            assert_eq!(journal.is_synced(), sync);
+        }
+    }
 }
