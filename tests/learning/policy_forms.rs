@@ -317,6 +317,62 @@ fn a_policy_that_answers_nonsense_ends_the_run() {
     assert_eq!(told.matches("has no usable answer").count(), 1, "{told}");
 }
 
+/// A network that prefers the last slot, or the first, whatever it sees, and has no input for a
+/// mask: of the slots that hold an item it gets the last, or the first. Slots hold items in their
+/// order on the belt.
+#[test]
+fn without_a_mask_of_its_own_a_policy_takes_none_but_what_it_may() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    // With the first item in its bin, the robot has the choice between the other two.
+    let station = "[belt]\nspeed = 0.1\nlength = 4\nwidth = 1\n[[robot]]\nname = \"a\"\n\
+        base = [1, 0]\nbin = [1, 0]\nreach = 0.5\nspeed = 0.5\ngrasp_time = 0.3\n\
+        release_time = 0.2\n";
+    std::fs::write(path("s.toml"), station).unwrap();
+    std::fs::write(path("p.csv"), "id,x,y\na,0,0\nb,-0.1,0\nc,-0.2,0\n").unwrap();
+    let (policy, station, pattern) = (path("p.onnx"), path("s.toml"), path("p.csv"));
+    let strategy = format!("onnx:{policy}");
+    for (sign, expected) in [(1.0f32, ["a", "c", "b"]), (-1.0, ["a", "b", "c"])] {
+        let mut model = plain("logits");
+        let graph = model.graph.as_mut().unwrap();
+        graph.node[0] = node("MatMul", &["obs", "w"], "product");
+        graph
+            .node
+            .push(node("Add", &["product", "preference"], "logits"));
+        let preference = (0..LAYOUT.actions()).map(|slot| sign * 1e6 * slot as f32);
+        graph.initializer.push(TensorProto {
+            name: "preference".into(),
+            dims: vec![LAYOUT.actions() as i64],
+            data_type: DataType::Float as i32,
+            raw_data: preference.flat_map(f32::to_le_bytes).collect(),
+            ..Default::default()
+        });
+        std::fs::write(&policy, model.encode_to_vec()).unwrap();
+        let output = pickline(&[
+            "simulate",
+            "-q",
+            "--no-bound",
+            "--format",
+            "json",
+            "--station",
+            &station,
+            "--pattern",
+            &pattern,
+            "--strategy",
+            &strategy,
+        ]);
+        let told = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(0), "{told}");
+        let run: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let picks = run["picks"].as_array().unwrap();
+        let items: Vec<&str> = picks
+            .iter()
+            .map(|pick| pick["item"].as_str().unwrap())
+            .collect();
+        assert_eq!(items, expected);
+    }
+}
+
 /// The logits of `plain` beside another output of the same width.
 fn beside(operator: &str, other: &str, kind: DataType, name: &str) -> ModelProto {
     let actions = LAYOUT.actions();
