@@ -1,9 +1,8 @@
 //! `pickline man`: the manual pages, made from the arguments.
 
-use super::args::Cli;
 use super::session::Session;
 use crate::error::{Error, Result, known_names, shown};
-use clap::{Command, CommandFactory as _};
+use clap::Command;
 use clap_mangen::Man;
 use clap_mangen::roff::{Roff, roman};
 
@@ -17,7 +16,7 @@ pub struct Page {
 
 /// The pages of all commands, that of the program first.
 pub fn pages() -> Vec<Page> {
-    let mut root = Cli::command().disable_help_subcommand(true);
+    let mut root = super::command().disable_help_subcommand(true);
     root.build();
     let mut pages = Vec::new();
     collect(&root, &mut pages);

@@ -54,6 +54,11 @@ pub const USAGE: u8 = 2;
 /// Interrupted; what was found so far has been printed.
 pub const INTERRUPTED: u8 = 130;
 
+/// The command line as clap knows it: every verb with its options.
+pub fn command() -> clap::Command {
+    Cli::command()
+}
+
 /// Parses the command line, runs the verb, reports an error once.
 pub fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
@@ -119,7 +124,7 @@ fn run(command: Command, session: &Session) -> Result<()> {
                 .or_else(clap_complete::Shell::from_env)
                 .unwrap_or(clap_complete::Shell::Bash);
             let mut script = Vec::new();
-            clap_complete::generate(shell, &mut Cli::command(), "pickline", &mut script);
+            clap_complete::generate(shell, &mut self::command(), "pickline", &mut script);
             session.print(&script)
         }
     }

@@ -1,12 +1,11 @@
 //! `pickline service`: what a line needs to run as a service, and where it goes.
 
-use super::args::{Cli, PlaceArgs, ServiceCommand};
+use super::args::{PlaceArgs, ServiceCommand};
 use super::man;
 use super::session::Session;
 use crate::error::{Error, Result, counted, shown};
 use crate::files::{self, fingerprint};
 use crate::station::commented_example;
-use clap::CommandFactory as _;
 use clap_complete::Shell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -99,7 +98,7 @@ fn all(prefix: &Path) -> Result<Vec<File>> {
         (Shell::Fish, "fish/vendor_completions.d/pickline.fish"),
     ] {
         let mut script = Vec::new();
-        clap_complete::generate(shell, &mut Cli::command(), "pickline", &mut script);
+        clap_complete::generate(shell, &mut super::command(), "pickline", &mut script);
         list.push(File::new(share.join(path), script));
     }
     let station = commented_example();

@@ -4,11 +4,11 @@ mod bad_input;
 #[path = "../common/mod.rs"]
 mod common;
 mod conditions;
+mod options;
 #[cfg(target_os = "linux")]
 mod outputs;
 mod pictures;
 mod plausible;
-#[cfg(target_os = "linux")]
 #[path = "../common/programs.rs"]
 mod programs;
 mod result_files;
