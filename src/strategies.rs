@@ -366,7 +366,7 @@ mod tests {
         ] {
             let message = read(text, &setup).unwrap_err().to_string();
             assert!(message.contains(word), "{message}");
-            assert!(read_alone(text, 2).is_err());
+            assert_eq!(read_alone(text, 2).unwrap_err().to_string(), message);
         }
     }
 

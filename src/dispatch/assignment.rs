@@ -108,9 +108,18 @@ mod tests {
         assert_eq!("[SPT; FIFO]".parse::<RuleAssignment>().unwrap(), plain);
         assert_eq!(" spt , fifo ".parse::<RuleAssignment>().unwrap(), plain);
         assert_eq!(plain.to_string(), "[SPT; FIFO]");
-        for bad in ["", "[]", "SPT,", "SPT FIFO", "[SPT", "SPT,XXX"] {
-            assert!(bad.parse::<RuleAssignment>().is_err(), "{bad}");
+        for (bad, problem) in [
+            ("", "`` names no rule"),
+            ("[]", "`[]` names no rule"),
+            ("SPT,", "`` is not a dispatching rule"),
+            ("SPT FIFO", "`SPT FIFO` is not a dispatching rule"),
+            ("[SPT", "`[SPT` is not a dispatching rule"),
+            ("SPT,XXX", "`XXX` is not a dispatching rule"),
+        ] {
+            let message = bad.parse::<RuleAssignment>().unwrap_err().to_string();
+            assert!(message.contains(problem), "{bad}: {message}");
         }
-        assert!(plain.for_robots(3).is_err());
+        let message = plain.for_robots(3).unwrap_err().to_string();
+        assert!(message.contains("2 rules for 3 robots"), "{message}");
     }
 }

@@ -383,7 +383,8 @@ mod tests {
                 assert!(message.contains(word), "{word} not in {message}");
             }
         }
-        assert!(parse("", "t", None).is_err());
+        let message = parse("", "t", None).unwrap_err().to_string();
+        assert!(message.starts_with("t: "), "{message}");
     }
 
     fn of(source: CaseSource, items: usize) -> Case {

@@ -192,18 +192,19 @@ mod tests {
         );
         assert_eq!(range(1.0, 3.0, 1.0).unwrap(), [1.0, 2.0, 3.0]);
         assert_eq!(range(1.0, 1.0, 1.0).unwrap(), [1.0]);
-        for (from, to, step) in [
-            (0.0, 1.0, 0.1),
-            (-1.0, 1.0, 0.1),
-            (f64::NAN, 1.0, 0.1),
-            (2.0, 1.0, 0.1),
-            (1.0, f64::INFINITY, 0.1),
-            (1.0, 2.0, 0.0),
-            (1.0, 2.0, -0.1),
-            (1.0, 2.0, 1e-9),
-            (1.0, 2.0, f64::NAN),
+        for (from, to, step, flag) in [
+            (0.0, 1.0, 0.1, "--from: "),
+            (-1.0, 1.0, 0.1, "--from: "),
+            (f64::NAN, 1.0, 0.1, "--from: "),
+            (2.0, 1.0, 0.1, "--to: "),
+            (1.0, f64::INFINITY, 0.1, "--to: "),
+            (1.0, 2.0, 0.0, "--step: "),
+            (1.0, 2.0, -0.1, "--step: "),
+            (1.0, 2.0, 1e-9, "--step: "),
+            (1.0, 2.0, f64::NAN, "--step: "),
         ] {
-            assert!(range(from, to, step).is_err(), "{from} {to} {step}");
+            let message = range(from, to, step).unwrap_err().to_string();
+            assert!(message.starts_with(flag), "{from} {to} {step}: {message}");
         }
     }
 

@@ -375,9 +375,13 @@ mod tests {
         assert!(grasp.checked().is_ok());
         let starts = usize::MAX;
         assert!(Grasp { starts, ..grasp }.estimated_passes(100) > 1e19);
-        assert!(Grasp { starts: 0, ..grasp }.checked().is_err());
+        let refused = |grasp: Grasp, flag: &str| {
+            let message = grasp.checked().unwrap_err().to_string();
+            assert!(message.starts_with(flag), "{message}");
+        };
+        refused(Grasp { starts: 0, ..grasp }, "--starts: ");
         for alpha in [-0.1, 1.1, f64::NAN] {
-            assert!(Grasp { alpha, ..grasp }.checked().is_err());
+            refused(Grasp { alpha, ..grasp }, "--alpha: ");
         }
     }
 }

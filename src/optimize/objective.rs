@@ -178,8 +178,13 @@ mod tests {
                 "{message}"
             );
         }
-        for bad in ["", "cvar:nan", "best"] {
-            assert!(bad.parse::<Risk>().is_err(), "{bad}");
+        for (bad, problem) in [
+            ("", "unknown risk ``"),
+            ("cvar:nan", "`nan` is not above 0"),
+            ("best", "unknown risk `best`"),
+        ] {
+            let message = bad.parse::<Risk>().unwrap_err().to_string();
+            assert!(message.contains(problem), "{bad}: {message}");
         }
     }
 

@@ -199,16 +199,20 @@ mod tests {
         for text in ["const:3", "uniform:1,2", "lognormal:80,0.5", "beta:8,2"] {
             assert_eq!(text.parse::<Distribution>().unwrap().to_string(), text);
         }
-        for bad in [
-            "",
-            "const",
-            "const:x",
-            "uniform:2,1",
-            "beta:0,1",
-            "betta:1,2",
-            "const:nan",
+        for (bad, problem) in [
+            ("", "no `:` between name and numbers"),
+            ("const", "no `:` between name and numbers"),
+            ("const:x", "`x` are not numbers"),
+            ("uniform:2,1", "2 is above 1"),
+            (
+                "beta:0,1",
+                "wrong number of parameters, or one out of range",
+            ),
+            ("betta:1,2", "unknown name; did you mean `beta`"),
+            ("const:nan", "`nan` are not numbers"),
         ] {
-            assert!(bad.parse::<Distribution>().is_err(), "{bad}");
+            let message = bad.parse::<Distribution>().unwrap_err().to_string();
+            assert!(message.contains(problem), "{bad}: {message}");
         }
     }
 

@@ -117,7 +117,11 @@ mod tests {
         let pattern = grid(0.4, 0.5, 3).unwrap();
         assert!(pattern.items().iter().all(|item| item.y == 0.0));
         for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            assert!(grid(0.4, bad, 3).is_err());
+            let message = grid(0.4, bad, 3).unwrap_err().to_string();
+            assert!(
+                message.contains("is not a distance between items"),
+                "{message}"
+            );
         }
         for (count, spacing) in [(0, 0.1), (usize::MAX, 0.1), (10_000, 1000.0)] {
             let message = grid(0.4, spacing, count).unwrap_err().to_string();

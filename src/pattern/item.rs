@@ -317,7 +317,9 @@ mod tests {
             assert!(message.contains(word), "{message}");
         }
         let twice = vec![Item::at("a", 0.0, 0.0), Item::at("a", -1.0, 0.0)];
-        assert!(Pattern::new(twice).is_err());
-        assert!(Pattern::new(vec![]).is_err());
+        for (items, word) in [(twice, "`a` is also the id of"), (vec![], "has no item")] {
+            let message = Pattern::new(items).unwrap_err().to_string();
+            assert!(message.contains(word), "{message}");
+        }
     }
 }

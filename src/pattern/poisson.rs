@@ -562,11 +562,17 @@ mod tests {
     fn narrow_strips_and_single_items_work() {
         assert_eq!(draw(0.01, 0.5, 1, 1).len(), 1);
         assert_eq!(draw(0.01, 0.5, 50, 1).len(), 50);
-        assert!(poisson_disk(1.0, 0.1, 0, &mut random_stream(1, 0)).is_err());
-        assert!(poisson_disk(1.0, f64::NAN, 5, &mut random_stream(1, 0)).is_err());
         // A sample that does not fit into memory is refused before it is begun.
-        assert!(poisson_disk(1e6, 1e-4, 5, &mut random_stream(1, 0)).is_err());
-        assert!(poisson_disk(1.0, 0.1, usize::MAX, &mut random_stream(1, 0)).is_err());
-        assert!(poisson_disk(1e-3, 1e3, 10_000, &mut random_stream(1, 0)).is_err());
+        for (width, radius, count, problem) in [
+            (1.0, 0.1, 0, "--count: 0 items make no pattern"),
+            (1.0, f64::NAN, 5, "--radius: NaN m is not a distance"),
+            (1e3, 1e-4, 5, "--radius: 0.0001 m is too fine for a belt"),
+            (1.0, 0.1, usize::MAX, "items make no pattern"),
+            (1e-3, 1e3, 10_000, "--count: 10000 items would take"),
+        ] {
+            let drawn = poisson_disk(width, radius, count, &mut random_stream(1, 0));
+            let message = drawn.unwrap_err().to_string();
+            assert!(message.contains(problem), "{message}");
+        }
     }
 }

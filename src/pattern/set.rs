@@ -598,7 +598,8 @@ mod tests {
             assert!(message.starts_with(flag), "{message}");
         }
         let fresh = PatternSource::Balanced(1).draw_fresh(&RECIPE, usize::MAX);
-        assert!(fresh.is_err());
+        let message = fresh.unwrap_err().to_string();
+        assert!(message.starts_with("--validate "), "{message}");
     }
 
     #[test]
@@ -620,21 +621,23 @@ mod tests {
         ] {
             assert_eq!(text.parse::<PatternSource>().unwrap().to_string(), text);
         }
-        for bad in [
-            "",
-            "balanced:0",
-            "grid:600/min:7",
-            "random:0.2",
-            "random:600:7",
-            "random:0/min",
-            "profile",
-            "profile:",
-            "grid:-1",
-            "gird:0.1",
-            "no-such.csv",
-            "poisson:x",
+        let nothing = "neither a kind of pattern nor an existing file or folder";
+        for (bad, problem) in [
+            ("", nothing),
+            ("balanced:0", "`0` is not a count"),
+            ("grid:600/min:7", "too many parts for grid"),
+            ("random:0.2", "`0.2` is not a count"),
+            ("random:600:7", "`600` is not a flow"),
+            ("random:0/min", "`0/min` is not a flow"),
+            ("profile", "profile needs a file"),
+            ("profile:", "profile needs a file"),
+            ("grid:-1", "`-1` is not a length [m]"),
+            ("gird:0.1", "did you mean `grid`"),
+            ("no-such.csv", nothing),
+            ("poisson:x", "`x` is not a length [m]"),
         ] {
-            assert!(bad.parse::<PatternSource>().is_err(), "{bad}");
+            let message = bad.parse::<PatternSource>().unwrap_err().to_string();
+            assert!(message.contains(problem), "{bad}: {message}");
         }
     }
 }

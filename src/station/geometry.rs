@@ -418,7 +418,13 @@ mod tests {
             f64::NAN,
             f64::INFINITY,
         ] {
-            assert!(station.with_belt_speed(speed).is_err(), "{speed}");
+            let message = station.with_belt_speed(speed).unwrap_err().to_string();
+            let is_speed = speed.is_finite() && speed > 0.0;
+            let problem = match is_speed {
+                true => "not faster than the belt",
+                false => "is not a usable size",
+            };
+            assert!(message.contains(problem), "{speed}: {message}");
         }
     }
 }

@@ -39,6 +39,8 @@ mod remarks;
 mod service;
 mod simulated;
 mod stamps;
+#[cfg(unix)]
+mod stdout;
 mod support;
 #[cfg(unix)]
 #[path = "../common/trouble.rs"]

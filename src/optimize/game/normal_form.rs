@@ -184,9 +184,12 @@ pub(super) mod tests {
         };
         let zeros = |count| vec![Payoff::default(); count];
         assert!(Game::new(vec![player(2)], zeros(2), zeros(2)).is_ok());
-        assert!(Game::new(vec![player(2)], zeros(3), zeros(2)).is_err());
-        assert!(Game::new(vec![player(2)], zeros(2), zeros(1)).is_err());
-        assert!(Game::new(vec![player(0)], zeros(0), zeros(0)).is_err());
+        for (actions, payoffs, welfares) in [(2, 3, 2), (2, 2, 1), (0, 0, 0)] {
+            let made = Game::new(vec![player(actions)], zeros(payoffs), zeros(welfares));
+            let message = made.unwrap_err().to_string();
+            let problem = format!("{payoffs} payoffs and {welfares} welfares for 1 players");
+            assert!(message.contains(&problem), "{message}");
+        }
         assert!(Game::of_payoffs(vec![player(2), player(3)], zeros(12)).is_ok());
     }
 }
