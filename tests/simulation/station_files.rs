@@ -169,3 +169,52 @@ fn flags_are_blamed_for_what_they_ask() {
     );
     assert!(!message.contains("--belt-speed"), "{message}");
 }
+
+/// What follows from a line is blamed on the line, and keys that nobody knows are refused.
+#[test]
+fn what_follows_from_a_line_is_blamed_on_it() {
+    let far = with_line("first_base_x", "999999.5");
+    let with_length = far.replace("[belt]\n", "[belt]\nlength = 4.0\n");
+    let wide = with_line("bin_offset", "999999").replace("width = 1.05", "width = 1000.0");
+    assert!(with_length != far && wide.contains("1000.0"));
+    for (text, words) in [
+        (far, "is not a usable size"),
+        (with_length, "is not a position on any line"),
+        (wide, "is not a position on any line"),
+    ] {
+        let message = parse(&text, "t", PLAIN).unwrap_err().to_string();
+        assert!(
+            message.contains(": line: ") && message.contains(words),
+            "{message}"
+        );
+    }
+    let key = with_line("reach", "0.8\nreech = 0.8");
+    let message = parse(&key, "t", PLAIN).unwrap_err().to_string();
+    assert!(
+        message.contains("line.reech") && message.contains("`reach`"),
+        "{message}"
+    );
+}
+
+#[test]
+fn robots_of_a_list_are_blamed_one_by_one() {
+    let list = pickline::station::to_toml(&load("paper", PLAIN).unwrap());
+    parse(&list, "t", PLAIN).unwrap();
+    let key = list.replacen("reach =", "reech =", 1);
+    let message = parse(&key, "t", PLAIN).unwrap_err().to_string();
+    assert!(
+        message.contains("robot[0].reech") && message.contains("`reach`"),
+        "{message}"
+    );
+    // A speed of 0 is the file's fault here too.
+    let fast = Overrides {
+        belt_speed: Some(0.4),
+        ..PLAIN
+    };
+    let still = list.replacen("speed = 0.5", "speed = 0.0", 1);
+    let message = parse(&still, "t", fast).unwrap_err().to_string();
+    assert!(
+        message.contains("robot[0].speed: 0 is not a usable size"),
+        "{message}"
+    );
+}
