@@ -16,5 +16,7 @@ mod programs;
 mod rl;
 mod sb3;
 #[cfg(feature = "onnx")]
+mod train_options;
+#[cfg(feature = "onnx")]
 mod train_verb;
 mod training;

@@ -70,13 +70,13 @@ const ELSEWHERE: &[Elsewhere] = &[
             "--force",
             "--quiet",
         ],
-        "learning/train_verb.rs every_option_reaches_the_training",
+        "learning/train_options.rs every_option_reaches_the_training",
     ),
     #[cfg(feature = "onnx")]
     (
         &["train"],
         &["--threads"],
-        "learning/train_verb.rs a_training_is_given_its_threads",
+        "learning/train_options.rs a_training_is_given_its_threads",
     ),
     #[cfg(feature = "mqtt")]
     (
