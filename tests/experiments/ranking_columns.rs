@@ -63,6 +63,18 @@ fn least(values: &[f64]) -> f64 {
     values.iter().copied().fold(f64::INFINITY, f64::min)
 }
 
+/// What `values` count as under a risk.
+fn at_risk(values: &[f64], risk: &str) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    match risk {
+        "mean" => mean(values),
+        "worst" => sorted[0],
+        // The mean of the worse half.
+        _ => mean(&sorted[..values.len().div_ceil(2)]),
+    }
+}
+
 /// The figures of one line: `values` of the objective, `minus` those of the other.
 fn add_objective(to: &mut Expected, values: &[f64], value: f64, difference: Option<[f64; 2]>) {
     to.insert("mean", Some(mean(values)));
@@ -84,8 +96,14 @@ fn objective(name: &str) -> fn(&Raw) -> f64 {
 
 #[test]
 fn ranking_validation_and_rivals_are_those_of_their_runs() {
-    for name in ["picking-rate", "picked-share", "weighted-rate"] {
-        let found = optimize(&format!("--objective {name}"));
+    for (name, risk) in [
+        ("picking-rate", "mean"),
+        ("picked-share", "mean"),
+        ("weighted-rate", "mean"),
+        ("picking-rate", "worst"),
+        ("weighted-rate", "cvar:0.5"),
+    ] {
+        let found = optimize(&format!("--objective {name} --risk {risk}"));
         let (station, report, of) = (&found.station, &found.report, objective(name));
         let patterns = drawn(station, SOURCE, 5);
         // Three fresh ones, of the seed after that of the search.
@@ -106,7 +124,7 @@ fn ranking_validation_and_rivals_are_those_of_their_runs() {
                 .join(separator)
         };
         let lines = report["ranking"].as_array().unwrap();
-        assert_eq!(lines.len(), 36);
+        assert_eq!((lines.len(), found.ranking.len()), (36, 37));
         let best = values(&runs(&rules(&lines[0], ","), &patterns));
         let column = |figure: &str| format!("{}_{figure}", name.replace('-', "_"));
         for (place, (line, row)) in lines.iter().zip(&found.ranking[1..]).enumerate() {
@@ -115,8 +133,12 @@ fn ranking_validation_and_rivals_are_those_of_their_runs() {
             let own = values(&runs);
             let mut expected = Expected::new();
             // The best minus this one.
-            let difference = paired(&best, &own);
-            add_objective(&mut expected, &own, mean(&own), difference);
+            let difference = match risk {
+                "mean" => paired(&best, &own),
+                // By bootstrap, which has no plain formula.
+                _ => Some(["diff_low", "diff_high"].map(|key| line[key].as_f64().unwrap())),
+            };
+            add_objective(&mut expected, &own, at_risk(&own, risk), difference);
             expected.insert("picked_share", Some(mean_of(&runs, Raw::share)));
             let mut in_json = expected.clone();
             in_json.insert("max_speed", line["max_speed"].as_f64());
@@ -156,7 +178,7 @@ fn ranking_validation_and_rivals_are_those_of_their_runs() {
             ("mean", mean(&own)),
             ("mean_low", mean_95[0]),
             ("mean_high", mean_95[1]),
-            ("value", mean(&own)),
+            ("value", at_risk(&own, risk)),
             ("picked_share", mean_of(&winner, Raw::share)),
             ("worst", least(&own)),
             ("speed", 0.1),
@@ -176,12 +198,8 @@ fn ranking_validation_and_rivals_are_those_of_their_runs() {
             let runs = [&winner, &rival][place];
             let difference = (place > 0).then(|| paired(&values(runs), &own).unwrap());
             let mut expected = Expected::new();
-            add_objective(
-                &mut expected,
-                &values(runs),
-                mean(&values(runs)),
-                difference,
-            );
+            let value = at_risk(&values(runs), risk);
+            add_objective(&mut expected, &values(runs), value, difference);
             expected.insert("picked_share", Some(mean_of(runs, Raw::share)));
             expected.insert("patterns", Some(3.0));
             let what = format!("{name}, beside: {}", line["strategy"]);
@@ -193,7 +211,7 @@ fn ranking_validation_and_rivals_are_those_of_their_runs() {
             assert_row(&header, row, &["strategy"], &expected, &what);
             assert_eq!(line["strategy"], row[0].as_str());
         }
-        assert_eq!(strategies.len(), 2);
+        assert_eq!((strategies.len(), found.strategies.len()), (2, 3));
         assert_eq!(strategies[1]["strategy"], RIVAL);
         // It picks less, so the difference is mostly negative.
         let ends = ["diff_low", "diff_high"].map(|key| strategies[1][key].as_f64().unwrap());
