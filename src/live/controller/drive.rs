@@ -22,14 +22,14 @@ impl Controller {
         let silent = silent.filter(|until| until.is_finite()).map(f64::next_up);
         let met = self.tasks.holding().map(|claim| claim.meet_at);
         let all = self.drive.repeat_at().into_iter().chain(lost);
-        // What was due before was asked for when the last step ended.
+        // What was due before was asked for when the last step ended, or when this one began.
         let all = all.chain(silent).chain(met).filter(|time| *time > now);
         all.reduce(f64::min)
     }
 
     /// Asks the drive to stop the belt, or to go on, where there is reason to.
     pub(super) fn ask_drive(&mut self) {
-        if !self.config.may_stop_belt || self.world.awaits_belt() || self.stopping {
+        if !self.config.may_stop_belt || self.world.awaits_belt() {
             return;
         }
         let (now, speed) = (self.stamps.now(), self.world.motion().speed());

@@ -54,6 +54,8 @@ impl Controller {
     /// Does what is due up to `until` [s], that moment included or not, in order of time.
     pub(super) fn settle(&mut self, until: f64, included: bool) {
         let is_due = |time: f64| time < until || (included && time == until);
+        // What was heard since the last step may be a reason.
+        self.ask_drive();
         loop {
             if self.world.is_off(self.stamps.now()) {
                 self.plan_again();
@@ -84,6 +86,7 @@ impl Controller {
                 (Some((at, task)), decision) if decision.is_none_or(|(time, _)| at <= time) => {
                     self.stamps.clock.now = self.stamps.now().max(at);
                     self.overdue(task);
+                    self.ask_drive();
                 }
                 (_, Some((time, robot))) => {
                     self.stamps.clock.now = self.stamps.now().max(time);

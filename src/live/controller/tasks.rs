@@ -97,7 +97,7 @@ impl Controller {
             return;
         };
         let event = match claim.stage {
-            Stage::Sent if !self.stopping => return self.unheard(task),
+            Stage::Sent => return self.unheard(task),
             stage if stage.is_cancelled() && now < claim.deadline => {
                 if let Some(mut claim) = self.tasks.take(task) {
                     self.cancel(&mut claim);
