@@ -6,6 +6,7 @@ mod aim;
 mod authority;
 mod behaviour;
 mod belt;
+mod belt_waits;
 mod claims;
 mod claims_random;
 mod clock;
@@ -15,8 +16,12 @@ mod common;
 mod csv;
 #[cfg(feature = "dashboard")]
 mod dashboard;
+mod deadlines;
+mod decisions;
 #[cfg(unix)]
 mod emulated;
+#[cfg(feature = "dashboard")]
+mod host_header;
 mod identity;
 #[cfg(unix)]
 mod journal;
@@ -24,6 +29,7 @@ mod journal;
 mod kills;
 #[cfg(unix)]
 mod log;
+mod messages;
 mod operator;
 #[cfg(unix)]
 mod peers;
@@ -32,7 +38,9 @@ mod peers;
 mod programs;
 #[cfg(all(unix, feature = "mcap"))]
 mod recording;
+mod recalls;
 mod recovery;
+mod redirects;
 #[cfg(unix)]
 mod remarks;
 #[cfg(unix)]

@@ -5,15 +5,6 @@ use crate::support::three::{Three, config, station, strategy};
 use pickline::live::protocol::{BeltRequest, Outgoing};
 use pickline::live::{Config, Controller, State};
 
-fn with(config: Config, speed: f64) -> Three {
-    let mut line = Three {
-        controller: Controller::new(station(), strategy(), config),
-        said: Vec::new(),
-    };
-    line.say(&format!(r#""kind":"belt","stamp":100,"speed":{speed}"#));
-    line
-}
-
 fn requests(line: &mut Three) -> Vec<BeltRequest> {
     let said = std::mem::take(&mut line.said).into_iter();
     let requests = said.filter_map(|message| match message {
@@ -72,7 +63,7 @@ fn data_that_cannot_be_are_refused() {
 #[test]
 fn a_task_comes_its_lead_time_before_its_start() {
     for lead in [0.0, 0.12] {
-        let mut line = with(
+        let mut line = Three::with(
             Config {
                 lead: vec![lead],
                 ..config()
@@ -228,7 +219,7 @@ fn the_belt_is_asked_to_stop_while_no_robot_works() {
         may_stop_belt: true,
         ..config()
     };
-    let mut line = with(stopping, 0.3);
+    let mut line = Three::with(stopping, 0.3);
     // Before any robot was heard of, the line starts up.
     line.tick(101.0);
     assert_eq!(requests(&mut line), []);
@@ -264,7 +255,7 @@ fn a_robot_that_falls_silent_does_not_take_tasks() {
         },
         ..config()
     };
-    let mut line = with(stopping, 0.3);
+    let mut line = Three::with(stopping, 0.3);
     line.robot(101.0, "delta-1", "idle");
     line.tick(101.1);
     assert_eq!(requests(&mut line), []);
@@ -283,7 +274,7 @@ fn a_belt_that_waits_for_an_item_waits_until_it_is_met() {
         lead: vec![0.6],
         ..config()
     };
-    let mut line = with(stopping, 0.3);
+    let mut line = Three::with(stopping, 0.3);
     line.robot(100.0, "delta-1", "busy");
     line.see(100.0, "a", 1.0, 0.0);
     let (mut speed, mut asked, mut tasks, mut cancels) = (0.3, 0, 0, 0);
@@ -324,7 +315,7 @@ fn the_belt_is_asked_to_stop_before_an_item_is_lost() {
         may_stop_belt: true,
         ..config()
     };
-    let mut line = with(stopping, 0.3);
+    let mut line = Three::with(stopping, 0.3);
     line.robot(100.0, "delta-1", "idle");
     line.see(100.0, "a", 1.0, 0.0);
     line.see(100.0, "b", 1.1, 0.0);

@@ -3,7 +3,7 @@
 
 use pickline::live::protocol::{Incoming, Outgoing, Status, Task, decode};
 use pickline::live::{ClockKind, Config, Controller};
-use pickline::station::{self, Overrides, Station};
+use pickline::station::{self, Belt, Overrides, Station};
 use pickline::strategies::read_alone;
 
 /// The names of the robots.
@@ -23,6 +23,16 @@ pub fn station_of(robots: &[&str]) -> Station {
     let kept = station.robots().iter();
     let kept = kept.filter(|robot| robots.contains(&robot.name.as_str()));
     Station::new(*station.belt(), kept.cloned().collect()).unwrap()
+}
+
+/// The station with a belt of another length [m].
+pub fn station_of_length(length: f64) -> Station {
+    let station = station();
+    let belt = Belt {
+        length,
+        ..*station.belt()
+    };
+    Station::new(belt, station.robots().to_vec()).unwrap()
 }
 
 /// Message time, and a station as it is.
@@ -47,13 +57,31 @@ pub struct Three {
 impl Three {
     /// A line of which nothing is known but that its belt runs at `speed` [m/s].
     pub fn new(speed: f64) -> Self {
-        let controller = Controller::new(station(), strategy(), config());
+        Self::with(config(), speed)
+    }
+
+    /// The same under another configuration.
+    pub fn with(config: Config, speed: f64) -> Self {
+        Self::on(station(), strategy(), config, speed)
+    }
+
+    /// The same on another station, under another strategy.
+    pub fn on(
+        station: Station,
+        strategy: Box<dyn pickline::decision::Strategy>,
+        config: Config,
+        speed: f64,
+    ) -> Self {
         let mut line = Self {
-            controller,
+            controller: Controller::new(station, strategy, config),
             said: Vec::new(),
         };
-        line.say(&format!(r#""kind":"belt","stamp":100,"speed":{speed}"#));
+        line.belt(100.0, speed);
         line
+    }
+
+    pub fn belt(&mut self, stamp: f64, speed: f64) {
+        self.say(&format!(r#""kind":"belt","stamp":{stamp},"speed":{speed}"#));
     }
 
     pub fn message(fields: &str) -> Incoming {
@@ -103,6 +131,28 @@ impl Three {
             }
         }
         (tasks, cancels)
+    }
+
+    /// Every task, cancel and request since this was last asked, in order, in one line each:
+    /// what, of which task and revision, to whom, for what or why. Statuses and answers to
+    /// ticks are left out.
+    pub fn told(&mut self) -> Vec<String> {
+        let said = std::mem::take(&mut self.said).into_iter();
+        let told = said.filter_map(|message| match message {
+            Outgoing::Task(t) => Some(format!(
+                "task {}.{} {} {}",
+                t.id, t.revision, t.robot, t.item
+            )),
+            Outgoing::Cancel(c) => Some(format!("cancel {} {}: {}", c.task, c.robot, c.reason)),
+            Outgoing::BeltRequest(b) => Some(format!("belt {}: {}", b.speed, b.reason)),
+            Outgoing::Status(_) | Outgoing::Due(_) => None,
+        });
+        told.collect()
+    }
+
+    /// How often something is counted in `noted` of the status.
+    pub fn noted(&self, what: &str) -> u64 {
+        self.status().noted.get(what).copied().unwrap_or(0)
     }
 
     /// The one new task since this was last asked.
