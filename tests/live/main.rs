@@ -7,6 +7,7 @@ mod authority;
 mod behaviour;
 mod belt;
 mod belt_waits;
+mod camera_news;
 mod claims;
 mod claims_random;
 mod clock;
@@ -31,6 +32,7 @@ mod kills;
 mod log;
 mod messages;
 mod operator;
+mod orders;
 #[cfg(unix)]
 mod peers;
 #[cfg(unix)]
@@ -43,6 +45,8 @@ mod recovery;
 mod redirects;
 #[cfg(unix)]
 mod remarks;
+mod restarts;
+mod robots_say;
 #[cfg(unix)]
 mod service;
 mod simulated;
@@ -55,5 +59,6 @@ mod support;
 mod trouble;
 #[cfg(unix)]
 mod values;
+mod views;
 #[cfg(unix)]
 mod world;

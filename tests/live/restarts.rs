@@ -1,0 +1,291 @@
+//! What a node that goes on where another was killed knows and does, and what it keeps to
+//! itself until the belt is heard.
+
+use crate::support::three::{Three, config, station, strategy};
+use pickline::live::protocol::{Incoming, Outgoing, decode};
+use pickline::live::{Change, Config, Controller, State};
+use pickline::station::built_in;
+
+fn whole(line: &mut Three) -> State {
+    let mut state = State::default();
+    state.apply(line.controller.whole());
+    state
+}
+
+fn take_up(state: State, config: Config, stamp: Option<f64>) -> Three {
+    let controller = Controller::restore(station(), strategy(), config, state, stamp).unwrap();
+    Three {
+        controller,
+        said: Vec::new(),
+    }
+}
+
+/// A line with one open task, one item that waits, and one picked.
+fn busy_line(config: Config) -> Three {
+    let mut line = Three::with(config, 0.0);
+    line.robot(100.0, "delta-1", "idle");
+    line.see(100.0, "a", 1.0, 0.0);
+    line.tick(100.0);
+    line.ack(100.0, 1);
+    line.result(100.5, 1, "PICKED");
+    line.see(100.6, "b", 1.0, 0.0);
+    line.see(100.6, "c", 1.2, 0.0);
+    line.tick(100.6);
+    line.ack(100.6, 2);
+    line.said.clear();
+    line
+}
+
+#[test]
+fn a_line_that_is_taken_up_says_nothing_and_counts_on() {
+    let mut line = busy_line(config());
+    let mut before = line.status();
+    before.sources.clear();
+    let mut again = take_up(whole(&mut line), config(), None);
+    assert!(again.controller.take_output().is_empty());
+    assert_eq!(again.status(), before);
+    assert!(again.controller.awaits_belt());
+    assert_eq!(again.controller.load(), (3, 1));
+    // Nothing is decided, sent again, overdue or forgotten before the belt is heard.
+    again.tick(109.0);
+    assert_eq!(again.told(), [""; 0]);
+    assert_eq!((again.status().claimed, again.status().on_belt), (1, 1));
+    again.belt(109.0, 0.0);
+    assert!(!again.controller.awaits_belt());
+    // The result is waited for as long again.
+    again.tick(113.99);
+    assert_eq!(again.status().claimed, 1);
+    again.tick(114.01);
+    assert_eq!(again.status().missed.no_result, 1);
+    again.robot(114.0, "delta-1", "idle");
+    again.robot(114.02, "delta-1", "idle");
+    again.tick(114.02);
+    let told = again.told();
+    assert!(
+        told.len() == 1 && told[0].starts_with("task 3.0 delta-1 "),
+        "{told:?}"
+    );
+}
+
+/// A line that never heard its belt goes on at once: it moves as its file says.
+#[test]
+fn a_line_without_an_encoder_goes_on_at_once() {
+    let mut line = Three {
+        controller: Controller::new(station(), strategy(), config()),
+        said: Vec::new(),
+    };
+    line.robot(100.0, "delta-1", "idle");
+    line.tick(100.0);
+    let mut again = take_up(whole(&mut line), config(), None);
+    assert!(!again.controller.awaits_belt());
+    again.see(100.1, "a", 1.0, 0.0);
+    again.tick(100.1);
+    assert_eq!(again.told(), ["task 1.0 delta-1 a"]);
+}
+
+/// A machine whose clock is behind the journal: up to 5 s it waits, beyond it does not start.
+#[test]
+fn a_journal_of_the_future_is_refused() {
+    let start = 1.75e9;
+    let mut line = Three {
+        controller: Controller::new(station(), strategy(), Config::default()),
+        said: Vec::new(),
+    };
+    line.controller.advance(start);
+    line.robot(start, "delta-1", "idle");
+    line.controller.advance(start + 100.0);
+    let state = whole(&mut line);
+    let take_up = |ahead: f64| {
+        let stamp = Some(start + 100.0 - ahead);
+        Controller::restore(
+            station(),
+            strategy(),
+            Config::default(),
+            state.clone(),
+            stamp,
+        )
+    };
+    for ahead in [-50.0, 0.0, 4.9] {
+        let line = take_up(ahead).unwrap();
+        // It never goes back.
+        let expected = (100.0 - ahead).max(100.0);
+        assert!(
+            (line.now() - expected).abs() < 1e-6,
+            "{ahead}: {}",
+            line.now()
+        );
+    }
+    let error = take_up(7.2).err().unwrap().to_string();
+    assert!(
+        error.contains("it is 7 s ahead of this machine's clock"),
+        "{error}"
+    );
+    assert!(error.contains("set the clock right, or wait until it is past that time"));
+    assert!(take_up(5.1).is_err());
+}
+
+#[test]
+fn a_journal_of_another_station_is_refused() {
+    let mut line = busy_line(config());
+    line.robot(101.0, "arm-3", "idle");
+    let state = whole(&mut line);
+    let other = built_in("paper").unwrap().station(Some(2)).unwrap();
+    let strategy = pickline::strategies::read_alone("SPT,FIFO", 2)
+        .unwrap()
+        .make();
+    let error = Controller::restore(other, strategy, config(), state, None);
+    let error = error.err().unwrap().to_string();
+    assert!(error.contains("it tells of robot 3, of 2"), "{error}");
+}
+
+/// Statuses go on at the times that they have, none of them twice.
+#[test]
+fn statuses_go_on_at_their_times() {
+    let every = Config {
+        status_every: 1.5,
+        ..config()
+    };
+    let stamps = |line: &mut Three| {
+        let said = std::mem::take(&mut line.said).into_iter();
+        let stamps = said.filter_map(|message| match message {
+            Outgoing::Status(status) => Some(status.stamp),
+            _ => None,
+        });
+        stamps.collect::<Vec<f64>>()
+    };
+    let mut line = Three::with(every.clone(), 0.0);
+    line.tick(103.0);
+    // The one at 103 s is told before what comes after it.
+    line.tick(103.2);
+    assert_eq!(stamps(&mut line), [101.5, 103.0]);
+    let mut again = take_up(whole(&mut line), every.clone(), None);
+    again.belt(103.3, 0.0);
+    again.tick(106.2);
+    assert_eq!(stamps(&mut again), [104.5, 106.0]);
+    // From a state at the time of one on, that one was told.
+    let mut line = Three::with(every.clone(), 0.0);
+    line.tick(103.0);
+    line.said.clear();
+    let mut again = take_up(whole(&mut line), every, None);
+    again.tick(104.6);
+    assert_eq!(stamps(&mut again), [104.5]);
+}
+
+/// Only what has changed is told: nothing where nothing has, each part where it has.
+#[test]
+fn a_change_names_what_has_changed() {
+    let mut line = busy_line(config());
+    line.controller.whole();
+    assert!(line.controller.change(true).is_none());
+    let parts = |change: &Change| {
+        let json = serde_json::to_value(change).unwrap();
+        let keys = json.as_object().unwrap().keys().cloned();
+        let parts = keys.filter(|key| !["origin", "now"].contains(&key.as_str()));
+        parts.collect::<Vec<String>>()
+    };
+    type Step = fn(&mut Three);
+    let steps: [(Step, &[&str]); 10] = [
+        (|line| line.robot(101.0, "arm-3", "busy"), &["robots"]),
+        (
+            |line| line.say(r#""kind":"pause","stamp":101,"robot":"arm-3""#),
+            &["operation"],
+        ),
+        // A picture counts once it is whole.
+        (|line| line.see(101.0, "d", 3.9, 0.0), &[]),
+        (
+            |line| line.controller.close_picture(),
+            &["counters", "items"],
+        ),
+        (|line| line.belt(101.0, 0.0), &["motion"]),
+        (
+            |line| line.result(101.1, 2, "PICKED"),
+            &["claims", "items", "past", "robots"],
+        ),
+        // A task is a claim, and its number is used up.
+        (
+            |line| line.tick(101.15),
+            &["claims", "counters", "items", "robots"],
+        ),
+        (|line| line.ack(101.2, 1), &["counters"]),
+        (|line| line.ack(101.3, 3), &["claims"]),
+        (
+            |line| line.robot(101.35, "delta-1", "fault"),
+            &["claims", "items", "robots"],
+        ),
+    ];
+    for (number, (step, expected)) in steps.into_iter().enumerate() {
+        step(&mut line);
+        let told = line.controller.change(false);
+        let told = told.as_ref().map(parts).unwrap_or_default();
+        assert_eq!(told, expected, "step {number}");
+    }
+    // The time alone is told with what was said, and not without.
+    line.tick(101.36);
+    assert!(line.controller.change(false).is_none());
+    let change = line.controller.change(true).unwrap();
+    assert_eq!(parts(&change), [""; 0]);
+    assert!(line.controller.change(true).is_none());
+}
+
+/// What is asked of the drive is a part of it too.
+#[test]
+fn a_change_names_the_drive() {
+    let config = Config {
+        may_stop_belt: true,
+        ..config()
+    };
+    let mut line = Three::with(config, 0.3);
+    line.robot(100.0, "delta-1", "fault");
+    line.controller.whole();
+    line.tick(100.1);
+    let change = line.controller.change(false).unwrap();
+    let json = serde_json::to_value(change).unwrap();
+    assert!(json.get("drive").is_some(), "{json}");
+}
+
+/// What comes before the belt is heard waits, over another restart too, and counts then.
+#[test]
+fn detections_wait_over_a_second_restart() {
+    let mut line = busy_line(config());
+    let mut again = take_up(whole(&mut line), config(), None);
+    again.controller.whole();
+    again.see(101.0, "d", 1.1, 0.1);
+    assert_eq!(again.status().seen, 3);
+    let change = again.controller.change(true).unwrap();
+    let json = serde_json::to_value(&change).unwrap();
+    assert_eq!(json["waiting"].as_array().unwrap().len(), 1);
+    // One off the belt is refused at once; one past its end when it is known to be.
+    let off = Three::message(r#""kind":"detection","stamp":101,"x":1.0,"y":0.5"#);
+    again.controller.handle(off).unwrap_err();
+    again.see(101.0, "e", 4.5, 0.0);
+    let mut third = take_up(whole(&mut again), config(), None);
+    third.belt(101.5, 0.0);
+    let status = third.status();
+    assert_eq!((status.seen, status.rejected["off_belt"]), (4, 2));
+    third.controller.whole();
+    assert!(third.controller.change(true).is_none());
+}
+
+/// There is room for so many items while they wait, as later.
+#[test]
+fn waiting_detections_fill_no_more_room_than_items() {
+    let few = Config {
+        most_items: 5,
+        ..config()
+    };
+    let mut line = busy_line(few.clone());
+    let mut again = take_up(whole(&mut line), few, None);
+    // Three are known.
+    again.see(101.0, "d", 1.1, 0.1);
+    again.see(101.0, "e", 1.1, -0.1);
+    let text = r#"{"kind":"detection","stamp":101,"id":"f","x":1.3,"y":-0.1}"#;
+    let message: Incoming = decode(text.as_bytes()).unwrap();
+    let refused = again.controller.handle(message).unwrap_err();
+    assert_eq!(refused.reason.name(), "too_many_items");
+    assert_eq!(
+        refused.message,
+        "f is one more than 5 items; expected fewer at a time"
+    );
+    again.belt(101.5, 0.0);
+    assert_eq!(again.status().seen, 5);
+}
