@@ -338,3 +338,90 @@ fn a_belt_that_waits_is_remembered_over_a_restart() {
     assert_eq!(asked.len(), 1);
     assert_eq!((asked[0].stamp, asked[0].speed), (102.5, 0.3));
 }
+
+fn next_due(line: &mut Three, stamp: f64) -> Option<f64> {
+    line.said.clear();
+    line.tick(stamp);
+    let due = line.said.iter().find_map(|message| match message {
+        Outgoing::Due(due) => Some(due.next),
+        _ => None,
+    });
+    due.unwrap()
+}
+
+/// The next request is due where there may be one, and nothing is due where there is none.
+#[test]
+fn when_a_request_is_due() {
+    let at = last_of_delta(0.5, 0.3) - 0.5;
+    let mut asks = line(may_stop(&[]), ["busy", "", ""], &[0.5]);
+    let next = next_due(&mut asks, 100.0).unwrap();
+    assert!((next - at).abs() < 1e-6, "{next}");
+    // Without an item, and without the flag.
+    let mut asks = line(may_stop(&[]), ["busy", "", ""], &[]);
+    assert_eq!(next_due(&mut asks, 100.0), None);
+    let mut never = line(config(), ["busy", "", ""], &[0.5]);
+    assert_eq!(next_due(&mut never, 100.0), None);
+    // After a restart nothing is due before the belt is heard.
+    let mut before = line(may_stop(&[]), ["busy", "", ""], &[0.5]);
+    before.tick(100.0);
+    let mut state = State::default();
+    state.apply(before.controller.whole());
+    let (station, strategy) = (
+        crate::support::three::station(),
+        crate::support::three::strategy(),
+    );
+    before.controller = Controller::restore(station, strategy, may_stop(&[]), state, None).unwrap();
+    assert_eq!(next_due(&mut before, 100.1), None);
+}
+
+/// Each robot's silence counts, from the moment on at which it is overdue.
+#[test]
+fn the_silence_of_each_robot_counts() {
+    for silent in 0..3 {
+        let config = Config {
+            timeouts: pickline::live::Timeouts {
+                robot: Some(2.0),
+                ..Default::default()
+            },
+            ..may_stop(&[])
+        };
+        let mut states = ["fault"; 3];
+        states[silent] = "idle";
+        let mut line = line(config, states, &[]);
+        line.tick(102.0);
+        assert_eq!(requests(&mut line), [], "{silent}");
+        line.tick(102.5);
+        let asked = requests(&mut line);
+        assert_eq!(asked.len(), 1, "{silent}");
+        assert!((asked[0].stamp - 102.0).abs() < 1e-6, "{asked:?}");
+    }
+}
+
+/// What is due before a request is done before it.
+#[test]
+fn a_request_overtakes_nothing() {
+    let config = Config {
+        timeouts: pickline::live::Timeouts {
+            robot: Some(2.5),
+            ..Default::default()
+        },
+        ..may_stop(&[])
+    };
+    let mut line = Three::with(config, 0.0);
+    line.robot(100.0, "delta-1", "idle");
+    line.see(100.0, "a", 1.0, 0.0);
+    line.tick(103.0);
+    let starts: Vec<f64> = line.said().0.iter().map(|task| task.start).collect();
+    assert_eq!(starts, [100.0, 101.0, 102.0, 103.0]);
+}
+
+/// Two messages of one stamp are heard together.
+#[test]
+fn a_robot_that_takes_over_at_once_keeps_the_belt_going() {
+    let mut line = line(may_stop(&[]), ["idle", "", ""], &[]);
+    line.tick(101.0);
+    line.robot(102.0, "delta-1", "fault");
+    line.robot(102.0, "scara-2", "idle");
+    line.tick(103.0);
+    assert_eq!(requests(&mut line), []);
+}

@@ -317,3 +317,141 @@ fn a_moved_item_opens_its_windows_again() {
     line.tick(100.2);
     assert_eq!(line.told(), ["task 1.0 delta-1 a"]);
 }
+
+/// An item that moves out of a reach is not left for.
+#[test]
+fn a_moved_item_loses_its_windows() {
+    for (x, is_given) in [(1.599, true), (1.605, false)] {
+        let mut line = Three::new(0.0);
+        line.robot(100.0, "delta-1", "idle");
+        line.controller.hold(&[0]);
+        line.see(100.0, "a", 1.595, 0.0);
+        line.tick(100.1);
+        line.see(100.2, "a", x, 0.0);
+        line.tick(100.2);
+        line.controller.hold(&[]);
+        line.tick(100.3);
+        assert_eq!(line.told().len(), usize::from(is_given), "{x}");
+    }
+}
+
+/// An item that is seen first where no robot reaches it any more was never within reach.
+#[test]
+fn an_item_that_is_seen_too_late_was_never_within_reach() {
+    let mut line = Three::new(0.3);
+    line.tick(110.0);
+    line.see(110.0, "a", 3.3, 0.0);
+    line.tick(130.0);
+    assert_eq!(line.status().missed.unreachable, 1);
+}
+
+/// A place that differs by less than 0.1 mm is the same; what is as old as what is known of an
+/// item is not late, and what is older stays so.
+#[test]
+fn what_moves_an_item() {
+    let place = |line: &Three| line.controller.view(0).items[0].x;
+    let mut line = Three::new(0.0);
+    line.see(100.0, "a", 1.0, 0.0);
+    line.see(100.1, "a", 1.000_09, 0.0);
+    line.tick(100.1);
+    assert_eq!(place(&line), 1.0);
+    line.see(100.2, "a", 1.000_11, 0.0);
+    line.tick(100.2);
+    assert_eq!(place(&line), 1.000_11);
+    // The same stamp again is no late news.
+    line.see(100.2, "a", 1.002, 0.0);
+    line.tick(100.2);
+    assert_eq!(place(&line), 1.002);
+    assert_eq!(line.noted("late_detection"), 0);
+    for (number, stamp) in [100.05, 100.15].into_iter().enumerate() {
+        line.see(stamp, "a", 1.0, 0.0);
+        line.tick(100.2);
+        assert_eq!(line.noted("late_detection"), number as u64 + 1);
+    }
+    assert_eq!(place(&line), 1.002);
+    assert_eq!(line.noted("repeated_detection"), 3);
+}
+
+/// Two items that turn out to be one: the younger is forgotten, whichever is shown, and nobody
+/// is sent to it. One that a robot was sent to stays.
+#[test]
+fn which_of_two_items_stays() {
+    // Which one is shown, which of them a robot was sent to, and what is known in the end.
+    for (shown, sent, stays) in [
+        ("a", None, &["a"][..]),
+        ("b", None, &["a"]),
+        ("b", Some("b"), &["b"]),
+        ("b", Some("a"), &["a", "b"]),
+        ("a", Some("b"), &["a", "b"]),
+        ("a", Some("a"), &["a"]),
+    ] {
+        let case = format!("{shown} {sent:?}");
+        let mut line = Three::new(0.0);
+        // delta-1 takes the one that is nearer to its bin, and does not find it.
+        let (a, b) = if sent == Some("b") {
+            (1.006, 1.0)
+        } else {
+            (1.0, 1.006)
+        };
+        line.see(100.0, "a", a, 0.0);
+        line.see(100.0, "b", b, 0.0);
+        line.tick(100.0);
+        if let Some(sent) = sent {
+            line.robot(100.0, "delta-1", "idle");
+            line.tick(100.0);
+            let task = line.task();
+            assert_eq!(task.item, sent, "{case}");
+            line.result(100.0, task.id, "MISSED");
+            line.robot(100.01, "delta-1", "fault");
+        }
+        for step in 1..8 {
+            let stamp = 100.0 + 0.1 * f64::from(step);
+            let x = if shown == "a" { a } else { b };
+            line.see(stamp, shown, x, 0.0);
+            line.tick(stamp);
+        }
+        line.said.clear();
+        let mut known: Vec<String> = line
+            .controller
+            .view(0)
+            .items
+            .into_iter()
+            .map(|item| item.id)
+            .filter(|id| id != "c")
+            .collect();
+        known.sort();
+        assert_eq!(known, stays, "{case}");
+        if sent.is_none() {
+            // It is one to the robots.
+            line.robot(101.0, "delta-1", "idle");
+            line.tick(101.0);
+            let task = line.task();
+            line.ack(101.0, task.id);
+            line.result(102.0, task.id, "PICKED");
+            line.tick(103.0);
+            assert_eq!((line.told(), line.status().picked), (vec![], 1), "{case}");
+        }
+    }
+}
+
+/// An item that was often seen beside its neighbour can be missing for 30 pictures longer.
+#[test]
+fn how_long_an_item_may_be_missing() {
+    for (beside, missing) in [(0, 4), (1, 7), (9, 31), (12, 34), (40, 34)] {
+        let mut line = Three::new(0.0);
+        for step in 0..=beside {
+            let stamp = 100.0 + 0.01 * f64::from(step);
+            line.see(stamp, "a", 1.0, 0.0);
+            line.see(stamp, "b", 1.006, 0.0);
+            line.tick(stamp);
+        }
+        let mut pictures = 0;
+        while line.status().seen == 2 && pictures < 60 {
+            pictures += 1;
+            let stamp = 101.0 + 0.01 * f64::from(pictures);
+            line.see(stamp, "a", 1.0, 0.0);
+            line.tick(stamp);
+        }
+        assert_eq!(pictures, missing, "{beside}");
+    }
+}

@@ -388,3 +388,96 @@ fn stamps_are_those_of_whoever_reads_them() {
         assert_eq!(told, ahead != 0.0, "{remarks}");
     }
 }
+
+#[test]
+fn shares_and_rates_are_of_the_whole_run() {
+    let mut line = Three::new(0.0);
+    line.robot(100.0, "delta-1", "idle");
+    line.see(100.0, "a", 1.0, 0.0);
+    line.tick(100.0);
+    let status = line.status();
+    assert_eq!((status.picked_share, status.picks_per_min), (0.0, 0.0));
+    line.ack(100.0, 1);
+    line.result(100.5, 1, "PICKED");
+    let status = line.status();
+    assert_eq!((status.picked_share, status.picks_per_min), (1.0, 120.0));
+    line.see(101.0, "b", 1.0, 0.0);
+    line.tick(101.0);
+    line.ack(101.0, 2);
+    line.result(101.5, 2, "PICKED");
+    line.see(102.0, "c", 1.0, 0.0);
+    line.tick(104.0);
+    let status = line.status();
+    assert!((status.picked_share - 2.0 / 3.0).abs() < 1e-12);
+    assert_eq!(status.picks_per_min, 30.0);
+}
+
+/// What was read counts in the next report, and what was never read in none.
+#[test]
+fn a_report_counts_what_was_read() {
+    let mut line = Three::new(0.0);
+    line.tick(100.0);
+    line.see(100.0, "a", 1.0, 0.0);
+    assert_eq!(line.status().seen, 0);
+    line.controller.report(false, 3);
+    let said = line.controller.take_output();
+    let Some(Outgoing::Status(status)) = said.last() else {
+        panic!("{said:?}");
+    };
+    assert_eq!((status.seen, status.last, status.queued), (1, false, 3));
+    line.see(100.0, "b", 1.2, 0.0);
+    line.controller.stop();
+    assert_eq!(line.status().seen, 2);
+    // Before the first message it is no time at all.
+    let controller = Controller::new(station(), strategy(), config());
+    assert_eq!(controller.status(false, 0).stamp, 0.0);
+}
+
+/// The settings that hold where nothing else is said, as docs/protocol.md names them.
+#[test]
+fn the_settings_are_as_documented() {
+    let expected = Config {
+        clock: pickline::live::ClockKind::System,
+        tolerance: 0.015,
+        ack_timeout: 1.0,
+        result_timeout: 5.0,
+        most_attempts: 3,
+        most_items: 100_000,
+        status_every: 0.0,
+        view_from: 0.0,
+        timeouts: pickline::live::Timeouts {
+            belt: None,
+            robot: None,
+        },
+        camera_delay: 0.0,
+        lead: Vec::new(),
+        may_stop_belt: false,
+        stop_margin: 0.5,
+    };
+    assert_eq!(Config::default(), expected);
+    let two = Config {
+        lead: vec![0.1, 0.2],
+        ..expected
+    };
+    assert_eq!([0, 1, 2].map(|robot| two.lead_of(robot)), [0.1, 0.2, 0.0]);
+}
+
+/// A value that is most likely wrong is counted and told of once, of a message that counts.
+#[test]
+fn what_is_doubtful_is_counted_and_told_of() {
+    let mut line = Three::new(0.3);
+    line.tick(100.0);
+    assert!(line.controller.take_doubt().is_none());
+    line.see(100.0, "a", -40.0, 0.0);
+    assert_eq!(line.noted("doubtful_value"), 1);
+    let doubt = line.controller.take_doubt().unwrap();
+    assert!(doubt.to_string().contains("-40"), "{doubt}");
+    assert!(line.controller.take_doubt().is_none());
+    line.see(100.0, "b", 1.0, 0.0);
+    assert_eq!(line.noted("doubtful_value"), 1);
+    // One that is refused is not questioned as well.
+    let wrong = r#""kind":"detection","stamp":100,"id":"c","x":-40,"y":0.4"#;
+    line.controller.handle(Three::message(wrong)).unwrap_err();
+    assert!(line.controller.take_doubt().is_none());
+    assert_eq!(line.noted("doubtful_value"), 1);
+}

@@ -1,5 +1,6 @@
 //! What the operator's orders do, to whom, and what becomes of the items.
 
+use crate::support::line::Line;
 use crate::support::three::Three;
 
 /// Two robots at work on a standing belt, each with a task that it has acknowledged or not.
@@ -230,4 +231,47 @@ fn whose_message_it_is() {
             "{message}"
         );
     }
+}
+
+/// What is due at the stamp of an order is decided with it, what is due before without.
+#[test]
+fn an_order_counts_from_its_stamp_on() {
+    for (stamp, is_given) in [(104.999, false), (105.0, false), (105.001, true)] {
+        let mut line = Three::new(0.0);
+        line.say(
+            r#""kind":"robot","stamp":100,"name":"delta-1","state":"idle","available_at":105"#,
+        );
+        line.see(100.0, "a", 1.0, 0.0);
+        line.say(&format!(r#""kind":"pause","stamp":{stamp}"#));
+        line.tick(106.0);
+        assert_eq!(!line.told().is_empty(), is_given, "{stamp}");
+    }
+}
+
+/// At its meeting, to the moment, a robot has its item: time there begins at 0, so nothing is
+/// rounded.
+#[test]
+fn at_its_meeting_a_robot_has_its_item() {
+    let at_meeting = |what: &str| {
+        let mut line = Line::new();
+        line.see(0.0, "a", 1.0, -0.2);
+        let task = line.task(0.0);
+        line.ack(0.0, task.id);
+        let stamp = task.meet_at;
+        line.say(&what.replace("STAMP", &format!("{stamp:?}")));
+        let (tasks, cancels) = line.tick(stamp);
+        (tasks.len(), cancels.len(), line.status().missed.no_result)
+    };
+    assert_eq!(at_meeting(r#""kind":"stop","stamp":STAMP"#), (0, 0, 0));
+    let fault = r#""kind":"robot","stamp":STAMP,"name":"r1","state":"fault""#;
+    assert_eq!(at_meeting(fault), (0, 1, 1));
+    assert_eq!(
+        at_meeting(r#""kind":"belt","stamp":STAMP,"speed":0.02"#),
+        (0, 0, 0)
+    );
+    // An item at the end of the belt is on it.
+    let mut line = Line::new();
+    line.see(0.0, "a", 4.2, 0.0);
+    line.say(r#""kind":"drain","stamp":0"#);
+    assert_eq!(line.status().mode, "draining");
 }

@@ -386,14 +386,20 @@ fn what_was_acknowledged_late_is_written_off_in_the_end() {
 #[test]
 fn until_when_a_cancel_is_repeated() {
     // The item leaves the reach of `delta-1`, 0.5657 m from its base at y = 0.2, at 1.5657 m.
-    let close = (1.565_685 - 1.2) / 0.3 - 0.565_685_f64.hypot(0.6) / 3.0;
-    for (early, is_open) in [(0.01, true), (-0.01, false)] {
+    let close = |x: f64| (1.565_685 - x) / 0.3 - 0.565_685_f64.hypot(0.6) / 3.0;
+    for (x, early, is_open) in [
+        (1.2, 0.01, true),
+        (1.2, -0.01, false),
+        (1.45, 0.01, true),
+        (1.45, -0.01, false),
+    ] {
         let mut line = Three::new(0.3);
         line.robot(100.0, "delta-1", "idle");
-        line.see(100.0, "a", 1.2, 0.2);
+        line.see(100.0, "a", x, 0.2);
         line.tick(100.0);
         let task = line.task();
-        assert!((task.latest_start - 100.0 - close).abs() < 1e-4);
+        assert!((task.latest_start - 100.0 - close(x)).abs() < 1e-4);
+        assert_eq!(task.free_at > task.latest_start, x > 1.4);
         let moot = task.latest_start.max(task.free_at) + 5.0;
         line.ack(100.01, task.id);
         line.robot(100.02, "delta-1", "fault");
@@ -405,5 +411,40 @@ fn until_when_a_cancel_is_repeated() {
         // Its result counts even so.
         line.result(moot + 0.1, task.id, "PICKED");
         assert_eq!(line.status().picked, 1);
+    }
+}
+
+/// A correction takes one miss back, not all.
+#[test]
+fn a_correction_takes_one_miss_back() {
+    let mut line = Three::new(0.0);
+    line.robot(100.0, "delta-1", "idle");
+    for (id, x) in [("a", 0.9), ("b", 1.0), ("c", 1.1)] {
+        line.see(100.0, id, x, 0.0);
+    }
+    let mut tasks = Vec::new();
+    for _ in 0..3 {
+        line.tick(100.0);
+        let task = line.task();
+        line.result(100.0, task.id, "MISSED");
+        tasks.push(task.id);
+    }
+    line.result(100.1, tasks[0], "PICKED");
+    let status = line.status();
+    assert_eq!((status.robots[0].picked, status.robots[0].missed), (1, 2));
+}
+
+/// An item that is free again and was picked after all is offered to nobody.
+#[test]
+fn a_free_item_that_was_picked_after_all_is_offered_to_nobody() {
+    for result in ["MISSED", "GRASP_FAIL", "REJECTED", "CANCELLED"] {
+        let (mut line, first) = first_task();
+        ends(&mut line, first.id, result);
+        line.result(100.6, first.id, "PICKED");
+        line.robot(100.7, "scara-2", "idle");
+        line.tick(103.0);
+        assert_eq!(line.told(), [""; 0], "{result}");
+        assert_eq!(line.status().robots[1].state, "idle", "{result}");
+        assert_eq!(line.noted("illegal_action"), 0);
     }
 }

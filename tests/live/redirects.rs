@@ -366,3 +366,55 @@ fn what_was_not_acknowledged_is_planned_again() {
         }
     }
 }
+
+/// What is called off keeps its times: it is waited for as long as before.
+#[test]
+fn a_task_that_is_called_off_keeps_its_plan() {
+    for is_acknowledged in [false, true] {
+        let mut line = Three::new(0.3);
+        line.robot(100.0, "delta-1", "idle");
+        line.see(100.0, "a", 1.45, 0.2);
+        line.tick(100.0);
+        let task = line.task();
+        if is_acknowledged {
+            line.ack(100.0, 1);
+        }
+        line.belt(100.05, 1.1);
+        assert_eq!(line.told(), [format!("cancel 1 delta-1: {BEYOND}")]);
+        let claim = &line.controller.view(0).claims[0];
+        assert_eq!((claim.stage, claim.revision), ("cancelling", 0));
+        assert_eq!(claim.meet, [task.meet.x, task.meet.y]);
+        near(claim.free_at, task.free_at, "free_at");
+        line.tick(task.free_at + 4.999);
+        assert_eq!(line.status().claimed, 1);
+        line.tick(task.free_at + 5.001);
+        assert_eq!(line.status().claimed, 0);
+    }
+}
+
+/// The same an hour into the run: where the arm is follows from the task's own start.
+#[test]
+fn a_robot_turns_from_where_it_is() {
+    let mut line = Three::new(0.3);
+    line.tick(3700.0);
+    line.robot(3700.0, "delta-1", "idle");
+    line.see(3700.0, "a", 1.0, 0.2);
+    line.tick(3700.0);
+    let task = line.task();
+    line.ack(3700.0, 1);
+    for (now, speed) in [(3700.05, 0.4), (3700.15, 0.4)] {
+        let mut line = Three::new(0.3);
+        line.tick(3700.0);
+        line.robot(3700.0, "delta-1", "idle");
+        line.see(3700.0, "a", 1.0, 0.2);
+        line.tick(3700.0);
+        line.ack(3700.0, 1);
+        line.said.clear();
+        line.belt(now, speed);
+        let (tasks, _) = line.said();
+        let item = [1.0 + 0.3 * (now - 3700.0), 0.2];
+        let travel = time_to_meet(arm_at(&task, now), item, speed);
+        near(tasks[0].meet_at, now + travel, "meet_at");
+        near(tasks[0].meet.x, item[0] + speed * travel, "meet.x");
+    }
+}

@@ -3,7 +3,7 @@
 
 use crate::support::three::{Three, config, station, strategy};
 use pickline::live::protocol::{Incoming, Outgoing, decode};
-use pickline::live::{Change, Config, Controller, State};
+use pickline::live::{Change, ClockKind, Config, Controller, State};
 use pickline::station::built_in;
 
 fn whole(line: &mut Three) -> State {
@@ -288,4 +288,124 @@ fn waiting_detections_fill_no_more_room_than_items() {
     );
     again.belt(101.5, 0.0);
     assert_eq!(again.status().seen, 5);
+}
+
+/// A robot that waits for work, and an item, before the belt is heard.
+#[test]
+fn no_task_is_given_before_the_belt_is_heard() {
+    let mut line = busy_line(config());
+    let mut again = take_up(whole(&mut line), config(), None);
+    again.robot(101.0, "scara-2", "idle");
+    again.tick(102.0);
+    assert_eq!(again.told(), [""; 0]);
+    again.belt(102.0, 0.0);
+    again.tick(102.0);
+    // Its item is where the belt has brought it, and the other task goes on.
+    let told = again.told();
+    assert!(told.contains(&"task 3.0 scara-2 c".to_owned()), "{told:?}");
+}
+
+/// However long the line has run, statuses have the times that they would have had.
+#[test]
+fn statuses_after_a_long_run_are_not_off() {
+    let every = Config {
+        status_every: 0.1,
+        ..config()
+    };
+    let mut line = Three::with(config(), 0.0);
+    line.tick(1100.02);
+    let mut again = take_up(whole(&mut line), every, None);
+    again.said.clear();
+    again.tick(1100.15);
+    let stamps: Vec<f64> = again
+        .said
+        .iter()
+        .filter(|message| message.kind() == "status")
+        .map(Outgoing::stamp)
+        .collect();
+    assert_eq!(stamps, [1100.1]);
+}
+
+/// With message time the end of the stream decides what is due by then; time never passes by
+/// the machine's clock. With the system clock it is the other way round.
+#[test]
+fn whose_time_it_is() {
+    for clock in [ClockKind::Messages, ClockKind::System] {
+        let by_messages = clock == ClockKind::Messages;
+        let config = Config {
+            clock,
+            ..Config::default()
+        };
+        let controller = Controller::new(station(), strategy(), config);
+        let mut line = Three {
+            controller,
+            said: Vec::new(),
+        };
+        let start = 1.75e9;
+        if !by_messages {
+            line.controller.advance(start);
+        }
+        line.robot(start, "delta-1", "idle");
+        line.see(start, "a", 1.0, 0.0);
+        line.said.extend(line.controller.take_output());
+        assert_eq!(line.told(), [""; 0]);
+        // What does not move this clock changes nothing: the picture is not whole either.
+        if by_messages {
+            line.controller.advance(start + 50.0);
+        } else {
+            line.controller.finish();
+            // A picture a little ahead of the clock does not move it.
+            line.see(start + 0.2, "b", -0.5, 0.0);
+        }
+        assert_eq!(line.controller.now(), 0.0);
+        assert_eq!(line.status().seen, u64::from(!by_messages));
+        if by_messages {
+            line.controller.finish();
+        } else {
+            line.controller.advance(start);
+        }
+        line.said.extend(line.controller.take_output());
+        assert_eq!(line.told(), ["task 1.0 delta-1 a"]);
+        // A tick is a matter of message time.
+        line.said.clear();
+        line.tick(start);
+        assert_eq!(line.said.len(), usize::from(by_messages));
+        // The next thing that is due is the ack.
+        let next = line.controller.next_stamp().unwrap();
+        assert!((next - start - 1.0).abs() < 1e-6, "{next}");
+    }
+    let mut idle = Three::new(0.0);
+    assert_eq!(idle.controller.next_stamp(), None);
+}
+
+/// Pictures that wait for the belt are told apart when it is heard.
+#[test]
+fn pictures_that_wait_stay_pictures() {
+    // Two boxes in one picture are two items, in two pictures the same.
+    for (second, seen) in [(101.0, 5), (101.1, 4)] {
+        let mut line = busy_line(config());
+        let mut again = take_up(whole(&mut line), config(), None);
+        for (stamp, x) in [(101.0, 1.4), (second, 1.408)] {
+            again.say(&format!(
+                r#""kind":"detection","stamp":{stamp},"x":{x},"y":0.1"#
+            ));
+        }
+        again.belt(101.5, 0.0);
+        assert_eq!(again.status().seen, seen, "{second}");
+        assert_eq!(again.noted("doubled"), 0);
+    }
+}
+
+/// No item is forgotten before the belt is heard: it may have stopped.
+#[test]
+fn no_item_is_forgotten_before_the_belt_is_heard() {
+    let mut line = Three::with(config(), 0.3);
+    line.see(100.0, "a", 1.0, 0.0);
+    line.tick(100.0);
+    let mut again = take_up(whole(&mut line), config(), None);
+    again.tick(150.0);
+    assert_eq!(again.controller.load(), (1, 0));
+    again.belt(150.0, 0.3);
+    again.tick(150.0);
+    assert_eq!(again.controller.load(), (0, 0));
 }

@@ -364,3 +364,72 @@ fn a_late_result_ends_a_silence() {
         assert_eq!(line.noted("late_result"), 1);
     }
 }
+
+/// The same for each robot; the others may take it.
+#[test]
+fn what_one_robot_refuses_others_take() {
+    for (robot, other, x) in [("scara-2", "delta-1", 1.2), ("arm-3", "scara-2", 2.0)] {
+        let mut line = Three::new(0.0);
+        line.robot(100.0, robot, "idle");
+        line.see(100.0, "a", x, 0.0);
+        line.tick(100.0);
+        line.ack(100.0, 1);
+        line.result(100.5, 1, "REJECTED");
+        line.belt(101.5, 0.01);
+        line.tick(102.0);
+        assert_eq!(line.told(), [format!("task 1.0 {robot} a")]);
+        line.robot(102.0, other, "idle");
+        line.tick(102.0);
+        assert_eq!(line.told(), [format!("task 2.0 {other} a")]);
+    }
+}
+
+/// An item that is withheld from its robot until after its last start is not due again.
+#[test]
+fn a_dropped_item_that_leaves_meanwhile_is_not_due() {
+    let mut line = Three::new(0.3);
+    line.robot(100.0, "delta-1", "idle");
+    line.see(100.0, "a", 1.4, 0.2);
+    line.tick(100.0);
+    line.result(100.01, 1, "CANCELLED");
+    line.said.clear();
+    line.tick(100.02);
+    let due = pickline::live::protocol::Due {
+        stamp: 100.02,
+        next: None,
+    };
+    assert_eq!(line.said, [pickline::live::protocol::Outgoing::Due(due)]);
+}
+
+/// A word of being idle counts for one task only.
+#[test]
+fn an_early_idle_brings_one_task() {
+    let mut line = at_work(Some(100.01));
+    line.see(100.02, "c", 1.2, 0.0);
+    line.robot(100.1, "delta-1", "idle");
+    line.tick(100.5);
+    let task = line.task();
+    assert_eq!((task.id, task.item.as_str()), (2, "b"));
+    line.ack(100.5, 2);
+    line.tick(103.0);
+    assert_eq!(line.told(), [""; 0]);
+}
+
+/// However many it drops, its rest is no longer.
+#[test]
+fn a_robot_that_drops_forty_tasks_rests_as_long() {
+    let mut line = Three::new(0.0);
+    line.robot(100.0, "delta-1", "idle");
+    for item in 0..20 {
+        let (x, y) = (0.7 + 0.03 * f64::from(item), 0.0);
+        line.see(100.0, &format!("i{item}"), x, y);
+    }
+    let mut now = 100.0;
+    for _ in 0..40 {
+        line.tick(now);
+        let task = line.said().0.pop().unwrap();
+        line.result(now, task.id, "CANCELLED");
+        now += 10.0;
+    }
+    assert_eq!(line.noted("task_cancelled"), 40);
+}

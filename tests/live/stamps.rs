@@ -24,7 +24,7 @@ fn with_message_time_statuses_come_by_the_stamps() {
     assert_eq!(stamps, [101.5, 103.0, 104.5, 106.0]);
     assert!(
         told.iter()
-            .all(|status| !status.last && status.claimed == 1)
+            .all(|status| !status.last && status.claimed == 1 && status.queued == 0)
     );
     // However time comes there.
     assert_eq!(statuses(&[107.0]), told);
@@ -132,4 +132,48 @@ fn what_nothing_follows() {
     );
     let status = line.status();
     assert_eq!((status.seen, status.rejected["stamp"]), (1, 1));
+}
+
+/// A status shows things as they are then: what is due at the same time is done before.
+#[test]
+fn a_status_counts_what_is_due_at_its_stamp() {
+    for (free, claimed) in [(101.499, 1), (101.5, 1), (101.501, 0)] {
+        let mut line = Line::silent(1.5);
+        line.say(&format!(
+            r#""kind":"robot","stamp":100,"name":"r1","state":"idle","available_at":{free}"#
+        ));
+        line.see(100.0, "a", 1.0, -0.2);
+        line.say(r#""kind":"tick","stamp":102"#);
+        let statuses = line.0.take_output().into_iter();
+        let claims = statuses.filter_map(|message| match message {
+            Outgoing::Status(status) => Some(status.claimed),
+            _ => None,
+        });
+        assert_eq!(claims.collect::<Vec<u64>>(), [claimed], "{free}");
+    }
+}
+
+/// With message time it does not matter when a message came.
+#[test]
+fn with_message_time_nothing_is_mapped() {
+    let mut line = Line::silent(0.0);
+    for (stamp, received) in [(5.0, 9e8), (6.0, 1.0), (7.0, 1e10)] {
+        let message = Line::message(&format!(r#""kind":"belt","stamp":{stamp},"speed":0.05"#));
+        line.0.hear(message, received).unwrap();
+    }
+    line.say(r#""kind":"tick","stamp":7"#);
+    assert_eq!(line.0.now(), 2.0);
+    assert_eq!(line.0.status(false, 0).noted.len(), 0);
+}
+
+#[test]
+fn clocks_have_their_names() {
+    use pickline::live::ClockKind;
+    for (kind, name) in [
+        (ClockKind::System, "system"),
+        (ClockKind::Messages, "messages"),
+    ] {
+        assert_eq!((kind.name(), ClockKind::named(name)), (name, Some(kind)));
+    }
+    assert_eq!(ClockKind::named("wall"), None);
 }

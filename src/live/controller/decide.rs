@@ -46,7 +46,6 @@ impl Controller {
         for robot in &self.held {
             decider.free_at[*robot] = f64::INFINITY;
         }
-        decider.view.clear();
         if decider.needs_view() {
             let from = self.config.view_from;
             self.world.in_view(from, time, &mut decider.view);

@@ -22,7 +22,7 @@ impl Controller {
         let silent = silent.filter(|until| until.is_finite()).map(f64::next_up);
         let met = self.tasks.holding().map(|claim| claim.meet_at);
         let all = self.drive.repeat_at().into_iter().chain(lost);
-        // What was due before was asked for when the last step ended, or when this one began.
+        // What was due before was asked for when the step began.
         let all = all.chain(silent).chain(met).filter(|time| *time > now);
         all.reduce(f64::min)
     }

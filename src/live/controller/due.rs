@@ -54,7 +54,7 @@ impl Controller {
     /// Does what is due up to `until` [s], that moment included or not, in order of time.
     pub(super) fn settle(&mut self, until: f64, included: bool) {
         let is_due = |time: f64| time < until || (included && time == until);
-        // What was heard since the last step may be a reason.
+        // What was heard since the last step may be a reason to stop the belt.
         self.ask_drive();
         loop {
             if self.world.is_off(self.stamps.now()) {
@@ -99,6 +99,5 @@ impl Controller {
         self.forget_gone();
         let mut remarks = self.sources.remarks(self.stamps.now());
         self.remarks.append(&mut remarks);
-        self.ask_drive();
     }
 }
