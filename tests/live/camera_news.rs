@@ -87,7 +87,8 @@ fn a_known_item_may_be_seen_past_the_end() {
     for (fields, is_known) in [
         (r#""id":"a","x":4.29,"y":0"#, true),
         (r#""x":4.285,"y":0"#, true),
-        (r#""id":"a","x":4.33,"y":0"#, true),
+        (r#""id":"a","x":4.333,"y":0"#, true),
+        (r#""id":"a","x":4.385,"y":0"#, false),
         (r#""id":"a","x":4.50,"y":0"#, false),
         (r#""x":4.40,"y":0"#, false),
     ] {
@@ -454,4 +455,18 @@ fn how_long_an_item_may_be_missing() {
         }
         assert_eq!(pictures, missing, "{beside}");
     }
+}
+
+/// A second item beside one that has passed the end is past it too, which shows when the
+/// picture is whole.
+#[test]
+fn what_turns_out_to_be_past_the_end_is_refused() {
+    let mut line = Three::new(0.3);
+    line.see(100.0, "a", 3.99, 0.0);
+    line.tick(101.0);
+    line.see(101.0, "a", 4.29, 0.0);
+    line.see(101.0, "b", 4.30, 0.0);
+    line.tick(101.0);
+    let status = line.status();
+    assert_eq!((status.seen, status.rejected["off_belt"]), (1, 1));
 }

@@ -337,6 +337,7 @@ fn a_late_ack_is_answered_by_the_cancel() {
         (vec![cancel.to_owned()], 1)
     );
     line.result(100.4, first.id, "CANCELLED");
+    assert_eq!(line.noted("late_result"), 1);
     // Of a task that is over it is counted only.
     line.ack(100.5, first.id);
     line.tick(110.0);

@@ -409,3 +409,78 @@ fn no_item_is_forgotten_before_the_belt_is_heard() {
     again.tick(150.0);
     assert_eq!(again.controller.load(), (0, 0));
 }
+
+/// Without an encoder what was known goes on at once: windows are open, what nobody has
+/// acknowledged is sent as things are now, and a cancel is repeated later.
+#[test]
+fn what_was_open_goes_on_at_once() {
+    let controller = Controller::new(station(), strategy(), config());
+    let mut line = Three {
+        controller,
+        said: Vec::new(),
+    };
+    for robot in ["delta-1", "scara-2"] {
+        line.robot(100.0, robot, "idle");
+    }
+    line.see(100.0, "a", 1.0, 0.0);
+    line.tick(100.0);
+    line.controller.hold(&[1]);
+    line.see(100.0, "b", 1.5, 0.0);
+    line.tick(100.1);
+    assert_eq!(line.told(), ["task 1.0 delta-1 a"]);
+    let mut again = take_up(whole(&mut line), config(), None);
+    again.tick(100.2);
+    assert_eq!(again.told(), ["task 1.1 delta-1 a", "task 2.0 scara-2 b"]);
+}
+
+/// A state is stamped by the machine's clock, which whoever goes on reads.
+#[test]
+fn a_state_is_stamped_by_the_machines_clock() {
+    let mut line = Three {
+        controller: Controller::new(station(), strategy(), Config::default()),
+        said: Vec::new(),
+    };
+    line.controller.advance(1.75e9);
+    line.controller.set_clock_ahead(100.0);
+    let json = serde_json::to_value(line.controller.whole()).unwrap();
+    assert_eq!(json["origin"], 1.75e9 + 100.0);
+}
+
+/// When the machine's clock is set open tasks are sent again with its stamps, and messages
+/// are read by it.
+#[test]
+fn a_clock_that_is_set_moves_all_stamps() {
+    let start = 1.75e9;
+    let mut line = Three {
+        controller: Controller::new(station(), strategy(), Config::default()),
+        said: Vec::new(),
+    };
+    line.controller.advance(start);
+    line.robot(start, "delta-1", "idle");
+    line.see(start, "a", 1.0, 0.0);
+    line.controller.advance(start);
+    line.said.extend(line.controller.take_output());
+    let first = line.task();
+    line.controller.set_clock_ahead(0.5);
+    line.said.extend(line.controller.take_output());
+    let again = line.said().0.remove(0);
+    assert_eq!((again.id, again.revision), (1, 1));
+    assert!((again.start - first.start - 0.5).abs() < 1e-6);
+    line.controller.set_clock_ahead(0.5);
+    assert_eq!(line.noted("clock_step"), 1);
+    line.controller.set_clock_ahead(100.123_46);
+    let remarks = line.controller.take_remarks();
+    let rest = "decisions go by a clock that nobody sets, stamps are mapped, and open tasks are \
+                sent again with their new stamps";
+    for (remark, by) in remarks.iter().zip(["0.5", "99.6235"]) {
+        assert_eq!(
+            remark,
+            &format!("the machine's clock was set forward by {by} s: {rest}")
+        );
+    }
+    assert_eq!(remarks.len(), 2);
+    // 0.2 s later, by that clock.
+    line.ack(start + 100.323, 1);
+    line.said.extend(line.controller.take_output());
+    assert_eq!(line.controller.view(0).claims[0].stage, "acknowledged");
+}

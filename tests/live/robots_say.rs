@@ -136,6 +136,7 @@ fn a_fault_ends_with_a_newer_word() {
         (&["100.05 fault", "100.05 idle"], None),
         (&["100.05 fault", "100.06 busy"], None),
         (&["100.05 fault", "100.06 idle"], Some(100.06)),
+        (&["100.3 fault", "100.1 fault", "100.2 idle"], None),
         (&["100.05 fault", "100.06 idle free 100.5"], Some(100.5)),
         (&["100.05 fault", "100.06 busy free 100.5"], Some(100.5)),
         // A fault that comes late lasts until something is newer than all that was said.
@@ -216,6 +217,8 @@ fn the_state_of_a_robot_is_shown_as_it_is() {
     line.ack(101.0, 1);
     line.tick(102.0);
     assert_eq!(state(&line), "busy");
+    line.robot(102.0, "delta-1", "idle");
+    assert_eq!(state(&line), "idle");
     line.robot(102.0, "delta-1", "fault");
     assert_eq!(state(&line), "fault");
     line.robot(103.0, "delta-1", "idle");
@@ -270,7 +273,7 @@ fn a_robot_that_drops_some_tasks_does_not_rest() {
                 0.0,
             );
         }
-        for result in ["CANCELLED", "CANCELLED", third, "CANCELLED"] {
+        for result in ["CANCELLED", "CANCELLED", third, "CANCELLED", "CANCELLED"] {
             line.tick(100.0);
             let Some(task) = line.said().0.pop() else {
                 break;
@@ -432,4 +435,80 @@ fn a_robot_that_drops_forty_tasks_rests_as_long() {
         now += 10.0;
     }
     assert_eq!(line.noted("task_cancelled"), 40);
+}
+
+/// Nobody is free or silent by a late word on an earlier task.
+#[test]
+fn a_late_result_of_an_earlier_task_frees_nobody() {
+    let mut line = at_work(Some(100.01));
+    line.see(100.02, "c", 1.2, 0.0);
+    line.say(r#""kind":"robot","stamp":100.2,"name":"delta-1","state":"idle","task":1"#);
+    line.tick(100.2);
+    assert_eq!(line.told(), ["task 2.0 delta-1 b"]);
+    line.ack(103.0, 2);
+    line.tick(105.4);
+    assert_eq!(line.status().missed.no_result, 1);
+    line.result(105.4, 1, "MISSED");
+    line.tick(105.45);
+    assert_eq!(
+        (line.told(), line.status().robots[0].state.as_str()),
+        (vec![], "busy")
+    );
+    // A fault is not ended by it either.
+    let mut line = at_work(Some(100.01));
+    line.tick(110.0);
+    line.robot(111.0, "delta-1", "fault");
+    line.result(112.0, 1, "MISSED");
+    assert_eq!(line.status().robots[0].state, "fault");
+    // Nor does one from before its last word bring back what that has ended.
+    let mut line = at_work(Some(100.01));
+    line.say(r#""kind":"robot","stamp":104,"name":"delta-1","state":"busy","available_at":200"#);
+    line.tick(210.0);
+    line.result(103.9 + 60.0, 1, "MISSED");
+    assert_eq!(line.noted("late_result"), 1);
+}
+
+/// A robot that is idle may say that it will be free later.
+#[test]
+fn an_idle_robot_may_announce_when_it_is_free() {
+    let mut line = Three::new(0.0);
+    line.robot(100.0, "delta-1", "idle");
+    line.say(r#""kind":"robot","stamp":101,"name":"delta-1","state":"idle","available_at":103"#);
+    line.see(101.5, "a", 1.0, 0.0);
+    line.tick(104.0);
+    assert_eq!(line.said().0[0].start, 103.0);
+}
+
+/// Each robot answers for its own tasks: a fault, or a word on another's task, is its own.
+#[test]
+fn no_robot_speaks_for_another() {
+    let two = || {
+        let mut line = Three::new(0.0);
+        for robot in ["delta-1", "arm-3"] {
+            line.robot(100.0, robot, "idle");
+        }
+        line.see(100.0, "a", 0.8, 0.0);
+        line.see(100.0, "b", 2.6, 0.0);
+        line.tick(100.0);
+        assert_eq!(line.told(), ["task 1.0 delta-1 a", "task 2.0 arm-3 b"]);
+        line
+    };
+    let mut line = two();
+    line.robot(100.05, "delta-1", "fault");
+    assert_eq!(
+        line.told(),
+        ["cancel 1 delta-1: the robot has reported a fault"]
+    );
+    let mut line = two();
+    line.say(r#""kind":"robot","stamp":100.05,"name":"delta-1","state":"busy","task":2"#);
+    line.tick(101.0);
+    assert_eq!(line.told(), ["task 1.1 delta-1 a", "task 2.1 arm-3 b"]);
+    // One that was called back has said already that it had set out.
+    let mut line = two();
+    line.ack(100.0, 1);
+    line.say(r#""kind":"stop","stamp":100.02,"robot":"delta-1""#);
+    line.told();
+    line.say(r#""kind":"robot","stamp":100.05,"name":"delta-1","state":"busy","task":1"#);
+    line.tick(100.1);
+    assert_eq!((line.told(), line.noted("late_ack")), (vec![], 0));
 }

@@ -199,3 +199,19 @@ fn a_crowd_is_shown_in_part() {
         assert!(view.items.iter().all(is_regular));
     }
 }
+
+/// Half a metre before the belt and past it items are shown.
+#[test]
+fn how_far_around_the_belt_items_are_shown() {
+    for (at, x, is_shown) in [
+        (101.65, 3.99, true),
+        (101.60, -0.99, false),
+        (101.65, -0.99, true),
+    ] {
+        let mut line = Three::new(0.3);
+        line.see(100.0, "a", x, 0.0);
+        line.tick(at);
+        let shown = line.controller.view(0).items.len();
+        assert_eq!(shown, usize::from(is_shown), "{at} {x}");
+    }
+}
