@@ -385,7 +385,7 @@ fn the_silence_of_each_robot_counts() {
             },
             ..may_stop(&[])
         };
-        let mut states = ["fault"; 3];
+        let mut states = [""; 3];
         states[silent] = "idle";
         let mut line = line(config, states, &[]);
         line.tick(102.0);

@@ -298,10 +298,10 @@ fn a_lead_time_is_no_precedence() {
     assert_eq!(line.told(), ["task 1.0 delta-1 a"]);
 }
 
-/// A lead time is taken off the time at which a window opens and added again: a hair too early
-/// nothing is open yet, and the strategy is not asked.
+/// A lead time is taken off the time at which a window opens and added again: the strategy is
+/// asked about one that is open, and the start is when it opens.
 #[test]
-fn a_decision_a_hair_too_early_is_made_a_hair_later() {
+fn a_decision_falls_its_lead_before_a_window_opens() {
     let config = Config {
         lead: vec![0.1],
         ..config()

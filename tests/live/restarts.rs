@@ -354,6 +354,7 @@ fn whose_time_it_is() {
             line.controller.advance(start + 50.0);
         } else {
             line.controller.finish();
+            assert!(line.controller.take_output().is_empty());
             // A picture a little ahead of the clock does not move it.
             line.see(start + 0.2, "b", -0.5, 0.0);
         }
