@@ -485,3 +485,44 @@ fn a_clock_that_is_set_moves_all_stamps() {
     line.said.extend(line.controller.take_output());
     assert_eq!(line.controller.view(0).claims[0].stage, "acknowledged");
 }
+
+/// What is told of tasks that are over, step by step, makes the whole: results, late ones,
+/// items that are forgotten, and tasks that are.
+#[test]
+fn the_changes_of_past_tasks_make_the_whole() {
+    let mut line = Three::with(config(), 0.3);
+    line.robot(100.0, "delta-1", "idle");
+    for (id, x) in [("a", 1.0), ("b", 0.8), ("c", 0.6)] {
+        line.see(100.0, id, x, 0.0);
+    }
+    line.tick(100.0);
+    let mut state = whole(&mut line);
+    type Step = fn(&mut Three);
+    let steps: [Step; 9] = [
+        |line| line.ack(100.0, 1),
+        |line| line.result(100.5, 1, "MISSED"),
+        |line| line.tick(100.5),
+        // The same task's late word, and the item's next one.
+        |line| line.result(100.6, 1, "PICKED"),
+        |line| line.tick(110.0),
+        // Items are forgotten, and one was picked after all.
+        |line| line.tick(115.0),
+        |line| line.result(116.0, 2, "PICKED"),
+        |line| line.tick(170.0),
+        // Nobody will report on them any more.
+        |line| line.tick(240.0),
+    ];
+    for (number, step) in steps.into_iter().enumerate() {
+        step(&mut line);
+        if let Some(change) = line.controller.change(true) {
+            let text = serde_json::to_string(&change).unwrap();
+            state.apply(serde_json::from_str(&text).unwrap());
+        }
+        assert_eq!(state, whole(&mut line), "step {number}");
+    }
+    let json = serde_json::to_value(line.controller.whole()).unwrap();
+    assert!(
+        json.get("past").is_none() && json.get("items").is_none(),
+        "{json}"
+    );
+}
