@@ -88,7 +88,6 @@ fn a_known_item_may_be_seen_past_the_end() {
         (r#""id":"a","x":4.29,"y":0"#, true),
         (r#""x":4.285,"y":0"#, true),
         (r#""id":"a","x":4.333,"y":0"#, true),
-        (r#""id":"a","x":4.385,"y":0"#, false),
         (r#""id":"a","x":4.50,"y":0"#, false),
         (r#""x":4.40,"y":0"#, false),
     ] {

@@ -447,6 +447,7 @@ fn a_late_result_of_an_earlier_task_frees_nobody() {
     assert_eq!(line.told(), ["task 2.0 delta-1 b"]);
     line.ack(103.0, 2);
     line.tick(105.4);
+    line.said.clear();
     assert_eq!(line.status().missed.no_result, 1);
     line.result(105.4, 1, "MISSED");
     line.tick(105.45);
