@@ -176,11 +176,14 @@ fn the_camera_delay_is_taken_off_its_stamps() {
     }
 }
 
+/// When a picture was taken, and what it shows: ids and places.
+type Picture<'a> = (f64, &'a [(&'a str, f64, f64)]);
+
 /// Each kind of news of what an item is: counted, and remarked the first time in so many words.
 #[test]
 fn what_is_remarked_of_items() {
     let rest = |what: &str| format!("\n  further ones are only counted, as {what} in the status");
-    let play = |pictures: &[(f64, &[(&str, f64, f64)])]| {
+    let play = |pictures: &[Picture]| {
         let mut line = Three::new(0.0);
         for (stamp, shown) in pictures {
             for (id, x, y) in *shown {
