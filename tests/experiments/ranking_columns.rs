@@ -258,13 +258,23 @@ fn check_table(found: &Found, name: &str) {
         .iter()
         .position(|cell| cell.starts_with("minus ["))
         .unwrap();
-    let rival = &found.report["beside"]["strategies"][1];
-    let ends = ["diff_low", "diff_high"].map(|key| rival[key].as_f64());
-    assert_eq!(
-        beside[2][minus],
-        shown_interval(ends[0], ends[1], digits),
-        "{name}"
-    );
+    for (i, row) in beside[1..].iter().enumerate() {
+        let line = &found.report["beside"]["strategies"][i];
+        let of = |key: &str| line[key].as_f64();
+        let difference = match i {
+            0 => String::new(),
+            _ => shown_interval(of("diff_low"), of("diff_high"), digits),
+        };
+        assert_eq!(row[0], line["strategy"].as_str().unwrap());
+        assert_eq!(row[1], shown(of("mean"), digits), "{name}: {row:?}");
+        let share = shown(of("picked_share").map(|share| 100.0 * share), 1);
+        let expected = [difference, share, shown(of("worst"), digits)];
+        assert_eq!(row[minus..], expected, "{name}: {row:?}");
+    }
+    let headers = [beside[0][minus + 1].as_str(), &beside[0][minus + 2][..5]];
+    assert_eq!(headers, ["picked [%]", "worst"]);
+    let words = "beside    the winner, other strategies on the same patterns\n";
+    assert!(found.table.contains(words), "{}", found.table);
 }
 
 /// The balanced set's fresh patterns come of another seed and of other spacings.
