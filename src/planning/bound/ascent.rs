@@ -135,3 +135,197 @@ impl Ascent {
         true
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pattern::{Item, Pattern};
+    use crate::planning::bound::Objective;
+    use crate::planning::bound::network::Slots;
+    use crate::sim::Scene;
+    use crate::station::{Robot, Station, built_in};
+
+    const ANY: Schedules = Schedules {
+        horizon: u64::MAX,
+        must_from: usize::MAX,
+    };
+
+    /// Two robots that have time for one pick each, and `items` items within reach of both.
+    fn contest(items: usize) -> (Dual, Leaving) {
+        let plain = built_in("paper").unwrap().station(Some(2)).unwrap();
+        let slow = |robot: &Robot| Robot {
+            grasp_time: 60.0,
+            ..robot.clone()
+        };
+        let robots = plain.robots().iter().map(slow).collect();
+        let station = Station::new(*plain.belt(), robots).unwrap();
+        let item = |i: usize| Item::at(i.to_string(), -0.1 * i as f64, 0.0);
+        let pattern = Pattern::new((0..items).map(item).collect()).unwrap();
+        let scene = Scene::new(&station, &pattern).unwrap();
+        let dual = Dual::new(&scene, Objective::Picks, Slots { length: 0.5 });
+        let belt = Leaving::new(&scene, &dual);
+        (dual, belt)
+    }
+
+    fn evaluation(value: i64, taken: &[u32]) -> Evaluation {
+        Evaluation {
+            value,
+            taken: taken.to_vec(),
+            ..Evaluation::default()
+        }
+    }
+
+    /// Prices in picks, within rounding.
+    fn assert_at(ascent: &Ascent, dual: &Dual, expected: &[f64]) {
+        let found: Vec<f64> = ascent.at.iter().map(|at| at / dual.units).collect();
+        let near = |(a, b): (&f64, &f64)| (a - b).abs() < 1e-9;
+        assert!(
+            found.iter().zip(expected).all(near),
+            "{found:?}, not {expected:?}"
+        );
+    }
+
+    /// Down where an item lies on no path, up where it lies on several; 0.7 of the last
+    /// direction goes into the next one, and the step is Polyak's for 0.95 of the best value.
+    #[test]
+    fn a_step_goes_as_far_as_polyak_says() {
+        let (dual, _) = contest(3);
+        let unit = dual.units as i64;
+        let mut ascent = Ascent::new(vec![unit / 2; 3], 2 * unit);
+        // (3 - 0.95 * 2) of 2 over a norm of 2.
+        let at = evaluation(3 * unit, &[0, 2, 1]);
+        assert!(ascent.step(&dual, ANY, 0.2, &at));
+        let far = 0.2 * 1.1 / 2.0;
+        assert_at(&ascent, &dual, &[0.5 - far, 0.5 + far, 0.5]);
+        // The norm of (1 + 0.7, -1 - 0.7, 0).
+        assert!(ascent.step(&dual, ANY, 0.2, &at));
+        let further = far + 1.7 * 0.2 * 1.1 / (2.0 * 1.7 * 1.7);
+        assert_at(&ascent, &dual, &[0.5 - further, 0.5 + further, 0.5]);
+        // Taken three times: a slope of -2.
+        let mut ascent = Ascent::new(vec![unit / 4; 3], 2 * unit);
+        assert!(ascent.step(&dual, ANY, 0.2, &evaluation(3 * unit, &[1, 1, 3])));
+        assert_at(&ascent, &dual, &[0.25, 0.25, 0.25 + 2.0 * 0.2 * 1.1 / 4.0]);
+    }
+
+    /// A value below the level aimed at still moves the prices, by a unit.
+    #[test]
+    fn there_is_always_a_step() {
+        let (dual, _) = contest(2);
+        let unit = dual.units as i64;
+        let mut ascent = Ascent::new(vec![unit / 2; 2], 2 * unit);
+        assert!(ascent.step(&dual, ANY, 2.0, &evaluation(unit, &[0, 2])));
+        assert_eq!(ascent.last_prices(), [unit / 2 - 1, unit / 2 + 1]);
+    }
+
+    /// From 0 to the weight, or from far below 0 for items that must be picked; who stands at
+    /// a face does not go through it, and that is no direction.
+    #[test]
+    fn prices_stay_in_their_box() {
+        let (dual, _) = contest(3);
+        let unit = dual.units as i64;
+        let at = evaluation(3 * unit, &[0, 0, 2]);
+        let faces = vec![0, 0, unit];
+        let mut ascent = Ascent::new(faces.clone(), 2 * unit);
+        assert!(!ascent.step(&dual, ANY, 2.0, &at), "nowhere to go");
+        assert_eq!(ascent.last_prices(), faces);
+        let must = Schedules {
+            must_from: 1,
+            ..ANY
+        };
+        assert!(ascent.step(&dual, must, 0.5, &at));
+        assert_at(&ascent, &dual, &[0.0, -0.5 * 1.1, 1.0]);
+        assert!(ascent.step(&dual, must, 1e3, &at));
+        assert_at(&ascent, &dual, &[0.0, -16.0, 1.0]);
+        let mut ascent = Ascent::new(vec![unit / 2; 3], 2 * unit);
+        assert!(ascent.step(&dual, ANY, 1e3, &at));
+        assert_at(&ascent, &dual, &[0.0, 0.0, 1.0]);
+        // Back from both faces.
+        assert!(ascent.step(&dual, ANY, 1e-3, &evaluation(3 * unit, &[2, 2, 0])));
+        assert!(
+            ascent.at[0] > 0.0 && ascent.at[2] < dual.units,
+            "{:?}",
+            ascent.at
+        );
+    }
+
+    /// Items that nobody can have released by the horizon have no slope.
+    #[test]
+    fn items_past_the_horizon_keep_their_prices() {
+        let (dual, _) = contest(2);
+        let unit = dual.units as i64;
+        let [Some(first), Some(second)] = dual.earliest[..] else {
+            panic!("both are in reach");
+        };
+        assert!(first < second);
+        for (horizon, expected) in [(first - 1, [0.5, 0.5]), (first, [0.25, 0.5])] {
+            let schedules = Schedules { horizon, ..ANY };
+            let mut ascent = Ascent::new(vec![unit / 2; 2], unit);
+            let moved = ascent.step(&dual, schedules, 0.25, &evaluation(unit * 39 / 20, &[0, 0]));
+            assert_eq!(moved, horizon == first);
+            assert_at(&ascent, &dual, &expected);
+        }
+    }
+
+    /// Steps become shorter by 0.6 after five without a better value, and the search ends
+    /// when they are a hundred-thousandth of the first: after 23 times five.
+    #[test]
+    fn steps_that_better_nothing_become_short_and_end() {
+        let (dual, belt) = contest(5);
+        let mut profile = Profile::new(&dual);
+        let mut ascent = Ascent::new(vec![dual.units as i64 / 2; 5], 0);
+        let mut told = Vec::new();
+        let step = |best| {
+            told.push(best);
+            false
+        };
+        ascent.run(&dual, ANY, (1000, 2.0), (&mut profile, &belt), step);
+        assert_eq!(told, [0; 115]);
+        assert_eq!(ascent.best_prices, [dual.units as i64 / 2; 5]);
+    }
+
+    /// From five items that two robots take one of each, down to two picks; every step is
+    /// entered in the profile, and the best prices are those of the best value.
+    #[test]
+    fn the_best_value_of_all_steps_is_kept() {
+        let (dual, belt) = contest(5);
+        let unit = dual.units as i64;
+        let mut profile = Profile::new(&dual);
+        let mut ascent = Ascent::new(vec![unit / 2; 5], 5 * unit);
+        let mut told = Vec::new();
+        let step = |best| {
+            told.push(best);
+            told.len() == 60
+        };
+        ascent.run(&dual, ANY, (200, 2.0), (&mut profile, &belt), step);
+        assert!(
+            told.len() <= 60 && told.is_sorted_by(|a, b| a >= b),
+            "{told:?}"
+        );
+        assert_eq!(told.last(), Some(&ascent.best));
+        assert!(
+            (2 * unit..2 * unit + unit / 1000).contains(&ascent.best),
+            "{told:?}"
+        );
+        let mut again = Evaluation::default();
+        dual.evaluate(&ascent.best_prices, u64::MAX, &mut again);
+        assert_eq!(again.value, ascent.best);
+        // What the last step of the profile knows is what the best of the steps said.
+        let mut slots: Vec<u64> = dual
+            .networks
+            .iter()
+            .flat_map(|n| n.slots().to_vec())
+            .collect();
+        slots.sort_unstable();
+        slots.dedup();
+        assert_eq!(profile.value(slots.len() - 1), ascent.best);
+        // A number of steps is a number of steps.
+        let mut steps = 0;
+        let count = |_| {
+            steps += 1;
+            false
+        };
+        let mut ascent = Ascent::new(vec![unit / 2; 5], 5 * unit);
+        ascent.run(&dual, ANY, (7, 2.0), (&mut profile, &belt), count);
+        assert_eq!(steps, 7);
+    }
+}

@@ -46,10 +46,15 @@ pub(super) struct Evaluation {
 /// Prices of items that must be picked may be as low as minus so many of the largest
 /// weights.
 const LEAST_PRICE: i64 = 16;
-/// Sums of rewards, at most `1 + LEAST_PRICE` an item, stay below this power of two.
+/// The largest weights of all items together stay below this power of two.
 const BITS: i32 = 56;
 /// No more binary digits than this behind the largest weight.
 const DIGITS: i32 = 40;
+
+/// Binary digits behind the largest of `items` weights.
+fn digits(items: usize) -> i32 {
+    DIGITS.min(BITS - (items as f64).log2().ceil() as i32 - 1)
+}
 
 impl Dual {
     /// The dual of `scene`.
@@ -73,7 +78,7 @@ impl Dual {
             }
         }
         let most = worth.iter().copied().fold(0.0, f64::max);
-        let digits = DIGITS.min(BITS - (items as f64).log2().ceil() as i32 - 1);
+        let digits = digits(items);
         let exponent = if most > 0.0 {
             most.log2().ceil() as i32
         } else {
@@ -137,6 +142,175 @@ impl Dual {
             value
         } else {
             value.next_up()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pattern::{Item, Pattern};
+    use crate::station::{Station, built_in};
+
+    fn station() -> Station {
+        built_in("paper").unwrap().station(Some(2)).unwrap()
+    }
+
+    /// Items of these weights in the middle of the belt, where both robots reach them.
+    fn weighing(weights: &[f64]) -> Pattern {
+        let items = weights.iter().enumerate().map(|(i, &weight)| Item {
+            weight: Some(weight),
+            ..Item::at(i.to_string(), -0.3 * i as f64, 0.0)
+        });
+        Pattern::new(items.collect()).unwrap()
+    }
+
+    fn dual(pattern: &Pattern, objective: Objective) -> Dual {
+        let station = station();
+        let scene = Scene::new(&station, pattern).unwrap();
+        Dual::new(&scene, objective, Slots { length: 0.5 })
+    }
+
+    /// `value` in units, exactly: units are a power of two.
+    fn in_units(dual: &Dual, value: f64) -> f64 {
+        assert_eq!(dual.units.log2().fract(), 0.0);
+        value * dual.units
+    }
+
+    #[test]
+    fn weights_are_rounded_up_to_the_next_unit() {
+        let weights = [0.1, 1.0 / 3.0, 2.7, 0.0, 1e-13, 0.7];
+        let dual = dual(&weighing(&weights), Objective::Weight);
+        assert_eq!(dual.units, 2f64.powi(40 - 2));
+        for (&units, weight) in dual.weights.iter().zip(weights) {
+            let exact = in_units(&dual, weight);
+            assert!(
+                exact <= units as f64 && units as f64 - 1.0 < exact,
+                "{weight}"
+            );
+        }
+    }
+
+    #[test]
+    fn the_largest_weight_says_how_large_a_unit_is() {
+        for (most, exponent) in [(1.0, 0), (1.5, 1), (2.0, 1), (0.3, -1), (1e6, 20)] {
+            let dual = dual(&weighing(&[0.1, most]), Objective::Weight);
+            assert_eq!(dual.units, 2f64.powi(40 - exponent), "{most}");
+            assert_eq!(dual.most_negative, 16 << 40);
+        }
+        let nothing = dual(&weighing(&[0.0, 0.0]), Objective::Weight);
+        assert_eq!(
+            (nothing.units, &nothing.weights[..]),
+            (2f64.powi(40), &[0, 0][..])
+        );
+        let picks = dual(&weighing(&[0.0, 5.0]), Objective::Picks);
+        assert_eq!(
+            (picks.units, &picks.weights[..]),
+            (2f64.powi(40), &[1 << 40, 1 << 40][..])
+        );
+    }
+
+    #[test]
+    fn the_weights_of_many_items_have_fewer_digits() {
+        for (items, expected) in [
+            (1, 40),
+            (2, 40),
+            (1 << 15, 40),
+            ((1 << 15) + 1, 39),
+            (1 << 16, 39),
+            (10_000_000, 31),
+        ] {
+            assert_eq!(digits(items), expected, "{items}");
+            // No sum of weights, or of prices at their least, comes near the end of the
+            // numbers.
+            let all = (items as f64) * f64::from(expected).exp2();
+            assert!(all <= 55f64.exp2() && (1 + LEAST_PRICE) as f64 * all < 60f64.exp2());
+        }
+    }
+
+    /// The price of an item counts as soon as it can have been released in the last slot.
+    #[test]
+    fn prices_count_up_to_the_horizon() {
+        let dual = dual(&weighing(&[1.0, 1.0]), Objective::Picks);
+        let [Some(first), Some(second)] = dual.earliest[..] else {
+            panic!("both are in reach");
+        };
+        assert!(first < second);
+        let unit = dual.units as i64;
+        let prices = [3 * unit, 4 * unit];
+        let value = |horizon| {
+            let mut evaluation = Evaluation::default();
+            dual.evaluate(&prices, horizon, &mut evaluation);
+            assert_eq!(evaluation.taken, [0, 0], "nothing is worth its price");
+            evaluation.value / unit
+        };
+        assert_eq!(value(first - 1), 0);
+        assert_eq!((value(first), value(second - 1)), (3, 3));
+        assert_eq!((value(second), value(u64::MAX)), (7, 7));
+    }
+
+    /// Each robot may take what it can get by the horizon, at the reward that the price
+    /// leaves.
+    #[test]
+    fn every_robot_takes_what_it_can_by_the_horizon() {
+        let dual = dual(&weighing(&[1.0]), Objective::Picks);
+        let unit = dual.units as i64;
+        let first = dual.earliest[0].unwrap();
+        let mut evaluation = Evaluation::default();
+        let mut at = |price: i64, horizon: u64| {
+            dual.evaluate(&[price], horizon, &mut evaluation);
+            (evaluation.value, evaluation.taken[0])
+        };
+        assert_eq!(at(0, first - 1), (0, 0));
+        assert_eq!(at(0, first), (unit, 1));
+        assert_eq!(at(unit / 4, first), (unit, 1));
+        // Two robots, each of which can have it more than once, as nothing but the price
+        // forbids that.
+        let (value, taken) = at(unit / 4, u64::MAX);
+        assert!(taken >= 2);
+        assert_eq!(value, unit / 4 + i64::from(taken) * (unit - unit / 4));
+    }
+
+    #[test]
+    fn picks_are_whole_and_weights_are_not() {
+        let picks = dual(&weighing(&[1.0]), Objective::Picks);
+        let unit = picks.units as i64;
+        for (units, whole) in [
+            (0, 0),
+            (unit - 1, 0),
+            (unit, 1),
+            (3 * unit - 1, 2),
+            (-1, -1),
+        ] {
+            assert_eq!(picks.whole(units), whole * unit, "{units}");
+        }
+        let weight = dual(&weighing(&[1.0]), Objective::Weight);
+        assert_eq!(weight.whole(unit - 1), unit - 1);
+    }
+
+    /// The least double that is no lower.
+    #[test]
+    fn units_become_a_weight_that_is_rounded_up() {
+        let dual = dual(&weighing(&[1.0]), Objective::Weight);
+        for units in [
+            0,
+            1,
+            1 << 40,
+            (1 << 53) + 1,
+            (1 << 54) + 1,
+            (1 << 54) + 2,
+            (1 << 54) + 3,
+            (1 << 54) + 6,
+            (1 << 55) - 1,
+            (1 << 60) + 129,
+        ] {
+            let exact = |weight: f64| in_units(&dual, weight) as i128;
+            let weight = dual.weight(units);
+            assert!(exact(weight) >= i128::from(units), "{units}");
+            assert!(
+                units == 0 || exact(weight.next_down()) < i128::from(units),
+                "{units}"
+            );
         }
     }
 }

@@ -342,3 +342,6 @@ pub(super) fn earliest_release(station: &Station, robot: usize, candidate: &Cand
 pub(super) fn latest_release(station: &Station, robot: usize, candidate: &Candidate) -> f64 {
     candidate.close + Moment::new(station, robot, candidate.close).processing_time(candidate)
 }
+
+#[cfg(test)]
+mod tests;

@@ -191,3 +191,207 @@ pub(super) fn choose_slots(scene: &Scene, options: &Options) -> Result<Option<Ch
             coarse: length > COARSE * wanted,
         }))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pattern::{Item, Pattern, grid};
+    use crate::station::{Belt, Robot, Station, built_in};
+
+    /// A line of one robot whose picks take `pick` seconds, and one item.
+    fn line(pick: f64) -> (Station, Pattern) {
+        let plain = built_in("paper").unwrap().station(Some(1)).unwrap();
+        let pattern = Pattern::new(vec![Item::at("0", 0.0, -0.5)]).unwrap();
+        let with = |grasp_time: f64| {
+            let robot = Robot {
+                grasp_time,
+                release_time: 0.0,
+                ..plain.robots()[0].clone()
+            };
+            Station::new(*plain.belt(), vec![robot]).unwrap()
+        };
+        let station = with(0.0);
+        let scene = Scene::new(&station, &pattern).unwrap();
+        let item = &scene.queue(0)[0];
+        let middle = 0.5 * (item.open + item.close);
+        let way = Moment::new(&station, 0, middle).processing_time(item);
+        (with(pick - way), pattern)
+    }
+
+    fn chosen(scene: &Scene, options: &Options) -> Option<(f64, bool)> {
+        let chosen = choose_slots(scene, options).unwrap();
+        chosen.map(|chosen| (chosen.slots.length, chosen.coarse))
+    }
+
+    #[test]
+    fn options_grow_with_the_pattern_as_documented() {
+        use Objective::{Picks, Weight};
+        for (items, arcs) in [
+            (0, 2_000_000),
+            (1000, 2_000_000),
+            (1001, 2_002_000),
+            (9999, 19_998_000),
+            (usize::MAX, 20_000_000),
+        ] {
+            let options = Options::in_full(Weight, items);
+            assert_eq!((options.arcs, options.objective), (arcs, Weight), "{items}");
+            assert!(options.schedule && options.ends && options.slot_s.is_none());
+            assert_eq!((options.iterations, options.known), (200, 0.0));
+        }
+        let quick = Options::quick(Weight);
+        assert_eq!(
+            (quick.arcs, quick.objective, quick.schedule),
+            (100_000, Weight, false)
+        );
+        assert!(quick.ends && quick.iterations == 200 && quick.known == 0.0);
+        for (items, arcs) in [
+            (1, 100_000),
+            (150, 100_000),
+            (300, 200_000),
+            (10_000_000, 4_000_000),
+        ] {
+            let options = Options::beside(7, items);
+            assert_eq!((options.arcs, options.known), (arcs, 7.0), "{items}");
+            assert_eq!((options.objective, options.schedule), (Picks, false));
+        }
+        assert_eq!(Options::default().arcs, 2_000_000);
+    }
+
+    /// A fiftieth of a mean pick, rounded down to 1, 2 or 5 times a power of ten, where half
+    /// of it does as well.
+    #[test]
+    fn slots_are_a_fiftieth_of_a_pick() {
+        for (pick, length) in [
+            (2.49, 0.05),
+            (4.99, 0.05),
+            (5.01, 0.1),
+            (9.98, 0.1),
+            (10.01, 0.2),
+            (19.98, 0.2),
+            (20.1, 0.5),
+            (49.9, 0.5),
+            (50.1, 1.0),
+            (101.0, 2.0),
+            (1001.0, 20.0),
+            (3000.0, 50.0),
+        ] {
+            let (station, pattern) = line(pick);
+            let scene = Scene::new(&station, &pattern).unwrap();
+            let found = chosen(&scene, &Options::default());
+            assert_eq!(found, Some((length, false)), "{pick}");
+        }
+    }
+
+    /// Longer ones where there would be too many picks in slots, none where they would be
+    /// longer than a pick.
+    #[test]
+    fn slots_grow_with_what_they_cost() {
+        let (station, pattern) = line(10.01);
+        let scene = Scene::new(&station, &pattern).unwrap();
+        let item = &scene.queue(0)[0];
+        let lasts = item.close - item.open;
+        // So many as a window in slots of this length has.
+        let with = |length: f64, fewer: usize| Options {
+            arcs: (lasts / length + 2.0).ceil() as usize - fewer,
+            ..Options::default()
+        };
+        assert_eq!(chosen(&scene, &with(0.2, 0)), Some((0.2, false)));
+        assert_eq!(chosen(&scene, &with(0.2, 1)), Some((0.5, false)));
+        assert_eq!(chosen(&scene, &with(0.5, 0)), Some((0.5, false)));
+        // More than 2.5 times as long as a fiftieth of a pick.
+        assert_eq!(chosen(&scene, &with(0.5, 1)), Some((1.0, true)));
+        assert_eq!(chosen(&scene, &with(2.0, 0)), Some((2.0, true)));
+        // Longer than a pick.
+        assert_eq!(chosen(&scene, &with(20.0, 0)), None);
+        let too_few = Options {
+            arcs: 2,
+            ..Options::default()
+        };
+        assert_eq!(chosen(&scene, &too_few), None);
+        // An arc a window is the least.
+        let none = Options {
+            arcs: 0,
+            ..Options::default()
+        };
+        assert_eq!(chosen(&scene, &none), None);
+    }
+
+    /// What is asked for is taken, in the range of lengths and of memory.
+    #[test]
+    fn slots_that_are_asked_for_are_taken_or_refused() {
+        let (station, pattern) = line(10.0);
+        let scene = Scene::new(&station, &pattern).unwrap();
+        let asked = |scene: &Scene, length: f64| {
+            let options = Options {
+                slot_s: Some(length),
+                arcs: 1,
+                ..Options::default()
+            };
+            choose_slots(scene, &options)
+                .map(|chosen| chosen.map(|chosen| (chosen.slots.length, chosen.coarse)))
+                .map_err(|error| error.to_string())
+        };
+        for length in [1e-6, 0.013, 5.0, 1e6] {
+            assert_eq!(asked(&scene, length), Ok(Some((length, false))));
+        }
+        for length in [0.99e-6, 1.01e6, 0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let told = asked(&scene, length).unwrap_err();
+            assert!(told.contains("is not a length of a slot"), "{told}");
+            assert!(told.contains("from 1e-6 to 1e6, such as 0.05"), "{told}");
+        }
+        // Seconds of windows are too many slots of a microsecond.
+        let station = built_in("paper").unwrap().station(Some(1)).unwrap();
+        let pattern = grid(station.belt().width, 0.15, 100).unwrap();
+        let scene = Scene::new(&station, &pattern).unwrap();
+        let told = asked(&scene, 1e-6).unwrap_err();
+        for words in ["1e-6 s is too short", "picks in slots, at most 5e7 fit"] {
+            assert!(told.contains(words), "{told}");
+        }
+        assert!(asked(&scene, 1e-3).is_ok());
+    }
+
+    /// Slots that are told apart by their times, however few picks there are: an item that
+    /// takes 1e9 s to arrive and is within reach for a moment.
+    #[test]
+    fn there_are_no_more_slots_than_times() {
+        let plain = built_in("paper").unwrap().station(Some(1)).unwrap();
+        let base = plain.robots()[0].base;
+        let robot = Robot {
+            bin: [base.x, base.y + 0.8].into(),
+            grasp_time: 1e-4,
+            release_time: 0.0,
+            ..plain.robots()[0].clone()
+        };
+        let belt = Belt {
+            speed: 1e-3,
+            ..*plain.belt()
+        };
+        let y = base.y + 0.8 - 1e-13;
+        let station = Station::new(belt, vec![robot]).unwrap();
+        let pattern = Pattern::new(vec![Item::at("0", -1e6, y)]).unwrap();
+        let scene = Scene::new(&station, &pattern).unwrap();
+        let lasts = scene.queue(0)[0].close - scene.queue(0)[0].open;
+        assert!(0.0 < lasts && lasts < 0.01, "{lasts}");
+        let asked = |length| {
+            let options = Options {
+                slot_s: Some(length),
+                ..Options::default()
+            };
+            choose_slots(&scene, &options).map(|chosen| chosen.is_some())
+        };
+        let told = asked(5e-6).unwrap_err().to_string();
+        assert!(told.contains("is too short for this pattern"), "{told}");
+        assert!(asked(2e-5).unwrap());
+        // A fiftieth of a pick would be 2e-6 s or a little more.
+        assert_eq!(chosen(&scene, &Options::default()), Some((2e-5, true)));
+    }
+
+    /// With nothing in reach any slot does.
+    #[test]
+    fn a_line_that_reaches_nothing_has_slots() {
+        let (station, _) = line(10.0);
+        let pattern = Pattern::new(vec![Item::at("0", 0.0, 0.5)]).unwrap();
+        let scene = Scene::new(&station, &pattern).unwrap();
+        assert_eq!(chosen(&scene, &Options::default()), Some((1e-6, false)));
+    }
+}

@@ -235,3 +235,6 @@ impl Leaving {
         left.max(self.least_end)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,275 @@
+//! Networks against times worked out by hand, and against every path.
+
+use super::*;
+use crate::station::{Belt, Robot};
+use proptest::prelude::*;
+use std::collections::{BTreeMap, HashMap};
+
+const BELT_SPEED: f64 = 0.125;
+
+/// A line on which times are easily worked out: leaving at t for an item that passes the
+/// bin at a, the robot is free at `t + dwell + 2/9 (a - t)` before a and at
+/// `t + dwell + 2/7 (t - a)` after it.
+fn station(dwell: f64) -> Station {
+    let belt = Belt {
+        speed: BELT_SPEED,
+        length: 100.0,
+        width: 1.0,
+    };
+    let robot = Robot {
+        name: "a".into(),
+        base: [1.0, 0.0].into(),
+        bin: [1.0, 0.0].into(),
+        reach: 10.0,
+        speed: 1.0,
+        grasp_time: dwell,
+        release_time: 0.0,
+    };
+    Station::new(belt, vec![robot]).unwrap()
+}
+
+/// An item that passes the bin at `at` [s] and can be left for from `open` to `close` [s].
+fn passing(item: u32, at: f64, (open, close): (f64, f64)) -> Candidate {
+    Candidate {
+        item,
+        x0: 1.0 - BELT_SPEED * at,
+        y: 0.0,
+        weight: 1.0,
+        open,
+        close,
+    }
+}
+
+fn network(dwell: f64, queue: &[Candidate], length: f64) -> Network {
+    Network::new(&station(dwell), 0, queue, Slots { length })
+}
+
+/// A time that lies on a boundary belongs to the slot that begins there, however the
+/// quotient is rounded.
+#[test]
+fn a_time_is_in_the_last_slot_that_begins_by_then() {
+    for length in [1e-6, 0.01, 0.1, 0.3, 1.0 / 3.0, 1.0, 7.3] {
+        let slots = Slots { length };
+        for slot in (0..200).chain([12_345, 1_000_003, 999_999_999_999]) {
+            assert_eq!(slots.start(slot), slot as f64 * length);
+            assert_eq!(slots.of(slots.start(slot)), slot, "{length}");
+            assert_eq!(slots.of(slots.start(slot + 1).next_down()), slot);
+        }
+        assert_eq!(slots.of(-0.5 * length), 0);
+        assert_eq!(slots.of(-1e9), 0);
+    }
+}
+
+/// The picks end up to 2e-9 (1 + t) earlier than they do, and no earlier than that.
+#[test]
+fn a_release_may_be_early_by_the_slack() {
+    // Free at 2 s, so at least 6e-9 s before.
+    let queue = [passing(0, 0.0, (0.0, 0.0))];
+    assert_eq!(network(2.0, &queue, 2.0 - 5.9e-9).slots(), [0]);
+    assert_eq!(network(2.0, &queue, 2.0 - 6.1e-9).slots(), [1]);
+    let release = earliest_release(&station(2.0), 0, &queue[0]);
+    assert!((release - (2.0 - 6e-9)).abs() < 1e-13, "{release}");
+    // Nothing is released before the run begins.
+    assert_eq!(earliest_release(&station(0.0), 0, &queue[0]), 0.0);
+}
+
+#[test]
+fn a_departure_may_be_early_by_the_slack() {
+    // Free at 2 s; leaving 4e-9 s earlier for an item that is upstream then saves 7/9 of that.
+    let queue = [passing(0, 1.0, (1.0, 1.0))];
+    let early = 6e-9 + 4e-9 * 7.0 / 9.0;
+    assert_eq!(network(1.0, &queue, 2.0 - early + 0.1e-9).slots(), [0]);
+    assert_eq!(network(1.0, &queue, 2.0 - early - 0.1e-9).slots(), [1]);
+    let release = earliest_release(&station(1.0), 0, &queue[0]);
+    assert!((release - (2.0 - early)).abs() < 1e-13, "{release}");
+}
+
+#[test]
+fn a_departure_may_be_late_by_the_slack() {
+    // Leaving in slots 0, 1, 2 and 3 ends at 3.17, 3.94, 4.72 and 5.5 s.
+    let queue = |close| [passing(0, 3.0, (0.0, close))];
+    for (late, slots) in [
+        (0.0, &[3, 4, 5][..]),
+        (7.9e-9, &[3, 4, 5]),
+        (8.1e-9, &[3, 4]),
+    ] {
+        let network = network(2.5, &queue(3.0 - late), 1.0);
+        assert_eq!(network.slots(), slots, "{late}");
+    }
+    let release = latest_release(&station(2.5), 0, &queue(3.0)[0]);
+    assert!((release - 5.5).abs() < 1e-12, "{release}");
+}
+
+/// A window that opens within a slot is not open from its beginning on.
+#[test]
+fn nobody_leaves_before_the_window_opens() {
+    // From 0.5 s on it ends at 1.1 s; from 0 s on it would be 0.71 s.
+    let queue = [passing(0, 0.5, (0.5, 0.5))];
+    assert_eq!(network(0.6, &queue, 1.0).slots(), [1]);
+}
+
+/// A pick that takes no time ends in the slot in which it begins, not before.
+#[test]
+fn a_pick_without_a_time_of_its_own_goes_nowhere() {
+    let network = network(0.0, &[passing(0, 1.0, (1.0, 1.0))], 1.0);
+    assert_eq!((network.slots(), network.arcs()), (&[0, 1][..], 2));
+    let mut values = Vec::new();
+    network.longest_path(&[5], &mut values);
+    assert_eq!(values, [0, 5, 10]);
+}
+
+/// Of departures that end in one slot the last is kept: who is free for it only may take it.
+#[test]
+fn the_last_of_several_departures_with_one_arrival_is_kept() {
+    // The second item, left for in slots 4 and 5, is in the bin in slot 16; the first one is
+    // in slot 5.
+    let dwell = 0.788;
+    let queue = [passing(0, 0.6, (0.6, 0.6)), passing(1, 11.0, (1.0, 1.3))];
+    let network = network(dwell, &queue, 0.25);
+    assert_eq!((network.slots()[0], network.arcs()), (5, 2));
+    let mut values = Vec::new();
+    network.longest_path(&[1, 1], &mut values);
+    let up_to = |slot| values[network.nodes_up_to(slot)];
+    assert_eq!((up_to(4), up_to(5), up_to(15), up_to(16)), (0, 1, 1, 2));
+}
+
+/// The whole size is an upper bound of the picks in slots, and a close one.
+#[test]
+fn the_size_covers_the_picks() {
+    let queue = [passing(0, 3.0, (1.0, 4.0)), passing(1, 3.0, (2.0, 2.0))];
+    let size = |length| Network::size(&queue, Slots { length });
+    assert_eq!((size(1.0), size(0.5), size(8.0)), (7.0, 10.0, 4.375));
+}
+
+/// Every pick in slots of `queue`: item, departure and arrival, found one by one.
+fn picks(dwell: f64, queue: &[Candidate], slots: Slots) -> Vec<(usize, u64, u64)> {
+    let mut all = Vec::new();
+    for candidate in queue {
+        let station = station(dwell);
+        let mut by_arrival = BTreeMap::new();
+        for slot in slots.of(candidate.open)..=slots.of(candidate.close) {
+            let time = slots.start(slot).max(candidate.open);
+            let moment = Moment::new(&station, 0, time);
+            let free = time + moment.processing_time(candidate);
+            by_arrival.insert(slots.of(free), slot);
+        }
+        let of_item = by_arrival.into_iter();
+        all.extend(
+            of_item.map(|(arrival, departure)| (candidate.item as usize, departure, arrival)),
+        );
+    }
+    all
+}
+
+/// The best of all paths, one after the other, for a robot that is free in `slot` and has
+/// taken the loops of `used` there.
+fn best_from(
+    picks: &[(usize, u64, u64)],
+    rewards: &[i64],
+    (slot, used): (u64, u32),
+    known: &mut HashMap<(u64, u32), i64>,
+) -> i64 {
+    if picks.iter().all(|(_, departure, _)| *departure < slot) {
+        return 0;
+    }
+    if let Some(&value) = known.get(&(slot, used)) {
+        return value;
+    }
+    let mut best = best_from(picks, rewards, (slot + 1, 0), known);
+    for &(item, departure, arrival) in picks {
+        let next = match arrival == slot {
+            _ if departure != slot => continue,
+            true if used >> item & 1 == 1 => continue,
+            true => (slot, used | 1 << item),
+            false => (arrival, 0),
+        };
+        best = best.max(rewards[item] + best_from(picks, rewards, next, known));
+    }
+    known.insert((slot, used), best);
+    best
+}
+
+/// Windows, a dwell time, a length of the slots and rewards. The times are such that no
+/// slack matters.
+fn days() -> impl Strategy<Value = (Vec<Candidate>, f64, f64, Vec<i64>)> {
+    let item = (0.0..12.0f64, 0.0..8.0f64, 0.0..4.0f64);
+    let items = prop::collection::vec((item, -2..6i64), 1..=5);
+    let dwell = prop_oneof![Just(0.011), 0.2..2.0f64];
+    (
+        items,
+        dwell,
+        prop_oneof![Just(0.217), Just(0.93), Just(3.1)],
+    )
+        .prop_map(|(items, dwell, length)| {
+            let rewards = items.iter().map(|(_, reward)| *reward).collect();
+            let mut queue: Vec<Candidate> = items
+                .iter()
+                .zip(0u32..)
+                .map(|(((at, open, lasts), _), item)| passing(item, *at, (*open, open + lasts)))
+                .collect();
+            queue.sort_by(|a, b| a.open.total_cmp(&b.open));
+            (queue, dwell, length, rewards)
+        })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    /// Forwards and backwards, whole and in part, the values are those of the best of all
+    /// paths, and the path that is followed has the value that was computed.
+    #[test]
+    fn values_are_those_of_the_best_path((queue, dwell, length, rewards) in days()) {
+        let slots = Slots { length };
+        let network = network(dwell, &queue, length);
+        let picks = picks(dwell, &queue, slots);
+        prop_assert_eq!(network.arcs(), picks.len());
+        prop_assert!(network.arcs() as f64 <= Network::size(&queue, slots));
+        let best = |rewards: &[i64], slot| {
+            best_from(&picks, rewards, (slot, 0), &mut HashMap::new())
+        };
+        let mut values = Vec::new();
+        network.longest_path(&rewards, &mut values);
+        let places = network.slots().len() + 1;
+        prop_assert_eq!(values.len(), places);
+        prop_assert_eq!(values[places - 1], best(&rewards, 0));
+        for place in 0..places {
+            let mut found = 0;
+            network.follow(&rewards, &values, place, |item| found += rewards[item as usize]);
+            prop_assert_eq!(found, values[place]);
+        }
+        let whole = |rewards: &[i64]| {
+            let mut values = vec![0; places];
+            network.longest_path_from(rewards, &mut values, 0..places);
+            values
+        };
+        let mut to_come = whole(&rewards);
+        for (place, &value) in to_come.iter().enumerate() {
+            // Who is free after so many nodes may leave in the next slot with one at the latest.
+            let slot = match place {
+                0 => 0,
+                _ => network.slot_of_place(place),
+            };
+            prop_assert!(value <= best(&rewards, slot), "{}", place);
+        }
+        prop_assert_eq!(to_come[0], best(&rewards, 0));
+        // An item that is gone changes only what is said of places before its last one.
+        let last = network.last_places(rewards.len());
+        for item in 0..rewards.len() {
+            let mut fewer = rewards.clone();
+            fewer[item] = -1_000_000;
+            let stale = last[item] as usize;
+            network.longest_path_from(&fewer, &mut to_come, 0..stale);
+            prop_assert_eq!(&to_come, &whole(&fewer));
+            to_come = whole(&rewards);
+            let mut alone = vec![0; rewards.len()];
+            alone[item] = 1;
+            let alone = whole(&alone);
+            prop_assert!(alone[stale - 1] > 0 && alone[stale..].iter().all(|v| *v == 0));
+        }
+        for (place, &slot) in network.slots().iter().enumerate() {
+            prop_assert_eq!(network.slot_of_place(place + 1), slot);
+            prop_assert_eq!(network.nodes_up_to(slot), place + 1);
+        }
+        prop_assert_eq!(network.slot_of_place(0), 0);
+    }
+}
