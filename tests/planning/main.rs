@@ -1,7 +1,9 @@
 //! Planning over a horizon, and the certified bound.
 
 mod bound;
+mod bound_limits;
 mod bound_verb;
+mod brute_force;
 #[path = "../common/mod.rs"]
 mod common;
 mod lookahead;
