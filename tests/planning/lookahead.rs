@@ -181,6 +181,91 @@ fn a_robot_leaves_an_item_to_another_that_is_better_placed() {
     assert_eq!(who(&outcome), [(0, 1), (1, 0)].into());
 }
 
+/// The station `paper` with so many robots and grasps that take `grasp_time` [s].
+fn slow(robots: usize, grasp_time: f64) -> Station {
+    let station = built_in("paper").unwrap().station(Some(robots)).unwrap();
+    let robot = |robot: &Robot| Robot {
+        grasp_time,
+        ..robot.clone()
+    };
+    let robots = station.robots().iter().map(robot).collect();
+    Station::new(*station.belt(), robots).unwrap()
+}
+
+/// Who picks what, in order of time: robot and the item's id.
+fn picks(station: &Station, pattern: &Pattern, text: &str, base: &str) -> Vec<(usize, String)> {
+    let scene = Scene::new(station, pattern).unwrap();
+    let robots = station.robots().len();
+    let bases = [base.parse().unwrap()];
+    let outcome = run(&scene, options(text, &bases, robots));
+    let id = |item: u32| pattern.items()[item as usize].id.clone();
+    let picks = outcome.picks.iter();
+    picks.map(|pick| (pick.robot, id(pick.item))).collect()
+}
+
+/// The first robot has time for two of three items, of which only the first is in reach of the
+/// second robot: under FIFO it takes that one, and another is lost.
+#[test]
+fn a_base_is_bettered_by_search_and_by_trying() {
+    let station = slow(2, 15.0);
+    let text = "id,x,y\nA,0,0\nB,-0.02,-0.5\nC,-0.04,-0.5\n";
+    let pattern = pickline::pattern::parse(text, "test").unwrap();
+    let of = |text: &str| picks(&station, &pattern, text, "FIFO,FIFO");
+    let pair = |robot: usize, item: &str| (robot, item.to_owned());
+    let base = [pair(0, "B"), pair(0, "A")];
+    let best = [pair(0, "B"), pair(0, "C"), pair(1, "A")];
+    // Neither improved nor tried, the base is all there is.
+    assert_eq!(of("budget=50,improve=no"), base);
+    assert_eq!(of("budget=50"), best);
+    assert_eq!(of("budget=50,improve=no,depth=1"), best);
+    // A base that does so by itself is enough.
+    let spt = picks(&station, &pattern, "budget=50,improve=no", "SPT,FIFO");
+    assert_eq!(spt, best);
+}
+
+/// A pick that takes the robot for a minute: the light item now, or the heavy one, whose
+/// window opens 5 s later, instead.
+#[test]
+fn it_plans_for_its_goal_within_its_horizon() {
+    let station = slow(1, 60.0);
+    let text = "id,x,y,weight\nlight,0,-0.5,0.1\nheavy,-0.25,-0.5,1\n";
+    let pattern = pickline::pattern::parse(text, "test").unwrap();
+    for (text, item) in [
+        ("budget=50", "light"),
+        ("budget=50,goal=weight", "heavy"),
+        ("budget=50,goal=weight,horizon=4.99", "light"),
+        ("budget=50,goal=weight,horizon=5.01", "heavy"),
+    ] {
+        let found = picks(&station, &pattern, text, "FIFO");
+        assert_eq!(found, [(0, item.to_owned())], "{text}");
+    }
+}
+
+/// What the options make of a dense belt. Plans are counted, not timed, so these figures are
+/// the same on every machine.
+#[test]
+fn every_option_has_its_effect() {
+    let station = paper("paper");
+    let pattern = grid(station.belt().width, 0.15, 150).unwrap();
+    let scene = Scene::new(&station, &pattern).unwrap();
+    for (text, picked) in [
+        ("budget=300,bases=SPT+FIFO", 133),
+        ("budget=300,bases=SPT+FIFO,seed=3", 131),
+        ("budget=30,bases=SPT+FIFO", 111),
+        ("budget=3000,improve=no,bases=FIFO+FIFO", 73),
+        ("budget=3000,improve=no,bases=FIFO+FIFO,depth=1", 114),
+        (
+            "budget=30000,improve=no,bases=FIFO+FIFO,depth=2,width=4",
+            110,
+        ),
+        ("budget=3000,improve=no,bases=SPT+FIFO", 86),
+        ("budget=3000,improve=no,bases=SPT+FIFO/FIFO+SPT", 91),
+    ] {
+        let found = run(&scene, options(text, &[], 2)).figures.picked;
+        assert_eq!(found, picked, "{text}");
+    }
+}
+
 /// Notes what kinds of action a strategy takes.
 struct Kinds {
     inner: Lookahead,
