@@ -260,4 +260,148 @@ mod tests {
         let boot = Bootstrap::new(200, 2000, 1).difference(&a, &b, |v| mean(v));
         assert!((t.low - boot.low).abs() < 0.1 && (t.high - boot.high).abs() < 0.1);
     }
+
+    #[test]
+    fn intervals_are_cut_scaled_and_asked() {
+        let of = |low: f64, high: f64| Interval { low, high };
+        for ((low, high), cut) in [
+            ((-1.0, 2.0), (0.0, 1.0)),
+            ((0.2, 0.7), (0.2, 0.7)),
+            ((2.0, 3.0), (1.0, 1.0)),
+            ((-3.0, -2.0), (0.0, 0.0)),
+        ] {
+            assert_eq!(of(low, high).within(0.0, 1.0), of(cut.0, cut.1));
+        }
+        assert_eq!(of(0.5, 2.0).times(3.0), of(1.5, 6.0));
+        assert_eq!(Interval::point(2.5), of(2.5, 2.5));
+        let middle = of(1.0, 3.0);
+        let inside = [0.9, 1.0, 2.0, 3.0, 3.1].map(|value| middle.contains(value));
+        assert_eq!(inside, [false, true, true, true, false]);
+        assert_eq!(Interval::ends(Some(middle)), (Some(1.0), Some(3.0)));
+        assert_eq!(Interval::ends(None), (None, None));
+    }
+
+    /// t(0.975, 1) = 12.7062, so the intervals of two values reach far.
+    #[test]
+    fn intervals_of_shares_and_rates_are_cut_to_what_is_possible() {
+        let plain = mean_interval(&[0.4, 0.8]).unwrap();
+        assert!(
+            (plain.low - (0.6 - 12.706_204_736 * 0.2)).abs() < 1e-6,
+            "{plain:?}"
+        );
+        assert!((plain.high - (0.6 + 12.706_204_736 * 0.2)).abs() < 1e-6);
+        let share = share_mean_interval(&[0.4, 0.8]).unwrap();
+        assert_eq!((share.low, share.high), (0.0, 1.0));
+        let rate = rate_mean_interval(&[0.4, 0.8]).unwrap();
+        assert_eq!((rate.low, rate.high), (0.0, plain.high));
+        assert_eq!(
+            (share_mean_interval(&[0.5]), rate_mean_interval(&[0.5])),
+            (None, None)
+        );
+        assert_eq!(
+            (interval_of(1, 0.5, 1.0), interval_of(0, 0.5, 1.0)),
+            (None, None)
+        );
+        assert_eq!(interval_of(2, 0.5, -1e-18), Some(Interval::point(0.5)));
+    }
+
+    /// The rule by its definition: every cut by itself.
+    #[test]
+    fn the_truncation_rule_is_the_best_of_all_cuts() {
+        let mut rng = random_stream(3, 0);
+        let (mut settled, mut drifting) = (0, 0);
+        for round in 0..400 {
+            let n = 2 + round % 17;
+            let drift = f64::from(rng.random_range(0..3u32));
+            let values: Vec<f64> = (0..n)
+                .map(|i| rng.random::<f64>() + drift * ((n / 2) as f64 - i as f64).max(0.0))
+                .collect();
+            let error = |cut: usize| {
+                let left = &values[cut..];
+                let middle = mean(left);
+                let squares: f64 = left.iter().map(|v| (v - middle).powi(2)).sum();
+                squares / (left.len() * left.len()) as f64
+            };
+            let best = (0..=n / 2)
+                .min_by(|&a, &b| error(a).total_cmp(&error(b)))
+                .unwrap();
+            let expected = (best < n / 2).then_some(best);
+            assert_eq!(mser(&values), expected, "{values:?}");
+            settled += usize::from(expected.is_some_and(|cut| cut > 0));
+            drifting += usize::from(expected.is_none());
+        }
+        assert!(settled > 20 && drifting > 50, "{settled} {drifting}");
+    }
+
+    #[test]
+    fn the_worst_are_counted_up() {
+        let values = [0.3, -1.0, 2.0, 5.0, 0.1, 7.0, -4.0];
+        let mut sorted = values;
+        sorted.sort_by(f64::total_cmp);
+        for (share, count) in [
+            (0.01, 1),
+            (1.0 / 7.0, 1),
+            (0.15, 2),
+            (0.5, 4),
+            (0.99, 7),
+            (1.0, 7),
+        ] {
+            let expected = sorted[..count].iter().sum::<f64>() / count as f64;
+            assert_eq!(worst_mean(&mut values.clone(), share), expected, "{share}");
+        }
+    }
+
+    #[test]
+    fn a_quantile_is_the_nearest_value() {
+        let sorted: Vec<f64> = (0..11).map(f64::from).collect();
+        let found = [0.0, 0.04, 0.06, 0.5, 0.94, 0.96, 1.0].map(|share| quantile(&sorted, share));
+        assert_eq!(found, [0.0, 0.0, 1.0, 5.0, 9.0, 10.0, 10.0]);
+    }
+
+    /// Both ends p solve `(hits/n - p)^2 = z^2 p (1 - p) / n`.
+    #[test]
+    fn wilsons_interval_solves_its_equation() {
+        for (hits, trials) in [(3, 10), (1, 7), (50, 120), (9, 10), (1, 2)] {
+            let (n, z) = (trials as f64, 1.959_963_985);
+            let share = hits as f64 / n;
+            let Interval { low, high } = share_interval(hits, trials);
+            assert!(0.0 < low && low < share && share < high && high < 1.0);
+            for p in [low, high] {
+                let off = (share - p).powi(2) - z * z * p * (1.0 - p) / n;
+                assert!(off.abs() < 1e-9, "{hits} of {trials}: {p}");
+            }
+        }
+        let none = share_interval(0, 10);
+        assert!(
+            none.low == 0.0 && (none.high - 0.277_533).abs() < 1e-5,
+            "{none:?}"
+        );
+    }
+
+    /// From 40 resamples of one value each the second lowest and the second highest difference.
+    #[test]
+    fn a_bootstrap_takes_the_middle_of_the_resamples() {
+        let bootstrap = Bootstrap {
+            resamples: (0..40).rev().map(|i| vec![i]).collect(),
+        };
+        let a: Vec<f64> = (0..40).map(|i| 3.0 * f64::from(i)).collect();
+        let b: Vec<f64> = (0..40).map(f64::from).collect();
+        let found = bootstrap.difference(&a, &b, |values| values[0]);
+        assert_eq!((found.low, found.high), (2.0, 76.0));
+        let found = bootstrap.difference(&b, &a, |values| values[0]);
+        assert_eq!((found.low, found.high), (-76.0, -2.0));
+        assert_eq!(
+            bootstrap.difference(&a, &a, |_| f64::NAN),
+            Interval::point(0.0)
+        );
+        let drawn = Bootstrap::new(5, 300, 1).resamples;
+        assert!(drawn.len() == 300 && drawn.iter().all(|sample| sample.len() == 5));
+        let mut seen = [0; 5];
+        drawn.iter().flatten().for_each(|&i| seen[i as usize] += 1);
+        assert!(
+            seen.iter().all(|&count| (230..370).contains(&count)),
+            "{seen:?}"
+        );
+        assert_ne!(Bootstrap::new(5, 300, 2).resamples, drawn);
+    }
 }

@@ -369,6 +369,24 @@ mod tests {
         assert!(list.contains(&"FIFO,SPT,SPT".parse().unwrap()));
     }
 
+    /// What a start may score: six options a robot, and three times all neighbours.
+    #[test]
+    fn estimates_follow_from_the_sizes() {
+        let grasp = Grasp::default();
+        assert_eq!(grasp.estimated_passes(1), 8.0 * (6 + 3 * 5) as f64);
+        assert_eq!(grasp.estimated_passes(2), 8.0 * ((12 + 3 * 11) * 2) as f64);
+        assert_eq!(grasp.estimated_passes(4), 8.0 * ((24 + 3 * 26) * 4) as f64);
+        assert_eq!(grasp.estimated_scores(1), 8.0 * 21.0);
+        assert_eq!(grasp.estimated_scores(2), 8.0 * 45.0);
+        assert_eq!(grasp.estimated_parts(1), (0.0, 0.0));
+        assert_eq!(grasp.estimated_parts(2), (6.0, 6.0));
+        // Six beginnings of one robot, and of two no more than there are starts.
+        assert_eq!(grasp.estimated_parts(3), (6.0 + 36.0, 6.0 + 6.0 * 7.0));
+        assert_eq!(grasp.estimated_parts(4), (42.0 + 48.0, 48.0 + 8.0 * 8.0));
+        let few = Grasp { starts: 3, ..grasp };
+        assert_eq!(few.estimated_parts(3), (6.0 + 18.0, 6.0 + 3.0 * 7.0));
+    }
+
     #[test]
     fn settings_are_checked() {
         let grasp = Grasp::default();

@@ -356,3 +356,146 @@ fn from_memo(memo: Memo, evaluator: &Evaluator) -> Evaluation {
         patterns,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::optimize::Objective;
+    use crate::pattern::{Pattern, grid};
+    use crate::sim::{Conditions, Disturbances};
+    use crate::station::{Station, built_in};
+
+    fn station(robots: usize) -> Station {
+        built_in("paper").unwrap().station(Some(robots)).unwrap()
+    }
+
+    fn grids(count: usize, items: usize) -> Vec<Pattern> {
+        vec![grid(1.05, 0.3, items).unwrap(); count]
+    }
+
+    fn evaluator<'a>(station: &'a Station, patterns: &'a [Pattern], luck: bool) -> Evaluator<'a> {
+        let conditions = Conditions {
+            disturbances: Disturbances {
+                grasp_failures: luck,
+                ..Disturbances::default()
+            },
+            ..Conditions::default()
+        };
+        Evaluator::new(station, patterns, Objective::PickingRate, &conditions).unwrap()
+    }
+
+    const SEARCH: Search = Search {
+        kind: SearchKind::Auto,
+        grasp: Grasp {
+            starts: 8,
+            alpha: 0.3,
+            seed: 1,
+        },
+        risk: Risk::Mean,
+        scan: None,
+        limits: Limits::NONE,
+    };
+
+    /// Passes of one robot over a pattern of 150 items, shared out to robots and length.
+    #[test]
+    fn budgets_are_what_the_model_page_says() {
+        for (robots, items, luck, runs) in [
+            (1, 20, false, 36_000_000),
+            (2, 150, false, 18_000_000),
+            (3, 150, false, 12_000_000),
+            (2, 300, false, 9_000_000),
+            (2, 20, true, 2_000_000),
+            (4, 300, true, 500_000),
+        ] {
+            let (station, patterns) = (station(robots), grids(2, items));
+            let evaluator = evaluator(&station, &patterns, luck);
+            let of = |most: MostRuns| most.of(&evaluator);
+            assert_eq!(of(MostRuns::Usual), Some(runs), "{robots} {items} {luck}");
+            let passes = 6000 / robots as u64 / (items as u64 / 150).max(1);
+            assert_eq!(of(MostRuns::Passes(6000)), Some(passes));
+            assert_eq!((of(MostRuns::Of(7)), of(MostRuns::Any)), (Some(7), None));
+        }
+    }
+
+    /// As many patterns as three quarters of the runs do for all starts, at least 24 where six
+    /// runs each are had, fewer where patterns are long.
+    #[test]
+    fn grasp_judges_on_what_its_runs_are_enough_for() {
+        let station = station(2);
+        for (items, most, count) in [
+            (20, 4800, Some(24)),
+            (20, 14_400, Some(30)),
+            (20, 18_719, Some(38)),
+            (20, 18_720, Some(39)),
+            (20, 19_200, None),
+            (20, 65, Some(10)),
+            (20, 3, Some(1)),
+            (300, 4800, Some(12)),
+            (1200, 500, Some(3)),
+            (1200, 4800, Some(10)),
+        ] {
+            let patterns = grids(40, items);
+            let evaluator = evaluator(&station, &patterns, false);
+            let found = sample(&SEARCH, most, &evaluator);
+            let found = found.map(|sample| sample.pattern_count());
+            assert_eq!(found, count, "{items} {most}");
+        }
+    }
+
+    #[test]
+    fn auto_enumerates_where_that_fits_its_runs() {
+        let patterns = grids(5, 20);
+        for (robots, most, luck, kind) in [
+            (2, None, false, SearchKind::Exhaustive),
+            (2, Some(180), false, SearchKind::Exhaustive),
+            (2, Some(179), false, SearchKind::Grasp),
+            // Six beginnings beside 36 runs of the event loop, and 8 starts of parts beside 6^4.
+            (2, None, true, SearchKind::Exhaustive),
+            (4, Some(5 * 1296), false, SearchKind::Both),
+            (4, Some(5 * 1296 - 1), false, SearchKind::Grasp),
+            (4, None, true, SearchKind::Both),
+            (5, None, false, SearchKind::Grasp),
+        ] {
+            let station = station(robots);
+            let evaluator = evaluator(&station, &patterns, luck);
+            let found = resolve(&SEARCH, most, &evaluator).unwrap();
+            assert_eq!(found, kind, "{robots} {most:?} {luck}");
+        }
+        for kind in [SearchKind::Exhaustive, SearchKind::Both, SearchKind::Grasp] {
+            let how = Search { kind, ..SEARCH };
+            let resolved = |robots| {
+                let station = station(robots);
+                resolve(&how, Some(1), &evaluator(&station, &patterns, false))
+                    .map_err(|error| error.to_string())
+            };
+            assert_eq!(resolved(8), Ok(kind));
+            if kind == SearchKind::Grasp {
+                assert_eq!(resolved(9), Ok(kind));
+            } else {
+                let told = resolved(9).unwrap_err();
+                let words = "--search: the 6^9 assignments of 9 robots are too many to enumerate";
+                assert!(told.starts_with(words), "{told}");
+            }
+        }
+    }
+
+    #[test]
+    fn why_a_search_ended_has_a_name() {
+        let names = [
+            StopReason::Enumerated,
+            StopReason::LocalOptima,
+            StopReason::Budget,
+            StopReason::TimeLimit,
+            StopReason::Interrupted,
+        ]
+        .map(StopReason::name);
+        let words = [
+            "enumerated",
+            "local_optima",
+            "budget",
+            "time_limit",
+            "interrupted",
+        ];
+        assert_eq!(names, words);
+    }
+}

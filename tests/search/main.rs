@@ -7,3 +7,4 @@ mod game;
 mod optimize;
 mod optimize_verb;
 mod saved_strategy;
+mod scores;

@@ -2,6 +2,10 @@
 
 use crate::common;
 use common::{pickline, text};
+use pickline::dispatch::RuleAssignment;
+use pickline::pattern::{PatternSource, Recipe};
+use pickline::sim::{Scene, simulate_rules};
+use pickline::station::built_in;
 use serde_json::Value;
 
 const SMALL: [&str; 8] = [
@@ -56,6 +60,45 @@ fn the_winner_as_a_strategy_is_the_winner_whatever_the_objective() {
         assert!(low <= difference && difference <= high, "{with}");
         assert!(difference < 0.0, "LD is no good: {with}");
     }
+}
+
+/// The winner is judged on patterns of the next seed, which had no part in choosing it.
+#[test]
+fn the_winner_is_validated_on_patterns_of_the_next_seed() {
+    let arguments = "optimize -q --format json --no-bound --patterns poisson:0.15:6 --items 40 \
+                     --validate 8 --seed 3";
+    let arguments: Vec<&str> = arguments.split_whitespace().collect();
+    let report: Value = serde_json::from_str(&text(&arguments)).unwrap();
+    let best = report["best"].as_array().unwrap().iter();
+    let best: Vec<&str> = best.map(|rule| rule.as_str().unwrap()).collect();
+    let best: RuleAssignment = best.join(",").parse().unwrap();
+    let station = built_in("paper").unwrap().station(None).unwrap();
+    let mean = |seed: u64, count: usize| {
+        let recipe = Recipe {
+            belt: *station.belt(),
+            shape: Default::default(),
+            items: 40,
+            attributes: Default::default(),
+            seed,
+        };
+        let set = PatternSource::Poisson(0.15, count).build(&recipe).unwrap();
+        let rates = set.patterns.iter().map(|pattern| {
+            let scene = Scene::new(&station, pattern).unwrap();
+            let figures = simulate_rules(&scene, &best).unwrap().figures;
+            60.0 * figures.picked as f64 / figures.end
+        });
+        rates.sum::<f64>() / count as f64
+    };
+    let found = |of: &Value| of["mean"].as_f64().unwrap();
+    assert!(
+        (found(&report["validation"]) - mean(4, 8)).abs() < 1e-9,
+        "{report}"
+    );
+    assert!(
+        (found(&report["ranking"][0]) - mean(3, 6)).abs() < 1e-9,
+        "{report}"
+    );
+    assert!((mean(4, 8) - mean(3, 8)).abs() > 1e-3);
 }
 
 #[test]
