@@ -239,6 +239,7 @@ mod tests {
         assert_eq!(mser(&growing), None);
         assert_eq!(mser(&[1.0; 60]), Some(0));
         assert_eq!((mser(&[]), mser(&[3.0])), (None, Some(0)));
+        assert_eq!((mser(&[3.0, 3.0]), mser(&[3.0, 4.0])), (Some(0), None));
     }
 
     #[test]

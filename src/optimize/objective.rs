@@ -190,9 +190,9 @@ mod tests {
 
     #[test]
     fn names_are_read() {
-        for (name, _, _) in Objective::NAMES {
+        for (name, unit, _) in Objective::NAMES {
             let objective = Objective::named(name, SpeedScan::default()).unwrap();
-            assert_eq!(objective.name(), name);
+            assert_eq!((objective.name(), objective.unit()), (name, unit));
         }
         let error = Objective::named("pickingrate", SpeedScan::default()).unwrap_err();
         assert!(error.to_string().contains("`picking-rate`"));

@@ -199,6 +199,53 @@ mod tests {
         }
     }
 
+    /// A limit takes a run at every speed up to it, and one at the next; runs that are not
+    /// enough give no limits, and are not exceeded.
+    #[test]
+    fn a_scan_counts_its_runs() {
+        let station = built_in("paper").unwrap().station(None).unwrap();
+        let pattern = grid(1.05, 0.22, 40).unwrap();
+        let (tree, plain) = (AssignmentTree::all(2), Conditions::default());
+        let scan = SpeedScan::new(0.01, &station).unwrap();
+        let (limits, runs) = scan.limits(&station, &pattern, &tree, &plain).unwrap();
+        let steps = limits.iter().map(|limit| (limit / 0.01).round() as u64 + 1);
+        assert_eq!(runs, steps.sum::<u64>());
+        let within = |most| {
+            let found = scan.limits_within(&station, &pattern, &tree, &plain, most);
+            found.unwrap()
+        };
+        for most in (0..runs).step_by(5).chain([runs - 1]) {
+            let (found, took) = within(most);
+            assert!(found.is_none() && took <= most, "{took} of {most}");
+        }
+        assert_eq!(within(runs), (Some(limits.clone()), runs));
+        assert_eq!(within(runs + 1), (Some(limits), runs));
+    }
+
+    /// A line that misses nothing at any speed goes as fast as a belt may.
+    #[test]
+    fn no_scan_goes_past_the_slowest_arm() {
+        let station = built_in("paper").unwrap().station(None).unwrap();
+        let pattern = grid(1.05, 0.5, 1).unwrap();
+        let tree = AssignmentTree::new(vec!["SPT,FIFO".parse().unwrap()]);
+        let scan = SpeedScan::new(0.05, &station).unwrap();
+        let plain = Conditions::default();
+        let (limits, runs) = scan.limits(&station, &pattern, &tree, &plain).unwrap();
+        // The arm moves at 0.5 m/s.
+        assert_eq!((limits, runs), (vec![0.45], 9));
+    }
+
+    /// Up to half as fast again as the belt, at least one.
+    #[test]
+    fn a_limit_is_expected_near_the_belts_speed() {
+        let station = built_in("paper").unwrap().station(None).unwrap();
+        let steps = |step: f64| SpeedScan { step }.expected_steps(&station);
+        assert!((steps(0.001) - 75.0).abs() < 1e-9 && steps(0.1) == 1.0);
+        let fast = station.with_belt_speed(0.4).unwrap();
+        let steps = SpeedScan { step: 0.01 }.expected_steps(&fast);
+        assert!((steps - 50.0).abs() < 1e-9, "{steps}");
+    }
+
     #[test]
     fn steps_that_make_no_scan_are_refused() {
         let station = built_in("paper").unwrap().station(None).unwrap();

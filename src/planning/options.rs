@@ -255,6 +255,24 @@ mod tests {
         }
     }
 
+    /// Written out or left out is the same, spaces and empty parts or not.
+    #[test]
+    fn defaults_can_be_written_out() {
+        let read = |text: &str| Options::parse(text, 2, Allowance::default()).unwrap();
+        let all = "goal=picks, budget = 4000,,depth=0,width=1,improve=yes,seed=1";
+        assert_eq!(read(all), Options::default());
+        assert_eq!(read(all), read(""));
+        let asked = Allowance {
+            asked: Some(Budget::Decisions(7)),
+            otherwise: Budget::LIVE,
+        };
+        let with = |allowance| Options::parse("seed=3", 2, allowance).unwrap().budget;
+        assert_eq!(with(asked), Budget::Decisions(7));
+        let asked = None;
+        let otherwise = Budget::LIVE;
+        assert_eq!(with(Allowance { asked, otherwise }), otherwise);
+    }
+
     #[test]
     fn wrong_options_name_key_and_cure() {
         for (text, words) in [

@@ -1,18 +1,16 @@
 //! `pickline game`: the game of a line, what is found in it, and what is printed.
 
 use crate::common;
-use pickline::dispatch::{RULES, RuleAssignment};
-use pickline::optimize::game::{Game, LineGame, Payoff, PayoffKind, Player, equilibria};
-use pickline::optimize::{Environment, Silent};
+use pickline::dispatch::RuleAssignment;
+use pickline::optimize::game::{Game, Payoff, Player, equilibria};
 use pickline::pattern::Pattern;
 use pickline::report::nfg_text;
-use pickline::sim::{AssignmentTree, Cascade, Conditions, Scene, simulate_rules};
+use pickline::sim::{AssignmentTree, Cascade, Scene, simulate_rules};
 use pickline::station::{Station, built_in};
 use proptest::prelude::*;
 use serde_json::{Value, json};
 use std::path::Path;
 use std::process::{Command, Output};
-use std::sync::atomic::AtomicBool;
 
 fn pickline(arguments: &[&str]) -> Output {
     common::pickline(&[&["game"], arguments].concat())
@@ -81,58 +79,6 @@ fn picks_by_robot_agree_in_both_engines() {
     }
     let close = Station::new(*station.belt(), robots).unwrap();
     assert!(!picks_agree(&close, &pattern), "windows overlap here");
-}
-
-/// Payoffs are the means of what simulating every assignment by itself gives.
-#[test]
-fn payoffs_are_mean_rates() {
-    let station = built_in("paper-narrow").unwrap().station(Some(2)).unwrap();
-    let width = station.belt().width;
-    let patterns = [0.15, 0.21, 0.33].map(|s| pickline::pattern::grid(width, s, 40).unwrap());
-    let stop = AtomicBool::new(false);
-    let environment = Environment {
-        stop: &stop,
-        progress: &Silent,
-    };
-    let play = |kind| {
-        LineGame::new(
-            &station,
-            &patterns,
-            kind,
-            &Conditions::default(),
-            &environment,
-        )
-        .unwrap()
-    };
-    let (own, total) = (play(PayoffKind::Own), play(PayoffKind::Total));
-    assert_eq!(own.patterns, 3);
-    assert_eq!(own.runs(), 3 * 36);
-    for (profile, rules) in RuleAssignment::all(2).enumerate() {
-        assert_eq!(own.game.names(profile), rules.names());
-        let mut means = [0.0; 2];
-        for pattern in &patterns {
-            let scene = Scene::new(&station, pattern).unwrap();
-            let outcome = simulate_rules(&scene, &rules).unwrap();
-            for (mean, robot) in means.iter_mut().zip(&outcome.robots) {
-                *mean += 60.0 * robot.picked as f64 / outcome.figures.end / 3.0;
-            }
-        }
-        for (robot, mean) in means.iter().enumerate() {
-            let difference = own.game.payoff(profile, robot).value() - mean;
-            assert!(difference.abs() < 1e-8, "{rules}: {difference}");
-            assert_eq!(total.game.payoff(profile, robot), own.game.welfare(profile));
-        }
-        assert_eq!(own.rates(profile), own.game.payoffs(profile));
-        assert_eq!(total.rates(profile), own.rates(profile));
-        // The interval is about the gain.
-        for action in 0..RULES.len() {
-            let gain =
-                own.game.payoff(own.game.with(profile, 1, action), 1) - own.game.payoff(profile, 1);
-            let interval = own.gain_interval(profile, 1, action).unwrap();
-            let middle = (interval.low + interval.high) / 2.0;
-            assert!((middle - gain.value()).abs() < 1e-8, "{interval:?} {gain}");
-        }
-    }
 }
 
 /// Every claim of the JSON, checked against its own table of payoffs.

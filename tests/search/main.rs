@@ -4,6 +4,7 @@ mod budgets;
 #[path = "../common/mod.rs"]
 mod common;
 mod game;
+mod game_payoffs;
 mod optimize;
 mod optimize_verb;
 mod saved_strategy;

@@ -187,6 +187,15 @@ mod tests {
     }
 
     #[test]
+    fn the_better_equilibrium_comes_first() {
+        let (found, best, anarchy, stability) =
+            solved(&two_players(&[&[(1, 1), (0, 0)], &[(0, 0), (2, 2)]]));
+        let profiles: Vec<usize> = found.iter().map(|e| e.profile).collect();
+        assert_eq!((profiles, best.profiles), (vec![3, 0], vec![3]));
+        assert_eq!((anarchy.ratio(), stability.ratio()), (Some(2.0), Some(1.0)));
+    }
+
+    #[test]
     fn ties_make_equilibria_weak() {
         let game = two_players(&[&[(1, 1), (1, 1)], &[(0, 0), (1, 0)]]);
         let (found, ..) = solved(&game);

@@ -107,6 +107,7 @@ mod tests {
             assert_eq!(Payoff::rounded(value).to_string(), text);
         }
         assert_eq!(Payoff::rounded(1.0), Payoff::whole(1));
+        assert_eq!(-Payoff::whole(3), Payoff::whole(-3));
         assert_eq!(Payoff::rounded(0.3), Payoff::rounded(0.1 + 0.2));
         assert_eq!(
             Payoff::rounded(f64::INFINITY) + Payoff::whole(1),

@@ -287,6 +287,14 @@ mod tests {
             for cycle in &play.cycles {
                 prop_assert!(cycle.rounds >= 2 && cycle.changes.len() >= cycle.rounds);
                 prop_assert_eq!(cycle.changes.last().unwrap().profile, cycle.first);
+                // Round by round it comes back for the first time, past no lower profile.
+                let (mut at, mut changes) = (cycle.first, Vec::new());
+                for passed in 1..=cycle.rounds {
+                    at = round(&game, at, &mut changes);
+                    prop_assert_eq!(at == cycle.first, passed == cycle.rounds);
+                    prop_assert!(at >= cycle.first);
+                }
+                prop_assert_eq!(&changes, &cycle.changes);
             }
         }
 
