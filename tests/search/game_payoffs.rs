@@ -99,30 +99,28 @@ fn gains_are_paired_over_the_patterns() {
             PayoffKind::Own => rates[profile][place][robot],
             PayoffKind::Total => rates[profile][place].iter().sum(),
         };
-        for profile in 0..36 {
-            for robot in 0..2 {
-                let mean = (0..3)
-                    .map(|place| rates[profile][place][robot])
-                    .sum::<f64>()
-                    / 3.0;
-                assert!((line.rates(profile)[robot].value() - mean).abs() < 1e-8);
-                for action in 0..6 {
-                    let other = match robot {
-                        0 => 6 * action + profile % 6,
-                        _ => profile / 6 * 6 + action,
-                    };
-                    let gain = |p: usize| value(other, p, robot) - value(profile, p, robot);
-                    let gains = [0, 1, 2].map(gain);
-                    let mean = gains.iter().sum::<f64>() / 3.0;
-                    let squares: f64 = gains.iter().map(|gain| (gain - mean).powi(2)).sum();
-                    let half = 4.302_652_730 * (squares / 2.0 / 3.0).sqrt();
-                    let found = line.gain_interval(profile, robot, action).unwrap();
-                    // The sum of squares about the mean is a difference, so half of its digits
-                    // may be lost.
-                    let near = (found.low - (mean - half)).abs() < 1e-5
-                        && (found.high - (mean + half)).abs() < 1e-5;
-                    assert!(near, "{profile} {robot} {action}: {found:?} {mean} {half}");
-                }
+        for (profile, robot) in (0..36).flat_map(|profile| [(profile, 0), (profile, 1)]) {
+            let mean = (0..3)
+                .map(|place| rates[profile][place][robot])
+                .sum::<f64>()
+                / 3.0;
+            assert!((line.rates(profile)[robot].value() - mean).abs() < 1e-8);
+            for action in 0..6 {
+                let other = match robot {
+                    0 => 6 * action + profile % 6,
+                    _ => profile / 6 * 6 + action,
+                };
+                let gain = |p: usize| value(other, p, robot) - value(profile, p, robot);
+                let gains = [0, 1, 2].map(gain);
+                let mean = gains.iter().sum::<f64>() / 3.0;
+                let squares: f64 = gains.iter().map(|gain| (gain - mean).powi(2)).sum();
+                let half = 4.302_652_730 * (squares / 2.0 / 3.0).sqrt();
+                let found = line.gain_interval(profile, robot, action).unwrap();
+                // The sum of squares about the mean is a difference, so half of its digits
+                // may be lost.
+                let near = (found.low - (mean - half)).abs() < 1e-5
+                    && (found.high - (mean + half)).abs() < 1e-5;
+                assert!(near, "{profile} {robot} {action}: {found:?} {mean} {half}");
             }
         }
     }

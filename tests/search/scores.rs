@@ -415,7 +415,7 @@ fn the_winner_is_judged_on_fresh_patterns() {
     let station = station();
     let mut patterns = patterns();
     // 149 of 150 items, as the last one is past every robot's reach.
-    let sparse = |i: usize| Item::at(i.to_string(), -1.0 * i as f64, 0.0);
+    let sparse = |i: usize| Item::at(i.to_string(), -(i as f64), 0.0);
     let mut nearly: Vec<Item> = (0..149).map(sparse).collect();
     nearly.push(Item::at("far", -1e5, 0.5));
     patterns[3] = Pattern::new(nearly).unwrap();
