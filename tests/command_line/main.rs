@@ -12,6 +12,14 @@ mod plausible;
 #[path = "../common/programs.rs"]
 mod programs;
 mod result_files;
+#[cfg(all(
+    feature = "dashboard",
+    feature = "mcap",
+    feature = "onnx",
+    feature = "tls",
+    not(feature = "mqtt"),
+    not(feature = "ros2")
+))]
 mod snapshots;
 #[cfg(target_os = "linux")]
 #[path = "../common/terminal.rs"]

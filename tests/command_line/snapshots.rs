@@ -55,7 +55,7 @@ fn hold(kind: &str, texts: &[(String, String)]) {
     assert_eq!(
         files.collect::<BTreeSet<_>>(),
         expected.collect(),
-        "files of what is printed no more, or not accepted yet"
+        "files of what is no longer printed, or not accepted yet"
     );
 }
 
@@ -82,137 +82,125 @@ fn verbs(folder: &Path) -> Vec<Vec<String>> {
     all
 }
 
-#[cfg(all(
-    feature = "dashboard",
-    feature = "mcap",
-    feature = "onnx",
-    feature = "tls",
-    not(feature = "mqtt"),
-    not(feature = "ros2")
-))]
-mod of_default_features {
-    use super::*;
-
-    #[test]
-    fn every_help_page_is_as_it_was() {
-        let folder = tempfile::tempdir().unwrap();
-        let mut pages = Vec::new();
-        for verb in verbs(folder.path()) {
-            let verb: Vec<&str> = verb.iter().map(String::as_str).collect();
-            let page = |call: &[&str]| printed(folder.path(), call);
-            let long = page(&[&verb[..], &["--help"]].concat());
-            assert_eq!(page(&[&["help"], &verb[..]].concat()), long, "{verb:?}");
-            let name = [&["pickline"], &verb[..]].concat().join("-");
-            pages.push((format!("{name}.long"), long));
-            let short = page(&[&verb[..], &["-h"]].concat());
-            pages.push((format!("{name}.short"), short));
-        }
-        assert!(pages.len() > 40, "{}", pages.len());
-        hold("help", &pages);
+#[test]
+fn every_help_page_is_as_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut pages = Vec::new();
+    for verb in verbs(folder.path()) {
+        let verb: Vec<&str> = verb.iter().map(String::as_str).collect();
+        let page = |call: &[&str]| printed(folder.path(), call);
+        let long = page(&[&verb[..], &["--help"]].concat());
+        assert_eq!(page(&[&["help"], &verb[..]].concat()), long, "{verb:?}");
+        let name = [&["pickline"], &verb[..]].concat().join("-");
+        pages.push((format!("{name}.long"), long));
+        let short = page(&[&verb[..], &["-h"]].concat());
+        pages.push((format!("{name}.short"), short));
     }
+    assert!(pages.len() > 40, "{}", pages.len());
+    hold("help", &pages);
+}
 
-    /// Ten items, close together, with all that an item can have.
-    const PATTERN: &str = "id,x,y,area_cm2,p_grasp,class\n\
-        a,0,0.1,80,0.9,PET\nb,-0.03,-0.2,,,PET\nc,-0.05,0.4,120,0.8,glass\nd,-0.08,0.3,,,\n\
-        e,-0.09,-0.4,60,0.95,\nf,-0.12,0,,,can\ng,-0.15,-0.1,40,,PET\nh,-0.18,0.45,,,\n\
-        i,-0.2,-0.45,200,0.7,\nj,-0.21,0.2,,,\n";
-    const CASES: &str = "[[case]]\nname = \"sparse\"\ngrid = 0.3\nitems = 8\n\
-        [[case]]\nname = \"random\"\npoisson = 0.1\nitems = 20\n";
+/// Ten items, close together, with all that an item can have.
+const PATTERN: &str = "id,x,y,area_cm2,p_grasp,class\n\
+    a,0,0.1,80,0.9,PET\nb,-0.03,-0.2,,,PET\nc,-0.05,0.4,120,0.8,glass\nd,-0.08,0.3,,,\n\
+    e,-0.09,-0.4,60,0.95,\nf,-0.12,0,,,can\ng,-0.15,-0.1,40,,PET\nh,-0.18,0.45,,,\n\
+    i,-0.2,-0.45,200,0.7,\nj,-0.21,0.2,,,\n";
+const CASES: &str = "[[case]]\nname = \"sparse\"\ngrid = 0.3\nitems = 8\n\
+    [[case]]\nname = \"random\"\npoisson = 0.1\nitems = 20\n";
 
-    /// A folder with `p.csv` and `cases.toml`.
-    fn folder() -> tempfile::TempDir {
-        let folder = tempfile::tempdir().unwrap();
-        std::fs::write(folder.path().join("p.csv"), PATTERN).unwrap();
-        std::fs::write(folder.path().join("cases.toml"), CASES).unwrap();
-        folder
-    }
+/// A folder with `p.csv` and `cases.toml`.
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("p.csv"), PATTERN).unwrap();
+    std::fs::write(folder.path().join("cases.toml"), CASES).unwrap();
+    folder
+}
 
-    #[test]
-    fn every_table_is_as_it_was() {
-        let folder = folder();
-        let mut tables = Vec::new();
-        for (verb, rest) in [
-            ("optimize", "--patterns p.csv --belt-speed 0.25 --top 5"),
-            (
-                "compare",
-                "--cases cases.toml --replicates 3 --no-policy --robust SPT,FIFO \
-                 --strategy LPT,FIFO",
-            ),
-            (
-                "sweep",
-                "--patterns p.csv --from 0.05 --to 0.25 --step 0.1 --strategy SPT,FIFO",
-            ),
-            ("game", "--patterns p.csv --belt-speed 0.25 --top 5"),
-            ("bound", "--pattern p.csv --belt-speed 0.25"),
-            ("simulate", "--pattern p.csv --belt-speed 0.25 --check"),
-            ("pattern describe", "p.csv"),
-        ] {
-            for format in ["table", "csv", "json"] {
-                let quiet = if verb == "pattern describe" { "" } else { "-q" };
-                let call = format!("{verb} {quiet} {rest} --format {format}");
-                let call: Vec<&str> = call.split_whitespace().collect();
-                let name = format!("{}.{format}", verb.replace(' ', "-"));
-                tables.push((name, printed(folder.path(), &call)));
-            }
-        }
-        for (verb, rest) in [
-            ("pattern generate", "poisson -q --count 5"),
-            ("station show", ""),
-            ("station check", "paper"),
-            ("station init", ""),
-            ("service show", ""),
-        ] {
-            let call = format!("{verb} {rest}");
+#[test]
+fn every_table_is_as_it_was() {
+    let folder = folder();
+    let mut tables = Vec::new();
+    for (verb, rest) in [
+        ("optimize", "--patterns p.csv --belt-speed 0.25 --top 5"),
+        (
+            "compare",
+            "--cases cases.toml --replicates 3 --no-policy --robust SPT,FIFO \
+             --strategy LPT,FIFO",
+        ),
+        (
+            "sweep",
+            "--patterns p.csv --from 0.05 --to 0.25 --step 0.1 --strategy SPT,FIFO",
+        ),
+        ("game", "--patterns p.csv --belt-speed 0.25 --top 5"),
+        ("bound", "--pattern p.csv --belt-speed 0.25"),
+        ("simulate", "--pattern p.csv --belt-speed 0.25 --check"),
+        ("pattern describe", "p.csv"),
+    ] {
+        for format in ["table", "csv", "json"] {
+            let quiet = if verb == "pattern describe" { "" } else { "-q" };
+            let call = format!("{verb} {quiet} {rest} --format {format}");
             let call: Vec<&str> = call.split_whitespace().collect();
-            tables.push((verb.replace(' ', "-"), printed(folder.path(), &call)));
+            let name = format!("{}.{format}", verb.replace(' ', "-"));
+            tables.push((name, printed(folder.path(), &call)));
         }
-        hold("tables", &tables);
     }
+    for (verb, rest) in [
+        ("pattern generate", "poisson -q --count 5"),
+        ("station show", ""),
+        ("station check", "paper"),
+        ("station init", ""),
+        ("service show", ""),
+    ] {
+        let call = format!("{verb} {rest}");
+        let call: Vec<&str> = call.split_whitespace().collect();
+        tables.push((verb.replace(' ', "-"), printed(folder.path(), &call)));
+    }
+    hold("tables", &tables);
+}
 
-    /// Without the rates of the policy, which depend on how the processor multiplies.
-    #[test]
-    fn what_a_training_prints_is_as_it_was() {
-        let folder = folder();
-        let call = ["train", "-q", "--steps", "512", "--out", "q.onnx"];
-        let text = printed(folder.path(), &call);
-        let without_rate = |line: &str| match line.rsplit_once(' ') {
-            Some((rest, rate)) if rate.parse::<f64>().is_ok() => format!("{} RATE\n", rest.trim()),
-            _ => format!("{line}\n"),
-        };
-        let text: String = text.lines().map(without_rate).collect();
-        assert_eq!(text.matches(" RATE\n").count(), 8, "{text}");
-        hold("training", &[("train".to_owned(), text)]);
-    }
+/// Without the rates of the policy, which depend on how the processor multiplies.
+#[test]
+fn what_a_training_prints_is_as_it_was() {
+    let folder = folder();
+    let call = ["train", "-q", "--steps", "512", "--out", "q.onnx"];
+    let text = printed(folder.path(), &call);
+    let without_rate = |line: &str| match line.rsplit_once(' ') {
+        Some((rest, rate)) if rate.parse::<f64>().is_ok() => format!("{} RATE\n", rest.trim()),
+        _ => format!("{line}\n"),
+    };
+    let text: String = text.lines().map(without_rate).collect();
+    assert_eq!(text.matches(" RATE\n").count(), 8, "{text}");
+    hold("training", &[("train".to_owned(), text)]);
+}
 
-    #[test]
-    fn the_main_errors_are_as_they_were() {
-        let folder = folder();
-        let mut text = String::new();
-        for call in [
-            "optimise",
-            "simulate --robot 3",
-            "simulate --strategy SPT",
-            "simulate --strategy rulse:SPT,FIFO",
-            "simulate --pattern no-such.csv",
-            "simulate --pattern cases.toml",
-            "simulate --station papre",
-            "simulate --station p.csv",
-            "simulate --belt-speed 7",
-            "optimize --patterns blanced:3",
-            "optimize --search exhaustive --robots 30",
-            "compare --cases p.csv",
-            "sweep --from 1 --to 0",
-            "pattern import mot p.csv --fps 10 --scale 0.001 --axis x --belt-speed 0.1",
-            "run --listen 0.0.0.0:0",
-            "run --replay no-such.mcap",
-        ] {
-            let arguments: Vec<&str> = call.split(' ').collect();
-            let output = pickline(folder.path(), &arguments);
-            let said = String::from_utf8(output.stderr).unwrap();
-            assert_eq!(output.status.code(), Some(2), "{call}: {said}");
-            assert!(output.stdout.is_empty(), "{call}");
-            text += &format!("$ pickline {call}\n{said}\n");
-        }
-        hold("errors", &[("errors".to_owned(), text)]);
+#[test]
+fn the_main_errors_are_as_they_were() {
+    let folder = folder();
+    let mut text = String::new();
+    for call in [
+        "optimise",
+        "simulate --robot 3",
+        "simulate --strategy SPT",
+        "simulate --strategy rulse:SPT,FIFO",
+        "simulate --pattern no-such.csv",
+        "simulate --pattern cases.toml",
+        "simulate --station papre",
+        "simulate --station p.csv",
+        "simulate --belt-speed 7",
+        "optimize --patterns blanced:3",
+        "optimize --search exhaustive --robots 30",
+        "compare --cases p.csv",
+        "sweep --from 1 --to 0",
+        "pattern import mot p.csv --fps 10 --scale 0.001 --axis x --belt-speed 0.1",
+        "run --listen 0.0.0.0:0",
+        "run --replay no-such.mcap",
+    ] {
+        let arguments: Vec<&str> = call.split(' ').collect();
+        let output = pickline(folder.path(), &arguments);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{call}: {said}");
+        assert!(output.stdout.is_empty(), "{call}");
+        text += &format!("$ pickline {call}\n{said}\n");
     }
+    hold("errors", &[("errors".to_owned(), text)]);
 }

@@ -2,7 +2,7 @@
 
 use super::{Row, hold, row};
 use crate::programs::{Program, wait_for};
-use std::io::{BufRead as _, BufReader, Read as _, Write as _};
+use std::io::{BufRead as _, BufReader, Write as _};
 use std::net::{TcpListener, TcpStream};
 
 const LINES: [&str; 2] = ["run", "emulate"];
@@ -100,8 +100,7 @@ pub const ROWS: &[Row] = &[
             "GET / HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\n\r\n"
         )
         .unwrap();
-        let mut answer = String::new();
-        page.read_to_string(&mut answer).unwrap();
+        let answer = std::io::read_to_string(page).unwrap();
         assert!(answer.starts_with("HTTP/1.1 200 ") && answer.contains("<!doctype html>"));
     }),
 ];

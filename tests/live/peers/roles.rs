@@ -5,7 +5,6 @@ use crate::programs::wait_for;
 use serde_json::{Value, json};
 use std::io::{Read as _, Write as _};
 use std::net::{Shutdown, TcpStream};
-use std::process::Command;
 
 #[test]
 fn who_comes_is_told_of_tasks_as_they_stand_and_again_once_it_speaks_for_the_robot() {
@@ -235,7 +234,7 @@ fn a_recording_of_peers_that_come_and_go_replays_to_the_bit() {
     node.signal("TERM");
     let (code, remarks) = node.finish();
     assert_eq!(code, Some(0), "{remarks}");
-    let output = Command::new(env!("CARGO_BIN_EXE_pickline"))
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_pickline"))
         .args(["run", "--replay", file.to_str().unwrap()])
         .output()
         .unwrap();
