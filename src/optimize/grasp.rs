@@ -219,10 +219,7 @@ impl Walk<'_, '_> {
             let Some(values) = self.values(&neighbours, true)? else {
                 return Ok(None);
             };
-            // The best neighbour, ties to the first in registry order.
-            let best =
-                (0..neighbours.len()).reduce(|a, b| if values[b] > values[a] { b } else { a });
-            match best {
+            match first_highest(&values) {
                 Some(best) if values[best] > value => {
                     current = neighbours[best].clone();
                     value = values[best];
@@ -247,10 +244,7 @@ impl Walk<'_, '_> {
             let Some(values) = self.values(&options, robot + 1 == robots)? else {
                 return Ok(None);
             };
-            let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            let low = values.iter().copied().fold(f64::INFINITY, f64::min);
-            let least = high - alpha * (high - low);
-            let eligible: Vec<usize> = (0..options.len()).filter(|&i| values[i] >= least).collect();
+            let eligible = restricted(&values, alpha);
             let choice = eligible[rng.random_range(0..eligible.len())];
             rules = options[choice].rules().to_vec();
         }
@@ -333,6 +327,21 @@ impl Progress for Within<'_> {
     fn end(&self) {}
 }
 
+/// Places of the restricted candidate list: values within the share `alpha` of the span from
+/// the highest to the lowest.
+fn restricted(values: &[f64], alpha: f64) -> Vec<usize> {
+    let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let least = high - alpha * (high - low);
+    let places = 0..values.len();
+    places.filter(|&place| values[place] >= least).collect()
+}
+
+/// Place of the highest value, ties to the first.
+fn first_highest(values: &[f64]) -> Option<usize> {
+    (0..values.len()).reduce(|a, b| if values[b] > values[a] { b } else { a })
+}
+
 /// All assignments that differ in one robot's rule or by a swap of two robots' rules,
 /// in registry order.
 fn neighbours(assignment: &RuleAssignment) -> Vec<RuleAssignment> {
@@ -367,6 +376,26 @@ mod tests {
         assert_eq!(list.len(), 3 * (Rule::all().len() - 1) + 2);
         assert!(list.is_sorted() && !list.contains(&at));
         assert!(list.contains(&"FIFO,SPT,SPT".parse().unwrap()));
+    }
+
+    #[test]
+    fn candidates_are_within_a_share_of_the_span() {
+        let values = [2.0, 6.0, 5.0, 6.0, 4.0];
+        assert_eq!(restricted(&values, 0.0), [1, 3]);
+        assert_eq!(restricted(&values, 0.24), [1, 3]);
+        assert_eq!(restricted(&values, 0.25), [1, 2, 3]);
+        assert_eq!(restricted(&values, 0.5), [1, 2, 3, 4]);
+        assert_eq!(restricted(&values, 0.99), [1, 2, 3, 4]);
+        assert_eq!(restricted(&values, 1.0), [0, 1, 2, 3, 4]);
+        assert_eq!(restricted(&[-3.0, -1.0, -2.0], 0.5), [1, 2]);
+    }
+
+    #[test]
+    fn of_equal_neighbours_the_first_is_taken() {
+        assert_eq!(first_highest(&[2.0, 6.0, 5.0, 6.0]), Some(1));
+        assert_eq!(first_highest(&[2.0, 2.0]), Some(0));
+        assert_eq!(first_highest(&[-2.0, -1.0]), Some(1));
+        assert_eq!(first_highest(&[]), None);
     }
 
     /// What a start may score: six options a robot, and three times all neighbours.

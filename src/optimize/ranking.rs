@@ -97,7 +97,10 @@ impl Ranking {
         let speeds = match wanted {
             Some(scan) => {
                 let limits = evaluator.with_objective(Objective::MaxSpeed(scan));
-                let told_apart = affordable(&contenders, evaluation, &limits, risk, tie_break.runs);
+                let each = limits.pattern_count() as f64 * limits.runs_per_value();
+                let value = |place: usize| risk.aggregate(&evaluation.scores[place].values);
+                let valued: Vec<_> = contenders.iter().map(|&p| (p, value(p))).collect();
+                let told_apart = affordable(&valued, each, tie_break.runs);
                 speed_limits(
                     &told_apart,
                     evaluation,
@@ -222,28 +225,25 @@ fn wins_tie(a: &Ranked, b: &Ranked) -> bool {
     tie_order(a, b).is_lt()
 }
 
-/// Those of the contenders whose speed limits can be had in about `runs`: all of them, or
-/// those among the front-runners.
-fn affordable(
-    contenders: &[usize],
-    evaluation: &Evaluation,
-    limits: &Evaluator,
-    risk: Risk,
-    runs: u64,
-) -> Vec<usize> {
-    let each = limits.pattern_count() as f64 * limits.runs_per_value();
-    if contenders.len() as f64 * each <= runs as f64 {
-        return contenders.to_vec();
+/// Whether the speed limits of so many assignments on so many patterns, of `each` runs, can be
+/// had in `runs`.
+fn suffices(assignments: usize, patterns: usize, each: f64, runs: u64) -> bool {
+    assignments as f64 * patterns as f64 * each <= runs as f64
+}
+
+/// Those of the contenders, given with their aggregates in registry order, whose speed limits
+/// can be had in about `runs` where those of one take `each`: all of them, or the highest, at
+/// least the front-runners.
+fn affordable(contenders: &[(usize, f64)], each: f64, runs: u64) -> Vec<usize> {
+    let mut highest = contenders.to_vec();
+    if !suffices(contenders.len(), 1, each, runs) {
+        highest.sort_by(|a, b| b.1.total_cmp(&a.1));
+        highest.truncate(((runs as f64 / each) as usize).max(FRONT_RUNNERS));
     }
-    let value = |place: &usize| risk.aggregate(&evaluation.scores[*place].values);
-    let mut by_value: Vec<(usize, f64)> = contenders.iter().map(|p| (*p, value(p))).collect();
-    by_value.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let afforded = (runs as f64 / each) as usize;
-    by_value.truncate(afforded.max(FRONT_RUNNERS));
-    let mut first: Vec<usize> = by_value.into_iter().map(|(place, _)| place).collect();
+    let mut places: Vec<usize> = highest.into_iter().map(|(place, _)| place).collect();
     // Registry order, as everywhere.
-    first.sort_unstable();
-    first
+    places.sort_unstable();
+    places
 }
 
 /// Mean speed limits of some assignments, by their places.
@@ -267,7 +267,7 @@ fn speed_limits(
 ) -> Result<Option<Speeds>> {
     let count = limits.pattern_count();
     let least = count.min(LEAST_PATTERNS);
-    if contenders.len() as f64 * least as f64 * limits.runs_per_value() > runs as f64 {
+    if !suffices(contenders.len(), least, limits.runs_per_value(), runs) {
         return Ok(None);
     }
     let tied: Vec<RuleAssignment> = contenders
@@ -341,5 +341,33 @@ impl<'a> Intervals<'a> {
                 }
             })
             .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_suffice_up_to_the_last_one() {
+        assert!(suffices(3, 10, 2.5, 75));
+        assert!(!suffices(3, 10, 2.5, 74));
+        assert!(suffices(0, 10, 2.5, 0));
+    }
+
+    #[test]
+    fn too_few_runs_are_for_the_highest_contenders() {
+        // Twenty, the higher the later, under places of their own.
+        let contenders: Vec<(usize, f64)> = (0..20).map(|i| (3 * i, i as f64)).collect();
+        let places = |from: usize| (from..20).map(|i| 3 * i).collect::<Vec<_>>();
+        assert_eq!(affordable(&contenders, 10.0, 200), places(0));
+        assert_eq!(affordable(&contenders, 10.0, 199), places(1));
+        assert_eq!(affordable(&contenders, 10.0, 170), places(3));
+        // Never fewer than the front-runners.
+        assert_eq!(
+            affordable(&contenders, 10.0, 150),
+            places(20 - FRONT_RUNNERS)
+        );
+        assert_eq!(affordable(&contenders, 10.0, 0), places(20 - FRONT_RUNNERS));
     }
 }
