@@ -71,9 +71,11 @@ proptest! {
         for base in &bases {
             let figures = simulate_rules(&scene, base).unwrap().figures;
             if text.contains("weight") {
-                prop_assert!(ahead.weight >= figures.weight - 1e-9, "{base}");
+                let (own, floor) = (ahead.weight, figures.weight);
+                prop_assert!(own >= floor - 1e-9, "{own} of {floor} with {base}");
             } else {
-                prop_assert!(ahead.picked >= figures.picked, "{base}");
+                let (own, floor) = (ahead.picked, figures.picked);
+                prop_assert!(own >= floor, "{own} of {floor} with {base}");
             }
         }
     }
