@@ -113,6 +113,8 @@ def build_switched(mutants):
 
 def blamed(mutants, fates, spans, message):
     """The mutants in whose code an error is, or else those around it, the innermost."""
+    if message.startswith("non-exhaustive patterns"):
+        return blamed_arms(mutants, fates, spans[0])
     for which in ("code", "around"):
         for primary in (True, False):
             best = []
@@ -130,6 +132,19 @@ def blamed(mutants, fates, spans, message):
                 return {p: f"does not compile: {message}" for size, p in best
                         if which == "code" or size == least}
     return {}
+
+
+def blamed_arms(mutants, fates, span):
+    """The mutants that take an arm from a match which has none to spare."""
+    name, start, _, _ = span
+    arms = [(fate["around"][0], place) for place, fate in enumerate(fates)
+            if isinstance(fate, dict) and mutants[place]["file"] == name
+            and mutants[place]["genre"] == "MatchArm" and fate["around"][0] > start]
+    if not arms:
+        return {}
+    function = mutants[min(arms)[1]]["function"]["span"]
+    return {place: "does not compile: no arm for every value" for _, place in arms
+            if mutants[place]["function"]["span"] == function}
 
 
 def build_tests(areas):
