@@ -9,10 +9,12 @@ target/mutants/AREA.jsonl says of each mutant which test caught it.
 
 import argparse
 import concurrent.futures
+import hashlib
 import json
 import os
 import pathlib
 import shutil
+import signal
 import subprocess
 import sys
 import threading
@@ -26,7 +28,7 @@ TREE = WORK / "tree"
 BUILD = dict(os.environ, CARGO_TARGET_DIR=str(WORK / "build"), CARGO_PROFILE_DEV_DEBUG="none")
 # A mutant that takes this many times as long as the code does is caught [1], at the least
 # after [s].
-PATIENCE, PATIENCE_LEAST = 6, 20.0
+PATIENCE, PATIENCE_LEAST = 6, 10.0
 
 
 def copy_tree():
@@ -163,21 +165,57 @@ def build_tests(areas):
     return programs
 
 
+def build(mutants, areas):
+    """The places of mutants that are not built, with the reason, and the programs; as they
+    were built before where nothing has changed."""
+    key = hashlib.sha256(json.dumps([mutants, [area["tests"] for area in areas]]).encode())
+    for path in sorted(path for top in ("Cargo.lock", "src", "tests")
+                       for path in [ROOT / top, *(ROOT / top).rglob("*")]):
+        if path.is_file() and "mutants" not in path.parts:
+            key.update(path.read_bytes())
+    key = key.hexdigest()
+    record = WORK / "built.json"
+    if record.exists():
+        built = json.loads(record.read_text())
+        if built["key"] == key:
+            return {int(p): why for p, why in built["left_out"].items()}, built["programs"]
+    record.unlink(missing_ok=True)
+    copy_tree()
+    left_out = build_switched(mutants)
+    programs = build_tests(areas)
+    record.write_text(json.dumps({"key": key, "left_out": left_out, "programs": programs}))
+    return left_out, programs
+
+
+# Tests that run now; they end with this program.
+running = set()
+
+
+def end(*_):
+    for process in list(running):
+        os.killpg(process.pid, signal.SIGKILL)
+    os._exit(130)
+
+
 def run_tests(program, names, mutant, limit):
     """Whether the tests pass, and the first line that says why not."""
-    environment = dict(os.environ, RUST_BACKTRACE="0", CARGO_MANIFEST_DIR=str(TREE))
+    # That a property fails is enough; for which values it fails is not asked.
+    environment = dict(os.environ, RUST_BACKTRACE="0", PROPTEST_MAX_SHRINK_ITERS="0")
     if mutant is not None:
         environment["PICKLINE_MUTANT"] = str(mutant)
     command = [program, "--exact", "-q", "--test-threads", "1", *names]
     process = subprocess.Popen(command, cwd=TREE, env=environment, stdin=subprocess.DEVNULL,
                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                                start_new_session=True)
+    running.add(process)
     try:
         output, _ = process.communicate(timeout=limit)
     except subprocess.TimeoutExpired:
-        os.killpg(process.pid, 9)
+        os.killpg(process.pid, signal.SIGKILL)
         process.communicate()
         return False, "timeout"
+    finally:
+        running.discard(process)
     if process.returncode == 0:
         return True, ""
     text = output.decode(errors="replace")
@@ -220,8 +258,8 @@ def measure(area, programs, jobs):
     groups = []
     for name in programs:
         quick = [(t, s) for t, s in zip(tests, times) if t[0] == name and s < 0.3]
-        for start in range(0, len(quick), 40):
-            part = quick[start:start + 40]
+        for start in range(0, len(quick), 12):
+            part = quick[start:start + 12]
             groups.append((name, [t[1] for t, _ in part], sum(s for _, s in part)))
         groups += [(name, [t[1]], s) for t, s in zip(tests, times)
                    if t[0] == name and s >= 0.3]
@@ -269,23 +307,23 @@ def main():
     parser.add_argument("--resume", action="store_true",
                         help="keep what an earlier run caught, and try the other mutants")
     chosen = parser.parse_args()
+    signal.signal(signal.SIGINT, end)
+    signal.signal(signal.SIGTERM, end)
     areas = json.loads((pathlib.Path(__file__).parent / "areas.json").read_text())
     unknown = [name for name in chosen.area if name not in areas]
     if unknown:
         parser.error(f"no area {unknown[0]}; there are {', '.join(areas)}")
-    areas = {name: areas[name] for name in chosen.area or areas}
     WORK.mkdir(parents=True, exist_ok=True)
-    copy_tree()
     mutants, rows = [], {}
     for name, area in areas.items():
         listed = list_mutants(area["files"])[:: chosen.every]
         rows[name] = range(len(mutants), len(mutants) + len(listed))
         mutants += listed
     print(f"{len(mutants)} mutants", flush=True)
-    left_out = build_switched(mutants)
+    left_out, programs = build(mutants, areas.values())
     print(f"{len(left_out)} not built", flush=True)
-    programs = build_tests(areas.values())
-    for name, area in areas.items():
+    for name in chosen.area or areas:
+        area = areas[name]
         run_area(name, area, rows[name], mutants, left_out, programs, chosen)
 
 
