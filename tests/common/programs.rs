@@ -1,8 +1,8 @@
 //! Programs that are started, watched and ended.
 #![allow(dead_code)]
 
-use std::io::{BufRead as _, BufReader, Read};
-use std::process::{Child, Command, Stdio};
+use std::io::{BufRead as _, BufReader, Read, Write as _};
+use std::process::{Child, Command, Output, Stdio};
 use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
@@ -28,6 +28,28 @@ pub fn wait_for(what: &str, mut happened: impl FnMut() -> bool) {
 /// a belt goes on by the clock.
 pub fn let_pass(time: Duration) {
     thread::sleep(time);
+}
+
+/// Starts a program of which all streams are ours.
+pub fn piped(command: &mut Command) -> Child {
+    command
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap()
+}
+
+/// Runs a program on `input`: what it answers, and whether it has read all. One that refuses
+/// its arguments reads nothing.
+pub fn feed(command: &mut Command, input: &[u8]) -> (Output, std::io::Result<()>) {
+    let mut child = piped(command);
+    let mut stdin = child.stdin.take().unwrap();
+    thread::scope(|scope| {
+        let feeder = scope.spawn(move || stdin.write_all(input));
+        let output = child.wait_with_output().unwrap();
+        (output, feeder.join().unwrap())
+    })
 }
 
 /// Lines as they come.

@@ -115,16 +115,22 @@ fn the_default_is_the_papers_case() {
     assert_eq!(report["made"]["command"], "pickline sweep");
 }
 
+/// The file of a station: speed [m/s] and width [m] of the belt, robots, and their speed [m/s].
+fn line([belt_speed, width]: [f64; 2], robots: usize, speed: f64) -> String {
+    format!(
+        "[belt]\nspeed = {belt_speed:?}\nwidth = {width:?}\n[line]\nrobots = {robots}\n\
+         first_base_x = 1.0\nspacing = 1.6\nbase_offset = 0.1\nbin_offset = 0.0\ntail = 0.5\n\
+         reach = 0.7\nspeed = {speed:?}\ngrasp_time = 0.1\nrelease_time = 0.1\n"
+    )
+}
+
 /// A belt far above what the line can do: the sweep begins below the limit, and has no
 /// thousands of rows.
 #[test]
 fn a_fast_belt_is_swept_around_its_limit() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("fast.toml");
-    let station = "[belt]\nspeed = 2.0\nwidth = 0.6\n[line]\nrobots = 2\nfirst_base_x = 1.0\n\
-                   spacing = 1.6\nbase_offset = 0.1\nbin_offset = 0.0\ntail = 0.5\nreach = 0.7\n\
-                   speed = 5.0\ngrasp_time = 0.1\nrelease_time = 0.1\n";
-    std::fs::write(&file, station).unwrap();
+    std::fs::write(&file, line([2.0, 0.6], 2, 5.0)).unwrap();
     let fast = ["--station", file.to_str().unwrap(), "--robust", "SPT,FIFO"];
     let report = json(&[&fast[..], &["--no-bound"]].concat());
     let rows = report["points"].as_array().unwrap();
@@ -202,10 +208,7 @@ fn every_axis_is_swept() {
 fn the_default_range_ends_below_the_slowest_arm() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("slow.toml");
-    let station = "[belt]\nspeed = 0.05\nwidth = 0.4\n[line]\nrobots = 1\nfirst_base_x = 1.0\n\
-                   spacing = 1.6\nbase_offset = 0.1\nbin_offset = 0.0\ntail = 0.5\nreach = 0.7\n\
-                   speed = 0.06\ngrasp_time = 0.1\nrelease_time = 0.1\n";
-    std::fs::write(&file, station).unwrap();
+    std::fs::write(&file, line([0.05, 0.4], 1, 0.06)).unwrap();
     let slow = ["--station", file.to_str().unwrap(), "--robust", "SPT"];
     for range in [&[][..], &["--from", "0.04"]] {
         let report = json(&[&slow[..], &["--no-bound"], range].concat());

@@ -5,7 +5,7 @@
 //! `scara-2` its base at (1.6, 0.35), its bin at (1.6, 0.45), 0.7 m and 2 m/s.
 
 use crate::support::three::{Three, config};
-use pickline::live::protocol::{BeltRequest, Outgoing};
+use pickline::live::protocol::Outgoing;
 use pickline::live::{Config, Controller, State};
 
 const LOST: &str = "an item would leave the last robot's reach";
@@ -18,15 +18,6 @@ fn may_stop(lead: &[f64]) -> Config {
         lead: lead.to_vec(),
         ..config()
     }
-}
-
-fn requests(line: &mut Three) -> Vec<BeltRequest> {
-    let said = std::mem::take(&mut line.said).into_iter();
-    let requests = said.filter_map(|message| match message {
-        Outgoing::BeltRequest(request) => Some(request),
-        _ => None,
-    });
-    requests.collect()
 }
 
 /// When delta-1 has to leave for an item at (`x`, 0) at 100 s at last, at `speed`.
@@ -57,7 +48,7 @@ fn line(config: Config, states: [&str; 3], items: &[f64]) -> Three {
 /// When the first request comes, all on its own, and what it says.
 fn first_request(line: &mut Three) -> Option<(f64, f64, String)> {
     line.tick(130.0);
-    let request = requests(line).into_iter().next()?;
+    let request = line.requests().into_iter().next()?;
     Some((request.stamp, request.speed, request.reason))
 }
 
@@ -201,7 +192,7 @@ fn a_robot_that_has_a_task_saves_its_item() {
     line.tick(task.free_at);
     line.result(task.free_at, task.id, "PICKED");
     line.tick(110.0);
-    assert_eq!(requests(&mut line), []);
+    assert_eq!(line.requests(), []);
 }
 
 /// The belt stands for an item until its robot has met it, to the moment.
@@ -210,16 +201,16 @@ fn the_belt_goes_on_when_the_item_is_met() {
     let mut line = line(may_stop(&[]), ["busy", "", ""], &[0.5]);
     let at = last_of_delta(0.5, 0.3) - 0.5;
     line.tick(at + 0.01);
-    assert_eq!(requests(&mut line).len(), 1);
+    assert_eq!(line.requests().len(), 1);
     line.belt(at + 0.1, 0.0);
     line.tick(at + 3.0);
-    assert_eq!(requests(&mut line), []);
+    assert_eq!(line.requests(), []);
     line.robot(at + 3.0, "delta-1", "idle");
     line.tick(at + 3.0);
     let task = line.task();
     line.ack(at + 3.0, task.id);
     line.tick(task.meet_at + 0.2);
-    let asked = requests(&mut line);
+    let asked = line.requests();
     assert_eq!(asked.len(), 1, "{asked:?}");
     assert!((asked[0].stamp - task.meet_at).abs() < 1e-6, "{asked:?}");
     assert_eq!((asked[0].speed, asked[0].reason.as_str()), (0.3, CLEAR));
@@ -232,11 +223,11 @@ fn the_belt_does_not_wait_for_a_robot_that_breaks_down() {
     let mut line = line(may_stop(&[]), ["busy", "busy", ""], &[0.5]);
     let at = last_of_scara(0.5, 0.3) - 0.5;
     line.tick(at + 0.01);
-    assert_eq!(requests(&mut line)[0].reason, LOST);
+    assert_eq!(line.requests()[0].reason, LOST);
     line.belt(at + 0.1, 0.0);
     line.robot(at + 1.0, "scara-2", "fault");
     line.tick(at + 1.0);
-    let asked = requests(&mut line);
+    let asked = line.requests();
     assert_eq!(asked.len(), 1);
     assert_eq!((asked[0].stamp, asked[0].speed), (at + 1.0, 0.3));
     // And where nobody is left it stands.
@@ -244,7 +235,7 @@ fn the_belt_does_not_wait_for_a_robot_that_breaks_down() {
     line.tick(at + 1.2);
     line.robot(at + 2.0, "delta-1", "fault");
     line.tick(at + 2.0);
-    let asked = requests(&mut line);
+    let asked = line.requests();
     assert_eq!((asked[0].speed, asked[0].reason.as_str()), (0.0, NOBODY));
 }
 
@@ -254,20 +245,20 @@ fn who_takes_tasks() {
     for (state, works) in [("idle", true), ("busy", true), ("fault", false)] {
         let mut line = line(may_stop(&[]), [state, "", ""], &[]);
         line.tick(100.5);
-        assert_eq!(requests(&mut line).is_empty(), works, "{state}");
+        assert_eq!(line.requests().is_empty(), works, "{state}");
     }
     for order in ["pause", "stop", "drain"] {
         for robot in ["", r#","robot":"delta-1""#] {
             let mut line = line(may_stop(&[]), ["idle", "", ""], &[]);
             line.say(&format!(r#""kind":"{order}","stamp":100{robot}"#));
             line.tick(100.5);
-            let asked = requests(&mut line);
+            let asked = line.requests();
             // To drain, the line works on; a robot by itself does not.
             let works = order == "drain" && robot.is_empty();
             assert_eq!(asked.is_empty(), works, "{order} {robot}");
             line.say(&format!(r#""kind":"resume","stamp":100.9{robot}"#));
             line.tick(100.9);
-            let asked = requests(&mut line);
+            let asked = line.requests();
             assert_eq!(asked.len(), usize::from(!works), "{order} {robot}");
             assert!(asked.iter().all(|request| request.speed == 0.3));
         }
@@ -278,7 +269,7 @@ fn who_takes_tasks() {
     let task = line.task();
     line.ack(100.0, task.id);
     line.tick(110.0);
-    let asked = requests(&mut line);
+    let asked = line.requests();
     assert!(
         (asked[0].stamp - task.free_at - 5.0).abs() < 1e-6,
         "{asked:?}"
@@ -286,7 +277,7 @@ fn who_takes_tasks() {
     assert_eq!(asked[0].reason, NOBODY);
     // It is asked again each second, ten times.
     line.tick(140.0);
-    let stamps: Vec<f64> = requests(&mut line).iter().map(|r| r.stamp).collect();
+    let stamps: Vec<f64> = line.requests().iter().map(|r| r.stamp).collect();
     let all: Vec<f64> = asked.iter().map(|r| r.stamp).chain(stamps).collect();
     let gaps: Vec<f64> = all.windows(2).map(|pair| pair[1] - pair[0]).collect();
     assert_eq!(gaps.len(), 10);
@@ -306,7 +297,7 @@ fn the_belt_is_asked_to_stop_at_the_moment_of_silence() {
     let mut line = line(config, ["idle", "", ""], &[]);
     line.robot(101.0, "scara-2", "idle");
     line.tick(110.0);
-    let asked = requests(&mut line);
+    let asked = line.requests();
     assert!((asked[0].stamp - 103.0).abs() < 1e-6, "{asked:?}");
     assert_eq!(asked[0].reason, NOBODY);
 }
@@ -316,7 +307,7 @@ fn the_belt_is_asked_to_stop_at_the_moment_of_silence() {
 fn a_belt_that_waits_is_remembered_over_a_restart() {
     let mut line = line(may_stop(&[]), ["fault", "", ""], &[]);
     line.tick(100.1);
-    assert_eq!(requests(&mut line).len(), 1);
+    assert_eq!(line.requests().len(), 1);
     line.belt(100.2, 0.0);
     line.tick(100.3);
     let mut state = State::default();
@@ -331,10 +322,10 @@ fn a_belt_that_waits_is_remembered_over_a_restart() {
     .unwrap();
     line.robot(101.0, "delta-1", "idle");
     line.tick(102.0);
-    assert_eq!(requests(&mut line), []);
+    assert_eq!(line.requests(), []);
     line.belt(102.5, 0.0);
     line.tick(102.5);
-    let asked = requests(&mut line);
+    let asked = line.requests();
     assert_eq!(asked.len(), 1);
     assert_eq!((asked[0].stamp, asked[0].speed), (102.5, 0.3));
 }
@@ -389,9 +380,9 @@ fn the_silence_of_each_robot_counts() {
         states[silent] = "idle";
         let mut line = line(config, states, &[]);
         line.tick(102.0);
-        assert_eq!(requests(&mut line), [], "{silent}");
+        assert_eq!(line.requests(), [], "{silent}");
         line.tick(102.5);
-        let asked = requests(&mut line);
+        let asked = line.requests();
         assert_eq!(asked.len(), 1, "{silent}");
         assert!((asked[0].stamp - 102.0).abs() < 1e-6, "{asked:?}");
     }
@@ -423,5 +414,5 @@ fn a_robot_that_takes_over_at_once_keeps_the_belt_going() {
     line.robot(102.0, "delta-1", "fault");
     line.robot(102.0, "scara-2", "idle");
     line.tick(103.0);
-    assert_eq!(requests(&mut line), []);
+    assert_eq!(line.requests(), []);
 }

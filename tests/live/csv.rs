@@ -1,12 +1,12 @@
 //! Robots and cameras that speak the csv dialect, over pipes and TCP. The checksum, the fields
 //! and the times are computed here from docs/dialect-csv.md, not by the library.
 
-use crate::programs::Program;
+use crate::programs::{Program, feed};
 use serde_json::Value;
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::net::TcpStream;
 use std::os::unix::fs::PermissionsExt as _;
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 fn checksum(text: &str) -> u32 {
@@ -44,21 +44,9 @@ fn now() -> i64 {
 
 /// Feeds lines to a node with message time; returns what it says and remarks.
 fn run_on(lines: &[String], arguments: &[&str]) -> (Vec<String>, String) {
-    let mut node = Command::new(env!("CARGO_BIN_EXE_pickline"))
-        .args(["run", "--clock", "messages", "--dialect", "csv"])
-        .args(arguments)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    // One that has refused its arguments reads nothing.
-    let _ = node
-        .stdin
-        .take()
-        .unwrap()
-        .write_all(lines.concat().as_bytes());
-    let output = node.wait_with_output().unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_pickline"));
+    command.args(["run", "--clock", "messages", "--dialect", "csv"]);
+    let (output, _) = feed(command.args(arguments), lines.concat().as_bytes());
     let said = String::from_utf8(output.stdout).unwrap();
     let said = said.split_inclusive('\n').map(str::to_owned).collect();
     (said, String::from_utf8(output.stderr).unwrap())
@@ -86,24 +74,15 @@ fn a_stream_of_lines_is_answered_in_lines() {
     assert_eq!(item[8..], ["30", "33.5"]);
     assert_eq!(task[3..5], ["r1", "1"]);
     // The same through JSON: the same task, to the digits that the dialect has.
-    let mut node = Command::new(env!("CARGO_BIN_EXE_pickline"))
-        .args(["run", "--clock", "messages"])
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
     let input = r#"{"kind":"belt","stamp":100,"speed":0.05}
 {"kind":"robot","stamp":100,"name":"r1","state":"idle"}
 {"kind":"detection","stamp":100,"x":0.5,"y":-0.2,"id":"a","class":"PET","area_cm2":80}
 {"kind":"tick","stamp":101}
 "#;
-    node.stdin
-        .take()
-        .unwrap()
-        .write_all(input.as_bytes())
-        .unwrap();
-    let output = node.wait_with_output().unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_pickline"));
+    command.args(["run", "--clock", "messages"]);
+    let (output, read) = feed(&mut command, input.as_bytes());
+    read.unwrap();
     let messages = String::from_utf8(output.stdout).unwrap();
     let messages = messages
         .lines()
@@ -211,10 +190,9 @@ fn a_robot_without_a_clock_works_beside_a_camera_in_json() {
     let task = next("T");
     assert_eq!(task[3], "r1");
     let sent: i64 = task[2].parse().unwrap();
-    assert!(
-        (now() - sent).rem_euclid(1_000_000_000) < 60_000,
-        "{task:?}"
-    );
+    // The node rounds to whole [ms] where `now` cuts off: up to 1 ms ahead of it.
+    let ago = (now() + 1 - sent).rem_euclid(1_000_000_000);
+    assert!(ago < 60_000, "{task:?}");
     robot
         .write_all(line(&format!("A,1,,{}", task[4])).as_bytes())
         .unwrap();

@@ -265,10 +265,7 @@ fn decisions_are_timed() {
         Config::default(),
     )
     .with_stopwatch(Box::new(stopwatch));
-    let mut line = Three {
-        controller,
-        said: Vec::new(),
-    };
+    let mut line = Three::of(controller);
     let start = 1.75e9;
     line.controller.advance(start);
     line.robot(start, "delta-1", "idle");

@@ -1,21 +1,17 @@
 //! `pickline run` and `pickline emulate` as programs that talk to each other.
 
+use crate::programs::{feed, piped};
+use crate::support::three::check_settled;
 use crate::trouble::TROUBLE;
 use pickline::live::protocol::{Outgoing, Status, decode_outgoing};
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::net::{Shutdown, TcpStream};
 use std::path::Path;
-use std::process::{Child, ChildStdin, ChildStdout, Command, Output, Stdio};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Output};
 use std::thread::{self, JoinHandle};
 
 fn start(arguments: &[&str]) -> Child {
-    Command::new(env!("CARGO_BIN_EXE_pickline"))
-        .args(arguments)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap()
+    piped(Command::new(env!("CARGO_BIN_EXE_pickline")).args(arguments))
 }
 
 /// Hands on what one program says to the other, and keeps it.
@@ -64,12 +60,9 @@ fn last_status(messages: &[Outgoing]) -> Status {
 
 /// Feeds `input` to `pickline run` and returns what it makes of it.
 fn run_on(arguments: &[&str], input: &[u8]) -> Output {
-    let mut child = start(&[&["run"], arguments].concat());
-    let mut stdin = child.stdin.take().unwrap();
-    let input = input.to_vec();
-    let feeder = thread::spawn(move || stdin.write_all(&input));
-    let output = child.wait_with_output().unwrap();
-    feeder.join().unwrap().unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_pickline"));
+    let (output, read) = feed(command.arg("run").args(arguments), input);
+    read.unwrap();
     output
 }
 
@@ -202,16 +195,7 @@ fn accounts(played: &Played, items: u64) -> u64 {
     // It ends with another code where two robots were after one item.
     assert_eq!(*code, Some(0), "{errors}");
     let status = last_status(&played.said);
-    assert_eq!(status.seen, items, "{status:?}");
-    assert_eq!(
-        status.seen,
-        status.picked + status.missed.total(),
-        "{status:?}"
-    );
-    assert!(
-        status.rejected.is_empty() && status.open_tasks.is_empty(),
-        "{status:?}"
-    );
+    check_settled(&status, items);
     status.picked
 }
 

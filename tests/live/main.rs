@@ -54,7 +54,6 @@ mod stamps;
 #[cfg(unix)]
 mod stdout;
 mod support;
-#[cfg(unix)]
 #[path = "../common/trouble.rs"]
 mod trouble;
 #[cfg(unix)]

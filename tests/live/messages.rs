@@ -326,10 +326,7 @@ fn stamps_are_those_of_whoever_reads_them() {
     let start = 1.75e9;
     // By how much the robot's clock is ahead, and that of the machine.
     for (own, ahead) in [(0.0, 0.0), (3.0, 0.0), (3.0, 100.0), (0.0, -5.0)] {
-        let mut line = Three {
-            controller: Controller::new(station(), strategy(), config.clone()),
-            said: Vec::new(),
-        };
+        let mut line = Three::of(Controller::new(station(), strategy(), config.clone()));
         let hear = |line: &mut Three, clock: f64, now: f64, fields: &str| {
             let stamp = start + now + clock;
             let message = Three::message(&format!(r#""stamp":{stamp},{fields}"#));

@@ -5,15 +5,6 @@ use crate::support::three::{Three, config, station, strategy};
 use pickline::live::protocol::{BeltRequest, Outgoing};
 use pickline::live::{Config, Controller, State};
 
-fn requests(line: &mut Three) -> Vec<BeltRequest> {
-    let said = std::mem::take(&mut line.said).into_iter();
-    let requests = said.filter_map(|message| match message {
-        Outgoing::BeltRequest(request) => Some(request),
-        _ => None,
-    });
-    requests.collect()
-}
-
 #[test]
 fn item_data_reach_the_robot() {
     let mut line = Three::new(0.0);
@@ -222,27 +213,27 @@ fn the_belt_is_asked_to_stop_while_no_robot_works() {
     let mut line = Three::with(stopping, 0.3);
     // Before any robot was heard of, the line starts up.
     line.tick(101.0);
-    assert_eq!(requests(&mut line), []);
+    assert_eq!(line.requests(), []);
     line.robot(101.0, "delta-1", "idle");
     line.robot(102.0, "delta-1", "fault");
     line.tick(102.0);
-    let asked = requests(&mut line);
+    let asked = line.requests();
     assert_eq!((asked.len(), asked[0].speed), (1, 0.0));
     // It does not follow: asked again, and not more than once a second.
     line.tick(104.5);
-    assert_eq!(requests(&mut line).len(), 2);
+    assert_eq!(line.requests().len(), 2);
     line.say(r#""kind":"belt","stamp":104.6,"speed":0"#);
     line.tick(110.0);
-    assert_eq!(requests(&mut line), []);
+    assert_eq!(line.requests(), []);
     line.robot(111.0, "delta-1", "idle");
     line.tick(111.0);
-    let asked = requests(&mut line);
+    let asked = line.requests();
     assert_eq!((asked.len(), asked[0].speed), (1, 0.3));
     // Without the flag nothing is asked.
     let mut line = Three::new(0.3);
     line.robot(101.0, "delta-1", "fault");
     line.tick(105.0);
-    assert_eq!(requests(&mut line), []);
+    assert_eq!(line.requests(), []);
 }
 
 #[test]
@@ -258,9 +249,9 @@ fn a_robot_that_falls_silent_does_not_take_tasks() {
     let mut line = Three::with(stopping, 0.3);
     line.robot(101.0, "delta-1", "idle");
     line.tick(101.1);
-    assert_eq!(requests(&mut line), []);
+    assert_eq!(line.requests(), []);
     line.tick(102.0);
-    let asked = requests(&mut line);
+    let asked = line.requests();
     assert!(
         asked[0].speed == 0.0 && asked[0].reason.contains("no robot"),
         "{asked:?}"
@@ -327,7 +318,7 @@ fn the_belt_is_asked_to_stop_before_an_item_is_lost() {
     for step in 0..400 {
         let now = 100.0 + 0.01 * f64::from(step);
         line.tick(now);
-        if let Some(request) = requests(&mut line).first() {
+        if let Some(request) = line.requests().first() {
             stopped = Some(request.clone());
             break;
         }
@@ -347,14 +338,10 @@ fn the_belt_is_asked_to_stop_before_an_item_is_lost() {
     line.tick(now + 1.1);
     let end = second.free_at;
     line.tick(end);
-    let go: Vec<BeltRequest> = requests(&mut line);
+    let go: Vec<BeltRequest> = line.requests();
     line.result(end, second.id, "PICKED");
     line.tick(end + 0.1);
-    let all: Vec<f64> = go
-        .iter()
-        .chain(&requests(&mut line))
-        .map(|r| r.speed)
-        .collect();
+    let all: Vec<f64> = go.iter().chain(&line.requests()).map(|r| r.speed).collect();
     assert_eq!(all, [0.3]);
     assert_eq!(line.status().picked, 2);
 }

@@ -5,14 +5,7 @@ use crate::support::three::Three;
 
 /// Two robots at work on a standing belt, each with a task that it has acknowledged or not.
 fn at_work(acknowledged: bool) -> Three {
-    let mut line = Three::new(0.0);
-    for robot in ["delta-1", "arm-3"] {
-        line.robot(100.0, robot, "idle");
-    }
-    line.see(100.0, "a", 0.8, 0.0);
-    line.see(100.0, "b", 2.6, 0.0);
-    line.tick(100.0);
-    assert_eq!(line.told(), ["task 1.0 delta-1 a", "task 2.0 arm-3 b"]);
+    let mut line = Three::two_at_work();
     if acknowledged {
         line.ack(100.0, 1);
         line.ack(100.0, 2);

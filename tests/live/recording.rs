@@ -1,7 +1,7 @@
 //! `pickline run --record` and `--replay`: what was recorded gives the same again.
 
 use crate::common::pickline;
-use crate::programs::wait_for;
+use crate::programs::{feed, piped, wait_for};
 use pickline::live::emulator::{Emulator, Trouble};
 use pickline::live::protocol::{Outgoing, decode_outgoing, encode};
 use pickline::live::{ClockKind, Config, Controller};
@@ -10,26 +10,17 @@ use pickline::station::built_in;
 use pickline::strategies::read_alone;
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command};
 
 fn start(arguments: &[&str]) -> Child {
-    Command::new(env!("CARGO_BIN_EXE_pickline"))
-        .args(arguments)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap()
+    piped(Command::new(env!("CARGO_BIN_EXE_pickline")).args(arguments))
 }
 
 /// What a run says of the lines of `input`.
 fn run(arguments: &[&str], input: &[u8]) -> Vec<u8> {
-    let mut child = start(&[&["run"], arguments].concat());
-    let mut stdin = child.stdin.take().unwrap();
-    let input = input.to_vec();
-    let feeder = std::thread::spawn(move || stdin.write_all(&input));
-    let output = child.wait_with_output().unwrap();
-    feeder.join().unwrap().unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_pickline"));
+    let (output, read) = feed(command.arg("run").args(arguments), input);
+    read.unwrap();
     let errors = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{errors}");
     output.stdout

@@ -1,7 +1,8 @@
 //! The state that outlives the node, without processes: what is told of it is all of it,
 //! and a node that takes it up keeps every promise.
 
-use pickline::live::emulator::{Emulator, Trouble};
+use crate::trouble::all_troubles;
+use pickline::live::emulator::Emulator;
 use pickline::live::journal::{Found, Owner};
 use pickline::live::protocol::{Incoming, Outgoing, Task, decode};
 use pickline::live::{Change, ClockKind, Config, Controller, State};
@@ -55,16 +56,7 @@ fn run(odds: u32, seed: u64) -> (Emulator, Controller, usize) {
         items,
         &mut random_stream(seed, 0),
     );
-    let trouble = Trouble {
-        grasp_failures: 0.1,
-        lost_acks: 0.02,
-        duplicates: 0.1,
-        out_of_order: 0.05,
-        jitter: 0.05,
-        robot_down: Some((0, 60.0, 30.0)),
-        belt_stop: Some((120.0, 20.0)),
-        seed,
-    };
+    let trouble = all_troubles(seed);
     let mut emulator = Emulator::new(station.clone(), pattern.unwrap(), trouble).unwrap();
     let mut controller = new(&station);
     let mut state = state_of(&mut controller);

@@ -2,24 +2,17 @@
 
 #[cfg(feature = "tls")]
 use crate::authority::authority;
-use crate::programs::Program;
+use crate::programs::{Program, feed};
 use std::io::Write as _;
 use std::net::{TcpListener, TcpStream};
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 /// Feeds `input` to `pickline run --clock messages`; returns its lines on stderr.
 fn remarks_on(input: &str) -> Vec<String> {
-    let mut node = Command::new(env!("CARGO_BIN_EXE_pickline"))
-        .args(["run", "--clock", "messages"])
-        .stdin(Stdio::piped())
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let mut stdin = node.stdin.take().unwrap();
-    stdin.write_all(input.as_bytes()).unwrap();
-    drop(stdin);
-    let output = node.wait_with_output().unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_pickline"));
+    command.args(["run", "--clock", "messages"]);
+    let (output, read) = feed(&mut command, input.as_bytes());
+    read.unwrap();
     assert_eq!(output.status.code(), Some(0));
     let errors = String::from_utf8(output.stderr).unwrap();
     errors.lines().map(str::to_owned).collect()

@@ -14,10 +14,7 @@ fn whole(line: &mut Three) -> State {
 
 fn take_up(state: State, config: Config, stamp: Option<f64>) -> Three {
     let controller = Controller::restore(station(), strategy(), config, state, stamp).unwrap();
-    Three {
-        controller,
-        said: Vec::new(),
-    }
+    Three::of(controller)
 }
 
 /// A line with one open task, one item that waits, and one picked.
@@ -70,10 +67,7 @@ fn a_line_that_is_taken_up_says_nothing_and_counts_on() {
 /// A line that never heard its belt goes on at once: it moves as its file says.
 #[test]
 fn a_line_without_an_encoder_goes_on_at_once() {
-    let mut line = Three {
-        controller: Controller::new(station(), strategy(), config()),
-        said: Vec::new(),
-    };
+    let mut line = Three::of(Controller::new(station(), strategy(), config()));
     line.robot(100.0, "delta-1", "idle");
     line.tick(100.0);
     let mut again = take_up(whole(&mut line), config(), None);
@@ -87,10 +81,7 @@ fn a_line_without_an_encoder_goes_on_at_once() {
 #[test]
 fn a_journal_of_the_future_is_refused() {
     let start = 1.75e9;
-    let mut line = Three {
-        controller: Controller::new(station(), strategy(), Config::default()),
-        said: Vec::new(),
-    };
+    let mut line = Three::of(Controller::new(station(), strategy(), Config::default()));
     line.controller.advance(start);
     line.robot(start, "delta-1", "idle");
     line.controller.advance(start + 100.0);
@@ -337,10 +328,7 @@ fn whose_time_it_is() {
             ..Config::default()
         };
         let controller = Controller::new(station(), strategy(), config);
-        let mut line = Three {
-            controller,
-            said: Vec::new(),
-        };
+        let mut line = Three::of(controller);
         let start = 1.75e9;
         if !by_messages {
             line.controller.advance(start);
@@ -416,10 +404,7 @@ fn no_item_is_forgotten_before_the_belt_is_heard() {
 #[test]
 fn what_was_open_goes_on_at_once() {
     let controller = Controller::new(station(), strategy(), config());
-    let mut line = Three {
-        controller,
-        said: Vec::new(),
-    };
+    let mut line = Three::of(controller);
     for robot in ["delta-1", "scara-2"] {
         line.robot(100.0, robot, "idle");
     }
@@ -437,10 +422,7 @@ fn what_was_open_goes_on_at_once() {
 /// A state is stamped by the machine's clock, which whoever goes on reads.
 #[test]
 fn a_state_is_stamped_by_the_machines_clock() {
-    let mut line = Three {
-        controller: Controller::new(station(), strategy(), Config::default()),
-        said: Vec::new(),
-    };
+    let mut line = Three::of(Controller::new(station(), strategy(), Config::default()));
     line.controller.advance(1.75e9);
     line.controller.set_clock_ahead(100.0);
     let json = serde_json::to_value(line.controller.whole()).unwrap();
@@ -452,10 +434,7 @@ fn a_state_is_stamped_by_the_machines_clock() {
 #[test]
 fn a_clock_that_is_set_moves_all_stamps() {
     let start = 1.75e9;
-    let mut line = Three {
-        controller: Controller::new(station(), strategy(), Config::default()),
-        said: Vec::new(),
-    };
+    let mut line = Three::of(Controller::new(station(), strategy(), Config::default()));
     line.controller.advance(start);
     line.robot(start, "delta-1", "idle");
     line.see(start, "a", 1.0, 0.0);

@@ -259,20 +259,22 @@ fn a_robot_that_drops_its_tasks_rests_longer_and_longer() {
     assert_eq!(line.controller.take_remarks(), [told]);
 }
 
+/// `delta-1` is idle, and twenty items wait for it.
+fn with_twenty_items() -> Three {
+    let mut line = Three::new(0.0);
+    line.robot(100.0, "delta-1", "idle");
+    for item in 0..20 {
+        let x = 0.7 + 0.02 * f64::from(item);
+        line.see(100.0, &format!("i{item}"), x, 0.0);
+    }
+    line
+}
+
 /// Another result begins the count again, and what it was asked to drop does not count.
 #[test]
 fn a_robot_that_drops_some_tasks_does_not_rest() {
     for (third, rests) in [("CANCELLED", true), ("PICKED", false), ("REJECTED", false)] {
-        let mut line = Three::new(0.0);
-        line.robot(100.0, "delta-1", "idle");
-        for item in 0..20 {
-            line.see(
-                100.0,
-                &format!("i{item}"),
-                0.7 + 0.02 * f64::from(item),
-                0.0,
-            );
-        }
+        let mut line = with_twenty_items();
         for result in ["CANCELLED", "CANCELLED", third, "CANCELLED", "CANCELLED"] {
             line.tick(100.0);
             let Some(task) = line.said().0.pop() else {
@@ -283,16 +285,7 @@ fn a_robot_that_drops_some_tasks_does_not_rest() {
         assert_eq!(line.noted("robot_rested"), u64::from(rests), "{third}");
         assert_eq!(line.noted("task_rejected"), u64::from(third == "REJECTED"));
     }
-    let mut line = Three::new(0.0);
-    line.robot(100.0, "delta-1", "idle");
-    for item in 0..20 {
-        line.see(
-            100.0,
-            &format!("i{item}"),
-            0.7 + 0.02 * f64::from(item),
-            0.0,
-        );
-    }
+    let mut line = with_twenty_items();
     for _ in 0..5 {
         line.tick(100.0);
         let task = line.task();
@@ -483,29 +476,18 @@ fn an_idle_robot_may_announce_when_it_is_free() {
 /// Each robot answers for its own tasks: a fault, or a word on another's task, is its own.
 #[test]
 fn no_robot_speaks_for_another() {
-    let two = || {
-        let mut line = Three::new(0.0);
-        for robot in ["delta-1", "arm-3"] {
-            line.robot(100.0, robot, "idle");
-        }
-        line.see(100.0, "a", 0.8, 0.0);
-        line.see(100.0, "b", 2.6, 0.0);
-        line.tick(100.0);
-        assert_eq!(line.told(), ["task 1.0 delta-1 a", "task 2.0 arm-3 b"]);
-        line
-    };
-    let mut line = two();
+    let mut line = Three::two_at_work();
     line.robot(100.05, "delta-1", "fault");
     assert_eq!(
         line.told(),
         ["cancel 1 delta-1: the robot has reported a fault"]
     );
-    let mut line = two();
+    let mut line = Three::two_at_work();
     line.say(r#""kind":"robot","stamp":100.05,"name":"delta-1","state":"busy","task":2"#);
     line.tick(101.0);
     assert_eq!(line.told(), ["task 1.1 delta-1 a", "task 2.1 arm-3 b"]);
     // One that was called back has said already that it had set out.
-    let mut line = two();
+    let mut line = Three::two_at_work();
     line.ack(100.0, 1);
     line.say(r#""kind":"stop","stamp":100.02,"robot":"delta-1""#);
     line.told();

@@ -1,5 +1,7 @@
 //! Live control against the simulator, with a station emulated message by message.
 
+use crate::support::three::check_settled;
+use crate::trouble::all_troubles;
 use pickline::live::emulator::{Emulator, Trouble};
 use pickline::live::protocol::{Incoming, Outgoing, Status, encode};
 use pickline::live::{ClockKind, Config, Controller};
@@ -64,18 +66,8 @@ fn live(station: &Station, pattern: &Pattern, strategy: &Blueprint, trouble: Tro
 
 /// Every item is accounted for, and no promise was broken.
 fn accounts(live: &Live, items: usize) {
-    let status = &live.status;
     assert!(live.broken.is_empty(), "{:?}", live.broken);
-    assert_eq!(status.seen, items as u64, "{status:?}");
-    assert_eq!(
-        status.seen,
-        status.picked + status.missed.total(),
-        "{status:?}"
-    );
-    assert!(
-        status.rejected.is_empty() && status.open_tasks.is_empty(),
-        "{status:?}"
-    );
+    check_settled(&live.status, items as u64);
 }
 
 /// The tasks are the picks of the simulation, to the bit.
@@ -177,19 +169,6 @@ fn the_trained_policy_picks_what_the_simulator_picks() {
         for pattern in patterns(&station, items) {
             equals_simulation(&station, &pattern, "onnx");
         }
-    }
-}
-
-fn all_troubles(seed: u64) -> Trouble {
-    Trouble {
-        grasp_failures: 0.1,
-        lost_acks: 0.02,
-        duplicates: 0.1,
-        out_of_order: 0.05,
-        jitter: 0.05,
-        robot_down: Some((0, 60.0, 30.0)),
-        belt_stop: Some((120.0, 20.0)),
-        seed,
     }
 }
 

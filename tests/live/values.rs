@@ -1,19 +1,11 @@
 //! Values and names that cannot be, or are most likely wrong, in what a live line is told.
 
-use std::io::Write as _;
-use std::process::{Command, Output, Stdio};
+use crate::programs::feed;
+use std::process::{Command, Output};
 
 fn pickline(arguments: &[&str], input: &str) -> Output {
-    let mut child = Command::new(env!("CARGO_BIN_EXE_pickline"))
-        .args(arguments)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    // A program that refuses its arguments reads nothing.
-    let _ = child.stdin.take().unwrap().write_all(input.as_bytes());
-    child.wait_with_output().unwrap()
+    let mut command = Command::new(env!("CARGO_BIN_EXE_pickline"));
+    feed(command.args(arguments), input.as_bytes()).0
 }
 
 /// What `pickline run` says on stderr about a line after a belt that is right.

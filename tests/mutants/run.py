@@ -119,19 +119,16 @@ def blamed(mutants, fates, spans, message):
         return blamed_arms(mutants, fates, spans[0])
     for which in ("code", "around"):
         for primary in (True, False):
-            best = []
-            for name, start, end, is_primary in spans:
-                if is_primary != primary:
-                    continue
-                for place, fate in enumerate(fates):
-                    if not isinstance(fate, dict) or mutants[place]["file"] != name:
-                        continue
-                    low, high = fate[which]
-                    if low < end and start < high:
-                        best.append((high - low, place))
-            if best:
-                least = min(best)[0]
-                return {p: f"does not compile: {message}" for size, p in best
+            hits = [
+                (high - low, place)
+                for name, start, end, is_primary in spans if is_primary == primary
+                for place, fate in enumerate(fates)
+                if isinstance(fate, dict) and mutants[place]["file"] == name
+                for low, high in [fate[which]] if low < end and start < high
+            ]
+            if hits:
+                least = min(hits)[0]
+                return {place: f"does not compile: {message}" for size, place in hits
                         if which == "code" or size == least}
     return {}
 

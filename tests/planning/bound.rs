@@ -7,7 +7,7 @@ use pickline::decision::{Candidate, Moment};
 use pickline::pattern::{Item, Pattern, grid, poisson_disk, random_stream};
 use pickline::planning::bound::{Objective, Options, StopReason, certified_percent, upper_bound};
 use pickline::sim::{AssignmentTree, Conditions, Disturbances, Scene};
-use pickline::station::{Belt, Robot, Station, built_in};
+use pickline::station::{Station, built_in};
 use proptest::strategy::{Strategy as _, ValueTree as _};
 use proptest::test_runner::TestRunner;
 use std::collections::BTreeMap;
@@ -368,20 +368,6 @@ fn steps_are_counted_and_told() {
 
 #[test]
 fn known_answers() {
-    let robot = |name: &str, x: f64, dwell: f64| Robot {
-        name: name.into(),
-        base: [x, -0.5].into(),
-        bin: [x, -0.5].into(),
-        reach: 0.6,
-        speed: 0.5,
-        grasp_time: dwell,
-        release_time: 0.0,
-    };
-    let belt = Belt {
-        speed: 0.1,
-        length: 4.0,
-        width: 1.0,
-    };
     let items = |weights: &[f64]| {
         let items = weights.iter().enumerate().map(|(i, &weight)| Item {
             weight: Some(weight),
@@ -390,7 +376,7 @@ fn known_answers() {
         Pattern::new(items.collect()).unwrap()
     };
     // So long a dwell that each robot gets one item, the heaviest two of all.
-    let station = Station::new(belt, vec![robot("a", 1.0, 60.0), robot("b", 2.5, 60.0)]).unwrap();
+    let station = crate::bound_limits::line(&[60.0, 60.0]);
     let pattern = items(&[1.0, 5.0, 0.0, 3.0, 1e-3]);
     let scene = Scene::new(&station, &pattern).unwrap();
     let picks = bound(&scene, &options(Objective::Picks, 100));

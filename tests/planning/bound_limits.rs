@@ -25,7 +25,8 @@ fn robot(name: &str, x: f64, dwell: f64) -> Robot {
     }
 }
 
-fn line(dwells: &[f64]) -> Station {
+/// Robots that hold each item for so long [s], 1.5 m from each other.
+pub fn line(dwells: &[f64]) -> Station {
     let names = ["a", "b", "c"];
     let robots = dwells.iter().zip(names).enumerate();
     let robots = robots.map(|(i, (&dwell, name))| robot(name, 1.0 + 1.5 * i as f64, dwell));

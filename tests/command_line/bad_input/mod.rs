@@ -34,6 +34,19 @@ struct Message {
     cure: Option<String>,
 }
 
+/// Files that are wrong as a whole.
+#[derive(Deserialize)]
+struct Files {
+    case: Vec<File>,
+}
+
+#[derive(Deserialize)]
+struct File {
+    file: String,
+    #[serde(flatten)]
+    message: Message,
+}
+
 impl Message {
     fn new(says: &str, cure: &str) -> Self {
         Self {

@@ -1,10 +1,10 @@
 //! Pattern files.
 
-use super::{Message, PATTERN, accepted, cases, refused, stderr};
+use super::{Files, Message, PATTERN, accepted, cases, refused, stderr};
+use crate::programs::feed;
 use serde::Deserialize;
-use std::io::Write as _;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 fn pattern_refused(folder: &Path, text: impl AsRef<[u8]>, message: &Message) {
     std::fs::write(folder.join("p.csv"), text).unwrap();
@@ -36,18 +36,6 @@ fn every_column_of_a_pattern_file() {
         let text = lines.join("\n") + "\n";
         pattern_refused(folder.path(), text, &case.message);
     }
-}
-
-#[derive(Deserialize)]
-struct Files {
-    case: Vec<File>,
-}
-
-#[derive(Deserialize)]
-struct File {
-    file: String,
-    #[serde(flatten)]
-    message: Message,
 }
 
 #[test]
@@ -94,17 +82,10 @@ fn files_that_are_no_patterns() {
             refused(path, &[verb, &[name]].concat(), &message);
         }
     }
-    let mut child = Command::new(env!("CARGO_BIN_EXE_pickline"))
-        .args(["simulate", "-q", "--pattern", "-"])
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let mut stdin = child.stdin.take().unwrap();
-    stdin.write_all(b"id,x,y\n\xff").unwrap();
-    drop(stdin);
-    let output = child.wait_with_output().unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_pickline"));
+    command.args(["simulate", "-q", "--pattern", "-"]);
+    let (output, read) = feed(&mut command, b"id,x,y\n\xff");
+    read.unwrap();
     assert_eq!(output.status.code(), Some(2));
     let message = Message::new(
         "stdin:2: byte 0xff is not UTF-8 text",

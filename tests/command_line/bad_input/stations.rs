@@ -1,6 +1,6 @@
 //! Station files.
 
-use super::{BELT, LINE, Message, ROBOT, accepted, cases, refused};
+use super::{BELT, Files, LINE, Message, ROBOT, accepted, cases, refused};
 use serde::Deserialize;
 use std::path::Path;
 
@@ -61,18 +61,6 @@ fn every_value_of_a_station_file() {
     let text = format!("{BELT}{ROBOT}{LINE}");
     let written = text.lines().filter(|line| line.contains(" = ")).count();
     assert_eq!(keys.len(), written);
-}
-
-#[derive(Deserialize)]
-struct Files {
-    case: Vec<File>,
-}
-
-#[derive(Deserialize)]
-struct File {
-    file: String,
-    #[serde(flatten)]
-    message: Message,
 }
 
 #[test]

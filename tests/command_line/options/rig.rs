@@ -7,11 +7,10 @@
 //! leaves when the item is at x = 0.4, at 4 s, and is back and done at 4 + 2 + 0.3 + 0.2 = 6.5 s,
 //! one pick in 6.5 s.
 
-use crate::programs::Program;
+use crate::programs::{Program, feed};
 use serde_json::Value;
-use std::io::Write as _;
 use std::path::PathBuf;
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 /// Picks per minute of one item that is in its bin at 6.5 s.
 pub const RATE: f64 = 60.0 / 6.5;
@@ -187,16 +186,7 @@ impl Rig {
 
     /// Calls the program with the words of `line` and `input` on stdin.
     pub fn feed(&self, line: &str, input: &str) -> Called {
-        let mut child = self
-            .command(line)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
-        // One that refuses its arguments reads nothing.
-        let _ = child.stdin.take().unwrap().write_all(input.as_bytes());
-        let output = child.wait_with_output().unwrap();
+        let (output, _) = feed(&mut self.command(line), input.as_bytes());
         Called {
             code: output.status.code(),
             stdout: String::from_utf8(output.stdout).unwrap(),

@@ -9,10 +9,23 @@ use pickline::pattern::random_stream;
 use pickline::station::built_in;
 use pickline::strategies::read_alone;
 
+/// The same line after a restart of the node.
+fn restore(line: &mut Line) -> Line {
+    let mut state = State::default();
+    let change = serde_json::to_string(&line.0.whole()).unwrap();
+    state.apply(serde_json::from_str(&change).unwrap());
+    let station = built_in("paper").unwrap().station(Some(2)).unwrap();
+    let strategy = read_alone("SPT,FIFO", 2).unwrap().make();
+    let config = Config {
+        clock: ClockKind::Messages,
+        ..Config::default()
+    };
+    Line(Controller::restore(station, strategy, config, state, None).unwrap())
+}
+
 /// What has an id keeps it over a restart of the node, and the tracker may restart meanwhile.
 #[test]
 fn items_are_known_again_after_a_restart() {
-    let station = built_in("paper").unwrap().station(Some(2)).unwrap();
     let mut line = Line::silent(0.0);
     picture(
         &mut line,
@@ -21,16 +34,7 @@ fn items_are_known_again_after_a_restart() {
     );
     line.say(r#""kind":"detection","stamp":0.1,"id":"1","x":1.005,"y":0.1,"area_cm2":100,"covariance":[1e-4,0,1e-4]"#);
     line.0.close_picture();
-    let mut state = State::default();
-    let change = serde_json::to_string(&line.0.whole()).unwrap();
-    state.apply(serde_json::from_str(&change).unwrap());
-    let strategy = read_alone("SPT,FIFO", 2).unwrap().make();
-    let config = Config {
-        clock: ClockKind::Messages,
-        ..Config::default()
-    };
-    let made = Controller::restore(station, strategy, config, state, None);
-    let mut line = Line(made.unwrap());
+    let mut line = restore(&mut line);
     // Its id holds for what has moved, and its fields are still known.
     line.say(r#""kind":"detection","stamp":0.2,"id":"1","x":1.05,"y":0.1,"p_detection":0.5"#);
     // The tracker has restarted: 2 is item 1 seen again, and 1 another one.
@@ -53,19 +57,6 @@ fn items_are_known_again_after_a_restart() {
 /// stood.
 #[test]
 fn what_is_seen_before_the_belt_is_heard_waits_for_it() {
-    let station = built_in("paper").unwrap().station(Some(2)).unwrap();
-    let restore = |line: &mut Line| {
-        let mut state = State::default();
-        let change = serde_json::to_string(&line.0.whole()).unwrap();
-        state.apply(serde_json::from_str(&change).unwrap());
-        let strategy = read_alone("SPT,FIFO", 2).unwrap().make();
-        let config = Config {
-            clock: ClockKind::Messages,
-            ..Config::default()
-        };
-        let made = Controller::restore(station.clone(), strategy, config, state, None);
-        Line(made.unwrap())
-    };
     let mut line = Line::silent(0.0);
     line.say(r#""kind":"belt","stamp":0,"speed":0.05,"position":0"#);
     picture(

@@ -1,7 +1,7 @@
 //! A live line of three unlike robots whose reaches overlap, message by message.
 #![allow(dead_code)]
 
-use pickline::live::protocol::{Incoming, Outgoing, Status, Task, decode};
+use pickline::live::protocol::{BeltRequest, Incoming, Outgoing, Status, Task, decode};
 use pickline::live::{ClockKind, Config, Controller};
 use pickline::station::{self, Belt, Overrides, Station};
 use pickline::strategies::read_alone;
@@ -72,11 +72,29 @@ impl Three {
         config: Config,
         speed: f64,
     ) -> Self {
-        let mut line = Self {
-            controller: Controller::new(station, strategy, config),
-            said: Vec::new(),
-        };
+        let mut line = Self::of(Controller::new(station, strategy, config));
         line.belt(100.0, speed);
+        line
+    }
+
+    /// A line of this controller, which has heard nothing here.
+    pub fn of(controller: Controller) -> Self {
+        Self {
+            controller,
+            said: Vec::new(),
+        }
+    }
+
+    /// Two robots at work on a standing belt: each has a task that it has not acknowledged.
+    pub fn two_at_work() -> Self {
+        let mut line = Self::new(0.0);
+        for robot in ["delta-1", "arm-3"] {
+            line.robot(100.0, robot, "idle");
+        }
+        line.see(100.0, "a", 0.8, 0.0);
+        line.see(100.0, "b", 2.6, 0.0);
+        line.tick(100.0);
+        assert_eq!(line.told(), ["task 1.0 delta-1 a", "task 2.0 arm-3 b"]);
         line
     }
 
@@ -150,6 +168,16 @@ impl Three {
         told.collect()
     }
 
+    /// What was asked of the drive since this was last asked.
+    pub fn requests(&mut self) -> Vec<BeltRequest> {
+        let said = std::mem::take(&mut self.said).into_iter();
+        let requests = said.filter_map(|message| match message {
+            Outgoing::BeltRequest(request) => Some(request),
+            _ => None,
+        });
+        requests.collect()
+    }
+
     /// How often something is counted in `noted` of the status.
     pub fn noted(&self, what: &str) -> u64 {
         self.status().noted.get(what).copied().unwrap_or(0)
@@ -180,4 +208,18 @@ pub fn check_sums(status: &Status) {
     let twice = status.noted.get("picked_twice").copied().unwrap_or(0);
     let by_robots: u64 = status.robots.iter().map(|robot| robot.picked).sum();
     assert_eq!(by_robots, status.picked + twice, "{status:?}");
+}
+
+/// Every one of `items` was seen and is picked or missed, and no message was refused.
+pub fn check_settled(status: &Status, items: u64) {
+    assert_eq!(status.seen, items, "{status:?}");
+    assert_eq!(
+        status.seen,
+        status.picked + status.missed.total(),
+        "{status:?}"
+    );
+    assert!(
+        status.rejected.is_empty() && status.open_tasks.is_empty(),
+        "{status:?}"
+    );
 }

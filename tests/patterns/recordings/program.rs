@@ -5,6 +5,18 @@ use super::film::{Film, STRAIGHT};
 use crate::common;
 use std::path::Path;
 
+/// How the films were shot.
+const SHOT: [&str; 8] = [
+    "--fps",
+    "25",
+    "--scale",
+    "0.002",
+    "--axis",
+    "x",
+    "--belt-speed",
+    "0.25",
+];
+
 #[test]
 fn strict_and_quiet_do_not_pass_over_a_pattern_that_is_off() {
     let folder = tempfile::tempdir().unwrap();
@@ -17,23 +29,8 @@ fn strict_and_quiet_do_not_pass_over_a_pattern_that_is_off() {
     std::fs::write(path("film.txt"), text).unwrap();
     let run = |more: &[&str]| {
         let (film, out) = (path("film.txt"), path("p.csv"));
-        let words = [
-            "pattern",
-            "import",
-            "tracks",
-            &film,
-            "--fps",
-            "25",
-            "--scale",
-            "0.002",
-            "--axis",
-            "x",
-            "--belt-speed",
-            "0.25",
-            "-o",
-            &out,
-        ];
-        let output = common::pickline(&[&words[..], more].concat());
+        let words = ["pattern", "import", "tracks", &film, "-o", &out];
+        let output = common::pickline(&[&words[..], &SHOT, more].concat());
         let said = String::from_utf8(output.stderr).unwrap();
         (output.status.code(), said)
     };
@@ -75,25 +72,9 @@ fn no_output_goes_into_the_folder_of_labels() {
     for name in [names[0].to_str().unwrap(), "new_7.txt"] {
         let before = std::fs::read(labels.join(name)).ok();
         let out = labels.join(name).display().to_string();
-        let output = common::pickline(&[
-            "pattern",
-            "import",
-            "tracks",
-            &film,
-            "--image-size",
-            "1280x400",
-            "--fps",
-            "25",
-            "--scale",
-            "0.002",
-            "--axis",
-            "x",
-            "--belt-speed",
-            "0.25",
-            "-o",
-            &out,
-            "--force",
-        ]);
+        let words = ["pattern", "import", "tracks", &film, "-o", &out, "--force"];
+        let size = ["--image-size", "1280x400"];
+        let output = common::pickline(&[&words[..], &size, &SHOT].concat());
         let said = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(2), "{said}");
         assert!(said.contains("folder of the recording"), "{said}");
@@ -107,19 +88,9 @@ fn the_program_imports_films() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("p.csv");
     let out = out.to_str().unwrap();
-    let film = [
-        "--fps",
-        "25",
-        "--scale",
-        "0.002",
-        "--axis",
-        "x",
-        "--belt-speed",
-        "0.25",
-    ];
     let labels = [file("ultralytics-labels")];
     let run = |verb: &str, file: &str, more: &[&str]| {
-        let words = [&["pattern", "import", verb, file][..], &film, more].concat();
+        let words = [&["pattern", "import", verb, file][..], &SHOT, more].concat();
         let output = common::pickline(&words);
         (
             output.status.code(),
