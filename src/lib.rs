@@ -63,11 +63,6 @@ pub mod throughput;
 pub mod planning;
 pub mod policy;
 pub mod strategies;
-pub mod live;
 pub mod optimize;
 pub mod rl;
 pub mod experiment;
-pub mod report;
-#[cfg(feature = "dashboard")]
-pub mod dashboard;
-pub mod cli;

@@ -183,7 +183,7 @@ fn what_the_program_brings_along_is_plausible() {
         let arguments: Vec<&str> = arguments.split(' ').collect();
         let output = std::process::Command::new(env!("CARGO_BIN_EXE_pickline"))
             .args(&arguments)
-            .current_dir(env!("CARGO_MANIFEST_DIR"))
+            .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
             .output()
             .unwrap();
         let told = String::from_utf8(output.stderr).unwrap();

@@ -48,7 +48,7 @@ fn hold(kind: &str, texts: &[(String, String)]) {
             insta::assert_snapshot!(name.as_str(), text);
         }
     });
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/command_line/snapshots");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/command_line/snapshots");
     let files = std::fs::read_dir(folder.join(kind)).unwrap();
     let files = files.map(|file| file.unwrap().file_name().into_string().unwrap());
     let expected = texts.iter().map(|(name, _)| format!("{name}.snap"));

@@ -287,7 +287,7 @@ fn an_imported_recording_is_optimised_for() {
     let folder = tempfile::tempdir().unwrap();
     let pattern = folder.path().join("recorded.csv");
     let pattern = pattern.to_str().unwrap();
-    let recording = concat!(env!("CARGO_MANIFEST_DIR"), "/patterns/tracker.txt");
+    let recording = concat!(env!("CARGO_MANIFEST_DIR"), "/../../patterns/tracker.txt");
     let import = pickline(&[
         "pattern",
         "import",

@@ -1,7 +1,7 @@
 //! What an emulated station is put through.
 #![allow(dead_code)]
 
-use pickline::live::emulator::Trouble;
+use pickline_live::emulator::Trouble;
 
 /// Everything that can go wrong, and does.
 pub const TROUBLE: &str = "--failing-grasps 0.1 --lost-acks 0.02 --duplicates 0.1 --out-of-order 0.05 \

@@ -376,7 +376,7 @@ fn a_policys_file_is_read_once() {
         assert!(made.success());
         let writer = {
             let pipe = pipe.clone();
-            let policy = concat!(env!("CARGO_MANIFEST_DIR"), "/policies/pickline.onnx");
+            let policy = concat!(env!("CARGO_MANIFEST_DIR"), "/../../policies/pickline.onnx");
             std::thread::spawn(move || std::fs::write(pipe, std::fs::read(policy).unwrap()))
         };
         let strategy = format!("onnx:{}", pipe.display());

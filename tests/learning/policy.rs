@@ -228,7 +228,7 @@ fn files_without_metadata_are_known_by_their_sizes() {
 /// batch of one and an open one.
 #[test]
 fn policies_of_stable_baselines_run() {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/policies");
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/policies");
     let expected: Vec<f32> =
         serde_json::from_str(include_str!("../data/policies/logits.json")).unwrap();
     let mut read = 0;

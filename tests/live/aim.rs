@@ -1,9 +1,9 @@
 //! Items that are not where the camera says: what the results tell, and what cures it.
 
 use crate::support::line::Line;
-use pickline::live::protocol::{Incoming, Report};
-use pickline::live::protocol::{Outgoing, Place, Verdict};
-use pickline::live::{ClockKind, Config, Controller};
+use pickline_live::protocol::{Incoming, Report};
+use pickline_live::protocol::{Outgoing, Place, Verdict};
+use pickline_live::{ClockKind, Config, Controller};
 use pickline::station::built_in;
 use pickline::strategies::read_alone;
 

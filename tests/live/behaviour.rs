@@ -1,7 +1,7 @@
 //! What the live node does with news, one behaviour at a time, message by message.
 
 use crate::support::line::Line;
-use pickline::live::protocol::{Rejection, Task};
+use pickline_live::protocol::{Rejection, Task};
 
 #[test]
 fn positions_follow_from_stamps_not_from_arrival() {

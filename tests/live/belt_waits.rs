@@ -5,8 +5,8 @@
 //! `scara-2` its base at (1.6, 0.35), its bin at (1.6, 0.45), 0.7 m and 2 m/s.
 
 use crate::support::three::{Three, config};
-use pickline::live::protocol::Outgoing;
-use pickline::live::{Config, Controller, State};
+use pickline_live::protocol::Outgoing;
+use pickline_live::{Config, Controller, State};
 
 const LOST: &str = "an item would leave the last robot's reach";
 const CLEAR: &str = "robots take tasks, and no item would be lost";
@@ -288,7 +288,7 @@ fn who_takes_tasks() {
 #[test]
 fn the_belt_is_asked_to_stop_at_the_moment_of_silence() {
     let config = Config {
-        timeouts: pickline::live::Timeouts {
+        timeouts: pickline_live::Timeouts {
             robot: Some(2.0),
             ..Default::default()
         },
@@ -370,7 +370,7 @@ fn when_a_request_is_due() {
 fn the_silence_of_each_robot_counts() {
     for silent in 0..3 {
         let config = Config {
-            timeouts: pickline::live::Timeouts {
+            timeouts: pickline_live::Timeouts {
                 robot: Some(2.0),
                 ..Default::default()
             },
@@ -392,7 +392,7 @@ fn the_silence_of_each_robot_counts() {
 #[test]
 fn a_request_overtakes_nothing() {
     let config = Config {
-        timeouts: pickline::live::Timeouts {
+        timeouts: pickline_live::Timeouts {
             robot: Some(2.5),
             ..Default::default()
         },

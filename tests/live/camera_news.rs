@@ -2,7 +2,7 @@
 //! ends, what an item's news do, and what is remarked.
 
 use crate::support::three::{Three, config};
-use pickline::live::Config;
+use pickline_live::Config;
 
 fn detection(stamp: f64, rest: &str) -> String {
     format!(r#""kind":"detection","stamp":{stamp},{rest}"#)

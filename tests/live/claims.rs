@@ -2,7 +2,7 @@
 //! an item has one claim at most.
 
 use crate::support::three::{ROBOTS, Three, config, station, strategy};
-use pickline::live::{Controller, State};
+use pickline_live::{Controller, State};
 use std::collections::BTreeMap;
 
 /// `delta-1` has acknowledged its task of item `a`, 1 m from the belt's start.

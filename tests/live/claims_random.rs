@@ -2,8 +2,8 @@
 //! line hold whatever happens.
 
 use crate::support::three::{ROBOTS, Three, check_sums, config, station, strategy};
-use pickline::live::protocol::{Incoming, Outgoing};
-use pickline::live::{Controller, State};
+use pickline_live::protocol::{Incoming, Outgoing};
+use pickline_live::{Controller, State};
 use proptest::prelude::*;
 use std::collections::BTreeSet;
 

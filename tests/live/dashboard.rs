@@ -2,9 +2,9 @@
 //! itself is tested in a browser, by `tests/browser/dashboard.mjs`.
 
 use crate::common;
-use pickline::dashboard::Dashboard;
-use pickline::live::protocol::Status;
-use pickline::live::{ItemView, TrendView, View};
+use pickline_dashboard::Dashboard;
+use pickline_live::protocol::Status;
+use pickline_live::{ItemView, TrendView, View};
 use pickline::station::built_in;
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::net::{SocketAddr, TcpStream};
@@ -26,13 +26,13 @@ fn view(stamp: f64, items: usize) -> View {
             stamp,
             ..Status::default()
         },
-        latency: pickline::live::protocol::Latency {
+        latency: pickline_live::protocol::Latency {
             decisions: 0,
             p50_ms: 0.0,
             p99_ms: 0.0,
             max_ms: 0.0,
         },
-        decision_times: pickline::live::DecisionTimes::default(),
+        decision_times: pickline_live::DecisionTimes::default(),
         steady: true,
         belt_speed: 0.05,
         belt_travel: 0.0,
@@ -68,7 +68,7 @@ fn stamps(stream: TcpStream) -> Vec<f64> {
 #[test]
 fn who_does_not_read_stalls_nobody_and_the_newest_wins() {
     let station = built_in("paper").unwrap().station(Some(2)).unwrap();
-    let access = pickline::live::transport::Access::default();
+    let access = pickline_live::transport::Access::default();
     let dashboard = Dashboard::open("127.0.0.1:0", &station, "paper", "FIFO", access).unwrap();
     assert!(!dashboard.is_watched());
     let (stalled, slow) = (watch(&dashboard), watch(&dashboard));
@@ -103,7 +103,7 @@ fn get(address: SocketAddr, path: &str) -> String {
 #[test]
 fn metrics_are_of_now_or_not_at_all() {
     let station = built_in("paper").unwrap().station(Some(2)).unwrap();
-    let access = pickline::live::transport::Access::default();
+    let access = pickline_live::transport::Access::default();
     let dashboard = Dashboard::open("127.0.0.1:0", &station, "paper", "a\"b", access).unwrap();
     let address = dashboard.address();
     dashboard.show(view(1.0, 1));

@@ -2,8 +2,8 @@
 //! cannot be reached, peers that come back, the end of the line.
 
 use crate::support::three::{Three, config};
-use pickline::live::Config;
-use pickline::live::protocol::{Outgoing, Task};
+use pickline_live::Config;
+use pickline_live::protocol::{Outgoing, Task};
 
 /// On a standing belt `delta-1` has a task of item `a`; it takes 0.3667 s.
 fn sent() -> (Three, Task) {

@@ -2,7 +2,7 @@
 
 use crate::support::three::{Three, config, station};
 use pickline::decision::{Action, Snapshot, Strategy};
-use pickline::live::{Config, Controller};
+use pickline_live::{Config, Controller};
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex};
 
@@ -376,7 +376,7 @@ fn a_robot_at_work_is_not_woken() {
 #[test]
 fn until_when_a_silent_source_is_relied_on() {
     let limits = |belt: Option<f64>, robot: Option<f64>| Config {
-        timeouts: pickline::live::Timeouts { belt, robot },
+        timeouts: pickline_live::Timeouts { belt, robot },
         ..config()
     };
     for config in [limits(Some(2.0), None), limits(None, Some(2.0))] {
@@ -586,7 +586,7 @@ fn deadlines_come_before_decisions() {
         let sent = line.said.clone();
         assert_eq!(line.told(), order, "{free}");
         let again = sent.iter().find_map(|message| match message {
-            pickline::live::protocol::Outgoing::Task(task) if task.id == 1 => Some(task.start),
+            pickline_live::protocol::Outgoing::Task(task) if task.id == 1 => Some(task.start),
             _ => None,
         });
         assert_eq!(again, Some(101.0));

@@ -3,7 +3,7 @@
 use crate::programs::{feed, piped};
 use crate::support::three::check_settled;
 use crate::trouble::TROUBLE;
-use pickline::live::protocol::{Outgoing, Status, decode_outgoing};
+use pickline_live::protocol::{Outgoing, Status, decode_outgoing};
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::net::{Shutdown, TcpStream};
 use std::path::Path;

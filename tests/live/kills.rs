@@ -5,8 +5,8 @@
 //! account of what it was told, to which the node is held.
 
 use crate::programs::{let_pass, wait_for};
-use pickline::live::emulator::{Emulator, Trouble};
-use pickline::live::protocol::{
+use pickline_live::emulator::{Emulator, Trouble};
+use pickline_live::protocol::{
     BeltState, Incoming, Outgoing, Status, Task, Verdict, decode_outgoing, encode,
 };
 use pickline::pattern::{Pattern, poisson_disk, random_stream};

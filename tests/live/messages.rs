@@ -4,10 +4,10 @@
 //! (1.6, 0.45), a reach of 0.7 m, an arm of 2 m/s, and grasps in 0.1 s and releases in 0.08 s.
 
 use crate::support::three::{Three, config, station, strategy};
-use pickline::live::protocol::{
+use pickline_live::protocol::{
     BeltRequest, Cancel, Due, Outgoing, Point, RobotReport, SourceKind, Status, Task,
 };
-use pickline::live::{Config, Controller};
+use pickline_live::{Config, Controller};
 
 fn near(value: f64, expected: f64, what: &str) {
     assert!(
@@ -434,7 +434,7 @@ fn a_report_counts_what_was_read() {
 #[test]
 fn the_settings_are_as_documented() {
     let expected = Config {
-        clock: pickline::live::ClockKind::System,
+        clock: pickline_live::ClockKind::System,
         tolerance: 0.015,
         ack_timeout: 1.0,
         result_timeout: 5.0,
@@ -442,7 +442,7 @@ fn the_settings_are_as_documented() {
         most_items: 100_000,
         status_every: 0.0,
         view_from: 0.0,
-        timeouts: pickline::live::Timeouts {
+        timeouts: pickline_live::Timeouts {
             belt: None,
             robot: None,
         },

@@ -2,8 +2,8 @@
 //! line can be paused, drained and stopped, and the belt is asked to wait.
 
 use crate::support::three::{Three, config, station, strategy};
-use pickline::live::protocol::{BeltRequest, Outgoing};
-use pickline::live::{Config, Controller, State};
+use pickline_live::protocol::{BeltRequest, Outgoing};
+use pickline_live::{Config, Controller, State};
 
 #[test]
 fn item_data_reach_the_robot() {
@@ -30,7 +30,7 @@ fn item_data_reach_the_robot() {
 fn data_that_cannot_be_are_refused() {
     let refused = |fields: &str| {
         let line = format!(r#"{{"kind":"detection","stamp":1,"x":1.0,"y":0.0,{fields}}}"#);
-        pickline::live::protocol::decode(line.as_bytes())
+        pickline_live::protocol::decode(line.as_bytes())
             .unwrap_err()
             .message
     };
@@ -240,7 +240,7 @@ fn the_belt_is_asked_to_stop_while_no_robot_works() {
 fn a_robot_that_falls_silent_does_not_take_tasks() {
     let stopping = Config {
         may_stop_belt: true,
-        timeouts: pickline::live::Timeouts {
+        timeouts: pickline_live::Timeouts {
             robot: Some(0.2),
             ..Default::default()
         },

@@ -2,8 +2,8 @@
 //! after the item.
 
 use crate::support::three::{Three, config};
-use pickline::live::Config;
-use pickline::live::protocol::{Cancel, Outgoing, Rejection, Task};
+use pickline_live::Config;
+use pickline_live::protocol::{Cancel, Outgoing, Rejection, Task};
 
 /// `delta-1` has a task of item `a`, which `scara-2` can reach too.
 fn first_task() -> (Three, Task) {

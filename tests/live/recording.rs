@@ -2,9 +2,9 @@
 
 use crate::common::pickline;
 use crate::programs::{feed, piped, wait_for};
-use pickline::live::emulator::{Emulator, Trouble};
-use pickline::live::protocol::{Outgoing, decode_outgoing, encode};
-use pickline::live::{ClockKind, Config, Controller};
+use pickline_live::emulator::{Emulator, Trouble};
+use pickline_live::protocol::{Outgoing, decode_outgoing, encode};
+use pickline_live::{ClockKind, Config, Controller};
 use pickline::pattern::grid;
 use pickline::station::built_in;
 use pickline::strategies::read_alone;
@@ -354,7 +354,7 @@ fn recordings_that_were_compressed_are_replayed() {
     let bad = folder.path().join("bad.mcap");
     let mut outputs = Vec::new();
     for name in ["lz4.mcap", "zstd.mcap"] {
-        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/recordings/");
+        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/recordings/");
         let file = format!("{file}{name}");
         let (said, errors) = replay(&[&file]);
         // As tests/mcap/compressed.py made them, with this version.

@@ -5,8 +5,8 @@
 //! bin at (1, -0.4), a reach of 0.6 m and an arm of 3 m/s, and grasps and releases in 0.05 s.
 
 use crate::support::three::{Three, config, station_of_length, strategy};
-use pickline::live::Config;
-use pickline::live::protocol::Task;
+use pickline_live::Config;
+use pickline_live::protocol::Task;
 
 const BIN: [f64; 2] = [1.0, -0.4];
 const ARM: f64 = 3.0;

@@ -2,8 +2,8 @@
 //! itself until the belt is heard.
 
 use crate::support::three::{Three, config, station, strategy};
-use pickline::live::protocol::{Incoming, Outgoing, decode};
-use pickline::live::{Change, ClockKind, Config, Controller, State};
+use pickline_live::protocol::{Incoming, Outgoing, decode};
+use pickline_live::{Change, ClockKind, Config, Controller, State};
 use pickline::station::built_in;
 
 fn whole(line: &mut Three) -> State {

@@ -390,11 +390,11 @@ fn a_dropped_item_that_leaves_meanwhile_is_not_due() {
     line.result(100.01, 1, "CANCELLED");
     line.said.clear();
     line.tick(100.02);
-    let due = pickline::live::protocol::Due {
+    let due = pickline_live::protocol::Due {
         stamp: 100.02,
         next: None,
     };
-    assert_eq!(line.said, [pickline::live::protocol::Outgoing::Due(due)]);
+    assert_eq!(line.said, [pickline_live::protocol::Outgoing::Due(due)]);
 }
 
 /// A word of being idle counts for one task only.

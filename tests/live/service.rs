@@ -234,7 +234,7 @@ fn every_command_has_a_manual_page() {
 /// The examples that the documentation names are there.
 #[test]
 fn the_page_names_files_that_are_there() {
-    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
+    let root = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
     let page = std::fs::read_to_string(root.join("docs/operation.md")).unwrap();
     for name in page
         .split(['(', ')', '`', ' '])

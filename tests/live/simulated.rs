@@ -2,9 +2,9 @@
 
 use crate::support::three::check_settled;
 use crate::trouble::all_troubles;
-use pickline::live::emulator::{Emulator, Trouble};
-use pickline::live::protocol::{Incoming, Outgoing, Status, encode};
-use pickline::live::{ClockKind, Config, Controller};
+use pickline_live::emulator::{Emulator, Trouble};
+use pickline_live::protocol::{Incoming, Outgoing, Status, encode};
+use pickline_live::{ClockKind, Config, Controller};
 use pickline::pattern::{Pattern, grid, poisson_disk, random_stream};
 use pickline::sim::{Scene, simulate};
 use pickline::station::{Station, built_in};

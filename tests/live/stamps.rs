@@ -1,7 +1,7 @@
 //! Message time: what the stamps say, which of them are believed, and what comes of pauses.
 
 use crate::support::line::Line;
-use pickline::live::protocol::{Outgoing, Status};
+use pickline_live::protocol::{Outgoing, Status};
 
 #[test]
 fn with_message_time_statuses_come_by_the_stamps() {
@@ -168,7 +168,7 @@ fn with_message_time_nothing_is_mapped() {
 
 #[test]
 fn clocks_have_their_names() {
-    use pickline::live::ClockKind;
+    use pickline_live::ClockKind;
     for (kind, name) in [
         (ClockKind::System, "system"),
         (ClockKind::Messages, "messages"),

@@ -140,8 +140,8 @@ fn what_is_most_likely_wrong_is_questioned_and_goes_on() {
 /// The result counts, whatever is wrong with what it says besides.
 #[test]
 fn no_pick_is_lost_by_a_place_or_a_time_that_cannot_be() {
-    use pickline::live::protocol::{Incoming, Outgoing, decode};
-    use pickline::live::{ClockKind, Config, Controller};
+    use pickline_live::protocol::{Incoming, Outgoing, decode};
+    use pickline_live::{ClockKind, Config, Controller};
     for (fields, words) in [
         (
             r#""found":{"x":1300,"y":-0.2}"#,

@@ -1,7 +1,7 @@
 //! What is shown to whoever watches the line.
 
 use crate::support::three::{Three, config};
-use pickline::live::{ClaimView, Config, ItemView};
+use pickline_live::{ClaimView, Config, ItemView};
 
 fn near(value: f64, expected: f64) {
     assert!((value - expected).abs() < 1e-9, "{value}, not {expected}");
@@ -162,11 +162,11 @@ fn the_workload_is_that_of_each_robot() {
 #[test]
 fn a_view_says_whose_clock_it_is() {
     let line = Three {
-        controller: pickline::live::Controller::new(
+        controller: pickline_live::Controller::new(
             crate::support::three::station(),
             crate::support::three::strategy(),
             Config {
-                clock: pickline::live::ClockKind::System,
+                clock: pickline_live::ClockKind::System,
                 ..config()
             },
         ),

@@ -16,7 +16,7 @@ mod refusals;
 mod trouble;
 
 use broker::Broker;
-use pickline::live::protocol::{Incoming, Outgoing, Status, Verdict, decode, decode_outgoing};
+use pickline_live::protocol::{Incoming, Outgoing, Status, Verdict, decode, decode_outgoing};
 use std::collections::BTreeMap;
 
 /// What a watcher has seen under a topic: whether it was retained, and the payload.

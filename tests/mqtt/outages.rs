@@ -3,7 +3,7 @@
 use super::{in_the_bins, last_status, quick_line, seen, tasks};
 use crate::broker::Broker;
 use crate::programs::{self, Program};
-use pickline::live::protocol::Verdict;
+use pickline_live::protocol::Verdict;
 use std::collections::BTreeSet;
 use std::time::Duration;
 

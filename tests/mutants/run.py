@@ -44,7 +44,7 @@ def copy_tree():
         copy.parent.mkdir(parents=True, exist_ok=True)
         if not copy.exists() or copy.read_bytes() != source.read_bytes():
             shutil.copyfile(source, copy)
-    for folder in ("src", "tests"):
+    for folder in ("src", "crates", "tests"):
         for path in (TREE / folder).rglob("*.rs"):
             if str(path.relative_to(TREE)) not in kept:
                 path.unlink()
@@ -57,12 +57,17 @@ def list_mutants(files):
     return json.loads(subprocess.check_output(command, cwd=ROOT, text=True))
 
 
+def library(name):
+    """The library that a source file belongs to."""
+    return name.partition("src/")[0] + "src/lib.rs"
+
+
 def switch(mutants, left_out):
     """Writes the mutants into the copy, and returns where each is, or why it is not."""
     (WORK / "list.json").write_text(json.dumps(mutants))
     (WORK / "left_out.json").write_text(json.dumps(sorted(left_out)))
     report = WORK / "report.json"
-    for name in {m["file"] for m in mutants} | {"src/lib.rs"}:
+    for name in {m["file"] for m in mutants} | {library(m["file"]) for m in mutants}:
         shutil.copyfile(ROOT / name, TREE / name)
     subprocess.run(
         ["cargo", "run", "--quiet", "--release", "--locked", "--manifest-path",
@@ -76,7 +81,7 @@ def switch(mutants, left_out):
 def compile_errors():
     """Where the library does not compile: file and range [bytes] of each error."""
     ran = subprocess.run(
-        ["cargo", "check", "--locked", "--lib", "--message-format", "json"],
+        ["cargo", "check", "--locked", "--workspace", "--lib", "--message-format", "json"],
         cwd=TREE, env=BUILD, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
     )
     found = []
@@ -147,18 +152,18 @@ def blamed_arms(mutants, fates, span):
 
 
 def build_tests(areas):
-    command = ["cargo", "test", "--locked", "--no-run", "--message-format", "json"]
+    command = ["cargo", "test", "--locked", "--lib", "--no-run", "--message-format", "json"]
     for name in sorted({name for area in areas for name in area["tests"]}):
-        command += ["--lib"] if name == "lib" else ["--test", name]
+        # The others are libraries, with their unit tests.
+        if not name.startswith("pickline"):
+            command += ["--test", name]
     ran = subprocess.run(command, cwd=TREE, env=BUILD, stdout=subprocess.PIPE, text=True,
                          check=True)
     programs = {}
     for line in ran.stdout.splitlines():
         artifact = json.loads(line)
         if artifact.get("executable") and artifact["profile"]["test"]:
-            name = artifact["target"]["name"]
-            programs["lib" if "lib" in artifact["target"]["kind"] else name] = (
-                artifact["executable"])
+            programs[artifact["target"]["name"]] = artifact["executable"]
     return programs
 
 
@@ -166,7 +171,7 @@ def build(mutants, areas):
     """The places of mutants that are not built, with the reason, and the programs; as they
     were built before where nothing has changed."""
     key = hashlib.sha256(json.dumps([mutants, [area["tests"] for area in areas]]).encode())
-    for path in sorted(path for top in ("Cargo.lock", "src", "tests")
+    for path in sorted(path for top in ("Cargo.lock", "src", "crates", "tests")
                        for path in [ROOT / top, *(ROOT / top).rglob("*")]):
         if path.is_file() and "mutants" not in path.parts:
             key.update(path.read_bytes())

@@ -4,7 +4,7 @@ use crate::common;
 use pickline::pattern::{self, Item, Pattern};
 
 fn read(name: &str) -> pattern::Loaded {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/formats/csv/");
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/formats/csv/");
     pattern::load(format!("{folder}{name}").as_ref()).unwrap()
 }
 
@@ -106,7 +106,7 @@ fn what_is_not_certain_is_refused() {
 fn ignored_columns_are_said() {
     let file = concat!(
         env!("CARGO_MANIFEST_DIR"),
-        "/tests/data/formats/csv/extra.csv"
+        "/../../tests/data/formats/csv/extra.csv"
     );
     let text = common::text(&["pattern", "describe", file]);
     assert!(text.contains("column timestamp ignored"), "{text}");

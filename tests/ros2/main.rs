@@ -10,7 +10,7 @@ mod quick_line;
 #[path = "../common/trouble.rs"]
 mod trouble;
 
-use pickline::live::transport::ros2::messages::{Time, all};
+use pickline_live::transport::ros2::messages::{Time, all};
 use programs::Program;
 use std::collections::BTreeMap;
 use std::fs;
@@ -25,7 +25,7 @@ const CYCLONE: &str = "<CycloneDDS><Domain><General><Interfaces><NetworkInterfac
     </Domain></CycloneDDS>";
 
 fn package() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("ros2/pickline_interfaces")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../ros2/pickline_interfaces")
 }
 
 /// A domain that no test beside this one uses.
@@ -127,7 +127,7 @@ fn against_cyclone(test: u32, arguments: &str, peer: &[&str]) {
     let mut node = Program::pickline(&run, &[("ROS_DOMAIN_ID", &domain)]);
     let mut command = Command::new(python);
     command
-        .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/ros2/peer.py"))
+        .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/ros2/peer.py"))
         .arg(package().join("msg"))
         .arg(&domain)
         .args(peer)

@@ -4,7 +4,7 @@ use crate::common;
 use pickline::dispatch::RuleAssignment;
 use pickline::optimize::game::{Game, Payoff, Player, equilibria};
 use pickline::pattern::Pattern;
-use pickline::report::nfg_text;
+use pickline_report::nfg_text;
 use pickline::sim::{AssignmentTree, Cascade, Scene, simulate_rules};
 use pickline::station::{Station, built_in};
 use proptest::prelude::*;

@@ -223,7 +223,7 @@ fn a_policy_is_looked_for_beside_the_station_file() {
     let policy = folder.path().join("pol.onnx");
     assert_eq!(code, Some(2), "{said}");
     assert!(said.contains(policy.to_str().unwrap()), "{said}");
-    let ships = concat!(env!("CARGO_MANIFEST_DIR"), "/policies/pickline.onnx");
+    let ships = concat!(env!("CARGO_MANIFEST_DIR"), "/../../policies/pickline.onnx");
     std::fs::copy(ships, &policy).unwrap();
     let run = json(&["simulate", "--station", file]);
     assert!(

@@ -84,7 +84,7 @@ impl Message {
 
 /// The cases of a file in `tests/data/bad_input/`.
 fn cases<T: DeserializeOwned>(name: &str) -> T {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bad_input/");
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/bad_input/");
     let text = std::fs::read_to_string(format!("{folder}{name}")).unwrap();
     toml::from_str(&text).unwrap()
 }

@@ -41,7 +41,7 @@ const ELSEWHERE: &[Elsewhere] = &[
     (
         &["run"],
         &["--fsync"],
-        "../src/cli/kept.rs a_journal_is_synced_where_that_is_asked_for",
+        "../crates/cli/src/kept.rs a_journal_is_synced_where_that_is_asked_for",
     ),
     #[cfg(feature = "onnx")]
     (
@@ -129,7 +129,7 @@ pub fn options() -> impl Iterator<Item = (&'static [&'static str], &'static str)
 
 #[test]
 fn the_tests_elsewhere_are_there() {
-    let tests = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests");
+    let tests = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests");
     for (_, _, test) in ELSEWHERE {
         let (file, name) = test.split_once(' ').unwrap();
         let text = std::fs::read_to_string(tests.join(file)).unwrap();

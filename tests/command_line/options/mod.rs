@@ -85,7 +85,7 @@ fn hold(rows: &[Row]) {
 }
 
 fn whole_command() -> Command {
-    let mut command = pickline::cli::command().disable_help_subcommand(true);
+    let mut command = pickline_cli::command().disable_help_subcommand(true);
     command.build();
     command
 }

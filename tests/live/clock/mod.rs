@@ -5,8 +5,8 @@ mod steps;
 
 use crate::support::line::Line;
 use crate::support::three;
-use pickline::live::protocol::{Outgoing, SourceReport, Status};
-use pickline::live::{Config, Controller, SteadyClock};
+use pickline_live::protocol::{Outgoing, SourceReport, Status};
+use pickline_live::{Config, Controller, SteadyClock};
 use pickline::strategies::read_alone;
 use std::collections::BTreeMap;
 

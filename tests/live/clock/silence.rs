@@ -2,8 +2,8 @@
 
 use super::World;
 use crate::support::line::Line;
-use pickline::live::protocol::Outgoing;
-use pickline::live::{Config, Timeouts};
+use pickline_live::protocol::Outgoing;
+use pickline_live::{Config, Timeouts};
 
 #[test]
 fn a_belt_that_falls_silent_stops_new_tasks_until_it_is_heard() {

@@ -2,7 +2,7 @@
 
 use super::{STEPS, Whose, World};
 use crate::support::table::Table;
-use pickline::live::Config;
+use pickline_live::Config;
 
 /// With the table of docs/live.md, which `cargo test --test live clock:: -- --nocapture` prints.
 #[test]

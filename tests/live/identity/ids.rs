@@ -2,7 +2,7 @@
 
 use super::{noted, pick, picture, shown};
 use crate::support::line::Line;
-use pickline::live::{ClockKind, Config, Controller};
+use pickline_live::{ClockKind, Config, Controller};
 use pickline::station::built_in;
 use pickline::strategies::read_alone;
 

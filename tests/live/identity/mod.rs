@@ -6,7 +6,7 @@ mod rates;
 mod restarts;
 
 use crate::support::line::Line;
-use pickline::live::protocol::{Detection, Incoming, Status, Task};
+use pickline_live::protocol::{Detection, Incoming, Status, Task};
 
 /// One picture: ids, where they are at the stamp.
 fn picture(line: &mut Line, stamp: f64, shown: &[(Option<&str>, f64, f64)]) {

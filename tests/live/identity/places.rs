@@ -2,7 +2,7 @@
 
 use super::{noted, picture, shown};
 use crate::support::line::Line;
-use pickline::live::{Config, Controller};
+use pickline_live::{Config, Controller};
 use pickline::station::built_in;
 use pickline::strategies::read_alone;
 

@@ -1,7 +1,7 @@
 //! How often an item is taken for another one, or two for one.
 
 use crate::support::rates::{CAMERAS, cell, play, shown, total};
-use pickline::live::Config;
+use pickline_live::Config;
 
 /// The rates of the default tolerance that docs/live.md states, on worlds that are neither of
 /// the table nor of those that it was chosen by.

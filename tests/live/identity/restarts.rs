@@ -3,8 +3,8 @@
 use super::{noted, picture, shown};
 use crate::support::line::Line;
 use crate::support::tracker::{Camera, Mistakes, PERIOD, Tracker, World};
-use pickline::live::protocol::Incoming;
-use pickline::live::{Change, ClockKind, Config, Controller, State};
+use pickline_live::protocol::Incoming;
+use pickline_live::{Change, ClockKind, Config, Controller, State};
 use pickline::pattern::random_stream;
 use pickline::station::built_in;
 use pickline::strategies::read_alone;

@@ -1,8 +1,8 @@
 //! A live line, message by message.
 #![allow(dead_code)]
 
-use pickline::live::protocol::{Incoming, Outgoing, Rejection, Status, Task, decode};
-use pickline::live::{ClockKind, Config, Controller};
+use pickline_live::protocol::{Incoming, Outgoing, Rejection, Status, Task, decode};
+use pickline_live::{ClockKind, Config, Controller};
 use pickline::station::built_in;
 use pickline::strategies::read_alone;
 

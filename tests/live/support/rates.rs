@@ -3,8 +3,8 @@
 #![allow(dead_code)]
 
 use super::tracker::{Camera, Mistakes, PERIOD, Tracker, World};
-use pickline::live::protocol::Incoming;
-use pickline::live::{ClockKind, Config, Controller};
+use pickline_live::protocol::Incoming;
+use pickline_live::{ClockKind, Config, Controller};
 use pickline::pattern::random_stream;
 use pickline::station::{Overrides, load};
 use pickline::strategies::read_alone;

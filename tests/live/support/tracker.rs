@@ -2,7 +2,7 @@
 //! which the truth is known.
 #![allow(dead_code)]
 
-use pickline::live::protocol::{Detection, Incoming};
+use pickline_live::protocol::{Detection, Incoming};
 use pickline::pattern::random_stream;
 use rand::{Rng, RngExt as _};
 use std::f64::consts::TAU;

@@ -2,7 +2,7 @@
 //! of each robot.
 
 use crate::programs::{Program, let_pass};
-use pickline::live::protocol::{Incoming, Outgoing, decode_outgoing, encode};
+use pickline_live::protocol::{Incoming, Outgoing, decode_outgoing, encode};
 use std::collections::VecDeque;
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::net::{Shutdown, TcpStream};

@@ -1,7 +1,7 @@
 //! A robot: it moves as its task says, and picks what is there.
 
 use super::truth::{Fate, Found, Truth};
-use pickline::live::protocol::{
+use pickline_live::protocol::{
     Ack, Incoming, Outgoing, Report, RobotState, RobotStatus, Task, Verdict,
 };
 use pickline::station;

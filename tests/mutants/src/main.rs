@@ -79,8 +79,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         files.entry(&mutant.file).or_default().push(place);
     }
     let mut fates = vec![serde_json::Value::Null; mutants.len()];
+    let mut libraries = BTreeSet::new();
     for (file, places) in files {
         let path = root.join(file);
+        // Each crate has its own switch.
+        let (package, _) = file.split_once("src/").ok_or("a file that is in no src/")?;
+        libraries.insert(root.join(package).join("src/lib.rs"));
         let source = std::fs::read_to_string(&path)?;
         let chosen = places.iter().map(|&place| (place, &mutants[place]));
         let chosen: Vec<_> = chosen.filter(|(p, _)| !left_out.contains(p)).collect();
@@ -90,7 +94,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         std::fs::write(&path, written.text)?;
     }
-    add_switch(&root.join("src/lib.rs"))?;
+    for library in libraries {
+        add_switch(&library)?;
+    }
     std::fs::write(report, serde_json::to_string(&fates)?)?;
     Ok(())
 }

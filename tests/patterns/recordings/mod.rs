@@ -11,7 +11,7 @@ use pickline::pattern::Pattern;
 use pickline::pattern::tracking::{Axis, Import, Options, Recording, import};
 use std::path::Path;
 
-const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/formats/");
+const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/formats/");
 
 /// The film of the files in [`DATA`]: 25 frames a second, 2 mm a pixel, a belt at 0.25 m/s.
 fn options() -> Options {

@@ -3,7 +3,7 @@
 use super::{CAMERA, ENCODER, Event, FIRST_ROBOT, Line, Pace};
 use crate::programs::let_pass;
 use crate::support::tracker::PERIOD;
-use pickline::live::protocol::{BeltState, Incoming, Outgoing, Status, Task};
+use pickline_live::protocol::{BeltState, Incoming, Outgoing, Status, Task};
 use rand::RngExt as _;
 use std::time::Duration;
 

@@ -3,7 +3,7 @@
 use super::{Line, Pace};
 use crate::world::robot::Finds;
 use crate::world::truth::Fate;
-use pickline::live::protocol::Status;
+use pickline_live::protocol::Status;
 use std::fmt;
 
 /// What came of it.

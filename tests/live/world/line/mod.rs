@@ -13,7 +13,7 @@ use super::truth::{Truth, program, scatter};
 use crate::programs::let_pass;
 use crate::support::three::STATION;
 use crate::support::tracker::{Camera, Tracker};
-use pickline::live::protocol::{Incoming, Outgoing, Status};
+use pickline_live::protocol::{Incoming, Outgoing, Status};
 use pickline::pattern::random_stream;
 use pickline::station::{self, Overrides};
 use rand::{Rng, RngExt as _};

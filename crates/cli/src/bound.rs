@@ -1,0 +1,133 @@
+//! `pickline bound`.
+
+use super::args::{BoundArgs, ObjectiveArg};
+use super::outputs::Outputs;
+use super::progress::Bar;
+use super::session::Session;
+use super::settings::{NOTHING_FAILS, json, load_pattern};
+use pickline::checker;
+use pickline::error::{Error, Result};
+use pickline::optimize::Progress as _;
+use pickline::planning::bound::{Bound, Objective, Options, upper_bound};
+use pickline::plausible::SLOT;
+use pickline_report::{BoundReport, Provenance};
+use pickline::sim::{Conditions, Scene};
+use std::path::Path;
+
+/// More steps than this are taken for a slip of the pen.
+const MOST_ITERATIONS: usize = 1_000_000;
+
+/// What is written into the folder for result files.
+const FILES: [&str; 2] = ["bound.json", "prices.csv"];
+
+pub fn run(args: &BoundArgs, session: &Session) -> Result<()> {
+    session.catch_interrupts();
+    let common = &args.common;
+    common.check()?;
+    if !(1..=MOST_ITERATIONS).contains(&args.iterations) {
+        return Err(Error::input(
+            "--iterations",
+            format!("{} steps", args.iterations),
+            format!("give 1 to {MOST_ITERATIONS}"),
+        ));
+    }
+    let pattern = args.pattern.as_deref().map(Path::new);
+    let read = [args.station.file(), ("--pattern", pattern)];
+    common.check_outputs("bound", &FILES, &read, &[])?;
+    let conditions = args.conditions.resolve(common)?;
+    let station = args.station.load()?;
+    args.conditions
+        .check_on(&args.station, &args.common, &station)?;
+    let (pattern, pattern_name) = load_pattern(args.pattern.as_deref(), station.belt().width)?;
+    let named = args.pattern.as_deref().unwrap_or(&pattern_name);
+    args.station.check_pattern(named, &pattern)?;
+    args.station.check_values(&[("--slot", &SLOT, args.slot)])?;
+    if args.pattern.is_none() {
+        common.remark(&format!(
+            "bounding {pattern_name}, station {}",
+            args.station.station
+        ));
+    }
+    let scene = Scene::under(&station, &pattern, conditions)
+        .map_err(|error| error.inside(args.pattern.as_deref().unwrap_or(&pattern_name)))?;
+    if conditions.disturbances.never_fails(pattern.items()) {
+        common.remark(NOTHING_FAILS);
+    }
+    let picks = bound(args, session, &scene, Objective::Picks)?;
+    let weight = match args.objective {
+        ObjectiveArg::Picks => None,
+        ObjectiveArg::Weight => Some(bound(args, session, &scene, Objective::Weight)?),
+    };
+    for found in [Some(&picks), weight.as_ref()].into_iter().flatten() {
+        if let Some(schedule) = &found.schedule {
+            checker::check(&station, &pattern, schedule)?;
+        }
+    }
+    let made = Provenance::new(
+        &session.command(),
+        &args.station.station,
+        &station,
+        &pattern_name,
+        common.seed,
+    )
+    .under(&conditions);
+    let mut report = BoundReport::new(&pattern, &picks, weight.as_ref(), made);
+    report.notes = notes(&conditions);
+    if picks.coarse {
+        report.notes.push(
+            "cut short: the pattern is so long that its slots are, too; a shorter --slot proves \
+             more, in more time and memory"
+                .to_owned(),
+        );
+    }
+    let mut outputs = Outputs::default();
+    let whole = json(&report)?;
+    outputs.add_out(common, FILES[0], || whole);
+    outputs.add_out(common, FILES[1], || report.prices_csv());
+    let text = common.render(|| report.to_table(), || report.to_csv(), &report)?;
+    outputs.deliver(session, &text)
+}
+
+/// What a reader of the bound under `conditions` should know.
+fn notes(conditions: &Conditions) -> Vec<String> {
+    if !conditions.disturbances.any() {
+        return Vec::new();
+    }
+    let camera = match conditions.camera_x {
+        Some(_) if conditions.disturbances.position_noise > 0.0 => {
+            ", and whatever the camera has reported when"
+        }
+        _ => "",
+    };
+    vec![format!(
+        "proven for any luck: what goes wrong only costs time, so this is the bound of the line \
+         where nothing does{camera}; there is no schedule to hold against it"
+    )]
+}
+
+fn bound(
+    args: &BoundArgs,
+    session: &Session,
+    scene: &Scene,
+    objective: Objective,
+) -> Result<Bound> {
+    let options = Options {
+        slot_s: args.slot,
+        iterations: args.iterations,
+        // One of the undisturbed line may fail, and is then no schedule.
+        schedule: !scene.conditions().disturbances.any(),
+        ..Options::in_full(objective, scene.pattern().len())
+    };
+    let bar = Bar::new(args.common.quiet);
+    let mut begun = false;
+    let found = upper_bound(scene, &options, &mut |_, expected| {
+        if !begun {
+            bar.begin("bounding", expected as u64, "steps");
+            begun = true;
+        }
+        bar.advance(1);
+        !session.interrupted()
+    });
+    bar.end();
+    found
+}

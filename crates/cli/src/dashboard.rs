@@ -1,0 +1,121 @@
+//! The dashboard of `pickline run`.
+
+use super::args::RunArgs;
+use pickline::error::Result;
+use pickline_live::Controller;
+use pickline_live::transport::Hub;
+use pickline::station::Station;
+
+#[cfg(feature = "dashboard")]
+pub use served::Screen;
+#[cfg(not(feature = "dashboard"))]
+pub use unserved::Screen;
+
+#[cfg(feature = "dashboard")]
+mod served {
+    use super::*;
+    use pickline_dashboard::Dashboard;
+    use pickline_live::Trend;
+    use std::time::{Duration, Instant};
+
+    /// Time between two views at least.
+    const PERIOD: Duration = Duration::from_millis(100);
+    /// Views take at most one part in so many of the line's time.
+    const SHARE: u32 = 20;
+    /// How long the end waits for browsers that do not take the last view.
+    const PATIENCE: Duration = Duration::from_secs(1);
+
+    /// Where the line is shown, if anywhere.
+    pub struct Screen {
+        dashboard: Option<Dashboard>,
+        next: Instant,
+        trend: Trend,
+    }
+
+    impl Screen {
+        /// Opens the dashboard, if there is to be one, and says where it is.
+        ///
+        /// # Errors
+        /// As for [`Dashboard::open`].
+        pub fn open(args: &RunArgs, station: &Station, strategy: &str) -> Result<Self> {
+            let open = |address: &String| -> Result<Dashboard> {
+                let named = &args.station.title();
+                let access = args.transport.access.listening()?;
+                let (scheme, is_closed) = (access.scheme(), access.is_closed());
+                let dashboard = Dashboard::open(address, station, named, strategy, access)?;
+                let at = dashboard.address();
+                args.transport
+                    .remark(&format!("dashboard at {scheme}://{at}/"));
+                if !at.ip().is_loopback() && !is_closed {
+                    let remark = "anybody who reaches this address can watch the line";
+                    args.transport.warn(remark);
+                }
+                Ok(dashboard)
+            };
+            Ok(Self {
+                dashboard: args.dashboard.as_ref().map(open).transpose()?,
+                next: Instant::now(),
+                trend: Trend::default(),
+            })
+        }
+
+        /// Shows the line as it is now, if somebody watches and has not just seen it.
+        pub fn show(&mut self, controller: &Controller, hub: &Hub) {
+            let Some(dashboard) = &self.dashboard else {
+                return;
+            };
+            self.trend.note(controller);
+            let began = Instant::now();
+            if began >= self.next && dashboard.is_watched() {
+                let mut view = controller.view(hub.queued() as u64);
+                view.trend = self.trend.view();
+                dashboard.show(view);
+                self.next = began + PERIOD.max(SHARE * began.elapsed());
+            }
+        }
+
+        /// Shows the line as it was at the end, and closes.
+        pub fn close(self, controller: &Controller) {
+            let Some(dashboard) = self.dashboard else {
+                return;
+            };
+            let mut view = controller.view(0);
+            view.trend = self.trend.view();
+            view.status.last = true;
+            dashboard.show(view);
+            dashboard.close(PATIENCE);
+        }
+    }
+}
+
+#[cfg(not(feature = "dashboard"))]
+mod unserved {
+    use super::*;
+    use pickline::error::Error;
+
+    /// Stands in for the dashboard where the program was built without.
+    pub struct Screen;
+
+    impl Screen {
+        /// Refuses to open one.
+        ///
+        /// # Errors
+        /// Whenever a dashboard is asked for.
+        pub fn open(args: &RunArgs, _: &Station, _: &str) -> Result<Self> {
+            match &args.dashboard {
+                None => Ok(Self),
+                Some(_) => Err(Error::input(
+                    "--dashboard",
+                    "this program was built without it",
+                    "build it with the feature `dashboard`, which is one of the default features",
+                )),
+            }
+        }
+
+        /// Shows nothing.
+        pub fn show(&mut self, _: &Controller, _: &Hub) {}
+
+        /// Closes nothing.
+        pub fn close(self, _: &Controller) {}
+    }
+}

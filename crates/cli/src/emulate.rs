@@ -1,0 +1,317 @@
+//! `pickline emulate`.
+
+use super::args::{EmulateArgs, TransportArgs, TroubleArgs};
+use super::live::{BREATH, GLANCE, PATIENCE, stop_flag, unix_now, until};
+use super::session::Session;
+use super::settings::load_pattern;
+use pickline::error::{Error, Result, shown};
+use pickline_live::ClockKind;
+use pickline_live::emulator::{Emulator, Trouble};
+use pickline_live::layout;
+use pickline_live::protocol::{Incoming, Outgoing, Status, decode_answer, decode_outgoing};
+use pickline_live::transport::{Dialect, Heard, Hub, Side};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+pub fn run(args: &EmulateArgs, session: &Session) -> Result<()> {
+    session.log_into(args.transport.log());
+    let station = args.station.load()?;
+    let width = station.belt().width;
+    let file = args.pattern.as_ref().map(|file| file.to_string_lossy());
+    if file.as_deref() == Some("-") {
+        let cure = "write the pattern into a file";
+        return Err(Error::input("--pattern", "stdin carries the tasks", cure));
+    }
+    let (pattern, name) = load_pattern(file.as_deref(), width)?;
+    let named = file.as_deref().unwrap_or(&name);
+    args.station.check_pattern(named, &pattern)?;
+    let trouble = args.trouble.resolve()?;
+    let items = pattern.len();
+    let transport = &args.transport;
+    transport.access.check(Side::Station, transport, None)?;
+    let emulator = Emulator::new(station, pattern, trouble)?;
+    args.transport.remark(&format!(
+        "playing {name} on station {}",
+        args.station.station
+    ));
+    let hub = args
+        .transport
+        .open(Side::Station, emulator.station(), Dialect::Json)?;
+    let mut play = Play {
+        emulator,
+        hub,
+        transport: &args.transport,
+        answers: true,
+        deserted: false,
+        status: None,
+        unread: 0,
+    };
+    let stop = stop_flag();
+    play.wait_for_a_peer(&stop)?;
+    match args.transport.clock() {
+        ClockKind::System => play.go_by_the_clock(&stop)?,
+        ClockKind::Messages => play.go_in_turns(&stop)?,
+    }
+    play.listen_to_the_end(&stop)?;
+    args.transport.log().sum_up();
+    args.transport.remark(&play.summary(items));
+    let broken = play.emulator.broken_promises().first().cloned();
+    play.hub.close(PATIENCE)?;
+    if let Some(promise) = broken {
+        return Err(Error::Refuted(promise));
+    }
+    match play
+        .status
+        .as_ref()
+        .is_some_and(|status| status.last && status.seen == 0)
+    {
+        true => Err(Error::input(
+            "--station",
+            format!("the node saw none of the {items} items"),
+            "see on its stderr why it refused the detections",
+        )),
+        false => Ok(()),
+    }
+}
+
+impl TroubleArgs {
+    fn resolve(&self) -> Result<Trouble> {
+        let numbers =
+            |flag: &str, text: &Option<String>, count: usize| -> Result<Option<Vec<f64>>> {
+                let Some(text) = text else {
+                    return Ok(None);
+                };
+                let parts: Vec<f64> = text
+                    .split(',')
+                    .filter_map(|part| part.trim().parse().ok())
+                    .collect();
+                if parts.len() == count && text.split(',').count() == count {
+                    return Ok(Some(parts));
+                }
+                let problem = format!("`{}` is not {count} numbers", shown(text));
+                Err(Error::input(
+                    flag,
+                    problem,
+                    "separate numbers by commas, as in --help",
+                ))
+            };
+        let down = numbers("--robot-down", &self.robot_down, 3)?;
+        let robot_down = match down.as_deref() {
+            Some([robot, from, time]) if *robot >= 1.0 && robot.fract() == 0.0 => {
+                Some((*robot as usize - 1, *from, *time))
+            }
+            Some(_) => {
+                let cure = "count robots from 1, upstream first";
+                return Err(Error::input("--robot-down", "there is no such robot", cure));
+            }
+            None => None,
+        };
+        let stop = numbers("--belt-stop", &self.belt_stop, 2)?;
+        Ok(Trouble {
+            grasp_failures: self.failing_grasps,
+            lost_acks: self.lost_acks,
+            duplicates: self.duplicates,
+            out_of_order: self.out_of_order,
+            jitter: self.jitter_ms / 1e3,
+            robot_down,
+            belt_stop: stop.map(|stop| (stop[0], stop[1])),
+            seed: self.seed,
+        })
+    }
+}
+
+/// The emulated station with whoever controls it.
+struct Play<'a> {
+    emulator: Emulator,
+    hub: Hub,
+    transport: &'a TransportArgs,
+    /// Whether anybody may still answer.
+    answers: bool,
+    /// With message time, whether the node has gone and nobody takes its turn.
+    deserted: bool,
+    status: Option<Status>,
+    /// Lines that are no messages from a node.
+    unread: u64,
+}
+
+impl Play<'_> {
+    fn wait_for_a_peer(&mut self, stop: &AtomicBool) -> Result<()> {
+        while self.hub.peers() == 0 && !stop.load(Ordering::Relaxed) {
+            if let Some(heard) = self.hub.hear(GLANCE) {
+                self.handle(heard)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes turns with the node, as fast as both can.
+    fn go_in_turns(&mut self, stop: &AtomicBool) -> Result<()> {
+        let mut due = None;
+        while !self.deserted && !stop.load(Ordering::Relaxed) {
+            let messages = self.emulator.round(due);
+            if messages.is_empty() {
+                break;
+            }
+            self.say(messages, stop)?;
+            due = None;
+            while self.answers && !stop.load(Ordering::Relaxed) {
+                let Some(heard) = self.hub.hear(GLANCE) else {
+                    continue;
+                };
+                if let Some(Outgoing::Due(answer)) = self.handle(heard)? {
+                    due = answer.next;
+                    break;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Lets things happen when they are due.
+    fn go_by_the_clock(&mut self, stop: &AtomicBool) -> Result<()> {
+        self.emulator.start_at(unix_now());
+        while !stop.load(Ordering::Relaxed) {
+            let messages = self.emulator.advance(unix_now());
+            self.say(messages, stop)?;
+            let Some(next) = self.emulator.next_stamp() else {
+                break;
+            };
+            let mut patience = until(Some(next), unix_now());
+            while let Some(heard) = self.hub.hear(patience) {
+                patience = Duration::ZERO;
+                let messages = self.emulator.advance(unix_now());
+                self.say(messages, stop)?;
+                self.handle(heard)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Sends messages. Where too many wait already the station stands still until there is
+    /// room: nothing is left out.
+    fn say(&mut self, messages: Vec<Incoming>, stop: &AtomicBool) -> Result<()> {
+        for message in messages {
+            while self.hub.is_full() && !self.deserted && !stop.load(Ordering::Relaxed) {
+                if let Some(heard) = self.hub.hear(BREATH) {
+                    self.handle(heard)?;
+                }
+            }
+            self.hub.try_send(message, true);
+        }
+        Ok(())
+    }
+
+    /// Takes in what is heard; returns the message, if it is one.
+    fn handle(&mut self, heard: Heard) -> Result<Option<Outgoing>> {
+        match heard {
+            Heard::Line(_, line) => {
+                let Ok(message) = decode_outgoing(&line) else {
+                    self.hear_answer(&line)?;
+                    return Ok(None);
+                };
+                match &message {
+                    Outgoing::Status(status) => {
+                        layout::check_status(self.emulator.station(), status)?;
+                        self.status = Some((**status).clone());
+                    }
+                    Outgoing::Task(task) => layout::check_task(self.emulator.station(), task)?,
+                    Outgoing::Cancel(_) | Outgoing::BeltRequest(_) | Outgoing::Due(_) => {}
+                }
+                self.emulator.receive(message.clone());
+                return Ok(Some(message));
+            }
+            Heard::Refused(..) => self.unread += 1,
+            Heard::Joined(connection) => {
+                self.answers |= self.hub.join(connection).is_some();
+            }
+            Heard::Foreign(number, start) => {
+                let text = self.hub.foreign(number, &start);
+                self.transport.warn(&text);
+            }
+            // Only a node disconnects whoever does not keep up.
+            Heard::Stalled(_) => {}
+            Heard::Up(_) => self.answers = true,
+            // By the clock the station goes on, and tells when somebody is there again.
+            Heard::Down(_) if self.transport.clock() == ClockKind::System => {}
+            Heard::Left(0) => self.answers = false,
+            Heard::Ended(_) => {
+                self.answers = false;
+                self.deserted = self.transport.clock() == ClockKind::Messages;
+            }
+            Heard::Left(number) | Heard::Down(number) => {
+                self.hub.leave(number);
+                self.answers = self.hub.peers() > 0;
+            }
+            Heard::Remark(text) => self.transport.remark(&text),
+            Heard::Failed(error) => return Err(error),
+        }
+        Ok(None)
+    }
+
+    /// Takes in the node's answer to the hello, if it is one.
+    fn hear_answer(&mut self, line: &[u8]) -> Result<()> {
+        match decode_answer(line) {
+            Some(answer) if answer.accepted => {}
+            Some(answer) => {
+                let reason = answer.reason.unwrap_or_default();
+                let cure = "give the node's --token and --station here too";
+                let problem = format!("the node refuses this station: {}", shown(&reason));
+                return Err(Error::input("--connect", problem, cure));
+            }
+            None => self.unread += 1,
+        }
+        Ok(())
+    }
+
+    /// The node's last status comes after the stream to it has ended, or where the node
+    /// goes on, one that knows of the end. Stdout ends with the program only, so through
+    /// pipes it goes unheard.
+    fn listen_to_the_end(&mut self, stop: &AtomicBool) -> Result<()> {
+        if self.hub.is_stdio() {
+            return Ok(());
+        }
+        let end = match self.transport.clock() {
+            ClockKind::System => unix_now(),
+            ClockKind::Messages => f64::INFINITY,
+        };
+        self.hub.finish_writing();
+        while self.answers && !stop.load(Ordering::Relaxed) {
+            if let Some(heard) = self.hub.hear(GLANCE) {
+                self.handle(heard)?;
+            }
+            let status = self.status.as_ref();
+            if status.is_some_and(|status| status.last || status.stamp >= end) {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    fn summary(&self, items: usize) -> String {
+        let bins = self.emulator.picked().len();
+        let mut text = format!("{bins} of {items} items in the bins");
+        let stranded = self.emulator.stranded();
+        if stranded > 0 {
+            text += &format!(", {stranded} in the grippers of robots that broke down");
+        }
+        if let Some(status) = &self.status {
+            text += &format!(
+                "; the node says: {} of {} picked, {} missed",
+                status.picked,
+                status.seen,
+                status.missed.total()
+            );
+            let unknown = status.missed.no_result;
+            if unknown > 0 {
+                text += &format!(", {unknown} of them without a result: some may be in the bins");
+            }
+        }
+        if self.deserted {
+            text += "; the node went before the end";
+        }
+        if self.unread > 0 {
+            text += &format!("; {} lines were no messages of a node", self.unread);
+        }
+        text
+    }
+}

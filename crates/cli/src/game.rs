@@ -1,0 +1,111 @@
+//! `pickline game`.
+
+use super::args::{GameArgs, PayoffArg};
+use super::outputs::Outputs;
+use super::pattern_set;
+use super::progress::Bar;
+use super::session::Session;
+use super::settings::json;
+use pickline::error::Result;
+use pickline::optimize::Environment;
+use pickline::optimize::game::{LineGame, PayoffKind, check_size};
+use pickline::pattern::{PatternSource, Recipe};
+use pickline_report::{GameReport, Provenance};
+use pickline::sim::Conditions;
+use pickline::station::Station;
+use std::path::Path;
+
+/// What is written into the folder for result files.
+const FILES: [&str; 3] = ["game.json", "payoffs.csv", "game.nfg"];
+
+pub fn run(args: &GameArgs, session: &Session) -> Result<()> {
+    session.catch_interrupts();
+    args.common.check()?;
+    let conditions = args.conditions.resolve(&args.common)?;
+    let station = args.station.load()?;
+    args.conditions
+        .check_on(&args.station, &args.common, &station)?;
+    check_size(&station)?;
+    let (source, shape) = args.set.feed.source(&args.set.patterns, &args.station)?;
+    let nfg = [(
+        "--nfg",
+        args.nfg.as_deref().filter(|file| *file != Path::new("-")),
+    )];
+    let patterns = source.files()?;
+    let mut read = vec![args.station.file()];
+    read.extend(patterns.iter().map(|file| ("--patterns", Some(&**file))));
+    read.push(("--patterns", source.folder()));
+    args.common.check_outputs("game", &FILES, &read, &nfg)?;
+    let seed = args.common.seed;
+    let recipe = pattern_set::recipe(&args.set, seed, &source, shape, &station)?;
+    let solve = || report(args, session, &station, &source, &recipe, &conditions);
+    let report = args.common.on_threads(solve)?;
+    let mut outputs = Outputs::default();
+    let (common, whole) = (&args.common, json(&report)?);
+    outputs.add_out(common, FILES[0], || whole);
+    outputs.add_out(common, FILES[1], || report.to_csv());
+    outputs.add_out(common, FILES[2], || report.nfg.clone());
+    let text = match nfg[0].1 {
+        // What is piped to Gambit must be the game alone.
+        None if args.nfg.is_some() => report.nfg.clone(),
+        file => {
+            outputs.add(file, || report.nfg.clone());
+            common.render(|| report.to_table(args.top), || report.to_csv(), &report)?
+        }
+    };
+    outputs.deliver(session, &text)
+}
+
+fn report(
+    args: &GameArgs,
+    session: &Session,
+    station: &Station,
+    source: &PatternSource,
+    recipe: &Recipe,
+    conditions: &Conditions,
+) -> Result<GameReport> {
+    let payoff = match args.payoff {
+        PayoffArg::Own => PayoffKind::Own,
+        PayoffArg::Total => PayoffKind::Total,
+    };
+    let set = pattern_set::build(source, recipe, station)?;
+    args.station.check_set(&set)?;
+    let set = pattern_set::with_luck(set, source, conditions);
+    args.common.remark(&format!(
+        "solving the game of station {} ({} robots, belt at {} m/s), payoff {}\non {}",
+        args.station.station,
+        station.robots().len(),
+        station.belt().speed,
+        payoff.name(),
+        set.description
+    ));
+    let bar = Bar::new(args.common.quiet);
+    let environment = Environment {
+        stop: session.stop(),
+        progress: &bar,
+    };
+    let line = LineGame::new(station, &set.patterns, payoff, conditions, &environment)?;
+    let mut notes = pattern_set::notes(&set, conditions, line.independent, line.patterns);
+    if line.patterns < set.patterns.len() {
+        notes.push(format!(
+            "interrupted: the game is over {} of {} patterns",
+            line.patterns,
+            set.patterns.len()
+        ));
+    }
+    let made = Provenance::new(
+        &session.command(),
+        &args.station.station,
+        station,
+        &set.description,
+        args.common.seed,
+    )
+    .under(conditions);
+    Ok(GameReport::new(
+        &line,
+        payoff,
+        set.patterns.len(),
+        notes,
+        made,
+    ))
+}

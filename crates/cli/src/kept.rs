@@ -1,0 +1,330 @@
+//! What a run of the live node keeps on disk: its journal and its recording.
+
+use super::args::RunArgs;
+#[cfg(feature = "mcap")]
+use super::live::NodeClock;
+use super::live::unix_now;
+#[cfg(feature = "mcap")]
+use super::log::{Level, Log};
+use super::session::Session;
+use pickline::decision::Strategy;
+use pickline::error::Result;
+use pickline::files;
+use pickline_live::journal::{Found, Journal, Owner, lock_of};
+use pickline_live::protocol::{Incoming, Outgoing};
+use pickline_live::recording::Event;
+#[cfg(feature = "mcap")]
+use pickline_live::recording::{Heading, Recorder};
+use pickline_live::{ClockKind, Config, Controller};
+use pickline_report::station_hash;
+use pickline::station::Station;
+use pickline::strategies::policy_file;
+use std::path::{Path, PathBuf};
+#[cfg(feature = "mcap")]
+use std::sync::Arc;
+
+/// The program and its version.
+const PROGRAM: &str = concat!("pickline ", env!("CARGO_PKG_VERSION"));
+
+/// Steps of which nothing is said that make one record together.
+const TOGETHER: u32 = 64;
+
+/// What a run keeps.
+#[derive(Default)]
+pub struct Kept {
+    /// Files that were not there before.
+    created: Vec<PathBuf>,
+    journal: Option<Journal>,
+    /// Steps since the last record, of which nothing was said.
+    unsaid: u32,
+    #[cfg(feature = "mcap")]
+    recording: Recording,
+}
+
+/// A recording that must not stop the line: when it cannot go on it ends, which is told
+/// then and again at the end.
+#[cfg(feature = "mcap")]
+#[derive(Default)]
+struct Recording {
+    /// For log times that never go back.
+    clock: NodeClock,
+    recorder: Option<Recorder>,
+    failure: Option<pickline::error::Error>,
+    /// Where that is told.
+    log: Option<Arc<Log>>,
+}
+
+/// Checks, before the work begins, that what a run keeps can be written and is none of
+/// what it reads. What stands in the files already is looked at when they are opened: a
+/// journal has to be this line's, and a recording replaces nothing.
+///
+/// # Errors
+/// A file that cannot be written, or has two uses.
+pub fn check(args: &RunArgs) -> Result<()> {
+    let read = [
+        args.station.file(),
+        ("--strategy", args.strategy.as_deref().and_then(policy_file)),
+    ];
+    #[cfg(feature = "mcap")]
+    let record = args.kept.record.as_deref();
+    #[cfg(not(feature = "mcap"))]
+    let record = None;
+    let written = [
+        ("--journal", args.kept.journal.as_deref()),
+        ("--record", record),
+    ];
+    for file in written.iter().filter_map(|(_, file)| *file) {
+        files::check_target(file)?;
+        files::try_target(file)?;
+    }
+    files::check_apart(&read, &written)
+}
+
+impl Kept {
+    /// Opens what a run keeps, and makes its controller: one that goes on where the journal
+    /// ends, if there is one. `strategy` is as it is written and as it is.
+    ///
+    /// # Errors
+    /// As for [`Found::open`], [`Controller::restore`] and [`Recorder::create`].
+    pub fn open(
+        args: &RunArgs,
+        session: &Session,
+        station: Station,
+        strategy: (&str, Box<dyn Strategy>),
+        config: Config,
+    ) -> Result<(Controller, Self)> {
+        #[cfg(feature = "mcap")]
+        let mut heading = Heading {
+            program: PROGRAM.into(),
+            command: session.command(),
+            station: pickline::station::to_toml(&station),
+            station_hash: station_hash(&station),
+            strategy: strategy.0.to_owned(),
+            budget_ms: args.budget_ms,
+            seed: args.seed,
+            ..Heading::of(&config)
+        };
+        #[cfg(not(feature = "mcap"))]
+        let _ = session;
+        let owner = Owner {
+            station: station_hash(&station),
+            clock: config.clock,
+            program: PROGRAM.into(),
+        };
+        let path = args.kept.journal.as_deref();
+        let lock = path.map(lock_of);
+        let created = path.into_iter().chain(lock.as_deref());
+        let created = created
+            .filter(|file| file.symlink_metadata().is_err())
+            .map(Path::to_owned);
+        let mut created: Vec<PathBuf> = created.collect();
+        let mut found = path.map(|path| Found::open(path, &owner)).transpose()?;
+        let reading = found.as_mut().and_then(|found| found.reading.take());
+        let is_restored = reading.is_some();
+        let stamp = (is_restored && config.clock == ClockKind::System).then(unix_now);
+        let mut controller = match (reading, path) {
+            (Some(reading), Some(path)) => {
+                let name = path.display().to_string();
+                let made = Controller::restore(station, strategy.1, config, reading.state, stamp);
+                let controller = made.map_err(|error| error.inside(&name))?;
+                args.transport
+                    .remark(&resuming(path, reading.torn, &controller));
+                controller
+            }
+            _ => {
+                if let Some(path) = path.filter(|_| found.as_ref().is_some_and(|f| f.is_empty)) {
+                    args.transport.remark(&starting_over(path));
+                }
+                Controller::new(station, strategy.1, config)
+            }
+        };
+        let mut kept = Self::default();
+        #[cfg(feature = "mcap")]
+        if let Some(path) = &args.kept.record {
+            heading.restored_at = stamp;
+            let state = is_restored.then(|| controller.whole());
+            let recorder = Recorder::create(path, &heading, state.as_ref())?;
+            kept.recording.recorder = Some(recorder);
+            kept.recording.log = Some(Arc::clone(args.transport.log()));
+            // A recording replaces nothing.
+            kept.created.push(path.clone());
+        }
+        if let Some(found) = found {
+            match found.begin(&controller.whole(), args.kept.fsync) {
+                Ok(journal) => kept.journal = Some(journal),
+                Err(error) => {
+                    kept.discard();
+                    return Err(error);
+                }
+            }
+        }
+        kept.created.append(&mut created);
+        Ok((controller, kept))
+    }
+
+    /// Removes what was created, for a run that could not begin: it would be in the way of
+    /// the next one.
+    pub fn discard(self) {
+        for file in &self.created {
+            // Still locked. What cannot be removed only lies about.
+            let _ = std::fs::remove_file(file);
+        }
+    }
+
+    /// Keeps what has changed. To be called after every step, before anything that the
+    /// controller has `said` leaves; what it did in silence may wait for a few steps.
+    ///
+    /// # Errors
+    /// A journal that cannot be written.
+    pub fn keep(&mut self, controller: &mut Controller, said: bool) -> Result<()> {
+        self.unsaid += 1;
+        if !said && self.unsaid < TOGETHER {
+            return Ok(());
+        }
+        self.write(controller, said)
+    }
+
+    /// Keeps all that has changed while nothing happens.
+    ///
+    /// # Errors
+    /// A journal that cannot be written.
+    pub fn rest(&mut self, controller: &mut Controller) -> Result<()> {
+        self.flush();
+        self.write(controller, false)
+    }
+
+    fn write(&mut self, controller: &mut Controller, said: bool) -> Result<()> {
+        self.unsaid = 0;
+        let Some(journal) = &mut self.journal else {
+            return Ok(());
+        };
+        let Some(change) = controller.change(said) else {
+            return Ok(());
+        };
+        if journal.append(&change)? {
+            journal.compact(&controller.whole())?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(feature = "mcap")]
+impl Kept {
+    /// Records a message that has come at `received` [s since 1970].
+    pub fn heard(&mut self, message: &Incoming, received: f64) {
+        self.recording
+            .go_on(|recorder, _| recorder.heard(message, received));
+    }
+
+    /// Records a message that leaves.
+    pub fn said(&mut self, message: &Outgoing) {
+        self.recording
+            .go_on(|recorder, now| recorder.said(message, now));
+    }
+
+    /// Records what else has happened.
+    pub fn happened(&mut self, event: &Event) {
+        self.recording
+            .go_on(|recorder, now| recorder.happened(event, now));
+    }
+
+    /// Has the recording reach its file.
+    fn flush(&mut self) {
+        self.recording.go_on(|recorder, now| recorder.flush(now));
+    }
+
+    /// Ends the recording.
+    ///
+    /// # Errors
+    /// A recording that could not be written to its end.
+    pub fn finish(mut self) -> Result<()> {
+        if let Some(recorder) = self.recording.recorder.take() {
+            recorder.finish()?;
+        }
+        self.recording.failure.map_or(Ok(()), Err)
+    }
+}
+
+#[cfg(feature = "mcap")]
+impl Recording {
+    fn go_on(&mut self, write: impl FnOnce(&mut Recorder, f64) -> Result<()>) {
+        if let Some(recorder) = &mut self.recorder
+            && let Err(error) = write(recorder, self.clock.read().stamp)
+        {
+            let text = format!("the recording ends here: {error}");
+            if let Some(log) = &self.log {
+                log.say(Level::Error, &text, &text);
+            }
+            self.failure = Some(error);
+            self.recorder = None;
+        }
+    }
+}
+
+/// Without recordings.
+#[cfg(not(feature = "mcap"))]
+impl Kept {
+    pub fn heard(&mut self, _: &Incoming, _: f64) {}
+
+    pub fn said(&mut self, _: &Outgoing) {}
+
+    pub fn happened(&mut self, _: &Event) {}
+
+    fn flush(&mut self) {}
+
+    pub fn finish(self) -> Result<()> {
+        Ok(())
+    }
+}
+
+/// A file that the user has just made looks the same as one that was cut off.
+fn starting_over(path: &Path) -> String {
+    let name = path.display();
+    format!(
+        "{name} is empty and is started over; if a journal was in it, end this run, and bring back \
+         a copy, or clear the belt and have all robots idle first"
+    )
+}
+
+fn resuming(path: &Path, torn: usize, controller: &Controller) -> String {
+    let (items, tasks) = controller.load();
+    let name = path.display();
+    let mut text = format!("going on from {name}: {items} items, {tasks} open tasks");
+    if torn > 0 {
+        text += &format!(
+            "; its last record, {torn} bytes, was never written to its end and is left out"
+        );
+    }
+    if controller.awaits_belt() {
+        text += "; no task is given until the belt has been heard";
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::args::{Cli, Command};
+    use clap::Parser as _;
+
+    #[test]
+    fn a_journal_is_synced_where_that_is_asked_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("line.journal");
+        let journal = path.to_str().unwrap();
+        let flags = ["pickline", "run", "-q", "--journal", journal, "--fsync"];
+        for (count, expected) in [(flags.len() - 1, false), (flags.len(), true)] {
+            let Command::Run(args) = Cli::try_parse_from(&flags[..count]).unwrap().command else {
+                unreachable!();
+            };
+            let station = args.station.resolve().unwrap();
+            let text = pickline::strategies::default_strategy(station.robots().len());
+            let strategy = pickline::strategies::read_alone(&text, station.robots().len());
+            let strategy = (text.as_str(), strategy.unwrap().make());
+            let session = Session::new(Vec::new());
+            let config = Config::default();
+            let (_, kept) = Kept::open(&args, &session, station, strategy, config).unwrap();
+            assert_eq!(kept.journal.unwrap().is_synced(), expected);
+        }
+    }
+}

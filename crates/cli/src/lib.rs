@@ -1,0 +1,131 @@
+//! The command line: arguments, resolved settings, one file per verb.
+
+mod access;
+mod args;
+mod bound;
+mod compare;
+mod dashboard;
+mod emulate;
+mod game;
+mod kept;
+mod live;
+mod log;
+mod man;
+#[cfg(feature = "mqtt")]
+mod mqtt;
+mod node;
+mod notify;
+mod optimize;
+mod outputs;
+mod pattern;
+mod pattern_set;
+mod pictures;
+mod progress;
+#[cfg(feature = "mcap")]
+mod replay;
+#[cfg(feature = "ros2")]
+mod ros2;
+mod run;
+mod save;
+mod service;
+mod session;
+mod settings;
+mod simulate;
+mod station;
+mod sweep;
+mod sweep_values;
+#[cfg(feature = "onnx")]
+mod train;
+mod training;
+mod warnings;
+
+use pickline::error::{Error, Result};
+use args::{Cli, Command};
+use clap::{CommandFactory as _, Parser as _};
+use session::Session;
+use std::process::ExitCode;
+
+/// Everything was done.
+pub const DONE: u8 = 0;
+/// Something failed that the input is not to blame for.
+pub const FAILED: u8 = 1;
+/// Wrong usage, configuration or input.
+pub const USAGE: u8 = 2;
+/// Interrupted; what was found so far has been printed.
+pub const INTERRUPTED: u8 = 130;
+
+/// The command line as clap knows it: every verb with its options.
+pub fn command() -> clap::Command {
+    Cli::command()
+}
+
+/// Parses the command line, runs the verb, reports an error once.
+pub fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        // It names neither the argument nor a cure.
+        Err(error) if error.kind() == clap::error::ErrorKind::InvalidUtf8 => {
+            session::tell(&format!("pickline: {}", not_text(std::env::args_os())));
+            return ExitCode::from(USAGE);
+        }
+        // Prints help, version and usage errors itself, the last with exit code 2.
+        Err(error) => error.exit(),
+    };
+    // A path need not be Unicode; in the record of the call it is shown as well as can be.
+    let arguments = std::env::args_os().skip(1);
+    let arguments = arguments.map(|word| word.to_string_lossy().into_owned());
+    let session = Session::new(arguments.collect());
+    match run(cli.command, &session) {
+        Ok(()) if session.interrupted() => ExitCode::from(INTERRUPTED),
+        Ok(()) => ExitCode::from(DONE),
+        Err(error) => {
+            session.complain(&format!("pickline: {error}"));
+            ExitCode::from(match error {
+                Error::Input { .. } | Error::Io { .. } => USAGE,
+                Error::Interrupted => INTERRUPTED,
+                Error::IllegalAction { .. } | Error::Refuted(_) => FAILED,
+            })
+        }
+    }
+}
+
+/// What is said of the first argument that is no Unicode text.
+fn not_text(arguments: impl Iterator<Item = std::ffi::OsString>) -> Error {
+    let found = arguments
+        .enumerate()
+        .find(|(_, word)| word.to_str().is_none());
+    let (place, word) = found.unwrap_or_default();
+    Error::input(
+        format!("argument {place}"),
+        format!("{word:?} is not UTF-8 text, which this argument must be"),
+        "rename the file, or give a folder or a link to it with a name in UTF-8; patterns are \
+         also read from stdin (-)",
+    )
+}
+
+fn run(command: Command, session: &Session) -> Result<()> {
+    match command {
+        Command::Compare(args) => compare::run(&args, session),
+        Command::Sweep(args) => sweep::run(&args, session),
+        Command::Optimize(args) => optimize::run(&args, session),
+        Command::Game(args) => game::run(&args, session),
+        Command::Bound(args) => bound::run(&args, session),
+        Command::Simulate(args) => simulate::run(&args, session),
+        #[cfg(feature = "onnx")]
+        Command::Train(args) => train::run(&args, session),
+        Command::Run(args) => run::run(&args, session),
+        Command::Emulate(args) => emulate::run(&args, session),
+        Command::Pattern(args) => pattern::run(args.command.unwrap_or_default(), session),
+        Command::Station(args) => station::run(args.command.unwrap_or_default(), session),
+        Command::Service(args) => service::run(args.command.unwrap_or_default(), session),
+        Command::Man(args) => man::run(&args.command, session),
+        Command::Completions { shell } => {
+            let shell = shell
+                .or_else(clap_complete::Shell::from_env)
+                .unwrap_or(clap_complete::Shell::Bash);
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut self::command(), "pickline", &mut script);
+            session.print(&script)
+        }
+    }
+}

@@ -1,0 +1,234 @@
+//! The log of `run` and `emulate`: lines on stderr that never hold up the line.
+//!
+//! Whoever starts the program need not read its stderr, and a pipe that nobody reads blocks
+//! its writer for ever. So a thread of its own writes; what waits for it is bounded, and
+//! counted where it is more. Remarks of one kind are summed up: the first is written at
+//! once, those that follow are counted, and written as one line now and then.
+
+mod kinds;
+mod style;
+
+use pickline::error::grouped;
+use kinds::Kinds;
+use std::collections::VecDeque;
+use std::io::Write;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+pub use kinds::kind_of;
+pub use style::{Level, Style};
+
+/// Lines that wait to be written at most.
+const MOST_WAITING: usize = 512;
+/// How long the end waits for a stderr that nobody reads.
+const PATIENCE: Duration = Duration::from_millis(500);
+/// Time from the first remark of a kind to the first sum of those that followed.
+const FIRST_SUM: Duration = Duration::from_secs(5);
+/// How long the thread sleeps at most.
+const LONGEST_PAUSE: Duration = Duration::from_secs(3600);
+
+/// The log. It writes what is left when it is dropped, and waits only briefly for that.
+#[derive(Debug)]
+pub struct Log {
+    shared: Arc<Shared>,
+    style: Style,
+}
+
+#[derive(Debug)]
+struct Shared {
+    state: Mutex<State>,
+    changed: Condvar,
+}
+
+#[derive(Debug)]
+struct State {
+    kinds: Kinds,
+    /// Lines to be written, with their line ends.
+    waiting: VecDeque<String>,
+    /// Lines for which there was no room since the last one that had some.
+    lost: u64,
+    /// Whether no more lines come.
+    ending: bool,
+    /// Whether the thread has written all.
+    done: bool,
+}
+
+impl Log {
+    /// A log on stderr.
+    pub fn on_stderr(style: Style) -> Self {
+        Self::start(std::io::stderr(), style, FIRST_SUM)
+    }
+
+    fn start(stream: impl Write + Send + 'static, style: Style, first_sum: Duration) -> Self {
+        let state = State {
+            kinds: Kinds::new(first_sum),
+            waiting: VecDeque::new(),
+            lost: 0,
+            ending: false,
+            done: false,
+        };
+        let shared = Arc::new(Shared {
+            state: Mutex::new(state),
+            changed: Condvar::new(),
+        });
+        let writer = Arc::clone(&shared);
+        thread::spawn(move || writer.write_all(stream, style));
+        Self { shared, style }
+    }
+
+    /// Says `text`, which is summed up with others of its `kind`.
+    pub fn say(&self, level: Level, kind: &str, text: &str) {
+        let now = Instant::now();
+        let mut state = self.shared.lock();
+        if let Some(text) = state.kinds.note(now, level, kind, text) {
+            state.push(self.style.line(level, &text));
+        }
+        self.shared.changed.notify_all();
+    }
+
+    /// Says what has been counted so far, so that it stands before what is said next.
+    pub fn sum_up(&self) {
+        self.shared.lock().sum_up(self.style);
+        self.shared.changed.notify_all();
+    }
+}
+
+impl Drop for Log {
+    fn drop(&mut self) {
+        let mut state = self.shared.lock();
+        state.sum_up(self.style);
+        state.ending = true;
+        self.shared.changed.notify_all();
+        // Whoever does not read gets no more; the program ends all the same.
+        let changed = &self.shared.changed;
+        let _ = changed.wait_timeout_while(state, PATIENCE, |state| !state.done);
+    }
+}
+
+impl Shared {
+    /// A panic elsewhere leaves the lines as they are.
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Writes lines as they come and sums when they are due, until there are no more.
+    fn write_all(&self, mut stream: impl Write, style: Style) {
+        while let Some(lines) = self.next_lines(style) {
+            // Nothing is left to do where stderr is full or closed: the line goes on.
+            let _ = stream.write_all(lines.as_bytes());
+            let _ = stream.flush();
+        }
+        self.lock().done = true;
+        self.changed.notify_all();
+    }
+
+    fn next_lines(&self, style: Style) -> Option<String> {
+        let mut state = self.lock();
+        loop {
+            let now = Instant::now();
+            for (level, text) in state.kinds.take_due(now) {
+                state.push(style.line(level, &text));
+            }
+            if let Some(lines) = state.take(style) {
+                return Some(lines);
+            }
+            if state.ending {
+                return None;
+            }
+            let pause = state.kinds.next_due().map_or(LONGEST_PAUSE, |due| {
+                due.saturating_duration_since(now).min(LONGEST_PAUSE)
+            });
+            let waited = self.changed.wait_timeout(state, pause);
+            state = waited.unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+}
+
+impl State {
+    /// Has a line written, if there is room.
+    fn push(&mut self, line: String) {
+        if self.waiting.len() < MOST_WAITING {
+            self.waiting.push_back(line);
+        } else {
+            self.lost += 1;
+        }
+    }
+
+    /// Says of every kind what has been counted.
+    fn sum_up(&mut self, style: Style) {
+        for (level, text) in self.kinds.take_all() {
+            self.push(style.line(level, &text));
+        }
+    }
+
+    /// What is to be written now.
+    fn take(&mut self, style: Style) -> Option<String> {
+        let mut lines: String = self.waiting.drain(..).collect();
+        if self.lost > 0 {
+            let lost = grouped(std::mem::take(&mut self.lost));
+            let text = format!("{lost} more remarks found no room: stderr is not read fast enough");
+            lines += &style.line(Level::Warning, &text);
+        }
+        (!lines.is_empty()).then_some(lines)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pickline_live::transport::gate::Gate;
+
+    fn log(gate: &Gate) -> Log {
+        Log::start(gate.clone(), Style::Text, FIRST_SUM)
+    }
+
+    #[test]
+    fn repeated_remarks_are_summed_up_at_the_end() {
+        let gate = Gate::default();
+        gate.open();
+        let log = log(&gate);
+        for i in 1..=2000 {
+            log.say(
+                Level::Warning,
+                "camera value",
+                &format!("line {i}: refused"),
+            );
+        }
+        log.say(Level::Info, "other", "other");
+        log.say(Level::Warning, "robot value", "line 9: refused");
+        log.say(Level::Warning, "robot value", "line 10: refused");
+        drop(log);
+        assert_eq!(
+            gate.text(),
+            "line 1: refused\nother\nline 9: refused\n\
+             and 1,999 more, the last: line 2000: refused\nline 10: refused\n"
+        );
+    }
+
+    #[test]
+    fn sums_come_without_an_end() {
+        let gate = Gate::default();
+        gate.open();
+        let log = Log::start(gate.clone(), Style::Text, Duration::from_millis(20));
+        (0..5).for_each(|i| log.say(Level::Info, "a", &i.to_string()));
+        gate.wait_for("and 4 more, the last: 4\n");
+    }
+
+    #[test]
+    fn who_does_not_read_holds_nobody_up_and_is_told_what_is_missing() {
+        let gate = Gate::default();
+        let log = log(&gate);
+        let began = Instant::now();
+        for i in 0..100_000 {
+            log.say(Level::Info, &format!("kind {i}"), &"x".repeat(200));
+        }
+        log.sum_up();
+        assert!(log.shared.lock().waiting.len() <= MOST_WAITING);
+        drop(log);
+        assert!(began.elapsed() < Duration::from_secs(30));
+        gate.open();
+        // But for the first of each kind, and the first of those beyond.
+        gate.wait_for("and 99,743 more, the last: x");
+    }
+}

@@ -1,0 +1,91 @@
+//! From what was typed about a broker to how to talk to it.
+
+use super::args::MqttArgs;
+use pickline::error::{Error, Result};
+use pickline::files::read_text;
+use pickline_live::ClockKind;
+use pickline_live::transport::Side;
+use pickline_live::transport::mqtt::{Broker, Settings};
+use std::path::{Path, PathBuf};
+
+/// The variable that holds the password.
+const PASSWORD: &str = "PICKLINE_MQTT_PASSWORD";
+
+impl MqttArgs {
+    /// How to talk to the broker; none when there is to be none.
+    ///
+    /// # Errors
+    /// Anything that cannot be meant, files that cannot be read.
+    pub fn resolve(&self, side: Side, clock: ClockKind) -> Result<Option<Settings>> {
+        let Some(url) = &self.mqtt else {
+            return Ok(None);
+        };
+        let mut broker = Broker::read(url)?;
+        if let Some(user) = &self.mqtt_user {
+            broker.user = Some(user.clone());
+        }
+        if let Some(password) = self.password()? {
+            broker.password = Some(password);
+        }
+        if broker.password.is_some() && broker.user.is_none() {
+            let cure = "give --mqtt-user";
+            return Err(Error::input(
+                "--mqtt",
+                "there is a password but no user",
+                cure,
+            ));
+        }
+        if self.mqtt_ca.is_some() && !broker.tls {
+            let cure = "write mqtts:// for TLS";
+            return Err(Error::input(
+                "--mqtt-ca",
+                format!("{broker} is without TLS"),
+                cure,
+            ));
+        }
+        let read = |file: &Option<PathBuf>| -> Result<Option<Vec<u8>>> {
+            file.as_ref().map(|file| read_pem(file)).transpose()
+        };
+        Ok(Some(Settings {
+            broker,
+            prefix: self.mqtt_prefix.clone(),
+            client_id: self.mqtt_client_id.clone(),
+            authorities: read(&self.mqtt_ca)?,
+            certificate: read(&self.mqtt_cert)?.zip(read(&self.mqtt_key)?),
+            side,
+            clock,
+        }))
+    }
+
+    fn password(&self) -> Result<Option<String>> {
+        if let Some(file) = &self.mqtt_password_file {
+            let text = read_text(file)?;
+            let password = text.trim_end_matches(['\n', '\r']);
+            if password.is_empty() || password.contains('\n') {
+                let place = file.display().to_string();
+                let cure = "write the password, and nothing else, on one line";
+                return Err(Error::input(place, "this is not one line", cure));
+            }
+            return Ok(Some(password.to_owned()));
+        }
+        match std::env::var(PASSWORD) {
+            Ok(password) => Ok(Some(password).filter(|password| !password.is_empty())),
+            Err(std::env::VarError::NotPresent) => Ok(None),
+            Err(_) => Err(Error::input(
+                PASSWORD,
+                "it is not UTF-8",
+                "give another password",
+            )),
+        }
+    }
+}
+
+fn read_pem(file: &Path) -> Result<Vec<u8>> {
+    let text = read_text(file)?;
+    if text.contains("-----BEGIN ") {
+        return Ok(text.into_bytes());
+    }
+    let place = file.display().to_string();
+    let problem = "there is no -----BEGIN line in it";
+    Err(Error::input(place, problem, "give a PEM file"))
+}

@@ -1,0 +1,407 @@
+//! The loop of `pickline run`: peers, controller, journal, recording and dashboard.
+
+use super::args::TransportArgs;
+use super::dashboard::Screen;
+use super::kept::Kept;
+use super::live::{BREATH, GLANCE, NodeClock, until};
+use super::log::Level;
+use super::notify::Notify;
+use pickline::error::Result;
+use pickline_live::layout;
+use pickline_live::protocol::{Hello, Incoming, Outgoing, Rejected, Rejection, Said, decode_said};
+use pickline_live::recording::{Event, whole_microseconds};
+use pickline_live::transport::{Greeted, Heard, Hub, Origin};
+use pickline_live::{ClockKind, Controller, Reading, Taken};
+use pickline::plausible::Warning;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
+
+/// Messages handled before what is due is looked at again.
+const AT_ONCE: usize = 64;
+
+/// The controller with its peers, and all that a run keeps and shows.
+pub struct Node<'a> {
+    /// What decides.
+    pub controller: Controller,
+    /// The peers.
+    pub hub: Hub,
+    /// The clock of the line.
+    pub clock: NodeClock,
+    /// By how much the machine's clock was ahead of it at the last step, for it was set [s].
+    pub ahead: f64,
+    /// What is kept on disk.
+    pub kept: Kept,
+    /// Who has started it, and waits for signs of life.
+    pub notify: Notify,
+    /// Where the line is shown.
+    pub screen: Screen,
+    /// How it talks, and whether it remarks.
+    pub transport: &'a TransportArgs,
+    /// Peers that may still say something.
+    pub talking: usize,
+    /// Where the message came from that the controller holds back, if it does.
+    pub held_back: Option<Origin>,
+    /// Time between two statuses with the system clock [s]; 0 is never.
+    pub status_every: f64,
+}
+
+impl Node<'_> {
+    /// Runs the line until it is told to stop or nobody has more to say, and says where
+    /// things stand then.
+    ///
+    /// # Errors
+    /// A peer or a journal with which it cannot go on.
+    pub fn go(&mut self, stop: &AtomicBool) -> Result<()> {
+        self.notify.ready();
+        if self.hub.is_stdio() {
+            // Stdin and stdout are there from the start. What a journal tells of may not
+            // have reached them.
+            self.welcome();
+        }
+        match self.transport.clock() {
+            ClockKind::System => self.go_by_the_clock(stop),
+            ClockKind::Messages => self.go_by_the_messages(stop),
+        }?;
+        self.end(stop.load(Ordering::Relaxed))
+    }
+
+    /// Takes messages as they come and does what is due when it is, until told to stop or
+    /// stdin ends.
+    fn go_by_the_clock(&mut self, stop: &AtomicBool) -> Result<()> {
+        let mut next_status = self.clock.read().stamp + self.status_every;
+        while !stop.load(Ordering::Relaxed) {
+            self.notify.alive();
+            let now = self.step();
+            if self.status_every > 0.0 && now >= next_status {
+                next_status = now + self.status_every;
+                self.report(false, self.hub.queued() as u64);
+            }
+            self.speak()?;
+            self.screen.show(&self.controller, &self.hub);
+            let due = self.controller.next_stamp();
+            let due = due.map_or(next_status, |due| due.min(next_status));
+            let mut patience = until(Some(due), self.clock.read().stamp);
+            // Whatever was heard is in the journal before the next wait.
+            self.kept.rest(&mut self.controller)?;
+            for _ in 0..AT_ONCE {
+                let Some(heard) = self.hub.hear(patience) else {
+                    break;
+                };
+                patience = Duration::ZERO;
+                match heard {
+                    Heard::Left(0) => return Ok(()),
+                    Heard::Left(number) => {
+                        self.hub.leave(number);
+                    }
+                    // What is to be said waits until somebody is there again.
+                    Heard::Down(_) => {}
+                    // Whoever has ended waits for a last word.
+                    Heard::Ended(_) => self.report(false, self.hub.queued() as u64),
+                    heard => self.handle(heard)?,
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// With the system clock: reads the time, does what is due, and returns it.
+    fn step(&mut self) -> f64 {
+        let Reading { stamp, ahead } = self.clock.read();
+        let mut held_robots = self.hub.held();
+        self.ahead = ahead;
+        self.controller.set_clock_ahead(ahead);
+        self.controller.hold(&held_robots);
+        self.controller.advance(stamp);
+        let held = held_robots.len() == self.controller.station().robots().len();
+        if held {
+            held_robots.clear();
+        }
+        self.kept.happened(&Event::Step {
+            stamp,
+            held,
+            held_robots,
+            ahead,
+        });
+        stamp
+    }
+
+    /// Takes messages until the peers have no more, or told to stop.
+    fn go_by_the_messages(&mut self, stop: &AtomicBool) -> Result<()> {
+        while !stop.load(Ordering::Relaxed) {
+            self.notify.alive();
+            self.screen.show(&self.controller, &self.hub);
+            match self.hub.hear(GLANCE) {
+                None => {
+                    self.kept.rest(&mut self.controller)?;
+                    continue;
+                }
+                // One that had to go was none of the line's.
+                Some(Heard::Left(number)) if !self.hub.has_a_say(number) => {
+                    self.hub.leave(number);
+                    self.talking = self.talking.saturating_sub(1);
+                }
+                Some(heard @ (Heard::Left(_) | Heard::Down(_) | Heard::Ended(_))) => {
+                    if matches!(heard, Heard::Down(_)) {
+                        let remark = "nobody is there any more: with message time this ends it";
+                        self.transport.warn(remark);
+                    }
+                    self.talking = self.talking.saturating_sub(1);
+                    if self.talking == 0 {
+                        self.controller.finish();
+                        self.kept.happened(&Event::Finished {});
+                        break;
+                    }
+                }
+                Some(heard) => self.handle(heard)?,
+            }
+            // The line waits for a slow reader, but whoever wants it to stop does not.
+            while self.hub.is_half_full() && self.hub.peers() > 0 && !stop.load(Ordering::Relaxed) {
+                self.notify.alive();
+                thread::sleep(BREATH);
+                self.hub.tend();
+            }
+            self.speak()?;
+        }
+        Ok(())
+    }
+
+    fn handle(&mut self, heard: Heard) -> Result<()> {
+        match heard {
+            // What a peer says that is being disconnected is of no account.
+            Heard::Line(origin, _) | Heard::Refused(origin, _) if !self.hub.counts(&origin) => {}
+            Heard::Line(origin, line) => match decode_said(&line) {
+                Ok(Said::Message(message)) => self.take(origin, message),
+                Ok(Said::Hello(hello)) => self.greet(&origin, hello),
+                Err(rejected) => self.refuse(&origin, &rejected),
+            },
+            Heard::Refused(origin, rejected) => self.refuse(&origin, &rejected),
+            Heard::Joined(connection) => {
+                if let Some(number) = self.hub.join(connection) {
+                    self.talking += 1;
+                    if self.hub.connects() {
+                        self.controller.repeat();
+                        self.kept.happened(&Event::Connected {});
+                    } else {
+                        self.tell_open(number)?;
+                    }
+                }
+            }
+            Heard::Foreign(number, start) => {
+                let text = self.hub.foreign(number, &start);
+                self.count(Rejection::Syntax);
+                self.transport.warn(&text);
+            }
+            Heard::Stalled(number) => {
+                if let Some(text) = self.hub.stalled(number) {
+                    self.transport.warn(&text);
+                }
+            }
+            Heard::Up(_) => self.welcome(),
+            Heard::Remark(text) => self.transport.remark(&text),
+            Heard::Failed(error) => return Err(error),
+            Heard::Left(_) | Heard::Down(_) | Heard::Ended(_) => {}
+        }
+        Ok(())
+    }
+
+    /// Has the controller take a message, if its sender may say it.
+    fn take(&mut self, origin: Origin, mut message: Incoming) {
+        let robot = self.controller.robot_of(&message);
+        match self.hub.admit(&origin, &message, robot) {
+            Ok(true) => self.speak_for(robot),
+            Ok(false) => {}
+            Err(rejected) => return self.refuse(&origin, &rejected),
+        }
+        message.name_source(self.hub.name(&origin));
+        let Reading { stamp, ahead } = self.clock.read();
+        let received = whole_microseconds(stamp);
+        let taken = match self.transport.clock() {
+            ClockKind::System => {
+                if ahead != self.ahead {
+                    // The stamps of this message may be of the clock as it is now.
+                    self.step();
+                }
+                self.kept.heard(&message, received);
+                self.controller.hear(message, received)
+            }
+            ClockKind::Messages => {
+                self.kept.heard(&message, received);
+                self.controller.handle(message)
+            }
+        };
+        self.tell_dropped();
+        if let Some(doubt) = self.controller.take_doubt() {
+            self.question(&origin, &doubt);
+        }
+        match taken {
+            Ok(Taken::Accepted) => {}
+            Ok(Taken::Held) => self.held_back = Some(origin),
+            Err(rejected) => self.tell(&origin, &rejected),
+        }
+    }
+
+    /// A peer says who it is.
+    fn greet(&mut self, origin: &Origin, hello: Hello) {
+        let Some(number) = Hub::connection(origin) else {
+            let problem = "`hello` is said over TCP or stdin; a broker or a ROS graph has \
+                           permissions of its own";
+            let rejected = Rejected::new(Rejection::NotAllowed, problem);
+            return self.refuse(origin, &rejected);
+        };
+        match self.hub.greet(number, hello) {
+            Greeted::Accepted(robots) => {
+                for robot in robots {
+                    self.speak_for(Some(robot));
+                }
+            }
+            Greeted::Refused(reason) => {
+                self.count(Rejection::NotAllowed);
+                let text = format!("{origin}: the hello was refused: {reason}");
+                self.transport.warn(&text);
+            }
+        }
+    }
+
+    /// Somebody speaks for a robot from now on: its open tasks may not have reached it.
+    fn speak_for(&mut self, robot: Option<usize>) {
+        if let Some(robot) = robot {
+            self.controller.send_again_to(robot);
+            self.kept.happened(&Event::Spoken { robot });
+        }
+    }
+
+    /// Tells somebody who has just come, and nobody else, of open tasks as they stand.
+    fn tell_open(&mut self, number: u64) -> Result<()> {
+        self.speak()?;
+        self.controller.tell_open();
+        self.kept.happened(&Event::Welcomed {});
+        let output = self.controller.take_output();
+        self.kept.keep(&mut self.controller, !output.is_empty())?;
+        for message in output {
+            self.kept.said(&message);
+            self.hub.send_to(number, message);
+        }
+        Ok(())
+    }
+
+    /// Tells of a message that was held back and was refused in the end.
+    fn tell_dropped(&mut self) {
+        if let Some(rejected) = self.controller.take_dropped()
+            && let Some(origin) = self.held_back.take()
+        {
+            self.tell(&origin, &rejected);
+        }
+    }
+
+    /// Asks whether a value that is most likely wrong is meant.
+    fn question(&self, origin: &Origin, doubt: &Warning) {
+        let (place, problem, cure) = (&doubt.place, &doubt.problem, &doubt.cure);
+        let kind = format!("{} {place}", origin.sender());
+        let text = format!("{origin}: {place}: {problem}; {cure}");
+        self.transport.say(Level::Warning, &kind, &text);
+    }
+
+    fn tell(&self, origin: &Origin, rejected: &Rejected) {
+        let (reason, message) = (rejected.reason.name(), &rejected.message);
+        let text = format!("{origin}: refused ({reason}): {message}");
+        let kind = format!("{} {reason}", origin.sender());
+        self.transport.say(Level::Warning, &kind, &text);
+    }
+
+    /// Somebody is there who may not have heard what was said.
+    fn welcome(&mut self) {
+        self.talking += 1;
+        self.controller.send_again();
+        self.kept.happened(&Event::Joined {});
+    }
+
+    /// A line that is no message, or not its sender's to say, is counted. Whoever sends too
+    /// many has to go.
+    fn refuse(&mut self, origin: &Origin, rejected: &Rejected) {
+        self.count(rejected.reason);
+        self.tell(origin, rejected);
+        if let Some(text) = self.hub.refuse(origin, rejected) {
+            self.transport.warn(&text);
+        }
+    }
+
+    fn count(&mut self, rejection: Rejection) {
+        self.controller.count_rejected(rejection);
+        let reason = rejection.name().to_owned();
+        self.kept.happened(&Event::Refused { reason });
+    }
+
+    fn report(&mut self, last: bool, queued: u64) {
+        self.controller.report(last, queued);
+        self.kept.happened(&Event::Report { last, queued });
+    }
+
+    /// Sends what the controller has to say, once the journal has what it follows from.
+    fn speak(&mut self) -> Result<()> {
+        for remark in self.controller.take_remarks() {
+            self.transport.warn(&remark);
+        }
+        let output = self.controller.take_output();
+        self.kept.keep(&mut self.controller, !output.is_empty())?;
+        for message in output {
+            self.kept.said(&message);
+            if self.transport.clock() == ClockKind::Messages {
+                self.hub.send(message);
+                continue;
+            }
+            let matters = match &message {
+                Outgoing::Status(status) => {
+                    let (picked, seen) = (status.picked, status.seen);
+                    self.notify
+                        .status(&format!("{picked} of {seen} items picked"));
+                    status.last
+                }
+                _ => true,
+            };
+            for title in self.hub.try_send(message, matters) {
+                let text = format!("{title} did not keep up and was disconnected");
+                self.transport.warn(&text);
+            }
+        }
+        Ok(())
+    }
+
+    /// Says where things stand.
+    fn end(&mut self, stopped: bool) -> Result<()> {
+        self.notify.stopping();
+        self.controller.stop();
+        self.kept.happened(&Event::Stopped {});
+        self.tell_dropped();
+        // With message time the output depends on the messages only.
+        let queued = match self.transport.clock() {
+            ClockKind::System => self.hub.queued() as u64,
+            ClockKind::Messages => 0,
+        };
+        self.report(true, queued);
+        self.speak()?;
+        let status = self.controller.status(true, 0);
+        // What was counted stands before the figures of the end.
+        self.transport.log().sum_up();
+        let latency = self.controller.latency();
+        if stopped && !status.open_tasks.is_empty() {
+            let open: Vec<String> = status.open_tasks.iter().map(u64::to_string).collect();
+            self.transport
+                .remark(&format!("stopped with open tasks {}", open.join(", ")));
+        }
+        self.transport.remark(&format!(
+            "{} of {} items picked, {} missed, {} on the belt, {} claimed; {} decisions, \
+             p50 {:.3} ms, p99 {:.3} ms, max {:.3} ms",
+            status.picked,
+            status.seen,
+            status.missed.total(),
+            status.on_belt,
+            status.claimed,
+            latency.decisions,
+            latency.p50_ms,
+            latency.p99_ms,
+            latency.max_ms,
+        ));
+        layout::check_heard(self.controller.station(), &status)
+    }
+}

@@ -1,0 +1,197 @@
+//! What a call writes: checked before the work begins, delivered after the result has been
+//! printed.
+//!
+//! The one guard of every output of every verb: no output is also an input or another
+//! output, none replaces a file that is not a result of the same verb without `--force`,
+//! and every folder is tried by writing to it.
+
+use super::args::Common;
+use super::session::Session;
+use pickline::error::{Error, Result};
+use pickline::files::{self, Named};
+use pickline::pattern::is_pattern_name;
+use pickline_report::is_result_of;
+use std::path::{Path, PathBuf};
+
+/// Larger files are no results of this program.
+const LARGEST_RESULT: u64 = 1 << 30;
+
+/// Checks everything that a call of `verb` writes, before any of it is written.
+///
+/// # Errors
+/// A file that cannot be written, that is also an input or another output, or that is
+/// there already and no result of `verb`, unless with `force`.
+pub fn check(verb: &str, force: bool, read: &Named, written: &Named) -> Result<()> {
+    for file in written.iter().filter_map(|(_, file)| *file) {
+        files::check_target(file)?;
+    }
+    // A policy's weights may stand in files of their own beside it.
+    let mut weights = Vec::new();
+    for (flag, file) in read {
+        let file = file.filter(|file| file.is_file());
+        let beside = file.map(pickline::strategies::weight_files);
+        weights.extend(beside.into_iter().flatten().map(|file| (*flag, file)));
+    }
+    check_not_inputs(read, written)?;
+    let weights = weights.iter().map(|(flag, file)| (*flag, Some(&**file)));
+    let read: Vec<_> = read.iter().copied().chain(weights).collect();
+    files::check_apart(&read, written)?;
+    for (flag, file) in written {
+        let Some(file) = file else { continue };
+        if !force {
+            check_own(verb, flag, file)?;
+        }
+        files::try_target(file)?;
+    }
+    Ok(())
+}
+
+/// Checks that no file is put into a folder whose patterns are read: the next call would
+/// read it as one of them.
+///
+/// # Errors
+/// The first such file.
+fn check_not_inputs(read: &Named, written: &Named) -> Result<()> {
+    let real = |path: &Path| std::fs::canonicalize(path).ok();
+    let folders = read.iter().filter_map(|(flag, path)| {
+        let folder = path.filter(|path| path.is_dir())?;
+        Some((flag, folder, real(folder)?))
+    });
+    for (from, folder, folder_real) in folders {
+        for (flag, file) in written {
+            let Some(file) = file.filter(|file| is_pattern_name(file)) else {
+                continue;
+            };
+            if real(files::folder_of(file)).as_ref() == Some(&folder_real) {
+                return Err(Error::input(
+                    *flag,
+                    format!(
+                        "{} would be a file among the patterns of {from} {}",
+                        file.display(),
+                        folder.display()
+                    ),
+                    "name another folder",
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Checks that `file` may be replaced by a result of `verb`. What is empty holds nothing
+/// that could be lost.
+fn check_own(verb: &str, flag: &str, file: &Path) -> Result<()> {
+    let Ok(about) = std::fs::metadata(file) else {
+        return Ok(());
+    };
+    if !about.is_file() || about.len() == 0 {
+        return Ok(());
+    }
+    let refused = |problem: &str| {
+        Err(Error::input(
+            flag,
+            format!("{} {problem}", file.display()),
+            "name another file, or add --force to overwrite it",
+        ))
+    };
+    if about.permissions().readonly() {
+        return refused("exists and is read-only");
+    }
+    let content = match about.len() {
+        ..=LARGEST_RESULT => std::fs::read(file).unwrap_or_default(),
+        _ => Vec::new(),
+    };
+    if is_result_of(&content, verb) {
+        return Ok(());
+    }
+    refused(&format!("exists and was not written by `pickline {verb}`"))
+}
+
+impl Common {
+    /// Checks everything that a call of `verb` writes: `written`, and the files `names` in
+    /// the folder for result files.
+    ///
+    /// # Errors
+    /// As for [`check`]; a folder that cannot be made.
+    pub fn check_outputs(
+        &self,
+        verb: &str,
+        names: &[&str],
+        read: &Named,
+        written: &Named,
+    ) -> Result<()> {
+        if let Some(folder) = &self.out {
+            files::check_folder(folder)?;
+        }
+        // A folder that does not exist yet holds no file to be careful of.
+        let out = self.out.iter();
+        let out: Vec<PathBuf> = out
+            .flat_map(|folder| names.iter().map(|name| folder.join(name)))
+            .collect();
+        let there = out.iter().filter(|file| files::folder_of(file).exists());
+        let there = there.map(|file| ("--out", Some(file.as_path())));
+        let all: Vec<_> = out
+            .iter()
+            .map(|file| ("--out", Some(file.as_path())))
+            .collect();
+        files::check_apart(&all, written)?;
+        // Another file may go into the folder that is made.
+        let made = |file: &Path| {
+            let parts = |path: &Path| path.components().collect::<PathBuf>();
+            let out = self.out.as_ref().filter(|folder| !folder.exists());
+            out.is_some_and(|folder| parts(folder) == parts(files::folder_of(file)))
+        };
+        let written = written.iter().copied();
+        let written = written.filter(|(_, file)| !file.is_some_and(made));
+        let written: Vec<_> = written.chain(there).collect();
+        check(verb, self.force, read, &written)
+    }
+}
+
+/// The files of a call, until they are written.
+#[derive(Default)]
+pub struct Outputs {
+    files: Vec<(PathBuf, Vec<u8>)>,
+    folder: Option<PathBuf>,
+}
+
+impl Outputs {
+    /// Adds `content` for `file`, if there is to be one.
+    pub fn add(&mut self, file: Option<&Path>, content: impl FnOnce() -> String) {
+        if let Some(file) = file {
+            self.files.push((file.to_owned(), content().into_bytes()));
+        }
+    }
+
+    /// Adds `content` as `name` in the folder for result files, if there is one.
+    pub fn add_out(&mut self, common: &Common, name: &str, content: impl FnOnce() -> String) {
+        let file = common.out.as_ref().map(|folder| folder.join(name));
+        self.folder.clone_from(&common.out);
+        self.add(file.as_deref(), content);
+    }
+
+    /// Prints `text`, then writes the files: what was computed is at least seen where a
+    /// disk turns out to be full.
+    ///
+    /// # Errors
+    /// The first thing that cannot be written; everything else is.
+    pub fn deliver(self, session: &Session, text: &str) -> Result<()> {
+        let printed = session.print(text.as_bytes());
+        printed.and(self.write())
+    }
+
+    /// Writes the files.
+    ///
+    /// # Errors
+    /// The first that cannot be written; the others are.
+    pub fn write(self) -> Result<()> {
+        // The folder is made only now, so that nothing is left of a call that failed.
+        let made = self.folder.as_deref().map_or(Ok(()), files::make_folder);
+        let write = |(file, content): &(PathBuf, Vec<u8>)| files::write_whole(file, content);
+        let written = self.files.iter().map(write);
+        // Every file is tried before the first error counts.
+        std::iter::once(made)
+            .chain(written)
+            .fold(Ok(()), Result::and)
+    }
+}

@@ -1,0 +1,160 @@
+//! Progress on stderr: a bar with rate and remaining time.
+
+use pickline::error::grouped;
+use pickline::optimize::Progress;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use std::fmt::Write;
+use std::sync::Mutex;
+use std::time::Duration;
+
+/// A bar a stage; draws nothing when quiet or when stderr is not a terminal.
+pub struct Bar {
+    shown: Mutex<Shown>,
+    quiet: bool,
+}
+
+struct Shown {
+    bar: ProgressBar,
+    best: String,
+    doing: String,
+}
+
+impl Bar {
+    /// A sink that shows nothing until a stage begins.
+    pub fn new(quiet: bool) -> Self {
+        Self {
+            shown: Mutex::new(Shown::new(ProgressBar::hidden())),
+            quiet,
+        }
+    }
+
+    fn with(&self, action: impl FnOnce(&mut Shown)) {
+        // A poisoned lock means that another thread panicked; progress is no reason
+        // to panic too.
+        if let Ok(mut shown) = self.shown.lock() {
+            action(&mut shown);
+        }
+    }
+}
+
+impl Shown {
+    fn new(bar: ProgressBar) -> Self {
+        Self {
+            bar,
+            best: String::new(),
+            doing: String::new(),
+        }
+    }
+
+    /// Shows the words behind the bar.
+    fn say(&self) {
+        let words = [&self.doing, &self.best];
+        let words: Vec<&str> = words.into_iter().map(String::as_str).collect();
+        self.bar.set_message(words.join(" ").trim().to_owned());
+    }
+}
+
+impl Progress for Bar {
+    fn begin(&self, stage: &str, total: u64, unit: &str) {
+        if self.quiet {
+            return;
+        }
+        let bar = ProgressBar::new(total);
+        bar.set_draw_target(ProgressDrawTarget::stderr());
+        let template = format!(
+            "{{prefix:>13}} [{{bar:32}}] {{pos}}/{{len}} {unit}, {{rate}}, ETA {{eta}} {{msg}}"
+        );
+        // The template is valid; a mistake in it would only lose the style.
+        if let Ok(style) = ProgressStyle::with_template(&template) {
+            let style = style.with_key("rate", |state: &ProgressState, to: &mut dyn Write| {
+                let _ = to.write_str(&rate_text(state.per_sec()));
+            });
+            bar.set_style(style.progress_chars("=> "));
+        }
+        bar.set_prefix(stage.to_owned());
+        bar.enable_steady_tick(Duration::from_millis(200));
+        self.with(|shown| *shown = Shown::new(bar));
+    }
+
+    fn advance(&self, steps: u64) {
+        self.with(|shown| shown.bar.inc(steps));
+    }
+
+    fn doing(&self, text: &str) {
+        self.with(|shown| {
+            text.clone_into(&mut shown.doing);
+            shown.say();
+        });
+    }
+
+    fn incumbent(&self, text: &str) {
+        self.with(|shown| {
+            shown.best = format!("best {text}");
+            shown.say();
+        });
+    }
+
+    fn end(&self) {
+        self.with(|shown| shown.bar.finish_and_clear());
+    }
+}
+
+/// Progress of one part of a longer work, which the stages name.
+pub struct Part<'p> {
+    /// The progress of the whole.
+    pub whole: &'p dyn Progress,
+    /// What the part is called.
+    pub part: String,
+}
+
+impl Progress for Part<'_> {
+    fn begin(&self, stage: &str, total: u64, unit: &str) {
+        self.whole
+            .begin(&format!("{}: {stage}", self.part), total, unit);
+    }
+
+    fn advance(&self, steps: u64) {
+        self.whole.advance(steps);
+    }
+
+    fn doing(&self, text: &str) {
+        self.whole.doing(text);
+    }
+
+    fn incumbent(&self, text: &str) {
+        self.whole.incumbent(text);
+    }
+
+    fn end(&self) {
+        self.whole.end();
+    }
+}
+
+/// A number of steps per second: whole, unless it is so small that the digits behind the
+/// point tell something.
+fn rate_text(per_second: f64) -> String {
+    if per_second < 9.95 {
+        return format!("{per_second:.1}/s");
+    }
+    grouped(per_second.round() as u64) + "/s"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rates_are_whole_numbers_where_that_says_enough() {
+        for (rate, text) in [
+            (0.0, "0.0/s"),
+            (0.34, "0.3/s"),
+            (9.94, "9.9/s"),
+            (9.96, "10/s"),
+            (999.6, "1,000/s"),
+            (16_538.388_2, "16,538/s"),
+            (1_234_567.9, "1,234,568/s"),
+        ] {
+            assert_eq!(rate_text(rate), text);
+        }
+    }
+}

@@ -1,0 +1,59 @@
+//! From what was typed about a ROS 2 graph to how to talk in it.
+
+use super::args::Ros2Args;
+use pickline::error::{Error, Result, shown};
+use pickline_live::ClockKind;
+use pickline_live::transport::Side;
+use pickline_live::transport::ros2::Settings;
+use std::net::{IpAddr, Ipv4Addr};
+
+/// The variable that names the domain in all ROS 2 programs.
+const DOMAIN: &str = "ROS_DOMAIN_ID";
+/// The last domain whose ports there are.
+const LAST_DOMAIN: u16 = 232;
+
+impl Ros2Args {
+    /// How to talk in the graph; none when that is not wanted.
+    ///
+    /// # Errors
+    /// Anything that cannot be meant.
+    pub fn resolve(&self, side: Side, clock: ClockKind) -> Result<Option<Settings>> {
+        if !self.ros2 {
+            return Ok(None);
+        }
+        let namespace = format!("/{}", self.ros2_namespace.trim_start_matches('/'));
+        let networks = if self.ros2_network.is_empty() {
+            vec![IpAddr::V4(Ipv4Addr::LOCALHOST)]
+        } else {
+            self.ros2_network.clone()
+        };
+        Ok(Some(Settings {
+            domain: self.domain()?,
+            namespace,
+            frame: self.ros2_frame.clone(),
+            networks,
+            best_effort: self.ros2_best_effort,
+            side,
+            turns: clock == ClockKind::Messages,
+        }))
+    }
+
+    fn domain(&self) -> Result<u16> {
+        let wrong = |place: &str, value: &str| {
+            let problem = format!("`{}` is no DDS domain", shown(value));
+            Error::input(place, problem, format!("give 0 to {LAST_DOMAIN}"))
+        };
+        if let Some(domain) = self.ros2_domain {
+            return (domain <= LAST_DOMAIN)
+                .then_some(domain)
+                .ok_or_else(|| wrong("--ros2-domain", &domain.to_string()));
+        }
+        let Ok(text) = std::env::var(DOMAIN) else {
+            return Ok(0);
+        };
+        let domain = text.trim().parse().ok();
+        domain
+            .filter(|domain| *domain <= LAST_DOMAIN)
+            .ok_or_else(|| wrong(DOMAIN, &text))
+    }
+}

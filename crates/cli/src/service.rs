@@ -1,0 +1,227 @@
+//! `pickline service`: what a line needs to run as a service, and where it goes.
+
+use super::args::{PlaceArgs, ServiceCommand};
+use super::man;
+use super::session::Session;
+use pickline::error::{Error, Result, counted, shown};
+use pickline::files::{self, fingerprint};
+use pickline::station::commented_example;
+use clap_complete::Shell;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+const UNIT: &str = include_str!("../../../packaging/systemd/pickline@.service");
+const FLAGS: &str = include_str!("../../../packaging/systemd/line1.conf");
+const LOG_TO_FILE: &str = include_str!("../../../packaging/systemd/log-to-file.conf");
+const LOGROTATE: &str = include_str!("../../../packaging/logrotate/pickline");
+
+/// Under the prefix: which files were installed, each with its fingerprint.
+const LIST: &str = "share/pickline/installed";
+
+pub fn run(command: ServiceCommand, session: &Session) -> Result<()> {
+    match command {
+        ServiceCommand::Show { place } => session.print(unit(&absolute(&place)?).as_bytes()),
+        ServiceCommand::Install { place, force } => install(&place, force, session),
+        ServiceCommand::Uninstall { place } => uninstall(&place, session),
+    }
+}
+
+/// The prefix, which the unit has to name in full.
+fn absolute(place: &PlaceArgs) -> Result<PathBuf> {
+    let prefix = &place.prefix;
+    let text = prefix
+        .to_str()
+        .filter(|text| !text.contains(char::is_whitespace));
+    if prefix.is_absolute() && text.is_some() {
+        return Ok(prefix.clone());
+    }
+    let problem = format!(
+        "`{}` is not a folder's path from /",
+        shown(&prefix.to_string_lossy())
+    );
+    let cure = "give one without blanks, such as /usr/local; --root stages below another folder";
+    Err(Error::input("--prefix", problem, cure))
+}
+
+fn unit(prefix: &Path) -> String {
+    UNIT.replace("@BINDIR@", &prefix.join("bin").to_string_lossy())
+}
+
+/// A file to be installed.
+struct File {
+    /// Where, from /.
+    path: PathBuf,
+    content: Vec<u8>,
+    /// Whether it can be run.
+    runs: bool,
+    /// Whether it is the user's once it is there.
+    kept: bool,
+}
+
+impl File {
+    fn new(path: PathBuf, content: impl Into<Vec<u8>>) -> Self {
+        Self {
+            path,
+            content: content.into(),
+            runs: false,
+            kept: false,
+        }
+    }
+}
+
+/// All that belongs to a service.
+fn all(prefix: &Path) -> Result<Vec<File>> {
+    let program = std::env::current_exe().and_then(|path| {
+        std::fs::read(&path).map_err(|e| std::io::Error::other(format!("{}: {e}", path.display())))
+    });
+    let program = program.map_err(|error| Error::read(Path::new("this program"), error))?;
+    let share = prefix.join("share");
+    let mut list = vec![
+        File {
+            runs: true,
+            ..File::new(prefix.join("bin/pickline"), program)
+        },
+        File::new(
+            prefix.join("lib/systemd/system/pickline@.service"),
+            unit(prefix),
+        ),
+        File::new(share.join("doc/pickline/log-to-file.conf"), LOG_TO_FILE),
+        File::new(share.join("doc/pickline/logrotate"), LOGROTATE),
+    ];
+    for page in man::pages() {
+        let path = share.join(format!("man/man1/{}.1", page.name));
+        list.push(File::new(path, page.text));
+    }
+    for (shell, path) in [
+        (Shell::Bash, "bash-completion/completions/pickline"),
+        (Shell::Zsh, "zsh/site-functions/_pickline"),
+        (Shell::Fish, "fish/vendor_completions.d/pickline.fish"),
+    ] {
+        let mut script = Vec::new();
+        clap_complete::generate(shell, &mut super::command(), "pickline", &mut script);
+        list.push(File::new(share.join(path), script));
+    }
+    let station = commented_example();
+    for (path, content) in [
+        ("/etc/pickline/line1.conf", FLAGS),
+        ("/etc/pickline/line1.toml", station),
+    ] {
+        list.push(File {
+            kept: true,
+            ..File::new(path.into(), content)
+        });
+    }
+    Ok(list)
+}
+
+/// Where a path from / is below the root.
+fn below(root: Option<&Path>, path: &Path) -> PathBuf {
+    match (root, path.strip_prefix("/")) {
+        (Some(root), Ok(rest)) => root.join(rest),
+        _ => path.to_owned(),
+    }
+}
+
+fn install(place: &PlaceArgs, force: bool, session: &Session) -> Result<()> {
+    let prefix = absolute(place)?;
+    let root = place.root.as_deref();
+    let list = below(root, &prefix.join(LIST));
+    let before = installed(&list);
+    let files = all(&prefix)?;
+    // All or nothing, as far as that can be known before.
+    for file in files.iter().filter(|file| !file.kept && !force) {
+        let path = below(root, &file.path);
+        let is_ours = match std::fs::read(&path) {
+            Ok(found) => {
+                found == file.content || before.get(&file.path) == Some(&fingerprint(&found))
+            }
+            Err(_) => path.symlink_metadata().is_err(),
+        };
+        if !is_ours {
+            return Err(Error::input(
+                path.display().to_string(),
+                "the file is there already, and is not as this command wrote it",
+                "move it away, or add --force to replace it",
+            ));
+        }
+    }
+    let mut text = String::new();
+    let mut now = String::new();
+    for file in &files {
+        let path = below(root, &file.path);
+        if file.kept && path.symlink_metadata().is_ok() {
+            text += &format!("kept      {}\n", path.display());
+            continue;
+        }
+        files::make_folder(files::folder_of(&path))?;
+        files::write_whole(&path, &file.content)?;
+        allow(&path, file.runs)?;
+        if !file.kept {
+            now += &format!("{} {}\n", fingerprint(&file.content), file.path.display());
+        }
+        text += &format!("installed {}\n", path.display());
+    }
+    files::make_folder(files::folder_of(&list))?;
+    files::write_whole(&list, now.as_bytes())?;
+    text += "next: edit /etc/pickline/line1.toml and line1.conf, then\n  systemctl daemon-reload\n  \
+             systemctl enable --now pickline@line1\n  journalctl -fu pickline@line1\n";
+    session.print(text.as_bytes())
+}
+
+fn uninstall(place: &PlaceArgs, session: &Session) -> Result<()> {
+    let prefix = absolute(place)?;
+    let root = place.root.as_deref();
+    let list = below(root, &prefix.join(LIST));
+    let before = installed(&list);
+    if before.is_empty() {
+        return Err(Error::input(
+            list.display().to_string(),
+            "nothing was installed here",
+            "give the --prefix and --root that it was installed with",
+        ));
+    }
+    let mut text = String::new();
+    let mut kept = 0;
+    for (path, print) in &before {
+        let path = below(root, path);
+        match std::fs::read(&path) {
+            Ok(found) if fingerprint(&found) == *print => {
+                std::fs::remove_file(&path).map_err(|error| Error::write(&path, error))?;
+                text += &format!("removed   {}\n", path.display());
+            }
+            Ok(_) => {
+                kept += 1;
+                text += &format!("kept      {}: it was changed\n", path.display());
+            }
+            Err(_) => {}
+        }
+    }
+    std::fs::remove_file(&list).map_err(|error| Error::write(&list, error))?;
+    if kept > 0 {
+        text += &format!("kept {}\n", counted(kept, "changed file"));
+    }
+    session.print(text.as_bytes())
+}
+
+/// Which files were installed, with their fingerprints.
+fn installed(list: &Path) -> BTreeMap<PathBuf, String> {
+    let text = std::fs::read_to_string(list).unwrap_or_default();
+    let lines = text.lines().filter_map(|line| line.split_once(' '));
+    lines
+        .map(|(print, path)| (PathBuf::from(path), print.to_owned()))
+        .collect()
+}
+
+/// Lets everybody read the file, and run it if it `runs`.
+#[cfg(unix)]
+fn allow(path: &Path, runs: bool) -> Result<()> {
+    use std::os::unix::fs::PermissionsExt as _;
+    let mode = if runs { 0o755 } else { 0o644 };
+    std::fs::set_permissions(path, std::fs::Permissions::from_mode(mode))
+        .map_err(|error| Error::write(path, error))
+}
+
+#[cfg(not(unix))]
+fn allow(_: &Path, _: bool) -> Result<()> {
+    Ok(())
+}

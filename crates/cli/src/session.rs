@@ -1,0 +1,167 @@
+//! What every verb is handed: the command line, the stop flag, stdout.
+
+use super::log::{Level, Log};
+use pickline::error::{Error, Result};
+use pickline::files;
+use std::io::{ErrorKind, Write as _};
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
+
+/// One call of the program.
+pub struct Session {
+    arguments: Vec<String>,
+    stop: Arc<AtomicBool>,
+    /// Where errors go while a line runs.
+    log: OnceLock<Arc<Log>>,
+}
+
+/// Flags that cannot change a result, and whether they take a value; they are left
+/// out of the recorded command line.
+const WITHOUT_EFFECT: [(&str, bool); 17] = [
+    ("--threads", true),
+    ("--format", true),
+    ("--out", true),
+    ("--trace", true),
+    ("--html", true),
+    ("--svg", true),
+    ("--chart", true),
+    ("--nfg", true),
+    ("--top", true),
+    ("--output", true),
+    ("-o", true),
+    ("--report", true),
+    ("--log-format", true),
+    ("--force", false),
+    ("--strict", false),
+    ("--quiet", false),
+    ("-q", false),
+];
+
+impl Session {
+    /// The session of a call with these arguments (the program's name left out).
+    pub fn new(arguments: Vec<String>) -> Self {
+        Self {
+            arguments,
+            stop: Arc::default(),
+            log: OnceLock::new(),
+        }
+    }
+
+    /// Makes Ctrl-C ask the work to end with the best so far; pressed again, it ends
+    /// the program.
+    pub fn catch_interrupts(&self) {
+        let stop = Arc::clone(&self.stop);
+        let handler = move || {
+            if !stop.swap(true, Ordering::Relaxed) {
+                tell(
+                    "stopping, with what there is so far where that is a result; press Ctrl-C again to quit at once",
+                );
+            } else {
+                std::process::exit(i32::from(super::INTERRUPTED));
+            }
+        };
+        // Without a handler Ctrl-C just ends the program, as it does everywhere.
+        let _ = ctrlc::set_handler(handler);
+    }
+
+    /// The stop flag.
+    pub fn stop(&self) -> &AtomicBool {
+        &self.stop
+    }
+
+    /// Whether Ctrl-C was pressed.
+    pub fn interrupted(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
+    /// Has errors go into this log, so that they wait for nobody either.
+    pub fn log_into(&self, log: &Arc<Log>) {
+        let _ = self.log.set(Arc::clone(log));
+    }
+
+    /// Says what was wrong.
+    pub fn complain(&self, text: &str) {
+        match self.log.get() {
+            Some(log) => log.say(Level::Error, text, text),
+            None => tell(text),
+        }
+    }
+
+    /// The command line for provenance.
+    pub fn command(&self) -> String {
+        let mut words = vec!["pickline".to_owned()];
+        let mut arguments = self.arguments.iter();
+        while let Some(argument) = arguments.next() {
+            let (name, joined) = match argument.split_once('=') {
+                Some((name, _)) => (name, true),
+                None => (argument.as_str(), false),
+            };
+            match WITHOUT_EFFECT.iter().find(|(flag, _)| *flag == name) {
+                Some((_, takes_value)) => {
+                    if *takes_value && !joined {
+                        arguments.next();
+                    }
+                }
+                None => words.push(quoted(argument)),
+            }
+        }
+        words.join(" ")
+    }
+
+    /// Writes `content` to stdout. A reader that has gone away is not an error.
+    ///
+    /// # Errors
+    /// Anything else that keeps stdout from being written.
+    pub fn print(&self, content: &[u8]) -> Result<()> {
+        let mut stdout = std::io::stdout().lock();
+        match stdout.write_all(content).and_then(|()| stdout.flush()) {
+            Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+                Err(Error::write(Path::new("stdout"), error))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Writes `content` to `file`, or to stdout when there is none or it is `-`.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn print_or_write(&self, file: Option<&Path>, content: &[u8]) -> Result<()> {
+        match file.filter(|file| *file != Path::new("-")) {
+            Some(file) => files::write_whole(file, content),
+            None => self.print(content),
+        }
+    }
+}
+
+/// Writes a line to stderr. Unlike `eprintln!` it does not panic where stderr is full
+/// or closed: nothing is left to do then, and the result still counts.
+pub fn tell(text: &str) {
+    let _ = writeln!(std::io::stderr(), "{text}");
+}
+
+/// An argument as a shell would need it.
+fn quoted(argument: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./:,=+@%".contains(c);
+    if !argument.is_empty() && argument.chars().all(plain) {
+        argument.to_owned()
+    } else {
+        format!("'{}'", argument.replace('\'', "'\\''"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_recorded_command_leaves_out_what_has_no_effect() {
+        let words = "optimize --robots 3 --threads 2 -q --format=json --out d --force --strategy [SPT;FIFO]";
+        let session = Session::new(words.split(' ').map(str::to_owned).collect());
+        assert_eq!(
+            session.command(),
+            "pickline optimize --robots 3 --strategy '[SPT;FIFO]'"
+        );
+    }
+}

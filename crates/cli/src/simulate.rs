@@ -1,0 +1,128 @@
+//! `pickline simulate`.
+
+use super::args::SimulateArgs;
+use super::outputs::Outputs;
+use super::progress::Bar;
+use super::session::Session;
+use super::settings::{NOTHING_FAILS, default_strategy, json, load_pattern, parse_strategy};
+use super::training::{Line, budget, distance};
+use pickline::decision::Observer;
+use pickline::error::Result;
+use pickline::optimize::{Environment, bound_beside};
+use pickline::planning::Allowance;
+use pickline::plausible::DECISION_TIME;
+use pickline_report::{
+    CertifiedReport, ClearanceReport, Provenance, RunReport, check_replay, replay_page,
+};
+use pickline::sim::{Scene, Trace, simulate_observed};
+use pickline::strategies::policy_file;
+use pickline::{checker, clearance};
+use std::cell::OnceCell;
+use std::path::Path;
+
+/// What is written into the folder for result files.
+const FILES: [&str; 2] = ["run.json", "picks.csv"];
+
+pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
+    let common = &args.common;
+    common.check()?;
+    let conditions = args.conditions.resolve(common)?;
+    let read = [
+        args.station.file(),
+        ("--pattern", args.pattern.as_deref().map(Path::new)),
+        ("--strategy", args.strategy.as_deref().and_then(policy_file)),
+    ];
+    let written = [
+        ("--trace", args.trace.as_deref()),
+        ("--html", args.html.as_deref()),
+    ];
+    common.check_outputs("simulate", &FILES, &read, &written)?;
+    let allowance = Allowance {
+        asked: budget(args.budget_ms)?,
+        ..Allowance::default()
+    };
+    let (station, saved) = args
+        .station
+        .load_with_strategy(&|text| common.remark(text))?;
+    let robots = station.robots().len();
+    let (pattern, pattern_name) = load_pattern(args.pattern.as_deref(), station.belt().width)?;
+    args.conditions
+        .check_on(&args.station, &args.common, &station)?;
+    let values = [("--budget-ms", &DECISION_TIME, args.budget_ms)];
+    args.station.check_values(&values)?;
+    args.station
+        .check_pattern(args.pattern.as_deref().unwrap_or(&pattern_name), &pattern)?;
+    if args.html.is_some() {
+        check_replay(&pattern)?;
+    }
+    let (text, from) = match &args.strategy {
+        Some(text) => (text.clone(), ""),
+        None => default_strategy(saved, robots),
+    };
+    let bar = Bar::new(common.quiet);
+    let environment = Environment {
+        stop: session.stop(),
+        progress: &bar,
+    };
+    let line = Line::new(common, &station, &environment);
+    let strategy = parse_strategy(&text, common.quiet)?;
+    let put = || line.put(&strategy, &OnceCell::new(), allowance);
+    let blueprint = common.on_threads(put)?;
+    if let Some(distance) = distance(&blueprint, &station) {
+        common.remark(&distance.text);
+    }
+    let mut strategy = blueprint.make();
+    if args.pattern.is_none() || args.strategy.is_none() {
+        common.remark(&format!(
+            "simulating {}{from} on {pattern_name}, station {}",
+            strategy.name(),
+            args.station.station
+        ));
+    }
+    let scene = Scene::under(&station, &pattern, conditions)
+        .map_err(|error| error.inside(args.pattern.as_deref().unwrap_or(&pattern_name)))?;
+    if conditions.disturbances.never_fails(pattern.items()) {
+        common.remark(NOTHING_FAILS);
+    }
+    let mut trace = args.trace.as_ref().map(|_| Trace::new(&station, &pattern));
+    let observer = trace.as_mut().map(|trace| trace as &mut dyn Observer);
+    let outcome = simulate_observed(&scene, strategy.as_mut(), observer)?;
+    let made = Provenance::new(
+        &session.command(),
+        &args.station.station,
+        &station,
+        &pattern_name,
+        common.seed,
+    )
+    .under(&conditions);
+    let mut report = RunReport::new(strategy.name(), &scene, &outcome, made);
+    if args.check {
+        checker::check(&station, &pattern, &outcome)?;
+        report.checked = Some(true);
+    }
+    let smallest = match args.check || args.html.is_some() {
+        true => clearance::smallest(&station, &outcome),
+        false => None,
+    };
+    let smallest = smallest.map(|found| ClearanceReport::new(&station, &found));
+    if args.check {
+        report.clearance.clone_from(&smallest);
+    }
+    if !args.no_bound {
+        let bound = bound_beside(&scene, outcome.figures.picked, &environment)?;
+        report.bound = Some(CertifiedReport::new(&outcome.figures, &bound));
+    }
+    let mut outputs = Outputs::default();
+    let whole = json(&report)?;
+    if let Some(trace) = &trace {
+        let origin = report.made.csv_comment();
+        outputs.add(args.trace.as_deref(), || origin + &trace.to_csv());
+    }
+    outputs.add(args.html.as_deref(), || {
+        replay_page(&scene, &args.station.title(), &report, smallest.as_ref())
+    });
+    outputs.add_out(common, FILES[0], || whole);
+    outputs.add_out(common, FILES[1], || report.to_csv());
+    let text = common.render(|| report.to_table(), || report.to_csv(), &report)?;
+    outputs.deliver(session, &text)
+}

@@ -1,0 +1,381 @@
+//! `pickline train`.
+
+use super::args::{Common, Format, TrainArgs};
+use super::outputs;
+use super::progress::Bar;
+use super::session::Session;
+use super::settings::json;
+use super::warnings::warn;
+use pickline::dispatch::RULES;
+use pickline::error::{Error, Result};
+use pickline::experiment::load_cases;
+use pickline::files;
+use pickline::optimize::{Environment, Progress as _};
+use pickline_report::{Provenance, curve_chart};
+use pickline::rl::domain::{Course, scenes};
+use pickline::rl::{Checkpoint, Imitation, Judged, Kept, PRESETS, Plan, Round, Score, Trainer, Trial};
+use pickline::station::{self, Overrides, Station};
+use pickline::strategies::{Parsed, default_strategy, parse, policy_file};
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Patterns of each random case that the policy is judged on while it is trained.
+const TRIALS: usize = 10;
+/// Their first seed, far from those of tables, which count from 1.
+const TRIAL_SEED: u64 = 990_000;
+/// Robots up to which greedy GT is found in seconds.
+const MOST_ROBOTS: usize = 6;
+/// Endings of what stands beside a policy.
+const BESIDE: [&str; 4] = ["json", "csv", "svg", "checkpoint.json"];
+
+pub fn run(args: &TrainArgs, session: &Session) -> Result<()> {
+    session.catch_interrupts();
+    let common = Common {
+        seed: args.seed,
+        update_hz: 0.0,
+        threads: args.threads,
+        format: Format::Table,
+        out: None,
+        force: args.force,
+        quiet: args.quiet,
+    };
+    common.check()?;
+    let plan = plan(args)?;
+    let resumed = args.resume.as_deref().map(|path| {
+        let text = files::read_text(path)?;
+        serde_json::from_str::<Saved>(&text).map_err(|error| {
+            let cure = "give a checkpoint as `pickline train` writes it";
+            Error::input(path.display().to_string(), error.to_string(), cure)
+        })
+    });
+    let resumed = resumed.transpose()?;
+    let names = resumed
+        .as_ref()
+        .map_or(&args.station, |saved| &saved.stations);
+    check_files(args, &plan, names)?;
+    let stations = stations(names, args.strict)?;
+    let lines: Vec<Station> = stations
+        .iter()
+        .map(|(_, station)| station.clone())
+        .collect();
+    let expert = expert(&plan, &lines)?;
+    let text = common.on_threads(|| {
+        let (trainer, kept) = match resumed {
+            Some(saved) => {
+                let mut trainer = Trainer::resume(saved.trainer, lines)?;
+                if let Some(steps) = args.steps {
+                    trainer.up_to(steps);
+                }
+                (trainer, saved.score)
+            }
+            None => (Trainer::new(plan, lines, args.seed)?, Kept::default()),
+        };
+        let courses = trials(&stations)?;
+        Training {
+            args,
+            session,
+            common: &common,
+            started: Instant::now(),
+            trainer,
+            stations: stations.iter().map(|(name, _)| name.clone()).collect(),
+            expert,
+        }
+        .run(&courses, kept)
+    })?;
+    session.print(text.as_bytes())
+}
+
+/// Checks that policy and the files beside it can be written, and are none that is read. A
+/// checkpoint that is taken up may be: the training continues in it.
+fn check_files(args: &TrainArgs, plan: &Plan, stations: &[String]) -> Result<()> {
+    if args.out.extension().is_none_or(|name| name != "onnx") {
+        let problem = format!("{} does not end in .onnx", args.out.display());
+        let cure =
+            "give NAME.onnx; record, curve and checkpoint stand beside it under other endings";
+        return Err(Error::input("--out", problem, cure));
+    }
+    let beside = BESIDE.map(|ending| args.out.with_extension(ending));
+    let written: Vec<_> = std::iter::once(&args.out)
+        .chain(&beside)
+        .map(|path| ("--out", Some(path.as_path())))
+        .collect();
+    let mut read = vec![("--plan", args.plan.as_deref())];
+    let stations = stations.iter().map(|text| station_name(text).0);
+    read.extend(stations.map(|name| ("--station", Some(Path::new(name)))));
+    let expert = plan.imitation.as_ref();
+    let expert = expert.and_then(|imitation| policy_file(&imitation.strategy));
+    read.push(("--imitate", expert));
+    outputs::check("train", args.force, &read, &written)
+}
+
+/// The plan that the arguments ask for.
+fn plan(args: &TrainArgs) -> Result<Plan> {
+    let mut plan = match &args.plan {
+        Some(path) => {
+            let text = files::read_text(path)?;
+            Plan::from_file(&text, &path.display().to_string())?
+        }
+        None => Plan::preset(args.preset.as_deref().unwrap_or(PRESETS[0].0))?,
+    };
+    if let Some(steps) = args.steps {
+        plan.steps = steps;
+    }
+    if let Some(rate) = args.learning_rate {
+        if !(rate.is_finite() && rate > 0.0) {
+            let problem = format!("{rate} is not a learning rate");
+            return Err(Error::input(
+                "--learning-rate",
+                problem,
+                "give a number above 0",
+            ));
+        }
+        plan.ppo.learning_rate = rate;
+    }
+    if let Some(weight) = args.entropy {
+        if !(weight.is_finite() && weight >= 0.0) {
+            let problem = format!("{weight} is not a weight");
+            return Err(Error::input("--entropy", problem, "give 0 or more"));
+        }
+        plan.ppo.ent_coef = weight;
+    }
+    if let Some(strategy) = &args.imitate {
+        let usual = Imitation::of(strategy);
+        for (flag, count) in [
+            ("--imitate-rounds", args.imitate_rounds),
+            ("--imitate-patterns", args.imitate_patterns),
+        ] {
+            if count == Some(0) {
+                let problem = "nothing is learned from 0 of them";
+                return Err(Error::input(flag, problem, "give 1 or more"));
+            }
+        }
+        plan.imitation = Some(Imitation {
+            rounds: args.imitate_rounds.unwrap_or(usual.rounds),
+            courses: args.imitate_patterns.unwrap_or(usual.courses),
+            ..usual
+        });
+        // Who has learned from an expert need not begin with what is easy.
+        plan.domain.curriculum = 0.0;
+    }
+    Ok(plan)
+}
+
+/// The strategy to imitate, which plays on every one of `lines`.
+fn expert(plan: &Plan, lines: &[Station]) -> Result<Option<Parsed>> {
+    let inside = |error: Error| error.inside("--imitate");
+    let expert = plan.imitation.as_ref().map(|i| parse(&i.strategy));
+    let expert = expert.transpose();
+    let expert = expert.map_err(inside)?;
+    for line in lines {
+        if let Some(expert) = &expert {
+            expert.alone(line.robots().len()).map_err(inside)?;
+        }
+    }
+    Ok(expert)
+}
+
+/// A station's name or file, and its number of robots where that is given.
+fn station_name(text: &str) -> (&str, Option<usize>) {
+    match text.rsplit_once(':') {
+        Some((name, count)) if count.parse::<usize>().is_ok() => (name, count.parse().ok()),
+        _ => (text, None),
+    }
+}
+
+/// The stations as they are written, and made.
+fn stations(names: &[String], strict: bool) -> Result<Vec<(String, Station)>> {
+    let load = |text: &String| {
+        let (name, robots) = station_name(text);
+        let overrides = Overrides {
+            robots,
+            belt_speed: None,
+        };
+        let station = station::load(name, overrides)?;
+        warn(strict, station.warnings(name))?;
+        let count = station.robots().len();
+        if count > MOST_ROBOTS {
+            return Err(Error::input(
+                format!("--station {text}"),
+                format!(
+                    "{count} robots: greedy GT, which the policy is judged beside, tries {}^{count} assignments on every pattern",
+                    RULES.len()
+                ),
+                format!(
+                    "train on lines of at most {MOST_ROBOTS} robots; the policy runs on longer ones as well"
+                ),
+            ));
+        }
+        Ok((text.clone(), station))
+    };
+    names.iter().map(load).collect()
+}
+
+/// The built-in cases on every station, each once.
+fn trials(stations: &[(String, Station)]) -> Result<Vec<(String, Vec<Course>)>> {
+    let mut list: Vec<(String, Vec<Course>)> = Vec::new();
+    for (name, station) in stations {
+        for case in load_cases("all")? {
+            let title = format!("{name}: {}", case.name);
+            if list.iter().any(|(known, _)| *known == title) {
+                continue;
+            }
+            let patterns = case.patterns(station.belt(), TRIALS, TRIAL_SEED)?;
+            let course = |(_, pattern)| Course {
+                station: station.clone(),
+                pattern,
+            };
+            list.push((title, patterns.into_iter().map(course).collect()));
+        }
+    }
+    Ok(list)
+}
+
+struct Training<'a> {
+    args: &'a TrainArgs,
+    session: &'a Session,
+    common: &'a Common,
+    started: Instant,
+    trainer: Trainer,
+    /// The stations as they are written.
+    stations: Vec<String>,
+    /// Whom to imitate.
+    expert: Option<Parsed>,
+}
+
+/// What a checkpoint holds.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Saved {
+    stations: Vec<String>,
+    trainer: Checkpoint,
+    score: Kept,
+}
+
+impl Training<'_> {
+    fn run(mut self, courses: &[(String, Vec<Course>)], kept: Kept) -> Result<String> {
+        let bar = Bar::new(self.args.quiet);
+        let environment = Environment {
+            stop: self.session.stop(),
+            progress: &bar,
+        };
+        let mut score = Score::new(judges(courses)?, kept, &self.trainer)?;
+        if let Some(expert) = &self.expert {
+            let (common, started) = (self.common, self.started);
+            let judge = |trainer: &Trainer, round: Round| {
+                score.judge(trainer, Judged::Round(round), started.elapsed())?;
+                common.remark(&format!(
+                    "{} answers, {:.0} % given as well, at best {}",
+                    round.answers,
+                    100.0 * round.agreement,
+                    score.summary()
+                ));
+                Ok(())
+            };
+            let expert = |robots| expert.alone(robots);
+            self.trainer.imitate(&expert, &environment, judge)?;
+            let planned = self
+                .trainer
+                .plan()
+                .imitation
+                .as_ref()
+                .map_or(0, |i| i.rounds);
+            let done = self.trainer.rounds();
+            if done < planned {
+                if done == 0 {
+                    // Nothing was learned.
+                    return Err(Error::Interrupted);
+                }
+                common.remark(&format!(
+                    "stopped after {done} of {planned} rounds; the best so far is kept, but an \
+                     imitation cannot be gone on with"
+                ));
+            }
+        }
+        if score.is_empty() {
+            score.judge(&self.trainer, Judged::Start, self.started.elapsed())?;
+        }
+        self.save(&score)?;
+        let left = self
+            .trainer
+            .plan()
+            .steps
+            .saturating_sub(self.trainer.steps());
+        bar.begin("training", left, "steps");
+        let mut astray = false;
+        while !self.trainer.done() && !environment.stopped() {
+            let phase = self.trainer.phase(&environment)?;
+            astray = !self.trainer.is_finite();
+            if astray {
+                break;
+            }
+            score.judge(&self.trainer, Judged::Phase(phase), self.started.elapsed())?;
+            bar.incumbent(&score.summary());
+            // A phase that was cut short is not gone on with, but played again.
+            if self.trainer.done() || !environment.stopped() {
+                self.save(&score)?;
+            }
+        }
+        bar.end();
+        let record = score.record(&self.trainer, &self.session.command(), &self.stations);
+        let stations = self.stations.join(", ");
+        let bytes = score.export(
+            &self.trainer,
+            &stations,
+            &serde_json::to_string(&record).unwrap_or_default(),
+        );
+        files::write_whole(&self.args.out, &bytes)?;
+        files::write_whole(&self.beside("json"), json(&record)?.as_bytes())?;
+        // The command names the others.
+        let made = Provenance::new(
+            &self.session.command(),
+            &self.stations[0],
+            &self.trainer.stations()[0],
+            "the built-in cases",
+            self.trainer.seed(),
+        );
+        let chart = curve_chart(&score.curve(), &made);
+        files::write_whole(&self.beside("svg"), chart.as_bytes())?;
+        if astray {
+            return Err(Error::input(
+                "the training",
+                format!(
+                    "weights are no numbers any more after {} steps",
+                    self.trainer.steps()
+                ),
+                "lower --learning-rate or the weights of the reward; the best before that is kept",
+            ));
+        }
+        Ok(score.to_table())
+    }
+
+    /// Writes what a training can be taken up from, and the curve so far.
+    fn save(&self, score: &Score) -> Result<()> {
+        let checkpoint = json(&Saved {
+            stations: self.stations.clone(),
+            trainer: self.trainer.checkpoint(),
+            score: score.kept().clone(),
+        })?;
+        files::write_whole(&self.beside("checkpoint.json"), checkpoint.as_bytes())?;
+        files::write_whole(&self.beside("csv"), score.to_csv().as_bytes())
+    }
+
+    /// The policy's path with another extension.
+    fn beside(&self, extension: &str) -> PathBuf {
+        self.args.out.with_extension(extension)
+    }
+}
+
+/// What the policy is judged on, with what rules make of it.
+fn judges(courses: &[(String, Vec<Course>)]) -> Result<Vec<Trial<'_>>> {
+    let mut list = Vec::with_capacity(courses.len());
+    for (name, courses) in courses {
+        let robots = courses
+            .first()
+            .map_or(1, |course| course.station.robots().len());
+        let robust = default_strategy(robots);
+        let robust = robust.trim_start_matches("rules:").parse()?;
+        list.push(Trial::new(name.clone(), scenes(courses)?, &robust)?);
+    }
+    Ok(list)
+}

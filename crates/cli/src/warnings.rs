@@ -1,0 +1,91 @@
+//! Warnings of what is allowed and most likely wrong: printed once, or errors with
+//! `--strict`.
+
+use super::args::StationChoice;
+use super::session::tell;
+use pickline::error::{Error, Result, counted};
+use pickline::pattern::{Pattern, PatternSet};
+use pickline::plausible::{Quantity, Warning};
+use pickline::station::Station;
+
+/// Prints `warnings`, also where remarks are not wanted, as nothing may be wrong in silence.
+///
+/// # Errors
+/// The first of them, if `strict`.
+pub fn warn(strict: bool, warnings: impl IntoIterator<Item = Warning>) -> Result<()> {
+    let warnings: Vec<Warning> = warnings.into_iter().collect();
+    if strict && let Some(first) = warnings.first() {
+        let more = warnings.len() - 1;
+        let mut warning = first.clone();
+        if more > 0 {
+            let others = counted(more, "more warning");
+            warning.problem += &format!("; and {others}, shown without --strict");
+        }
+        return Err(Error::from(warning));
+    }
+    for warning in &warnings {
+        tell(&format!("warning: {warning}"));
+    }
+    Ok(())
+}
+
+impl StationChoice {
+    /// The station; says what of it is not plausible.
+    ///
+    /// # Errors
+    /// As for [`StationChoice::resolve`] and [`warn`].
+    pub fn load(&self) -> Result<Station> {
+        self.load_with_strategy(&|_| ()).map(|(station, _)| station)
+    }
+
+    /// As [`StationChoice::load`], with the strategy that the file names.
+    ///
+    /// # Errors
+    /// As for [`StationChoice::resolve_with_strategy`] and [`warn`].
+    pub fn load_with_strategy(&self, remark: &dyn Fn(&str)) -> Result<(Station, Option<String>)> {
+        let (station, strategy) = self.resolve_with_strategy(remark)?;
+        let mut warnings = station.warnings(&self.station);
+        if self.belt_speed.is_some() {
+            // It is the flag that asks for the speed.
+            let speed = format!("{}: belt.speed", self.station);
+            for warning in warnings.iter_mut().filter(|w| w.place == speed) {
+                warning.place = "--belt-speed".into();
+            }
+        }
+        warn(self.strict, warnings)?;
+        Ok((station, strategy))
+    }
+
+    /// Says what of these values of flags is not plausible.
+    ///
+    /// # Errors
+    /// As for [`warn`].
+    pub fn check_values(&self, values: &[(&str, &Quantity, Option<f64>)]) -> Result<()> {
+        let check = |(flag, quantity, value): &(&str, &Quantity, Option<f64>)| {
+            value.and_then(|value| quantity.check(flag, value))
+        };
+        warn(self.strict, values.iter().filter_map(check))
+    }
+
+    /// Says what of a pattern is not plausible.
+    ///
+    /// # Errors
+    /// As for [`warn`].
+    pub fn check_pattern(&self, name: &str, pattern: &Pattern) -> Result<()> {
+        warn(self.strict, pattern.warnings(name))
+    }
+
+    /// Says what of the first pattern of a set that has anything is not plausible: the
+    /// others are mostly like it.
+    ///
+    /// # Errors
+    /// As for [`warn`].
+    pub fn check_set(&self, set: &PatternSet) -> Result<()> {
+        let all = set.labels.iter().zip(&set.patterns);
+        let mut warnings = all.map(|(name, pattern)| pattern.warnings(name));
+        warn(
+            self.strict,
+            warnings.find(|w| !w.is_empty()).unwrap_or_default(),
+        )
+    }
+}

@@ -1,0 +1,198 @@
+//! The figures of a live line as Prometheus reads them: the text format 0.0.4
+//! (<https://prometheus.io/docs/instrumenting/exposition_formats/>).
+//!
+//! Each metric is one row of [`metrics`]; `docs/protocol.md` has the table of them.
+
+use pickline_live::View;
+use pickline_live::protocol::SourceReport;
+use std::fmt::{Display, Write as _};
+
+/// The states that a robot can be in, as a status names them.
+const ROBOT_STATES: [&str; 5] = ["idle", "busy", "fault", "silent", "unknown"];
+
+/// The figures of `view`, of a line under the strategy of this name.
+pub fn metrics(view: &View, strategy: &str) -> String {
+    let status = &view.status;
+    let mut page = Page::default();
+    let version = env!("CARGO_PKG_VERSION");
+    page.metric("pickline_info", "gauge", "Program and strategy; always 1.");
+    page.sample(&[("version", version), ("strategy", strategy)], 1);
+    page.single(
+        "pickline_stamp_seconds",
+        "gauge",
+        "Time of these figures [s], on the clock of the messages.",
+        status.stamp,
+    );
+    page.single(
+        "pickline_belt_speed_metres_per_second",
+        "gauge",
+        "Speed of the belt as measured last [m/s].",
+        view.belt_speed,
+    );
+    page.single(
+        "pickline_items_seen_total",
+        "counter",
+        "Items seen.",
+        status.seen,
+    );
+    page.single(
+        "pickline_items_picked_total",
+        "counter",
+        "Items picked.",
+        status.picked,
+    );
+    let missed = "Items not picked, by reason; a late result takes one back.";
+    page.metric("pickline_items_missed", "gauge", missed);
+    // Whatever reasons there are: counts by name can always be written as JSON.
+    let reasons = serde_json::to_value(status.missed).unwrap_or_default();
+    for (reason, count) in reasons.as_object().into_iter().flatten() {
+        page.sample(&[("reason", reason)], count);
+    }
+    for (name, help, count) in [
+        (
+            "pickline_items_on_belt",
+            "Items that may still be picked.",
+            status.on_belt,
+        ),
+        (
+            "pickline_items_claimed",
+            "Items that some robot is after.",
+            status.claimed,
+        ),
+        (
+            "pickline_tasks_open",
+            "Tasks whose result is not known.",
+            status.open_tasks.len() as u64,
+        ),
+        (
+            "pickline_messages_queued",
+            "Messages that wait to be sent.",
+            status.queued,
+        ),
+    ] {
+        page.single(name, "gauge", help, count);
+    }
+    page.metric("pickline_robot_picks_total", "counter", "Picks of a robot.");
+    for robot in &status.robots {
+        page.sample(&[("robot", &robot.name)], robot.picked);
+    }
+    let help = "Attempts of a robot that failed.";
+    page.metric("pickline_robot_failures_total", "counter", help);
+    for robot in &status.robots {
+        page.sample(&[("robot", &robot.name)], robot.failed);
+    }
+    let help = "1 for the state that a robot is in, 0 for the others.";
+    page.metric("pickline_robot_state", "gauge", help);
+    for robot in &status.robots {
+        let known = ROBOT_STATES.into_iter();
+        let other = Some(&*robot.state).filter(|state| !ROBOT_STATES.contains(state));
+        for state in known.chain(other) {
+            let labels = [("robot", &*robot.name), ("state", state)];
+            page.sample(&labels, u8::from(state == robot.state));
+        }
+    }
+    page.sources(view);
+    let help = "Messages that were refused, by reason.";
+    page.metric("pickline_messages_rejected_total", "counter", help);
+    for (reason, count) in &status.rejected {
+        page.sample(&[("reason", reason)], count);
+    }
+    let help = "What else was noted, by what it was.";
+    page.metric("pickline_events_noted_total", "counter", help);
+    for (event, count) in &status.noted {
+        page.sample(&[("event", event)], count);
+    }
+    page.histogram(view);
+    page.text
+}
+
+/// A page of metrics as it is written.
+#[derive(Default)]
+struct Page {
+    text: String,
+    /// The metric whose samples are being written.
+    name: &'static str,
+}
+
+// Writing into a string never fails.
+impl Page {
+    /// Begins a metric.
+    fn metric(&mut self, name: &'static str, kind: &str, help: &str) {
+        self.name = name;
+        let _ = write!(self.text, "# HELP {name} {help}\n# TYPE {name} {kind}\n");
+    }
+
+    /// A metric of one sample.
+    fn single(&mut self, name: &'static str, kind: &str, help: &str, value: impl Display) {
+        self.metric(name, kind, help);
+        self.sample(&[], value);
+    }
+
+    /// A sample of the metric.
+    fn sample(&mut self, labels: &[(&str, &str)], value: impl Display) {
+        self.part("", labels, value);
+    }
+
+    /// A sample under the metric's name with `suffix`.
+    fn part(&mut self, suffix: &str, labels: &[(&str, &str)], value: impl Display) {
+        let _ = write!(self.text, "{}{suffix}", self.name);
+        for (i, (label, text)) in labels.iter().enumerate() {
+            let sign = if i == 0 { '{' } else { ',' };
+            let _ = write!(self.text, "{sign}{label}=\"{}\"", escaped(text));
+        }
+        let end = if labels.is_empty() { "" } else { "}" };
+        let _ = writeln!(self.text, "{end} {value}");
+    }
+
+    /// How the messages and the clock of each source stand.
+    fn sources(&mut self, view: &View) {
+        type Figure = fn(&SourceReport) -> Option<f64>;
+        let figures: [(&str, &str, Figure); 3] = [
+            (
+                "pickline_source_age_seconds",
+                "Time since a source was heard last [s].",
+                |source| Some(source.age),
+            ),
+            (
+                "pickline_source_offset_seconds",
+                "Smallest time from a stamp of a source to when its message came [s].",
+                |source| source.offset,
+            ),
+            (
+                "pickline_source_overdue",
+                "1 for a source that is silent for longer than expected.",
+                |source| Some(f64::from(u8::from(source.overdue))),
+            ),
+        ];
+        for (name, help, figure) in figures {
+            self.metric(name, "gauge", help);
+            for source in &view.status.sources {
+                let kind = serde_json::to_value(source.kind).unwrap_or_default();
+                let kind = kind.as_str().unwrap_or_default();
+                if let Some(value) = figure(source) {
+                    self.sample(&[("source", &source.name), ("kind", kind)], value);
+                }
+            }
+        }
+    }
+
+    /// How long decisions took.
+    fn histogram(&mut self, view: &View) {
+        let times = &view.decision_times;
+        let help = "How long decisions took [s].";
+        self.metric("pickline_decision_duration_seconds", "histogram", help);
+        for (limit, count) in &times.within {
+            self.part("_bucket", &[("le", &limit.to_string())], count);
+        }
+        self.part("_bucket", &[("le", "+Inf")], times.count);
+        self.part("_sum", &[], times.sum);
+        self.part("_count", &[], times.count);
+    }
+}
+
+/// A label's value: names come from outside.
+fn escaped(text: &str) -> String {
+    text.replace('\\', "\\\\")
+        .replace('"', "\\\"")
+        .replace('\n', "\\n")
+}

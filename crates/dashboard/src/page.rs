@@ -1,0 +1,68 @@
+//! The page that shows a live line. Its sources lie in `page/`; its scripts share one
+//! scope with those of `drawing/`, which come first, in this order:
+//!
+//! | file | what it is |
+//! |---|---|
+//! | `now.js` | the line now: a view in, a state to draw out |
+//! | `trend.js` | the picking rate of the last minutes |
+//! | `panels.js` | the figures and tables around the drawing |
+//! | `dashboard.js` | the stream of views, the pointer, drawing |
+
+use pickline::station::Station;
+use pickline_report::drawing::{self, RobotData, robots_data};
+use serde::Serialize;
+
+/// The page; it asks for `dashboard.css`, `dashboard.js` and the stream `events`.
+pub const DASHBOARD_PAGE: &str = include_str!("page/page.html");
+
+const STYLE: &str = include_str!("page/style.css");
+const SCRIPTS: [&str; 4] = [
+    include_str!("page/now.js"),
+    include_str!("page/trend.js"),
+    include_str!("page/panels.js"),
+    include_str!("page/dashboard.js"),
+];
+
+/// The style of the page.
+pub fn dashboard_style() -> String {
+    [drawing::BASE_STYLE, drawing::STYLE, STYLE].concat()
+}
+
+/// The scripts of the page.
+pub fn dashboard_script() -> String {
+    let scripts = [drawing::SCRIPTS.concat(), SCRIPTS.concat()].concat();
+    format!("(() => {{\n\"use strict\";\n{scripts}}})();\n")
+}
+
+/// What the page has to know of the line once: the event `line`, as JSON.
+#[derive(Serialize)]
+struct LineData<'a> {
+    program: String,
+    station: &'a str,
+    strategy: &'a str,
+    belt: BeltData,
+    robots: Vec<RobotData<'a>>,
+}
+
+#[derive(Serialize)]
+struct BeltData {
+    length: f64,
+    width: f64,
+}
+
+/// The line on `station`, which the user knows as `named`, under the strategy of this name.
+pub fn dashboard_line(station: &Station, named: &str, strategy: &str) -> String {
+    let belt = station.belt();
+    let line = LineData {
+        program: format!("pickline {}", env!("CARGO_PKG_VERSION")),
+        station: named,
+        strategy,
+        belt: BeltData {
+            length: belt.length,
+            width: belt.width,
+        },
+        robots: robots_data(station),
+    };
+    // Texts and finite numbers can always be written as JSON.
+    serde_json::to_string(&line).unwrap_or_default()
+}

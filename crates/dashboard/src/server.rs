@@ -1,0 +1,380 @@
+//! The HTTP server: five things to get, and nothing to change.
+//!
+//! | path | what it is |
+//! |---|---|
+//! | `/` | the page |
+//! | `/dashboard.css`, `/dashboard.js` | its looks and its script |
+//! | `/events` | server-sent events: `line` once, then a view again and again |
+//! | `/metrics` | the figures of the next view, for Prometheus |
+
+use pickline_live::View;
+use pickline_live::transport::tls::{Stream, Tls};
+use pickline_live::transport::{Access, Token, is_short_of_descriptors};
+use crate::metrics;
+use crate::page::{DASHBOARD_PAGE, dashboard_script, dashboard_style};
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD;
+use http_body_util::combinators::BoxBody;
+use http_body_util::{BodyExt, Full, StreamBody};
+use hyper::body::{Bytes, Frame, Incoming};
+use hyper::header::{self, HeaderValue};
+use hyper::server::conn::http1;
+use hyper::service::service_fn;
+use hyper::{Method, Request, Response, StatusCode};
+use hyper_util::rt::{TokioIo, TokioTimer};
+use std::convert::Infallible;
+use std::net::{IpAddr, TcpListener};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Weak};
+use std::time::Duration;
+use tokio::sync::{Semaphore, watch};
+use tokio_stream::StreamExt as _;
+use tokio_stream::wrappers::WatchStream;
+
+/// The events of the newest view, for all browsers.
+pub type Texts = watch::Sender<Bytes>;
+
+type Body = BoxBody<Bytes, Infallible>;
+
+/// Connections at a time; more wait to be accepted.
+const MOST_CONNECTIONS: u32 = 64;
+/// Browsers that watch at a time; more are told to come back later.
+const MOST_WATCHERS: usize = 32;
+/// A request that has not come whole by then is not waited for.
+const REQUEST_TIME: Duration = Duration::from_secs(10);
+/// How long whoever asks for metrics waits for a view: a line that works shows one at once.
+const VIEW_TIME: Duration = Duration::from_secs(2);
+/// Pause after a connection that could not be accepted: too many files are open.
+const PAUSE: Duration = Duration::from_millis(100);
+
+/// Nothing from anywhere else, no script or style inside the page.
+const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; \
+                      connect-src 'self'; base-uri 'none'; form-action 'none'; \
+                      frame-ancestors 'none'";
+
+/// What whoever asks for metrics is answered from.
+pub struct Scraped {
+    /// The newest view.
+    pub views: watch::Receiver<Option<Arc<View>>>,
+    /// To be set when the next one is wanted.
+    pub wanted: Arc<AtomicBool>,
+    /// Name of the line's strategy.
+    pub strategy: String,
+}
+
+/// What is the same for all connections.
+struct Site {
+    scraped: Scraped,
+    line: Bytes,
+    script: Bytes,
+    style: Bytes,
+    /// Gone when the last view has been shown.
+    texts: Weak<Texts>,
+    /// Whether only this machine can connect.
+    is_local: bool,
+    /// What a browser has to show.
+    token: Option<Token>,
+}
+
+/// Serves until no view comes any more and everybody has the last one.
+pub async fn serve(
+    listener: TcpListener,
+    access: Access,
+    line: String,
+    scraped: Scraped,
+    views: watch::Receiver<Option<Arc<View>>>,
+    texts: Arc<Texts>,
+) {
+    let is_local = listener
+        .local_addr()
+        .is_ok_and(|address| address.ip().is_loopback());
+    let Ok(listener) = tokio::net::TcpListener::from_std(listener) else {
+        return;
+    };
+    let site = Arc::new(Site {
+        scraped,
+        line: event("line", &line),
+        script: Bytes::from(dashboard_script()),
+        style: Bytes::from(dashboard_style()),
+        texts: Arc::downgrade(&texts),
+        is_local,
+        token: access.token,
+    });
+    let connections = Arc::new(Semaphore::new(MOST_CONNECTIONS as usize));
+    let accepting = tokio::spawn(accept_all(
+        listener,
+        access.tls,
+        site,
+        Arc::clone(&connections),
+    ));
+    write_texts(views, &texts).await;
+    accepting.abort();
+    // Streams end when they have sent what is newest and nobody can send more.
+    drop(texts);
+    let _ = connections.acquire_many(MOST_CONNECTIONS).await;
+}
+
+/// Writes every view as an event, once for all browsers.
+async fn write_texts(mut views: watch::Receiver<Option<Arc<View>>>, texts: &Texts) {
+    while views.changed().await.is_ok() {
+        let view = views.borrow_and_update().clone();
+        // Numbers and texts can always be written as JSON.
+        let json = view.and_then(|view| serde_json::to_string(&*view).ok());
+        if let Some(json) = json {
+            texts.send_replace(event("view", &json));
+        }
+    }
+}
+
+fn event(name: &str, json: &str) -> Bytes {
+    // JSON has no line breaks, which would end the event.
+    Bytes::from(format!("event: {name}\ndata: {json}\n\n"))
+}
+
+async fn accept_all(
+    listener: tokio::net::TcpListener,
+    tls: Option<Tls>,
+    site: Arc<Site>,
+    connections: Arc<Semaphore>,
+) {
+    loop {
+        // Never closed.
+        let Ok(permit) = Arc::clone(&connections).acquire_owned().await else {
+            return;
+        };
+        let Ok((stream, _)) = listener.accept().await else {
+            tokio::time::sleep(PAUSE).await;
+            continue;
+        };
+        if is_short_of_descriptors(&stream) {
+            // The journal needs some.
+            drop(stream);
+            tokio::time::sleep(PAUSE).await;
+            continue;
+        }
+        let (site, tls) = (Arc::clone(&site), tls.clone());
+        tokio::spawn(async move {
+            let stream: Stream = match tls {
+                None => Box::new(stream),
+                Some(tls) => match tokio::time::timeout(REQUEST_TIME, tls.accept(stream)).await {
+                    Ok(Ok(stream)) => stream,
+                    // A browser without a certificate that is trusted hears of it by TLS.
+                    Ok(Err(_)) | Err(_) => return,
+                },
+            };
+            let answer = service_fn(|request| {
+                let site = Arc::clone(&site);
+                async move { Ok::<_, Infallible>(site.answer(&request).await) }
+            });
+            // A browser that has gone is no trouble.
+            let _ = http1::Builder::new()
+                // One request each, so that nobody keeps an idle connection.
+                .keep_alive(false)
+                .timer(TokioTimer::new())
+                .header_read_timeout(REQUEST_TIME)
+                .serve_connection(TokioIo::new(stream), answer)
+                .await;
+            drop(permit);
+        });
+    }
+}
+
+impl Site {
+    async fn answer(&self, request: &Request<Incoming>) -> Response<Body> {
+        if request.method() != Method::GET {
+            let mut response = words(StatusCode::METHOD_NOT_ALLOWED, "this page only shows\n");
+            let headers = response.headers_mut();
+            headers.insert(header::ALLOW, HeaderValue::from_static("GET"));
+            return response;
+        }
+        let host = request.headers().get(header::HOST);
+        if self.is_local && !host.is_some_and(names_this_machine) {
+            // Another site's name that has been made to mean this machine.
+            return words(StatusCode::FORBIDDEN, "ask for this page by its address\n");
+        }
+        if let Some(token) = &self.token
+            && !shows(request.headers().get(header::AUTHORIZATION), token)
+        {
+            let mut response = words(
+                StatusCode::UNAUTHORIZED,
+                "the password is the token of `pickline run --token`\n",
+            );
+            let asks = HeaderValue::from_static("Basic realm=\"pickline\", charset=\"UTF-8\"");
+            let headers = response.headers_mut();
+            headers.insert(header::WWW_AUTHENTICATE, asks);
+            return response;
+        }
+        match request.uri().path() {
+            "/" => whole(
+                "text/html; charset=utf-8",
+                Bytes::from_static(DASHBOARD_PAGE.as_bytes()),
+            ),
+            "/dashboard.css" => whole("text/css; charset=utf-8", self.style.clone()),
+            "/dashboard.js" => whole("text/javascript; charset=utf-8", self.script.clone()),
+            "/events" => self.events(),
+            "/metrics" => self.metrics().await,
+            "/favicon.ico" => words(StatusCode::NO_CONTENT, ""),
+            _ => words(
+                StatusCode::NOT_FOUND,
+                "there is one page, at /, and /metrics\n",
+            ),
+        }
+    }
+
+    /// The figures as they are now. A line that shows nothing gives none: old figures would
+    /// hide that it stands still.
+    async fn metrics(&self) -> Response<Body> {
+        let mut views = self.scraped.views.clone();
+        views.mark_unchanged();
+        self.scraped.wanted.store(true, Ordering::Relaxed);
+        // When the line ends, its last view counts.
+        let waited = tokio::time::timeout(VIEW_TIME, views.changed()).await;
+        let view = views.borrow().clone();
+        match view.filter(|_| waited.is_ok()) {
+            Some(view) => whole(
+                "text/plain; version=0.0.4; charset=utf-8",
+                Bytes::from(metrics(&view, &self.scraped.strategy)),
+            ),
+            None => words(
+                StatusCode::SERVICE_UNAVAILABLE,
+                "the line does not say how it is\n",
+            ),
+        }
+    }
+
+    fn events(&self) -> Response<Body> {
+        let texts = self.texts.upgrade();
+        let Some(texts) = texts.filter(|texts| texts.receiver_count() < MOST_WATCHERS) else {
+            return words(StatusCode::SERVICE_UNAVAILABLE, "too many watch\n");
+        };
+        let line = tokio_stream::once(self.line.clone());
+        // Whatever it has not sent when the next view comes is left out.
+        let views = WatchStream::new(texts.subscribe()).filter(|text| !text.is_empty());
+        let frames = line.chain(views).map(|text| Ok(Frame::data(text)));
+        response(
+            StatusCode::OK,
+            "text/event-stream",
+            BodyExt::boxed(StreamBody::new(frames)),
+        )
+    }
+}
+
+/// Whether a request shows the token: as a bearer token (RFC 6750), or as the password of
+/// any user (RFC 7617), which browsers ask for.
+fn shows(authorization: Option<&HeaderValue>, token: &Token) -> bool {
+    let Some((scheme, given)) = authorization
+        .and_then(|value| value.to_str().ok())
+        .and_then(|value| value.split_once(' '))
+    else {
+        return false;
+    };
+    let given = given.trim();
+    if scheme.eq_ignore_ascii_case("bearer") {
+        return token.is(given);
+    }
+    let Some(text) = BASE64_STANDARD
+        .decode(given)
+        .ok()
+        .and_then(|bytes| String::from_utf8(bytes).ok())
+    else {
+        return false;
+    };
+    let password = text.split_once(':').map(|(_, password)| password);
+    scheme.eq_ignore_ascii_case("basic") && password.is_some_and(|given| token.is(given))
+}
+
+/// Whether a `Host` is an address or `localhost`: what a page of another site cannot be
+/// under.
+fn names_this_machine(host: &HeaderValue) -> bool {
+    let Ok(host) = host.to_str() else {
+        return false;
+    };
+    let name = match host.rsplit_once(':') {
+        Some((name, port)) if port.bytes().all(|digit| digit.is_ascii_digit()) => name,
+        _ => host,
+    };
+    let bare = name.trim_start_matches('[').trim_end_matches(']');
+    name.eq_ignore_ascii_case("localhost") || bare.parse::<IpAddr>().is_ok()
+}
+
+fn words(status: StatusCode, text: &'static str) -> Response<Body> {
+    let body = Full::new(Bytes::from_static(text.as_bytes())).boxed();
+    response(status, "text/plain; charset=utf-8", body)
+}
+
+fn whole(kind: &'static str, content: Bytes) -> Response<Body> {
+    response(StatusCode::OK, kind, Full::new(content).boxed())
+}
+
+fn response(status: StatusCode, kind: &'static str, body: Body) -> Response<Body> {
+    let mut response = Response::new(body);
+    *response.status_mut() = status;
+    for (name, value) in [
+        (header::CONTENT_TYPE, kind),
+        (header::CACHE_CONTROL, "no-store"),
+        (header::CONTENT_SECURITY_POLICY, POLICY),
+        (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+        (header::REFERRER_POLICY, "no-referrer"),
+    ] {
+        response
+            .headers_mut()
+            .insert(name, HeaderValue::from_static(value));
+    }
+    response
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_token_is_taken_as_a_bearer_or_as_a_password() {
+        let token = Token::new("0123456789abcdef");
+        let shown = |text: &str| shows(HeaderValue::from_str(text).ok().as_ref(), &token);
+        let basic = |text: &str| format!("Basic {}", BASE64_STANDARD.encode(text));
+        assert!(shown("Bearer 0123456789abcdef"));
+        assert!(shown("bearer  0123456789abcdef"));
+        assert!(shown(&basic("anybody:0123456789abcdef")));
+        assert!(shown(&basic(":0123456789abcdef")));
+        for wrong in [
+            "",
+            "0123456789abcdef",
+            "Bearer 0123456789abcdeg",
+            "Bearer ",
+            "Digest 0123456789abcdef",
+            "Basic 0123456789abcdef",
+            &basic("0123456789abcdef"),
+            &basic("0123456789abcdef:"),
+        ] {
+            assert!(!shown(wrong), "{wrong}");
+        }
+        assert!(!shows(None, &token));
+    }
+
+    #[test]
+    fn hosts_of_other_sites_are_told_apart() {
+        for host in [
+            "127.0.0.1:8090",
+            "localhost",
+            "LOCALHOST:1",
+            "[::1]:8090",
+            "[::1]",
+        ] {
+            assert!(
+                names_this_machine(&HeaderValue::from_static(host)),
+                "{host}"
+            );
+        }
+        for host in [
+            "",
+            "evil.example",
+            "evil.example:8090",
+            "127.0.0.1.evil.example:80",
+        ] {
+            assert!(
+                !names_this_machine(&HeaderValue::from_static(host)),
+                "{host}"
+            );
+        }
+    }
+}

@@ -1,0 +1,244 @@
+//! What one picture shows, put to the items that are known.
+
+use super::{Gate, Number, Pair, assign, cost, cost_of_new, is_close, is_near};
+use crate::items::{Items, State};
+use crate::sight::Sight;
+use std::collections::HashSet;
+
+/// What a detection is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Match {
+    /// This known item.
+    Item(u32),
+    /// None that is known.
+    New,
+    /// The same as another detection of the picture: said again, as its id shows.
+    Repeats(usize),
+    /// The same as another detection of the picture: a second box round one item.
+    Doubles(usize),
+    /// The same as an item that an earlier part of the picture has shown.
+    DoublesItem(u32),
+}
+
+/// A picture, put to the items.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Association {
+    /// What each detection is of.
+    pub matches: Vec<Match>,
+    /// Items where the picture shows nothing but a detection of another one, with that one.
+    pub overlooked: Vec<(u32, u32)>,
+    /// Items that the picture shows beside each other, and nothing overlooked between them.
+    pub beside: Vec<u32>,
+}
+
+/// A picture in which all this was `seen`, put to the items. `travelled` [m] is how far the
+/// belt had travelled when an item was measured and when the picture was taken.
+pub fn associate(
+    items: &Items,
+    gate: Gate,
+    seen: &[Sight],
+    travelled: impl Fn(f64) -> f64,
+) -> Association {
+    let Some(first) = seen.first() else {
+        return Association::default();
+    };
+    let (source, time) = (first.source(), first.time);
+    let mut matches: Vec<Match> = vec![Match::New; seen.len()];
+    let mut active = vec![true; seen.len()];
+    for i in 0..seen.len() {
+        if let Some(later) = repetition(gate, seen, i) {
+            (matches[i], active[i]) = (Match::Repeats(later), false);
+        }
+    }
+    let travel = travelled(time);
+    let mut pairs = Vec::new();
+    // Items near a detection, and whether they are so near that they may be one with its item.
+    let mut near: Vec<(usize, u32, bool)> = Vec::new();
+    // Items that an earlier part of the picture has shown.
+    let mut shown: Vec<(usize, u32)> = Vec::new();
+    for (index, one) in seen.iter().enumerate().filter(|(i, _)| active[*i]) {
+        let reach = gate.reach(one.covariance, items.widest());
+        let by_id = one.id().and_then(|id| items.known_as(source, id));
+        let around = items.around(one.place, reach).map(|(item, _)| item);
+        let rivals = around.filter(|item| Some(*item) != by_id).chain(by_id);
+        for item in rivals {
+            let Some(tracked) = items.get(item) else {
+                continue;
+            };
+            let off = [one.place - tracked.place, one.y - tracked.y];
+            if off[1].abs() > 3.0 * reach {
+                continue;
+            }
+            let way = travel - travelled(tracked.measured);
+            let squared = gate.squared_distance(off, one.covariance, tracked.covariance, way);
+            let number = if by_id == Some(item) {
+                Number::Same
+            } else if one.id.is_some() && tracked.is_named_by(source) {
+                Number::Other
+            } else {
+                Number::Unknown
+            };
+            let is_same = number == Number::Same;
+            // What lies where an item was picked before is another one, if the tracker does
+            // not say that it is the same.
+            let is_gone = matches!(tracked.state, State::Picked(at) if at < time);
+            let is_shown = tracked.seen_at(source) == Some(time);
+            if is_shown && !is_same {
+                shown.push((index, item));
+            }
+            if (is_gone || is_shown) && !is_same {
+                continue;
+            }
+            if is_near(squared) {
+                near.push((index, item, is_close(squared)));
+            }
+            if let Some(cost) = cost(squared, number, !is_gone) {
+                let detection = index;
+                pairs.push(Pair {
+                    detection,
+                    item,
+                    cost,
+                });
+            }
+        }
+    }
+    let doubled = gate.doubled();
+    let way = |i: usize, j: usize| seen[i].way(seen[j].place, seen[j].y);
+    let is_doubled = |i: usize| {
+        let others = (0..seen.len()).filter(|j| *j != i && active[*j]);
+        let mut near = others.filter(|j| way(i, *j) <= doubled);
+        near.next().is_some()
+    };
+    let alone: Vec<f64> = (0..seen.len())
+        .map(|i| cost_of_new(active[i] && is_doubled(i)))
+        .collect();
+    let found = assign(&pairs, &alone);
+    for (i, item) in found.iter().enumerate() {
+        if let Some(item) = item {
+            matches[i] = Match::Item(*item);
+        }
+    }
+    for i in (0..seen.len()).filter(|i| active[*i] && found[*i].is_none()) {
+        let is_rival = |j: &usize| active[*j] && way(i, *j) <= doubled;
+        let of_item = (0..seen.len()).filter(|j| found[*j].is_some());
+        let of_new = (0..i).filter(|j| matches[*j] == Match::New);
+        if let Some(other) = of_item.chain(of_new).find(is_rival) {
+            matches[i] = Match::Doubles(other);
+            continue;
+        }
+        let mut before = shown.iter().filter(|(index, _)| *index == i);
+        let is_near = |item: u32| {
+            items
+                .get(item)
+                .is_some_and(|t| seen[i].way(t.place, t.y) <= doubled)
+        };
+        if let Some((_, item)) = before.find(|(_, item)| is_near(*item)) {
+            matches[i] = Match::DoublesItem(*item);
+        }
+    }
+    let taken: HashSet<u32> = found.iter().flatten().copied().collect();
+    let (mut overlooked, mut beside) = (Vec::new(), Vec::new());
+    for (index, item, is_close) in near {
+        match found[index] {
+            Some(other) if other != item && taken.contains(&item) => beside.extend([item, other]),
+            Some(other) if other != item && is_close => overlooked.push((item, other)),
+            _ => {}
+        }
+    }
+    overlooked.sort_unstable();
+    overlooked.dedup_by_key(|(item, _)| *item);
+    beside.sort_unstable();
+    beside.dedup();
+    beside.retain(|item| overlooked.iter().all(|(_, other)| other != item));
+    Association {
+        matches,
+        overlooked,
+        beside,
+    }
+}
+
+/// A later detection of the same picture that says the same thing again, or corrects it: it
+/// has the same id and is not far.
+fn repetition(gate: Gate, seen: &[Sight], index: usize) -> Option<usize> {
+    let one = &seen[index];
+    let id = one.id()?;
+    let same = (index + 1..seen.len()).filter(|later| seen[*later].id() == Some(id));
+    let mut same = same.filter(|later| {
+        let other = &seen[*later];
+        let off = [one.place - other.place, one.y - other.y];
+        let squared = gate.squared_distance(off, one.covariance, other.covariance, 0.0);
+        cost(squared, Number::Same, true).is_some()
+    });
+    same.next()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::features::Features;
+
+    fn sight(id: Option<&str>, place: f64, time: f64) -> Sight {
+        Sight {
+            source: None,
+            id: id.map(str::to_owned),
+            time,
+            place,
+            y: 0.0,
+            covariance: None,
+            features: Features::default(),
+        }
+    }
+
+    fn put(items: &Items, seen: &[Sight]) -> Association {
+        associate(items, Gate::new(0.02), seen, |_| 0.0)
+    }
+
+    #[test]
+    fn what_a_picture_does_not_show_is_overlooked() {
+        let mut items = Items::default();
+        let a = items.add(&sight(Some("a"), 0.0, 0.0));
+        let b = items.add(&sight(Some("b"), 0.009, 0.0));
+        // Too far to be one with the others.
+        items.add(&sight(Some("c"), 0.03, 0.0));
+        let both = [sight(Some("a"), 0.001, 1.0), sight(Some("b"), 0.01, 1.0)];
+        let found = put(&items, &both);
+        assert_eq!(found.matches, [Match::Item(a), Match::Item(b)]);
+        assert_eq!((found.overlooked, found.beside), (vec![], vec![a, b]));
+        let found = put(&items, &both[..1]);
+        assert_eq!((found.overlooked, found.beside), (vec![(b, a)], vec![]));
+        // Neither has the other's place.
+        let found = put(&items, &[sight(Some("b"), 0.001, 1.0)]);
+        assert_eq!(found.matches, [Match::Item(a)]);
+    }
+
+    #[test]
+    fn parts_of_a_picture_know_of_each_other() {
+        let mut items = Items::default();
+        let a = items.add(&sight(None, 0.0, 1.0));
+        // The same stamp: another item, a second box, and what its id says is the same.
+        let found = put(&items, &[sight(None, 0.01, 1.0)]);
+        assert_eq!(found.matches, [Match::New]);
+        let found = put(&items, &[sight(None, 0.003, 1.0)]);
+        assert_eq!(found.matches, [Match::DoublesItem(a)]);
+        let b = items.add(&sight(Some("b"), 0.1, 1.0));
+        let found = put(&items, &[sight(Some("b"), 0.11, 1.0)]);
+        assert_eq!(found.matches, [Match::Item(b)]);
+        let found = put(&items, &[sight(None, 0.01, 1.5)]);
+        assert_eq!(found.matches, [Match::Item(a)]);
+    }
+
+    #[test]
+    fn repetitions_and_doubles_lead_to_one_detection() {
+        let items = Items::default();
+        let seen = [
+            sight(Some("a"), 0.0, 1.0),
+            sight(Some("a"), 0.01, 1.0),
+            sight(Some("b"), 0.012, 1.0),
+            sight(Some("a"), 0.5, 1.0),
+        ];
+        let found = put(&items, &seen);
+        let expected = [Match::Repeats(1), Match::New, Match::Doubles(1), Match::New];
+        assert_eq!(found.matches, expected);
+        assert_eq!(put(&items, &[]), Association::default());
+    }
+}

@@ -1,0 +1,168 @@
+//! Where the belt was: its travel over the time just past, thinned out.
+
+use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
+
+/// How long the past is kept [s]: a little longer than the oldest stamp that is accepted.
+const KEPT: f64 = crate::clock::OLDEST + 5.0;
+/// What is left out lies within this of the line between what is kept [m].
+const OFF: f64 = 2e-4;
+/// Points are at least this far apart [s], so that their number is bounded whatever the
+/// rate of the encoder.
+const APART: f64 = 4e-3;
+/// A stretch that ends within this of where the next one begins [m] was driven as it says.
+const SAME: f64 = 1e-9;
+
+/// From `from` on the belt has travelled `travel + speed (t - from)`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Stretch {
+    /// When it begins [s].
+    pub from: f64,
+    /// Travel then [m].
+    pub travel: f64,
+    /// Speed from then on [m/s].
+    pub speed: f64,
+}
+
+impl Stretch {
+    /// Travel at `time` [m].
+    pub fn travel(&self, time: f64) -> f64 {
+        self.travel + self.speed * (time - self.from)
+    }
+}
+
+/// The stretches before the newest one, oldest first.
+///
+/// Of a noisy encoder nearly every message is another stretch. What is kept are the corners
+/// of a line that passes all of them by at most [`OFF`]: the swinging door of E. H. Bristol
+/// (Swinging door trending: adaptive trend recording?, ISA National Conference, 1990,
+/// pp. 749-754).
+#[derive(Debug, Clone, Default)]
+pub struct History {
+    points: VecDeque<Stretch>,
+    /// Slopes [m/s] from the last point that pass everything that was left out since.
+    door: Option<(f64, f64)>,
+}
+
+impl History {
+    /// Takes up `previous`, which `next` follows, unless it can be left out; whether it did.
+    pub fn push(&mut self, previous: Stretch, next: &Stretch) -> bool {
+        let Some(last) = self.points.back() else {
+            self.add(previous);
+            return true;
+        };
+        let gap = previous.from - last.from;
+        if gap < APART {
+            return false;
+        }
+        let (low, high) = self.door.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+        let slope = |travel: f64| (travel - last.travel) / gap;
+        let low = low.max(slope(previous.travel - OFF));
+        let high = high.min(slope(previous.travel + OFF));
+        let whole = (next.travel - last.travel) / (next.from - last.from);
+        if (low..=high).contains(&whole) {
+            self.door = Some((low, high));
+            return false;
+        }
+        self.add(previous);
+        true
+    }
+
+    fn add(&mut self, point: Stretch) {
+        self.points.push_back(point);
+        self.door = None;
+    }
+
+    /// Adds points as another history has, and keeps the newest `kept` of them.
+    pub fn extend(&mut self, new: Vec<Stretch>, kept: usize) {
+        self.points.extend(new);
+        let surplus = self.points.len().saturating_sub(kept);
+        self.points.drain(..surplus);
+        self.door = None;
+    }
+
+    /// Forgets what is too old at `time` [s].
+    pub fn forget(&mut self, time: f64) {
+        // The point before the oldest time that is asked for holds then.
+        while self.points.get(1).is_some_and(|p| p.from < time - KEPT) {
+            self.points.pop_front();
+        }
+    }
+
+    /// How many points there are.
+    pub fn len(&self) -> usize {
+        self.points.len()
+    }
+
+    /// The newest `count` points.
+    pub fn newest(&self, count: usize) -> Vec<Stretch> {
+        let old = self.points.len().saturating_sub(count);
+        self.points.range(old..).copied().collect()
+    }
+
+    /// Whether both have the same points.
+    pub fn is_same(&self, other: &Self) -> bool {
+        self.points == other.points
+    }
+
+    /// Travel at `time` [m], before `newest` began.
+    pub fn travel(&self, time: f64, newest: &Stretch) -> f64 {
+        let after = self.points.partition_point(|point| point.from <= time);
+        let Some(held) = after.checked_sub(1).map(|held| self.points[held]) else {
+            return self.points.front().unwrap_or(newest).travel(time);
+        };
+        let next = self.points.get(after).unwrap_or(newest);
+        let (end, span) = (held.travel(next.from), next.from - held.from);
+        if (end - next.travel).abs() < SAME || span <= 0.0 {
+            return held.travel(time);
+        }
+        held.travel + (next.travel - held.travel) * ((time - held.from) / span)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn drive(hz: f64, seconds: f64, travel: impl Fn(f64) -> f64) -> (History, Stretch) {
+        let mut history = History::default();
+        let at = |time: f64| Stretch {
+            from: time,
+            travel: travel(time),
+            speed: 0.0,
+        };
+        let mut newest = at(0.0);
+        for i in 1..=(hz * seconds) as u32 {
+            let next = at(f64::from(i) / hz);
+            history.push(newest, &next);
+            history.forget(next.from);
+            newest = next;
+        }
+        (history, newest)
+    }
+
+    #[test]
+    fn a_minute_is_kept_at_any_rate_and_few_points_of_it() {
+        // Runs, stops at 30 s, runs on at 50 s; with noise of 0.01 mm.
+        let travel = |t: f64| {
+            let noise = 1e-5 * (1e4 * t).sin();
+            0.3 * t.min(30.0) + 0.3 * (t - 50.0).max(0.0) + noise
+        };
+        for hz in [1.0, 20.0, 1000.0, 10_000.0] {
+            let (history, newest) = drive(hz, 90.0, travel);
+            assert!(history.len() < 100, "{hz} Hz: {} points", history.len());
+            for i in 0..=600 {
+                let time = 30.0 + f64::from(i) / 10.0;
+                let off = (history.travel(time, &newest) - travel(time)).abs();
+                let allowed = if hz < 2.0 { 0.3 } else { 2.0 * OFF + 0.3 / hz };
+                assert!(off <= allowed, "{hz} Hz, {time} s: {off} m");
+            }
+        }
+    }
+
+    #[test]
+    fn the_number_of_points_is_bounded_under_any_noise() {
+        let (history, _) = drive(10_000.0, 70.0, |t| 0.01 * (1e5 * t).sin());
+        assert!(history.len() as f64 <= KEPT / APART + 2.0);
+    }
+}

@@ -1,0 +1,241 @@
+//! A robot's claim on an item: the task, and how far it has come.
+
+use super::lifecycle::Stage;
+use pickline::decision::{Candidate, Moment};
+use pickline::kinematics::{distance, meeting_range, travel_time};
+use pickline::station::{Belt, Robot};
+use nalgebra::Point2;
+use serde::{Deserialize, Serialize};
+
+/// Longest time between two cancels of one task [s].
+const LONGEST_PAUSE: f64 = 30.0;
+
+/// Why a task is cancelled, as the robot is told.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Reason {
+    /// The belt has stopped before the item was within reach.
+    BeltStopped,
+    /// The belt runs backwards.
+    BeltBackwards,
+    /// The belt is as fast as an arm of the line.
+    BeltTooFast,
+    /// With the belt's new speed the robot does not meet the item within its reach.
+    BeltSpeed,
+    /// The item is not where it was, and out of reach there.
+    ItemMoved,
+    /// No acknowledgement has come before the last start.
+    NoAck,
+    /// The robot has reported a fault.
+    Fault,
+    /// Another robot has picked the item.
+    TakenByOther,
+    /// The robot itself has picked it, by an earlier task.
+    PickedBefore,
+    /// The operator has stopped the line or the robot.
+    Stopped,
+}
+
+impl Reason {
+    /// As it is written in a `cancel`.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::BeltStopped => "the belt has stopped before the item came within reach",
+            Self::BeltBackwards => "the belt runs backwards",
+            Self::BeltTooFast => "the belt is as fast as an arm of the line, or faster",
+            Self::BeltSpeed => "the belt's speed has changed: the item is met outside the reach",
+            Self::ItemMoved => "the item has moved on the belt: it is met outside the reach",
+            Self::NoAck => "no acknowledgement has come before the last start",
+            Self::Fault => "the robot has reported a fault",
+            Self::Stopped => "the operator has stopped it",
+            Self::PickedBefore => "the item is picked, by an earlier task of this robot",
+            Self::TakenByOther => "another robot has picked the item",
+        }
+    }
+}
+
+/// One task whose result is not known. Times are those of the controller [s].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Claim {
+    /// Number of the task.
+    pub task: u64,
+    /// Index of the robot.
+    pub robot: usize,
+    /// Number of the item.
+    pub item: u32,
+    /// When it was decided.
+    pub decided: f64,
+    /// When the robot leaves its bin.
+    pub start: f64,
+    /// First and last start that meet the item in the workspace.
+    pub window: (f64, f64),
+    /// When it meets the item.
+    pub meet_at: f64,
+    /// Where [m].
+    #[serde(with = "point")]
+    pub meet: Point2<f64>,
+    /// When it is expected to be free again.
+    pub free_at: f64,
+    /// How far the task has come.
+    pub stage: Stage,
+    /// When the robot has acknowledged it first, by its stamp.
+    pub acknowledged: Option<f64>,
+    /// Why it is cancelled, once it is.
+    pub reason: Option<Reason>,
+    /// Sendings that were not acknowledged, since somebody was there to hear them.
+    pub unheard: u32,
+    /// How often the cancel was sent.
+    pub cancels: u32,
+    /// When the cancel is sent again.
+    pub repeat_at: Option<f64>,
+    /// How often it was sent before.
+    pub revision: u32,
+    /// When something has to be done about it if nothing is heard.
+    pub deadline: f64,
+}
+
+impl Claim {
+    /// The claim of a robot that leaves its bin at `moment.time` for `candidate`.
+    pub fn new(task: u64, index: usize, moment: &Moment, candidate: &Candidate) -> Self {
+        let travel = moment.travel_time(candidate);
+        let time = moment.time;
+        Self {
+            task,
+            robot: index,
+            item: candidate.item,
+            decided: time,
+            start: time,
+            window: (candidate.open, candidate.close),
+            meet_at: time + travel,
+            meet: Point2::new(
+                moment.x(candidate) + moment.belt_speed * travel,
+                candidate.y,
+            ),
+            free_at: time + moment.processing_time(candidate),
+            stage: Stage::Sent,
+            acknowledged: None,
+            reason: None,
+            unheard: 0,
+            cancels: 0,
+            repeat_at: None,
+            revision: 0,
+            deadline: f64::INFINITY,
+        }
+    }
+
+    /// The same task for a robot that has not left yet, from `now` on, for the item that
+    /// was at (`x0`, `y`) [m] at time 0; whether it can still be done, with a start by
+    /// `latest` [s]: a robot is not kept for an item that a belt about to stand brings in
+    /// an hour.
+    pub fn plan_again(
+        &mut self,
+        robot: &Robot,
+        belt: &Belt,
+        (now, latest): (f64, f64),
+        (x0, y): (f64, f64),
+    ) -> bool {
+        let Some((open, close)) = robot.departure_window(belt, x0, y) else {
+            return false;
+        };
+        let candidate = Candidate {
+            item: self.item,
+            x0,
+            y,
+            weight: 0.0,
+            open,
+            close,
+        };
+        let moment = Moment {
+            robot,
+            belt_speed: belt.speed,
+            time: now.max(open),
+        };
+        let fresh = Self::new(self.task, self.robot, &moment, &candidate);
+        let possible = now <= close && open <= latest;
+        if possible {
+            *self = Self {
+                decided: self.decided,
+                stage: self.stage,
+                acknowledged: self.acknowledged,
+                reason: self.reason,
+                unheard: self.unheard,
+                cancels: self.cancels,
+                repeat_at: self.repeat_at,
+                revision: self.revision + 1,
+                deadline: self.deadline,
+                ..fresh
+            };
+        }
+        possible
+    }
+
+    /// The same task for a robot on its way, when the item is not where it was expected:
+    /// it turns to the new meeting point from where it is; whether it can still be done.
+    pub fn redirect(&mut self, robot: &Robot, belt: &Belt, now: f64, (x0, y): (f64, f64)) -> bool {
+        let way = self.meet - robot.bin;
+        let whole = self.meet_at - self.start;
+        let gone = if whole > 0.0 {
+            ((now - self.start) / whole).clamp(0.0, 1.0)
+        } else {
+            1.0
+        };
+        let arm = robot.bin + way * gone;
+        let leaves = now.max(self.start);
+        let x = x0 + belt.speed * leaves;
+        let travel = travel_time(x - arm.x, y - arm.y, belt.speed, robot.speed);
+        let meet = Point2::new(x + belt.speed * travel, y);
+        let range = meeting_range(robot.base.x, robot.base.y, robot.reach, y, belt.length);
+        let possible = range.is_some_and(|(low, high)| (low..=high).contains(&meet.x));
+        if possible {
+            self.meet = meet;
+            self.meet_at = leaves + travel;
+            let back = distance(meet.x - robot.bin.x, meet.y - robot.bin.y) / robot.speed;
+            self.free_at = self.meet_at + robot.grasp_time + back + robot.release_time;
+            self.window = robot.departure_window(belt, x0, y).unwrap_or(self.window);
+            self.revision += 1;
+        }
+        possible
+    }
+}
+
+impl Claim {
+    /// The next time at which something has to be done about it. While its robot cannot be
+    /// reached nothing is sent, so nothing is due but what follows from its silence.
+    pub fn due(&self, unreachable: bool) -> Option<f64> {
+        match (self.stage, self.repeat_at) {
+            (Stage::Sent, _) if unreachable => None,
+            (stage, Some(at)) if stage.is_cancelled() && !unreachable => {
+                Some(self.deadline.min(at))
+            }
+            _ => Some(self.deadline),
+        }
+    }
+
+    /// From when on nothing can come of it any more: the robot had to set out by then, or
+    /// to be back, `patience` [s] ago.
+    pub fn moot_from(&self, patience: f64) -> f64 {
+        self.window.1.max(self.free_at) + patience
+    }
+
+    /// A cancel is sent at `now`; when the next one is follows from `pause` [s], which
+    /// doubles each time.
+    pub fn note_cancel(&mut self, now: f64, pause: f64) {
+        let doubled = pause * f64::from(2u32.saturating_pow(self.cancels.min(16)));
+        self.cancels += 1;
+        self.repeat_at = Some(now + doubled.min(LONGEST_PAUSE.max(pause)));
+    }
+}
+
+/// A place as its two coordinates.
+mod point {
+    use nalgebra::Point2;
+    use serde::{Deserialize as _, Deserializer, Serialize as _, Serializer};
+
+    pub fn serialize<S: Serializer>(point: &Point2<f64>, to: S) -> Result<S::Ok, S::Error> {
+        [point.x, point.y].serialize(to)
+    }
+
+    pub fn deserialize<'a, D: Deserializer<'a>>(from: D) -> Result<Point2<f64>, D::Error> {
+        <[f64; 2]>::deserialize(from).map(Point2::from)
+    }
+}

@@ -1,0 +1,131 @@
+//! What is heard: which messages are believed, and who handles them.
+
+use super::Controller;
+use crate::clock::{Belief, ClockKind, LEAP};
+use crate::operation::Mode;
+use crate::protocol::{Due, Incoming, Outgoing, Rejected};
+
+/// What has become of a message that was not refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Taken {
+    /// It was acted on.
+    Accepted,
+    /// It is held back until the next one shows whether its stamp can be believed.
+    Held,
+}
+
+impl Controller {
+    /// Takes a message. With message time, one that was held back before it may be acted on
+    /// first, or be refused, which [`Controller::take_dropped`] tells.
+    ///
+    /// # Errors
+    /// A message that is refused; it is counted, and nothing has changed.
+    pub fn handle(&mut self, mut message: Incoming) -> Result<Taken, Rejected> {
+        let is_doubtful = self.doubts.look(&mut message);
+        let result = self.take(message);
+        match &result {
+            Ok(_) if is_doubtful => self.note("doubtful_value"),
+            Ok(_) => {}
+            Err(rejected) => {
+                self.doubts.take();
+                self.count_rejected(rejected.reason);
+            }
+        }
+        result
+    }
+
+    fn take(&mut self, mut message: Incoming) -> Result<Taken, Rejected> {
+        if self.stamps.clock.kind == ClockKind::System {
+            self.map_stamps(&mut message)?;
+        }
+        let stamp = message.stamp();
+        let mut belief = self.stamps.judge(&message)?;
+        if let Some((held, confirmed)) = self.stamps.take_held_back(Some(stamp)) {
+            self.resolve(held, confirmed);
+            belief = self.stamps.judge(&message)?;
+        }
+        if let Belief::Certain(time) = belief {
+            return self.act_on(time, message).map(|()| Taken::Accepted);
+        }
+        let is_tick = matches!(message, Incoming::Tick { .. });
+        if is_tick && self.stamps.clock.origin().is_none() {
+            // Whatever time it is, nothing is due; who asks may say nothing more until
+            // there is an answer.
+            self.output.push(Outgoing::Due(Due { stamp, next: None }));
+        }
+        self.stamps.hold_back(message);
+        Ok(Taken::Held)
+    }
+
+    /// No message comes after the one that is held back.
+    pub(super) fn resolve_last(&mut self) {
+        if let Some((held, confirmed)) = self.stamps.take_held_back(None) {
+            self.resolve(held, confirmed);
+        }
+    }
+
+    /// Acts on a message that was held back, or refuses it.
+    fn resolve(&mut self, held: Incoming, confirmed: bool) {
+        let is_first = self.stamps.clock.origin().is_none();
+        let result = if confirmed {
+            let time = self.stamps.clock.time(held.stamp());
+            if !is_first {
+                self.note("leap");
+            }
+            // Of a long pause only the end is reported on.
+            self.skip_statuses(time - LEAP);
+            if is_first && matches!(held, Incoming::Tick { .. }) {
+                // It was answered already.
+                Ok(())
+            } else {
+                self.act_on(time, held)
+            }
+        } else {
+            Err(self.stamps.clock.unconfirmed(held.stamp()))
+        };
+        if let Err(rejected) = result {
+            self.count_rejected(rejected.reason);
+            self.stamps.drop_held_back(rejected);
+        }
+    }
+
+    fn act_on(&mut self, time: f64, message: Incoming) -> Result<(), Rejected> {
+        let taken = time - self.config.camera_delay;
+        let belongs = match &message {
+            Incoming::Detection(seen) => self.picture.takes(seen.source.as_deref(), taken),
+            _ => false,
+        };
+        if !belongs {
+            self.close_picture();
+        }
+        if self.stamps.clock.kind == ClockKind::Messages && time > self.stamps.clock.now {
+            // What was due before this came is decided without it.
+            self.settle(time, false);
+        }
+        self.hear_source(time, &message);
+        match message {
+            Incoming::Detection(detection) => self.detect(taken, detection),
+            Incoming::Belt(belt) => {
+                self.hear_belt(time, &belt);
+                Ok(())
+            }
+            Incoming::Robot(robot) => self.hear_robot(time, &robot),
+            Incoming::Ack(ack) => self.hear_ack(time, ack.task),
+            Incoming::Result(report) => self.hear_result(time, &report),
+            Incoming::Pause(order) => self.order(&order, Mode::Paused),
+            Incoming::Resume(order) => self.order(&order, Mode::Running),
+            Incoming::Drain(order) => self.order(&order, Mode::Draining),
+            Incoming::Stop(order) => self.order(&order, Mode::Stopped),
+            Incoming::Tick { stamp } => {
+                if self.stamps.clock.kind == ClockKind::Messages {
+                    self.settle(time, true);
+                    let next = self
+                        .next_due()
+                        .map(|time| self.stamps.clock.stamp_reaching(time));
+                    self.output.push(Outgoing::Due(Due { stamp, next }));
+                }
+                Ok(())
+            }
+        }
+    }
+}

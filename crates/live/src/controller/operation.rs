@@ -1,0 +1,50 @@
+//! What the operator orders.
+
+use super::Controller;
+use crate::claims::Reason;
+use crate::lifecycle::Event;
+use crate::operation::Mode;
+use crate::protocol::{Order, Rejected};
+
+impl Controller {
+    /// The operator wants `mode`, of the line or of one robot.
+    pub(super) fn order(&mut self, order: &Order, mode: Mode) -> Result<(), Rejected> {
+        let robot = order.robot.as_ref();
+        let robot = robot.map(|name| self.robot_named(name)).transpose()?;
+        let was_draining = self.operation.line() == Mode::Draining;
+        self.operation.order(robot, mode);
+        let now = self.stamps.now();
+        if was_draining && self.operation.line() != Mode::Draining {
+            self.world.admit_all();
+        }
+        if mode == Mode::Stopped {
+            let open = self.tasks.holding();
+            let open = open.filter(|claim| robot.is_none_or(|robot| claim.robot == robot));
+            // From the meeting on the robot has the item, or will soon say that it has not.
+            let open = open.filter(|c| c.acknowledged.is_none() || now < c.meet_at);
+            let open: Vec<u64> = open.map(|claim| claim.task).collect();
+            for task in open {
+                self.step(task, Event::Impossible, Some(Reason::Stopped));
+            }
+        }
+        // Others may have waited because this one was to take their items, and what was
+        // let pass may be taken again.
+        self.world.rebuild_windows(now, &mut self.fleet);
+        Ok(())
+    }
+
+    /// What the operator wants of the line, as a status names it.
+    pub(super) fn mode(&self) -> &'static str {
+        let line = self.operation.line();
+        let is_left = line == Mode::Draining && {
+            let (now, length) = (self.stamps.now(), self.station().belt().length);
+            let travel = self.world.motion().travel(now);
+            let waits = |tracked: &crate::items::Tracked| {
+                tracked.is_admitted() && tracked.place + travel <= length
+            };
+            self.tasks.holding().next().is_some()
+                || self.world.items().iter().any(|(_, tracked)| waits(tracked))
+        };
+        line.name(is_left)
+    }
+}

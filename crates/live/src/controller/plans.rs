@@ -1,0 +1,36 @@
+//! What is planned with: the belt as it is believed to move, and what follows from that.
+
+use super::Controller;
+use super::tasks::Cause;
+use crate::belt::Change;
+use crate::protocol::BeltState;
+
+impl Controller {
+    pub(super) fn hear_belt(&mut self, time: f64, belt: &BeltState) {
+        let resets = self.world.motion().encoder_resets();
+        match self.world.hear_belt(time, belt) {
+            (Change::Late, _) => self.note("late_belt"),
+            (_, true) => {
+                self.be_patient();
+                self.plan_again();
+                self.place_waiting();
+            }
+            (Change::None, false) => {}
+            (Change::Plan, false) => self.plan_again(),
+        }
+        if self.world.motion().encoder_resets() > resets {
+            self.note("encoder_reset");
+        }
+        self.remarks.append(&mut self.world.take_remarks());
+    }
+
+    /// The belt is not where plans put it: windows, tasks and waits are made again.
+    pub(super) fn plan_again(&mut self) {
+        let now = self.stamps.now();
+        self.world.plan_again(now);
+        for task in self.tasks.numbers() {
+            self.follow(task, Cause::Belt);
+        }
+        self.world.rebuild_windows(now, &mut self.fleet);
+    }
+}

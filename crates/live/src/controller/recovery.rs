@@ -1,0 +1,194 @@
+//! What outlives the process: told as it changes, and taken up again.
+
+use super::pictures::Picture;
+use super::{Config, Controller};
+use pickline::decision::Strategy;
+use pickline::error::{Error, Result};
+use crate::belt::Plan;
+use crate::claims::Claim;
+use crate::clock::Clock;
+use crate::drive::Drive;
+use crate::items::Items;
+use crate::operation::Operation;
+use crate::robots::Fleet;
+use crate::stamps::Stamps;
+use crate::state::{Change, Counters, State};
+use crate::tasks::Tasks;
+use crate::world::World;
+use pickline::station::Station;
+use std::collections::BTreeMap;
+
+/// What was last told of the state, to tell what has changed since. The items take note
+/// of their changes themselves: there are too many to compare.
+#[derive(Debug)]
+pub(super) struct Told {
+    claims: BTreeMap<u64, Claim>,
+    fleet: Fleet,
+    operation: Operation,
+    drive: Drive,
+    counters: Counters,
+    plan: Plan,
+    waiting: usize,
+    now: f64,
+}
+
+impl Controller {
+    /// The line as it was left, with what happened since unknown. Until the belt is heard
+    /// again, if it ever was, no task is given and no item forgotten: it may have stopped
+    /// in between. `stamp` is the time now with the system clock [s since 1970].
+    ///
+    /// # Errors
+    /// A state that is none of this station, or of a time to come.
+    pub fn restore(
+        station: Station,
+        strategy: Box<dyn Strategy>,
+        config: Config,
+        state: State,
+        stamp: Option<f64>,
+    ) -> Result<Self> {
+        /// The machine's clock may have been corrected by this much [s].
+        const AHEAD: f64 = 5.0;
+        let kind = config.clock;
+        let mut controller = Self::new(station, strategy, config);
+        state.check(controller.fleet.len())?;
+        let mut clock = Clock::resume(kind, state.origin, state.now);
+        if let Some(stamp) = stamp {
+            let time = clock.time(stamp);
+            if time < clock.now - AHEAD {
+                let ahead = clock.now - time;
+                return Err(Error::input(
+                    "its last record",
+                    format!("it is {ahead:.0} s ahead of this machine's clock"),
+                    "set the clock right, or wait until it is past that time",
+                ));
+            }
+            clock.now = clock.now.max(time);
+        }
+        controller.skip_statuses(clock.now);
+        controller.stamps = Stamps::new(clock);
+        for (robot, info) in state.robots {
+            *controller.fleet.get_mut(robot) = info;
+        }
+        controller.tasks = Tasks::restore(state.claims, state.past, state.counters.next_task);
+        let items = Items::restore(state.items, state.counters.numbers);
+        let station = controller.world.station().clone();
+        controller.world = World::restore(station, state.motion, items);
+        controller.tally = state.counters.tally;
+        controller.picture = Picture::restore(state.waiting);
+        controller.operation = state.operation;
+        controller.drive = state.drive;
+        let now = controller.stamps.now();
+        controller.world.rebuild_windows(now, &mut controller.fleet);
+        controller.send_again();
+        controller.output.clear();
+        Ok(controller)
+    }
+
+    /// Whether nothing is done until the belt has been heard.
+    pub fn awaits_belt(&self) -> bool {
+        self.world.awaits_belt()
+    }
+
+    /// How many items are known, and how many tasks are open.
+    pub fn load(&self) -> (usize, usize) {
+        (self.world.items().len(), self.tasks.holding().count())
+    }
+
+    /// The whole state, as the change from nothing. From now on [`Controller::change`]
+    /// tells what changes.
+    pub fn whole(&mut self) -> Change {
+        self.world.watch();
+        let items = self.world.items().iter();
+        let change = Change {
+            origin: self.origin(),
+            now: self.stamps.now(),
+            items: items.map(|(n, item)| (n, Some(item.clone()))).collect(),
+            claims: self
+                .tasks
+                .iter()
+                .map(|claim| (claim.task, Some(claim.clone())))
+                .collect(),
+            robots: self
+                .fleet
+                .iter()
+                .map(|(n, info)| (n, info.clone()))
+                .collect(),
+            operation: Some(self.operation.clone()),
+            drive: Some(self.drive),
+            counters: Some(self.counters()),
+            past: self.tasks.watch(),
+            motion: self.world.motion().change(None),
+            waiting: Some(self.picture.waiting().to_vec()),
+        };
+        self.told = Some(self.tell());
+        change
+    }
+
+    /// What has changed since it was last told; none when that is nothing, or the time
+    /// alone and nothing was `said`.
+    pub fn change(&mut self, said: bool) -> Option<Change> {
+        let before = self.told.take()?;
+        let mut change = Change {
+            origin: self.origin(),
+            now: self.stamps.now(),
+            items: self.world.take_changed(),
+            past: self.tasks.take_changed(),
+            ..Change::default()
+        };
+        for (task, claim) in self.tasks.table() {
+            if before.claims.get(task) != Some(claim) {
+                change.claims.push((*task, Some(claim.clone())));
+            }
+        }
+        let over = before.claims.keys();
+        let over = over.filter(|task| self.tasks.get(**task).is_none());
+        change.claims.extend(over.map(|task| (*task, None)));
+        for (robot, info) in self.fleet.iter() {
+            if before.fleet.get(robot) != info {
+                change.robots.push((robot, info.clone()));
+            }
+        }
+        change.operation = (self.operation != before.operation).then(|| self.operation.clone());
+        change.drive = (self.drive != before.drive).then_some(self.drive);
+        let counters = self.counters();
+        change.counters = (counters != before.counters).then_some(counters);
+        change.motion = self.world.motion().change(Some(before.plan));
+        // It grows until it is empty.
+        let waiting = self.picture.waiting();
+        change.waiting = (waiting.len() != before.waiting).then(|| waiting.to_vec());
+        let later = said && before.now != change.now;
+        if change.is_empty() && !later {
+            self.told = Some(before);
+            return None;
+        }
+        self.told = Some(self.tell());
+        Some(change)
+    }
+
+    /// Stamp of time 0 by the machine's clock [s]: whoever goes on reads that.
+    fn origin(&self) -> Option<f64> {
+        let origin = self.stamps.clock.origin();
+        origin.map(|origin| origin + self.sources.ahead())
+    }
+
+    fn tell(&self) -> Told {
+        Told {
+            claims: self.tasks.table().clone(),
+            fleet: self.fleet.clone(),
+            operation: self.operation.clone(),
+            drive: self.drive,
+            counters: self.counters(),
+            plan: self.world.motion().plan(),
+            waiting: self.picture.waiting().len(),
+            now: self.stamps.now(),
+        }
+    }
+
+    fn counters(&self) -> Counters {
+        Counters {
+            next_task: self.tasks.next(),
+            numbers: self.world.items().numbers(),
+            tally: self.tally.clone(),
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! Whose message it is, and what its stamps are in the node's time.
+
+use super::Controller;
+use pickline::error::{rounded, shown, shown_number};
+use crate::protocol::{Incoming, Rejected, Rejection, RobotState, SourceKind};
+use crate::sources::{Key, Step};
+
+use super::hearing::Taken;
+
+impl Controller {
+    /// Takes a message, as [`Controller::handle`], that came at `received` [s since 1970] by
+    /// the clock that [`Controller::advance`] goes by.
+    ///
+    /// # Errors
+    /// As for [`Controller::handle`].
+    pub fn hear(&mut self, message: Incoming, received: f64) -> Result<Taken, Rejected> {
+        self.received = Some(received);
+        let result = self.handle(message);
+        self.received = None;
+        result
+    }
+
+    /// With the system clock: the machine's clock is `ahead` [s] of the steady clock that
+    /// [`Controller::advance`] goes by, for it was set. Open tasks are sent again: their
+    /// stamps are those of a clock that nobody has any more.
+    pub fn set_clock_ahead(&mut self, ahead: f64) {
+        let Some(step) = self.sources.set_ahead(ahead) else {
+            return;
+        };
+        self.note("clock_step");
+        let (way, by) = (
+            if step < 0.0 { "back" } else { "forward" },
+            rounded(step.abs(), 4),
+        );
+        self.remarks.push(format!(
+            "the machine's clock was set {way} by {by} s: decisions go by a clock that nobody sets, \
+             stamps are mapped, and open tasks are sent again with their new stamps"
+        ));
+        self.plan_again();
+    }
+
+    /// Who sends such a message; none for ticks, and for robots and tasks that are not known.
+    fn source_of(&self, message: &Incoming) -> Option<Key> {
+        let robot = |index: usize| self.robot_keys.get(index).cloned();
+        let of_task = |task: u64| robot(self.tasks.get(task)?.robot);
+        let named = |kind: SourceKind, name: &Option<String>| {
+            let name = name.as_deref().unwrap_or(kind.name());
+            Some((kind, name.to_owned()))
+        };
+        match message {
+            Incoming::Detection(detection) => named(SourceKind::Camera, &detection.source),
+            Incoming::Belt(belt) => named(SourceKind::Belt, &belt.source),
+            Incoming::Robot(status) => {
+                let mut keys = self.robot_keys.iter();
+                keys.find(|(_, name)| *name == status.name).cloned()
+            }
+            Incoming::Ack(ack) => of_task(ack.task),
+            Incoming::Result(report) => of_task(report.task),
+            Incoming::Pause(_)
+            | Incoming::Resume(_)
+            | Incoming::Drain(_)
+            | Incoming::Stop(_)
+            | Incoming::Tick { .. } => None,
+        }
+    }
+
+    /// Puts the stamps of a message into the node's time.
+    ///
+    /// # Errors
+    /// A stamp that lies in the future.
+    pub(super) fn map_stamps(&mut self, message: &mut Incoming) -> Result<(), Rejected> {
+        let (Some(key), Some(received)) = (self.source_of(message), self.received) else {
+            message.shift(-self.sources.ahead());
+            return Ok(());
+        };
+        let Some(mapped) = self.sources.map(&key, message.stamp(), received) else {
+            let stamp = shown_number(message.stamp());
+            let now = shown_number(received + self.sources.ahead());
+            return Err(Rejected::new(
+                Rejection::Stamp,
+                format!(
+                    "stamp = {stamp}, while it is {now}; expected at most 60 s behind and 0.25 s \
+                     ahead, or three messages in a row that agree"
+                ),
+            ));
+        };
+        message.shift(mapped.shift);
+        if let Some(Step { by, is_first }) = mapped.stepped {
+            self.note("source_step");
+            let (kind, name) = (key.0.name(), shown(&key.1));
+            let (is_behind, by) = (by < 0.0, rounded(by.abs(), 4));
+            let what = match (is_first, is_behind) {
+                (true, true) => format!("is {by} s behind the node's"),
+                (true, false) => format!("is {by} s ahead of the node's"),
+                (false, true) => format!("was set back by {by} s against the node's"),
+                (false, false) => format!("was set forward by {by} s against the node's"),
+            };
+            self.remarks.push(format!(
+                "{kind} `{name}`: its clock {what}; its stamps are mapped"
+            ));
+            if key.0 == SourceKind::Robot {
+                self.plan_again();
+            }
+        }
+        Ok(())
+    }
+
+    /// Notes that the source of a message that is believed was heard at `time` [s].
+    pub(super) fn hear_source(&mut self, time: f64, message: &Incoming) {
+        let Some(key) = self.source_of(message) else {
+            return;
+        };
+        let says = match message {
+            Incoming::Belt(belt) => Some(belt.speed),
+            Incoming::Robot(status) => Some(match status.state {
+                RobotState::Idle => 0.0,
+                RobotState::Busy => 1.0,
+                RobotState::Fault => 2.0,
+            }),
+            Incoming::Detection(_) => Some(0.0),
+            Incoming::Ack(_)
+            | Incoming::Result(_)
+            | Incoming::Pause(_)
+            | Incoming::Resume(_)
+            | Incoming::Drain(_)
+            | Incoming::Stop(_)
+            | Incoming::Tick { .. } => None,
+        };
+        let received = self.received.map(|stamp| self.stamps.clock.time(stamp));
+        self.sources.hear(&key, received.unwrap_or(time), says);
+    }
+
+    /// The stamp of a time [s] as `robot` understands it.
+    pub(super) fn stamp_for(&self, robot: usize, time: f64) -> f64 {
+        self.stamps.clock.stamp(time) - self.sources.shift(&self.robot_keys[robot])
+    }
+
+    /// The stamp of a time [s] by the machine's clock.
+    pub(super) fn stamp_of(&self, time: f64) -> f64 {
+        self.stamps.clock.stamp(time) + self.sources.ahead()
+    }
+}

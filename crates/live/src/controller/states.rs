@@ -1,0 +1,135 @@
+//! What robots say of themselves: idle, busy, fault.
+
+use super::Controller;
+use pickline::error::shown;
+use crate::claims::Reason;
+use crate::lifecycle::Event;
+use crate::protocol::{Rejected, Rejection, RobotState, RobotStatus};
+use crate::robots::{Service, Wait};
+
+impl Controller {
+    /// The index of the robot of this name.
+    ///
+    /// # Errors
+    /// There is none.
+    pub(super) fn robot_named(&self, name: &str) -> Result<usize, Rejected> {
+        let robots = self.station().robots();
+        robots
+            .iter()
+            .position(|robot| robot.name == name)
+            .ok_or_else(|| {
+                let known: Vec<&str> = robots.iter().map(|robot| robot.name.as_str()).collect();
+                let (name, known) = (shown(name), known.join(", "));
+                let problem = format!("there is no robot `{name}`; expected one of {known}");
+                Rejected::new(Rejection::UnknownRobot, problem)
+            })
+    }
+
+    /// A robot says what it is doing.
+    pub(super) fn hear_robot(&mut self, time: f64, status: &RobotStatus) -> Result<(), Rejected> {
+        let index = self.robot_named(&status.name)?;
+        let info = self.fleet.get_mut(index);
+        if status.state == RobotState::Fault {
+            // A fault counts however late it comes, and lasts until the robot has said
+            // otherwise since.
+            let newest = info.said_at.map_or(time, |said| said.max(time));
+            info.said_at = Some(newest);
+            info.fault_at = Some(newest);
+            self.fault(index);
+            return Ok(());
+        }
+        // What it said before it said something newer is over.
+        let is_late = info.said_at.is_some_and(|said| time < said)
+            || info.fault_at.is_some_and(|fault| time <= fault);
+        if is_late {
+            self.note("late_robot");
+            return Ok(());
+        }
+        info.said_at = Some(time);
+        info.fault_at = None;
+        let free = status
+            .available_at
+            .map(|stamp| self.stamps.clock.time(stamp));
+        let current = info.task;
+        if status.state == RobotState::Busy
+            && let Some(task) = status.task.filter(|task| Some(*task) == current)
+            && self
+                .tasks
+                .get(task)
+                .is_some_and(|c| c.acknowledged.is_none())
+        {
+            // At work, and this is its last task: it has understood it.
+            self.hear_ack(time, task)?;
+        }
+        let claim = current.and_then(|task| self.tasks.get(task));
+        // It may not have heard of its task when it said this.
+        let crossed = claim.is_some_and(|claim| {
+            let knows = status.task.is_none_or(|task| task == claim.task);
+            let since = claim.acknowledged.map(|at| at.max(claim.decided));
+            !knows || since.is_none_or(|since| time < since)
+        });
+        // A state that is read out in a cycle lags behind: without the task's id an early
+        // `idle` may be of before the task. It is believed from the time on at which the
+        // robot is expected to be done.
+        let is_early = claim.is_some_and(|claim| time < claim.free_at);
+        let may_lag = is_early && status.task.is_none() && free.is_none();
+        let info = self.fleet.get_mut(index);
+        // Before its last result it was not yet what that has made it.
+        let is_over = info.service == Service::Ready && info.told_at.is_some_and(|at| time < at);
+        match status.state {
+            RobotState::Fault => {}
+            RobotState::Idle | RobotState::Busy if crossed => {}
+            RobotState::Idle | RobotState::Busy if is_over => self.note("late_robot"),
+            RobotState::Idle if may_lag => info.idle_said = true,
+            RobotState::Idle => {
+                // Said again by one that is free already it must not end its wait; one that
+                // had announced a later time is free before.
+                let is_early = info.wait == Wait::No && info.free_at > time && info.is_news(time);
+                if !info.is_ready() || info.task.is_some() || free.is_some() || is_early {
+                    info.tells_free(time, free.unwrap_or(time));
+                }
+            }
+            RobotState::Busy => {
+                info.idle_said = false;
+                match (free, current) {
+                    (Some(free), Some(_)) => {
+                        info.free_at = free;
+                        info.told_at = Some(time);
+                    }
+                    (Some(free), None) => info.tells_free(time, free),
+                    (None, Some(_)) => {}
+                    (None, None) => info.service = Service::Working,
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// A robot is out of service. What it was after goes back to the pool, unless it may
+    /// have it in its gripper.
+    fn fault(&mut self, index: usize) {
+        let now = self.stamps.now();
+        let info = self.fleet.get_mut(index);
+        let is_new = info.service != Service::Fault;
+        (info.service, info.task, info.idle_said) = (Service::Fault, None, false);
+        let its = self.tasks.holding().filter(|claim| claim.robot == index);
+        let its: Vec<(u64, bool)> = its
+            .map(|claim| {
+                let before = now < claim.meet_at || claim.acknowledged.is_none();
+                (claim.task, before)
+            })
+            .collect();
+        for (task, before) in its {
+            let event = if before {
+                Event::FaultBefore
+            } else {
+                Event::FaultAfter
+            };
+            self.step(task, event, Some(Reason::Fault));
+        }
+        if is_new {
+            // Others may have waited because this one was to take their items.
+            self.world.rebuild_windows(now, &mut self.fleet);
+        }
+    }
+}

@@ -1,0 +1,174 @@
+//! What is shown to whoever watches.
+
+use super::Controller;
+use crate::clock::ClockKind;
+use crate::fate::Fate;
+use crate::items::Tracked;
+use crate::trend::TrendView;
+use crate::view::{ClaimView, ItemView, View};
+
+/// Items in one view at most, besides the claimed ones: a screen has no room for more,
+/// and the line must not wait for its picture.
+const MOST_SHOWN: usize = 2000;
+/// How far before and after the belt items are shown [m].
+const ROOM: f64 = 0.5;
+
+impl Controller {
+    /// The line as it is now, without a trend. `queued` is how many messages wait to be sent.
+    pub fn view(&self, queued: u64) -> View {
+        let travel = self.world.motion().travel(self.stamps.now());
+        let mut view = View {
+            status: self.status(false, queued),
+            latency: self.latency(),
+            decision_times: self.decider.decision_times(),
+            steady: self.stamps.clock.kind == ClockKind::System,
+            belt_speed: self.world.motion().speed(),
+            belt_travel: travel,
+            items: Vec::new(),
+            left_out: 0,
+            claims: self.show_claims(),
+            trend: TrendView::default(),
+        };
+        let end = self.station().belt().length + ROOM;
+        let near: Vec<_> = self
+            .world
+            .items()
+            .within(-ROOM - travel, end - travel)
+            .collect();
+        // By number, so that an item that is shown stays while as many are there.
+        let every = near.len().div_ceil(MOST_SHOWN).max(1) as u32;
+        for (item, tracked) in near {
+            let (fate, reason) = match self.world.fate(tracked, tracked.place + travel) {
+                Fate::Picked => continue,
+                Fate::Claimed => ("claimed", None),
+                Fate::OnBelt => ("waiting", None),
+                other => ("missed", other.reason()),
+            };
+            if fate == "claimed" || item % every == 0 {
+                let robot = self.robot_after(tracked);
+                view.items.push(ItemView {
+                    id: tracked.id.clone(),
+                    x: tracked.place + travel,
+                    y: tracked.y,
+                    weight: tracked.weight,
+                    class: tracked.features.class.clone(),
+                    fate,
+                    reason,
+                    robot,
+                });
+            } else {
+                view.left_out += 1;
+            }
+        }
+        view
+    }
+
+    /// Picks of each robot so far, and whether it is busy, upstream first.
+    pub fn workload(&self) -> impl Iterator<Item = (u64, bool)> + '_ {
+        let now = self.stamps.now();
+        let robots = self.fleet.iter();
+        robots.map(move |(_, info)| (info.picked, info.state(now) == "busy"))
+    }
+
+    fn robot_after(&self, tracked: &Tracked) -> Option<usize> {
+        let task = tracked.claimed_by()?;
+        self.tasks.get(task).map(|claim| claim.robot)
+    }
+
+    fn show_claims(&self) -> Vec<ClaimView> {
+        let stamp = |time: f64| self.stamp_of(time);
+        let claims = self.tasks.holding();
+        let shown = claims.map(|claim| ClaimView {
+            task: claim.task,
+            revision: claim.revision,
+            robot: claim.robot,
+            item: self
+                .world
+                .items()
+                .get(claim.item)
+                .map(|tracked| tracked.id.clone())
+                .unwrap_or_default(),
+            stage: claim.stage.name(),
+            start: stamp(claim.start),
+            meet_at: stamp(claim.meet_at),
+            meet: [claim.meet.x, claim.meet.y],
+            free_at: stamp(claim.free_at),
+        });
+        shown.collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::protocol::decode;
+    use crate::{ClockKind, Config};
+    use pickline::station::built_in;
+
+    fn line() -> Controller {
+        let station = built_in("paper").unwrap().station(Some(2)).unwrap();
+        let strategy = pickline::strategies::read_alone("SPT,FIFO", 2).unwrap().make();
+        let config = Config {
+            clock: ClockKind::Messages,
+            ..Config::default()
+        };
+        Controller::new(station, strategy, config)
+    }
+
+    fn say(line: &mut Controller, fields: &str) {
+        let message = decode(format!("{{{fields}}}").as_bytes()).unwrap();
+        line.handle(message).unwrap();
+    }
+
+    #[test]
+    fn items_and_claims_are_shown_as_they_are() {
+        let mut line = line();
+        say(
+            &mut line,
+            r#""kind":"robot","stamp":5,"name":"r1","state":"idle""#,
+        );
+        for (id, x, y) in [("a", 1.0, -0.2), ("b", -0.3, 0.1), ("far", -9.0, 0.0)] {
+            let fields = format!(
+                r#""kind":"detection","stamp":5,"id":"{id}","x":{x},"y":{y},"class":"<b>""#
+            );
+            say(&mut line, &fields);
+        }
+        say(&mut line, r#""kind":"tick","stamp":5.5"#);
+        let view = line.view(3);
+        assert_eq!(view.status, line.status(false, 3));
+        let shown: Vec<_> = view.items.iter().map(|i| (i.id.as_str(), i.fate)).collect();
+        assert_eq!(shown, [("a", "claimed"), ("b", "waiting")]);
+        assert_eq!(view.items[0].robot, Some(0));
+        assert_eq!(view.items[0].class.as_deref(), Some("<b>"));
+        assert!((view.items[0].x - 1.025).abs() < 1e-12);
+        assert_eq!((view.left_out, view.claims.len()), (0, 1));
+        let claim = &view.claims[0];
+        assert_eq!((claim.stage, claim.start, claim.robot), ("sent", 5.0, 0));
+        assert_eq!(claim.item, "a");
+    }
+
+    #[test]
+    fn a_crowd_is_shown_in_part_and_its_claims_whole() {
+        let mut line = line();
+        say(
+            &mut line,
+            r#""kind":"robot","stamp":0,"name":"r1","state":"idle""#,
+        );
+        for i in 0..5000u32 {
+            let (x, y) = (
+                1.5 - 0.01 * f64::from(i / 50),
+                0.01 * f64::from(i % 50) - 0.4,
+            );
+            say(
+                &mut line,
+                &format!(r#""kind":"detection","stamp":0,"id":"{i}","x":{x},"y":{y}"#),
+            );
+        }
+        say(&mut line, r#""kind":"tick","stamp":0"#);
+        let view = line.view(0);
+        assert!(view.items.len() <= MOST_SHOWN + 1);
+        assert_eq!(view.items.len() + view.left_out, 5000);
+        let claimed = view.items.iter().filter(|item| item.fate == "claimed");
+        assert_eq!(claimed.count(), 1);
+    }
+}

@@ -1,0 +1,126 @@
+//! What the camera says of an item besides its place.
+
+use super::protocol::Detection;
+use pickline::pattern::Item;
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+
+/// What is known of an item besides its place; what nobody has said is none.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Features {
+    /// Area seen from above [cm^2].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub area_cm2: Option<f64>,
+    /// Probability that this is a real item.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub p_detection: Option<f64>,
+    /// Probability that a grasp succeeds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub p_grasp: Option<f64>,
+    /// Explicit weight.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub weight: Option<f64>,
+    /// What it is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub class: Option<String>,
+    /// Angle of its long side, from x towards y [rad].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub angle: Option<f64>,
+    /// Height of its top above the belt [m].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub height: Option<f64>,
+    /// How long it is and how wide [m].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub size: Option<[f64; 2]>,
+    /// Whatever else the robot should know.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub data: Option<Map<String, Value>>,
+}
+
+impl Features {
+    /// What a detection says.
+    pub fn of(detection: &Detection) -> Self {
+        Self {
+            area_cm2: detection.area_cm2,
+            p_detection: detection.p_detection,
+            p_grasp: detection.p_grasp,
+            weight: detection.weight,
+            class: detection.class.clone(),
+            angle: detection.angle,
+            height: detection.height,
+            size: detection.size,
+            data: detection.data.clone(),
+        }
+    }
+
+    /// Takes over what `other` says, all of it if it is newer, else what is not known yet.
+    /// What it does not say stays.
+    pub fn take(&mut self, other: Self, is_newer: bool) {
+        fn merge<T>(mine: &mut Option<T>, other: Option<T>, is_newer: bool) {
+            if other.is_some() && (is_newer || mine.is_none()) {
+                *mine = other;
+            }
+        }
+        // All fields, so that none is forgotten.
+        let Self {
+            area_cm2,
+            p_detection,
+            p_grasp,
+            weight,
+            class,
+            angle,
+            height,
+            size,
+            data,
+        } = other;
+        merge(&mut self.area_cm2, area_cm2, is_newer);
+        merge(&mut self.p_detection, p_detection, is_newer);
+        merge(&mut self.p_grasp, p_grasp, is_newer);
+        merge(&mut self.weight, weight, is_newer);
+        merge(&mut self.class, class, is_newer);
+        merge(&mut self.angle, angle, is_newer);
+        merge(&mut self.height, height, is_newer);
+        merge(&mut self.size, size, is_newer);
+        merge(&mut self.data, data, is_newer);
+    }
+
+    /// The object-specific reward that follows.
+    pub fn reward(&self) -> f64 {
+        let item = Item {
+            area_cm2: self.area_cm2,
+            p_detection: self.p_detection,
+            p_grasp: self.p_grasp,
+            weight: self.weight,
+            ..Item::default()
+        };
+        item.reward()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_not_said_stays_and_old_news_fill_gaps_only() {
+        let mut known = Features {
+            area_cm2: Some(100.0),
+            class: Some("pet".into()),
+            ..Features::default()
+        };
+        let said = Features {
+            p_detection: Some(0.5),
+            class: Some("hdpe".into()),
+            ..Features::default()
+        };
+        let mut late = known.clone();
+        known.take(said.clone(), true);
+        assert_eq!(known.class.as_deref(), Some("hdpe"));
+        let expected = 0.5 / (1.0 + (-1.0f64).exp());
+        assert!((known.reward() - expected).abs() < 1e-15);
+        late.take(said, false);
+        assert_eq!(late.class.as_deref(), Some("pet"));
+        assert_eq!(late.p_detection, Some(0.5));
+    }
+}

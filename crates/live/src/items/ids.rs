@@ -1,0 +1,283 @@
+//! Under which names and ids the items go.
+//!
+//! An item has one name, which no other has and which messages use. Each camera may know it
+//! by ids of its own, and one id is that of one item of its camera at a time.
+
+use super::{Items, Sighting};
+use crate::sight::Sight;
+
+/// Ids of one camera that an item is remembered under: a tracker that wavers between two.
+const MOST_IDS: usize = 4;
+
+/// What an id has told of an item.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum News {
+    /// Nothing new.
+    Nothing,
+    /// The tracker had another id for it before.
+    Renumbered,
+    /// Another tracker has an id for it as well.
+    Fused,
+}
+
+/// What the names of items begin with that have no id.
+const UNNAMED: &str = "auto:";
+
+impl Items {
+    /// The number of the item that `source` has seen under this id.
+    pub fn known_as(&self, source: Option<&str>, id: &str) -> Option<u32> {
+        let items = self.by_id.get(id)?;
+        let its = |item: &&u32| {
+            let sighting = self.table.get(item).and_then(|t| t.sighting(source));
+            sighting.is_some_and(|s| s.ids.iter().any(|known| known == id))
+        };
+        items.iter().find(its).copied()
+    }
+
+    /// A name for an item without an id.
+    pub(super) fn unused_name(&mut self) -> String {
+        loop {
+            self.numbers.unnamed += 1;
+            let name = format!("{UNNAMED}{}", self.numbers.unnamed);
+            if !self.by_name.contains_key(&name) {
+                return name;
+            }
+        }
+    }
+
+    /// A name for an item whose id is the name of another.
+    pub(super) fn name_after(&mut self, id: &str) -> String {
+        loop {
+            self.numbers.renamed += 1;
+            let name = format!("{id}~{}", self.numbers.renamed);
+            if !self.by_name.contains_key(&name) {
+                return name;
+            }
+        }
+    }
+
+    /// Takes a name from the item that has it, which gets one that follows from it.
+    pub(super) fn free_name(&mut self, name: &str) {
+        let Some(item) = self.by_name.get(name).copied() else {
+            return;
+        };
+        let other = self.name_after(name);
+        self.by_name.remove(name);
+        self.by_name.insert(other.clone(), item);
+        if let Some(tracked) = self.get_mut(item) {
+            tracked.id = other;
+        }
+    }
+
+    /// Whether an item has this name because some camera has this id for it.
+    pub(super) fn is_name_in_use(&self, name: &str) -> bool {
+        let item = self.by_name.get(name).and_then(|item| self.table.get(item));
+        let mut ids = item.iter().flat_map(|t| &t.sightings).flat_map(|s| &s.ids);
+        ids.any(|id| id == name)
+    }
+
+    /// Takes note of who saw an item, and under which id. If that is newer than what is known,
+    /// what had the id before has it no more; if not, it stays with what has it.
+    pub fn sight(&mut self, item: u32, sight: &Sight, is_newer: bool) -> News {
+        let source = sight.source();
+        let owner = sight.id().and_then(|id| self.known_as(source, id));
+        let is_free = owner.is_none_or(|owner| owner == item || is_newer);
+        let id = sight.id().filter(|_| is_free);
+        if let (Some(id), Some(owner)) = (id, owner)
+            && owner != item
+        {
+            self.release(owner, source, id);
+        }
+        self.adopt(item, source, sight.time, id)
+    }
+
+    /// `source` saw the item at `time` [s], under this id if it has one, which is no other's.
+    fn adopt(&mut self, item: u32, source: Option<&str>, time: f64, id: Option<&str>) -> News {
+        self.note_change(item);
+        let Some(tracked) = self.table.get_mut(&item) else {
+            return News::Nothing;
+        };
+        let is_named = tracked.sightings.iter().any(|s| !s.ids.is_empty());
+        // Another item may have taken the only id that it had.
+        let lost_its_id = !is_named && !tracked.id.starts_with(UNNAMED) && Some(&*tracked.id) != id;
+        let its = |s: &Sighting| s.source.as_deref() == source;
+        let place = tracked.sightings.iter().position(its);
+        let place = place.unwrap_or_else(|| {
+            tracked.sightings.push(Sighting {
+                source: source.map(str::to_owned),
+                at: time,
+                ids: Vec::new(),
+            });
+            tracked.sightings.len() - 1
+        });
+        let its = &mut tracked.sightings[place];
+        its.at = its.at.max(time);
+        let Some(id) = id.filter(|id| its.ids.iter().all(|known| known != id)) else {
+            return News::Nothing;
+        };
+        let news = match (its.ids.is_empty(), is_named) {
+            (true, false) if lost_its_id => News::Renumbered,
+            (true, false) => News::Nothing,
+            (true, true) => News::Fused,
+            (false, _) => News::Renumbered,
+        };
+        its.ids.push(id.to_owned());
+        let surplus = its.ids.len().saturating_sub(MOST_IDS);
+        let forgotten: Vec<String> = its.ids.drain(..surplus).collect();
+        for old in forgotten {
+            self.unlist(&old, item);
+        }
+        self.by_id.entry(id.to_owned()).or_default().push(item);
+        news
+    }
+
+    /// The id of `source` is no longer that of this item.
+    pub(super) fn release(&mut self, item: u32, source: Option<&str>, id: &str) {
+        self.note_change(item);
+        if let Some(tracked) = self.table.get_mut(&item) {
+            for sighting in &mut tracked.sightings {
+                if sighting.source.as_deref() == source {
+                    sighting.ids.retain(|known| known != id);
+                }
+            }
+        }
+        self.unlist(id, item);
+    }
+
+    /// Takes one entry of this id and item from the list of ids.
+    pub(super) fn unlist(&mut self, id: &str, item: u32) {
+        if let Some(items) = self.by_id.get_mut(id) {
+            if let Some(place) = items.iter().position(|other| *other == item) {
+                items.swap_remove(place);
+            }
+            if items.is_empty() {
+                self.by_id.remove(id);
+            }
+        }
+    }
+
+    /// An item turns out to be `other`, which gets its ids, what only it had, and its place if
+    /// that is newer.
+    pub fn fuse(&mut self, item: u32, other: u32) {
+        let Some(gone) = self.forget(item) else {
+            return;
+        };
+        let Some(tracked) = self.get_mut(other) else {
+            return;
+        };
+        let is_newer = gone.measured > tracked.measured;
+        tracked.overlooked = tracked.overlooked.min(gone.overlooked);
+        tracked.features.take(gone.features, is_newer);
+        tracked.weight = tracked.features.reward();
+        if is_newer {
+            self.measure(other, gone.measured, gone.covariance);
+            self.place(other, gone.place, gone.y);
+        }
+        for sighting in gone.sightings {
+            let source = sighting.source.as_deref();
+            for id in &sighting.ids {
+                self.adopt(other, source, sighting.at, Some(id));
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::features::Features;
+
+    fn sight(source: Option<&str>, id: Option<&str>, time: f64) -> Sight {
+        Sight {
+            source: source.map(str::to_owned),
+            id: id.map(str::to_owned),
+            time,
+            place: time,
+            y: 0.0,
+            covariance: None,
+            features: Features::default(),
+        }
+    }
+
+    fn name(items: &Items, item: u32) -> &str {
+        items.get(item).map_or("", |tracked| tracked.id.as_str())
+    }
+
+    #[test]
+    fn no_two_items_have_one_name() {
+        let mut items = Items::default();
+        let (left, right) = (Some("left"), Some("right"));
+        let a = items.add(&sight(left, Some("1"), 0.0));
+        // Another camera counts for itself.
+        let b = items.add(&sight(right, Some("1"), 1.0));
+        assert_eq!((name(&items, a), name(&items, b)), ("1", "1~1"));
+        assert_eq!(items.known_as(left, "1"), Some(a));
+        assert_eq!(items.known_as(right, "1"), Some(b));
+        // The tracker of the first restarts.
+        let c = items.add(&sight(left, Some("1"), 2.0));
+        assert_eq!((name(&items, a), name(&items, c)), ("1~2", "1"));
+        assert_eq!(items.known_as(left, "1"), Some(c));
+        // Names that nobody gave are in nobody's way.
+        let d = items.add(&sight(None, None, 3.0));
+        let e = items.add(&sight(None, Some("auto:1"), 4.0));
+        assert_eq!((name(&items, d), name(&items, e)), ("auto:1~3", "auto:1"));
+        for item in [a, b, c, d, e] {
+            items.forget(item);
+        }
+        assert!(items.by_name.is_empty() && items.by_id.is_empty());
+    }
+
+    #[test]
+    fn an_id_is_that_of_one_item_and_an_item_has_few() {
+        let mut items = Items::default();
+        let a = items.add(&sight(None, Some("a"), 0.0));
+        let b = items.add(&sight(None, Some("b"), 0.0));
+        assert_eq!(
+            items.sight(a, &sight(None, Some("b"), 1.0), true),
+            News::Renumbered
+        );
+        assert_eq!(items.known_as(None, "b"), Some(a));
+        assert!(!items.get(b).unwrap().is_named_by(None));
+        // Old news take nothing away.
+        items.sight(b, &sight(None, Some("b"), 0.5), false);
+        assert_eq!(items.known_as(None, "b"), Some(a));
+        let other = Some("other");
+        assert_eq!(
+            items.sight(a, &sight(other, Some("7"), 1.0), true),
+            News::Fused
+        );
+        assert_eq!(
+            items.sight(a, &sight(other, Some("7"), 2.0), true),
+            News::Nothing
+        );
+        for number in 0..10 {
+            items.sight(a, &sight(None, Some(&number.to_string()), 2.0), true);
+        }
+        assert_eq!(items.known_as(None, "9"), Some(a));
+        assert_eq!(items.known_as(None, "0"), None);
+        items.fuse(a, b);
+        assert_eq!(items.known_as(None, "9"), Some(b));
+        assert_eq!(items.known_as(other, "7"), Some(b));
+    }
+
+    #[test]
+    fn what_is_restored_is_what_was() {
+        let mut items = Items::default();
+        items.watch();
+        for number in 0..20u32 {
+            let id = (number % 7).to_string();
+            let source = (number % 3 == 0).then_some("left");
+            items.add(&sight(source, Some(&id), f64::from(number)));
+        }
+        let table = items.take_changed().into_iter();
+        let table = table.filter_map(|(item, tracked)| Some((item, tracked?)));
+        let again = Items::restore(table.collect(), items.numbers());
+        for number in 0..7 {
+            for source in [None, Some("left")] {
+                let id = number.to_string();
+                assert_eq!(again.known_as(source, &id), items.known_as(source, &id));
+            }
+        }
+        assert_eq!(again.by_name, items.by_name);
+    }
+}

@@ -1,0 +1,146 @@
+//! The lines of a journal: a checksum, a space, one JSON object.
+
+use super::{Change, State};
+use pickline::error::{Error, Result, shown};
+use pickline::files::fingerprint;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+/// Version of the format, and what tells a journal from other files.
+pub const FORMAT: u64 = 2;
+
+/// The first line.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Header {
+    /// Version of the format.
+    pub journal: u64,
+    /// Version of the protocol.
+    pub protocol: u64,
+    /// Hash of the station.
+    pub station: String,
+    /// Where the time comes from.
+    pub clock: String,
+    /// What wrote it.
+    pub program: String,
+}
+
+/// Any other line.
+#[derive(Debug, Serialize, Deserialize)]
+struct Numbered<C> {
+    /// Counted from 1 on: a line that is gone is noticed.
+    n: u64,
+    change: C,
+}
+
+/// What a journal holds.
+#[derive(Debug)]
+pub struct Reading {
+    /// The state after the last record.
+    pub state: State,
+    /// Records read.
+    pub records: u64,
+    /// Bytes of a last record that was never written to its end; what it was to say was
+    /// never said.
+    pub torn: usize,
+}
+
+/// The `n`th record.
+pub fn numbered(n: u64, change: &Change) -> impl Serialize {
+    Numbered { n, change }
+}
+
+/// A record as a line, with its line end.
+pub fn line(record: &impl Serialize) -> String {
+    // Plain structures with text keys always serialise.
+    let json = serde_json::to_string(record).unwrap_or_default();
+    format!("{} {json}\n", fingerprint(&json))
+}
+
+/// Reads a journal that has to have been written under `expected`.
+///
+/// # Errors
+/// Another station, clock or version; a line that is not what was written.
+pub fn read(bytes: &[u8], expected: &Header) -> Result<Reading> {
+    let mut lines = bytes.split_inclusive(|byte| *byte == b'\n');
+    let first = lines.next().unwrap_or_default();
+    let header: Header = whole(first).ok_or_else(|| {
+        Error::input(
+            "line 1",
+            "is no beginning of a journal",
+            "give a journal that `pickline run --journal` wrote, or a file that does not exist yet",
+        )
+    })?;
+    check(&header, expected)?;
+    let mut reading = Reading {
+        state: State::default(),
+        records: 0,
+        torn: 0,
+    };
+    let mut read = first.len();
+    for (line, number) in lines.zip(2..) {
+        let record = whole::<Numbered<Change>>(line).filter(|r| r.n == reading.records + 1);
+        let Some(record) = record else {
+            if reading.records > 0 && is_torn(line, &bytes[read + line.len()..]) {
+                reading.torn = line.len();
+                break;
+            }
+            return Err(Error::input(
+                format!("line {number}"),
+                "is damaged: it is not what was written there",
+                "bring back a copy of the file; without one, clear the belt, have all robots \
+                 idle, and move the file away to start over",
+            ));
+        };
+        reading.state.apply(record.change);
+        reading.records += 1;
+        read += line.len();
+    }
+    if reading.records == 0 {
+        return Err(Error::input(
+            "line 2",
+            "is missing: the file has been cut off",
+            "bring back a copy of the file, or move it away to start over",
+        ));
+    }
+    Ok(reading)
+}
+
+/// A line's record, if the line is as it was written.
+fn whole<R: DeserializeOwned>(line: &[u8]) -> Option<R> {
+    let line = std::str::from_utf8(line.strip_suffix(b"\n")?).ok()?;
+    let (sum, json) = line.split_once(' ')?;
+    let record = (sum == fingerprint(json)).then(|| serde_json::from_str(json));
+    record?.ok()
+}
+
+/// Whether a line that cannot be read was being written when the process or the machine
+/// stopped: it is the last, and has no end, or the system had made room for it and no more.
+fn is_torn(line: &[u8], rest: &[u8]) -> bool {
+    rest.is_empty() && (!line.ends_with(b"\n") || line.contains(&0))
+}
+
+fn check(header: &Header, expected: &Header) -> Result<()> {
+    let start_over = "give this run a journal of its own, or move the file away to start over";
+    let other = |what: &str, theirs: &str, ours: &str, cure: &str| {
+        let theirs = shown(theirs);
+        let problem = format!("the journal is of {what} {theirs}, this run of {ours}");
+        Err(Error::input("line 1", problem, cure))
+    };
+    if header.journal != expected.journal {
+        let (theirs, ours) = (header.journal.to_string(), expected.journal.to_string());
+        return other("format", &theirs, &ours, start_over);
+    }
+    if header.protocol != expected.protocol {
+        let (theirs, ours) = (header.protocol.to_string(), expected.protocol.to_string());
+        return other("protocol version", &theirs, &ours, start_over);
+    }
+    if header.station != expected.station {
+        let cure = format!("run the station that it is of, or {start_over}");
+        return other("station", &header.station, &expected.station, &cure);
+    }
+    if header.clock != expected.clock {
+        let cure = format!("give --clock {}, or {start_over}", shown(&header.clock));
+        return other("clock", &header.clock, &expected.clock, &cure);
+    }
+    Ok(())
+}

@@ -1,0 +1,283 @@
+//! The life of a task as a state machine: one table of stages and events.
+//!
+//! `docs/protocol.md` shows the same table; a test holds the two together. What a stage
+//! means for others: `Sent`, `Acknowledged` and `Cancelling` hold the item, so that no
+//! other robot is sent to it; `Recalled` holds nothing.
+
+use serde::{Deserialize, Serialize};
+
+/// How far a task has come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Stage {
+    /// Sent, and perhaps not received.
+    Sent,
+    /// The robot has said that it sets out.
+    Acknowledged,
+    /// The robot was asked to drop it, and has not answered. The item is still its own: it
+    /// may have met it already.
+    Cancelling,
+    /// The robot was asked to drop it, and has not answered. The item is free, picked or
+    /// written off.
+    Recalled,
+}
+
+impl Stage {
+    /// As it is shown.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Sent => "sent",
+            Self::Acknowledged => "acknowledged",
+            Self::Cancelling => "cancelling",
+            Self::Recalled => "recalled",
+        }
+    }
+
+    /// Whether the item is kept for this task.
+    pub fn holds_item(self) -> bool {
+        self != Self::Recalled
+    }
+
+    /// Whether the robot is asked to drop it, again and again until it answers.
+    pub fn is_cancelled(self) -> bool {
+        matches!(self, Self::Cancelling | Self::Recalled)
+    }
+}
+
+/// What happens to a task.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Event {
+    /// The robot has acknowledged it.
+    Ack,
+    /// The robot has the item in the bin.
+    Picked,
+    /// The grasp has failed.
+    GraspFailed,
+    /// The robot came too late or did not find the item.
+    NotFound,
+    /// The robot does not take it.
+    Refused,
+    /// The robot has dropped it.
+    Dropped,
+    /// No acknowledgement within the timeout, and it can still be done.
+    Unheard,
+    /// It cannot be done any more, or must not be.
+    Impossible,
+    /// Acknowledged, and the result is overdue.
+    NoResult,
+    /// Never acknowledged, and the answer is overdue.
+    NoAnswer,
+    /// The robot is out of service, and cannot have reached the item.
+    FaultBefore,
+    /// The robot is out of service, and may have the item in its gripper.
+    FaultAfter,
+    /// Another robot has picked the item.
+    TakenByOther,
+    /// Nothing can come of it any more.
+    Moot,
+}
+
+/// What a step means for the item.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Effect {
+    /// Nothing.
+    Keep,
+    /// It is in the bin.
+    Pick,
+    /// It is free again.
+    Return,
+    /// One attempt has failed; it is free again, or given up after too many.
+    Attempt,
+    /// It is free again, but not for this robot.
+    Refuse,
+    /// It is free again, for this robot only after a while.
+    Withhold,
+    /// What became of it is not known; nobody is sent to it any more.
+    WriteOff,
+}
+
+/// The stage after an event, none when the task is over, and what it means for the item.
+pub type Step = (Option<Stage>, Effect);
+
+impl Stage {
+    /// What `event` makes of a task at this stage; none where it changes nothing.
+    pub fn after(self, event: Event) -> Option<Step> {
+        use Effect::{Attempt, Keep, Pick, Refuse, Return, Withhold, WriteOff};
+        use Stage::{Acknowledged, Cancelling, Recalled, Sent};
+        let over = |effect| Some((None, effect));
+        let to = |stage, effect| Some((Some(stage), effect));
+        match (event, self) {
+            (Event::Ack, Sent) => to(Acknowledged, Keep),
+            (Event::Ack, Acknowledged | Cancelling | Recalled) => None,
+
+            (Event::Picked, _) => over(Pick),
+            (Event::GraspFailed | Event::NotFound, Sent | Acknowledged | Cancelling) => {
+                over(Attempt)
+            }
+            (Event::Refused, Sent | Acknowledged | Cancelling) => over(Refuse),
+            (Event::Dropped, Sent | Acknowledged) => over(Withhold),
+            (Event::Dropped, Cancelling) => over(Return),
+            (Event::GraspFailed | Event::NotFound | Event::Refused | Event::Dropped, Recalled) => {
+                over(Keep)
+            }
+
+            (Event::Unheard, Sent) => to(Sent, Keep),
+            (Event::Unheard, Acknowledged | Cancelling | Recalled) => None,
+            (Event::Impossible, Sent | Acknowledged) => to(Cancelling, Keep),
+            (Event::Impossible, Cancelling | Recalled) => None,
+
+            (Event::NoResult, Acknowledged | Cancelling) => over(WriteOff),
+            (Event::NoResult, Sent | Recalled) => None,
+            (Event::NoAnswer, Sent | Cancelling) => to(Recalled, Return),
+            (Event::NoAnswer, Acknowledged | Recalled) => None,
+
+            (Event::FaultBefore, Sent | Acknowledged | Cancelling) => to(Recalled, Return),
+            (Event::FaultAfter, Acknowledged | Cancelling) => to(Recalled, WriteOff),
+            (Event::FaultBefore, Recalled) | (Event::FaultAfter, Sent | Recalled) => None,
+            (Event::TakenByOther, Sent | Acknowledged | Cancelling) => to(Recalled, Keep),
+            (Event::TakenByOther, Recalled) => None,
+            (Event::Moot, Recalled) => over(Keep),
+            (Event::Moot, Sent | Acknowledged | Cancelling) => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    impl Stage {
+        /// All of them.
+        pub const ALL: [Self; 4] = [
+            Self::Sent,
+            Self::Acknowledged,
+            Self::Cancelling,
+            Self::Recalled,
+        ];
+    }
+
+    impl Event {
+        /// All of them, in the order of the table.
+        pub const ALL: [Self; 14] = [
+            Self::Ack,
+            Self::Picked,
+            Self::GraspFailed,
+            Self::NotFound,
+            Self::Refused,
+            Self::Dropped,
+            Self::Unheard,
+            Self::Impossible,
+            Self::NoResult,
+            Self::NoAnswer,
+            Self::FaultBefore,
+            Self::FaultAfter,
+            Self::TakenByOther,
+            Self::Moot,
+        ];
+
+        /// As the table in the docs names it.
+        pub fn describe(self) -> &'static str {
+            match self {
+                Self::Ack => "`ack`",
+                Self::Picked => "`PICKED`",
+                Self::GraspFailed => "`GRASP_FAIL`",
+                Self::NotFound => "`MISSED`",
+                Self::Refused => "`REJECTED`",
+                Self::Dropped => "`CANCELLED`",
+                Self::Unheard => "no `ack` in time, can still be done",
+                Self::Impossible => "cannot be done any more, or was stopped",
+                Self::NoResult => "acknowledged, result overdue",
+                Self::NoAnswer => "never acknowledged, answer overdue",
+                Self::FaultBefore => "`fault` before `meet_at`, or never acknowledged",
+                Self::FaultAfter => "`fault` from `meet_at` on",
+                Self::TakenByOther => "`PICKED` by another robot",
+                Self::Moot => "nothing can come of it any more",
+            }
+        }
+    }
+
+    impl Effect {
+        /// As the table in the docs names it.
+        pub fn describe(self) -> &'static str {
+            match self {
+                Self::Keep => "",
+                Self::Pick => "picked",
+                Self::Return => "returns",
+                Self::Attempt => "returns, one attempt less",
+                Self::Refuse => "returns, not to this robot",
+                Self::Withhold => "returns, to this robot later",
+                Self::WriteOff => "`no_result`",
+            }
+        }
+    }
+
+    fn table() -> String {
+        let mut lines = vec![
+            "| event | sent | acknowledged | cancelling | recalled |".to_owned(),
+            "|---|---|---|---|---|".to_owned(),
+        ];
+        for event in Event::ALL {
+            let cells = Stage::ALL.map(|stage| match stage.after(event) {
+                None => "-".to_owned(),
+                Some((next, effect)) => {
+                    let next = next.map_or("over", Stage::name);
+                    match effect.describe() {
+                        "" => next.to_owned(),
+                        effect => format!("{next}; {effect}"),
+                    }
+                }
+            });
+            lines.push(format!("| {} | {} |", event.describe(), cells.join(" | ")));
+        }
+        lines.join("\n")
+    }
+
+    #[test]
+    fn the_docs_show_the_table() {
+        let docs = include_str!("../../../docs/protocol.md");
+        let table = table();
+        assert!(docs.contains(&table), "docs/protocol.md lacks:\n{table}");
+    }
+
+    #[test]
+    fn the_item_is_never_given_away_twice() {
+        for event in Event::ALL {
+            for stage in Stage::ALL {
+                let Some((next, effect)) = stage.after(event) else {
+                    continue;
+                };
+                let keeps = next.is_some_and(Stage::holds_item);
+                match effect {
+                    // Whoever goes on holding the item has not given it back.
+                    Effect::Keep => {}
+                    Effect::Pick => assert_eq!(next, None),
+                    _ => assert!(stage.holds_item() && !keeps, "{stage:?} {event:?}"),
+                }
+                // What is recalled never gets hold of the item again.
+                assert!(stage.holds_item() || !keeps);
+            }
+        }
+    }
+
+    #[test]
+    fn every_task_comes_to_an_end() {
+        for stage in Stage::ALL {
+            let results = [
+                Event::Picked,
+                Event::GraspFailed,
+                Event::NotFound,
+                Event::Refused,
+                Event::Dropped,
+            ];
+            for event in results {
+                assert!(matches!(stage.after(event), Some((None, _))));
+            }
+        }
+        // Without a word from the robot: unheard, cancelled, recalled, moot.
+        let steps = [Event::Impossible, Event::NoAnswer, Event::Moot];
+        let end = steps.iter().try_fold(Stage::Sent, |stage, event| {
+            stage.after(*event).and_then(|(next, _)| next)
+        });
+        assert_eq!(end, None);
+    }
+}

@@ -1,0 +1,233 @@
+//! What the types cannot say: which numbers and texts make sense.
+
+use super::decode::{Rejected, Rejection};
+use super::incoming::{Detection, Incoming};
+use super::session::{Hello, Role};
+use pickline::error::shown_number;
+use pickline::names::check_name;
+use pickline::plausible::{
+    ANGLES, BELT_SPEED, ITEM_AREA, ITEM_PLACE, LENGTHS, SHARES, STAMPS, VARIANCES, question,
+};
+use serde_json::{Map, Value};
+
+/// Stamps are at most this late [s]: seconds since 1970 reach it in some thousand years.
+pub const LARGEST_STAMP: f64 = 1e11;
+/// Positions past this [m] are on no belt.
+const LARGEST_POSITION: f64 = 1e6;
+/// Further upstream of a belt's start [m] no camera looks.
+const FURTHEST_UPSTREAM: f64 = 250.0;
+/// Speeds past this [m/s] are no belt's.
+const LARGEST_SPEED: f64 = 10.0;
+/// Areas past this [cm^2] are no item's.
+const LARGEST_AREA: f64 = 1e6;
+/// Weights past this are none.
+const LARGEST_WEIGHT: f64 = 1e12;
+/// Variances past this [m^2] are no camera's: three standard deviations then hold all
+/// neighbours within 0.6 m.
+const LARGEST_VARIANCE: f64 = 0.04;
+/// Angles past this [rad] are in degrees: a turn is 6.3.
+const LARGEST_ANGLE: f64 = 7.0;
+/// Longer and higher [m] is no item that an arm picks.
+const LARGEST_EXTENT: f64 = 10.0;
+/// What a detection says besides is at most this long [bytes].
+const LONGEST_DATA: usize = 4096;
+/// Stamps of these days [s].
+const THESE_DAYS: std::ops::RangeInclusive<f64> = 1e9..=1e10;
+
+/// Checks the values of `message`.
+pub(super) fn check(message: &Incoming) -> Result<(), Rejected> {
+    stamp("stamp", message.stamp())?;
+    match message {
+        Incoming::Detection(detection) => check_detection(detection),
+        Incoming::Belt(belt) => {
+            let source = belt.source.as_ref();
+            source.map_or(Ok(()), |source| text("source", source))?;
+            let speeds = -LARGEST_SPEED..=LARGEST_SPEED;
+            let meant = |speed: f64| BELT_SPEED.question(speed.abs());
+            within("speed", belt.speed, speeds, "a belt speed [m/s]", meant)?;
+            let places = -1e12..=1e12;
+            let what = "a belt position [m]";
+            optional("position", belt.position, places, what, nothing)
+        }
+        Incoming::Robot(robot) => text("name", &robot.name),
+        // What it says besides must not lose the result: see `live::doubts`.
+        Incoming::Result(_) => Ok(()),
+        Incoming::Pause(order)
+        | Incoming::Resume(order)
+        | Incoming::Drain(order)
+        | Incoming::Stop(order) => order
+            .robot
+            .as_ref()
+            .map_or(Ok(()), |name| text("robot", name)),
+        Incoming::Ack(_) | Incoming::Tick { .. } => Ok(()),
+    }
+}
+
+/// Checks the values of a hello.
+pub(super) fn check_hello(hello: &Hello) -> Result<(), Rejected> {
+    hello.stamp.map_or(Ok(()), |time| stamp("stamp", time))?;
+    text("name", &hello.name)?;
+    for robot in &hello.robots {
+        text("robots", robot)?;
+    }
+    match (hello.role, hello.robots.is_empty()) {
+        (Role::Robot, true) => Err(wrong(
+            "robots",
+            "is empty",
+            "the names of the robots that a peer of role `robot` speaks for",
+        )),
+        (Role::Camera | Role::Encoder | Role::Operator | Role::Observer, false) => Err(wrong(
+            "robots",
+            &format!("is given by a peer of role `{}`", hello.role.name()),
+            "robots only of a peer of role `robot`",
+        )),
+        _ => Ok(()),
+    }
+}
+
+fn check_detection(detection: &Detection) -> Result<(), Rejected> {
+    for (name, value) in [
+        ("id", &detection.id),
+        ("class", &detection.class),
+        ("source", &detection.source),
+    ] {
+        value.as_ref().map_or(Ok(()), |value| text(name, value))?;
+    }
+    let along = -FURTHEST_UPSTREAM..=LARGEST_POSITION;
+    let place = |value: f64| ITEM_PLACE.question(value);
+    within("x", detection.x, along, "a position [m]", place)?;
+    let across = -LARGEST_POSITION..=LARGEST_POSITION;
+    within("y", detection.y, across, "a position [m]", place)?;
+    let areas = 0.0..=LARGEST_AREA;
+    let area = |value: f64| ITEM_AREA.question(value);
+    optional(
+        "area_cm2",
+        detection.area_cm2,
+        areas,
+        "an area [cm^2]",
+        area,
+    )?;
+    let weights = 0.0..=LARGEST_WEIGHT;
+    optional("weight", detection.weight, weights, "a weight", nothing)?;
+    for (name, value) in [
+        ("p_detection", detection.p_detection),
+        ("p_grasp", detection.p_grasp),
+    ] {
+        optional(name, value, 0.0..=1.0, "a probability", |value| {
+            question(value, "", SHARES, |factor| {
+                value > 2.0 && value * factor <= 1.0
+            })
+        })?;
+    }
+    let angles = -LARGEST_ANGLE..=LARGEST_ANGLE;
+    let what = "an angle [rad]";
+    optional("angle", detection.angle, angles, what, |value| {
+        question(value, "rad", ANGLES, |factor| {
+            (value * factor).abs() <= 13.0
+        })
+    })?;
+    let lengths = 0.0..=LARGEST_EXTENT;
+    let meant = |value: f64| {
+        question(value, "m", LENGTHS, |factor| {
+            value > 0.0 && value * factor <= LARGEST_EXTENT
+        })
+    };
+    optional(
+        "height",
+        detection.height,
+        lengths.clone(),
+        "a height [m]",
+        meant,
+    )?;
+    for side in detection.size.into_iter().flatten() {
+        within("size", side, lengths.clone(), "a length [m]", meant)?;
+    }
+    detection.data.as_ref().map_or(Ok(()), check_data)?;
+    detection.covariance.map_or(Ok(()), check_covariance)
+}
+
+fn check_data(data: &Map<String, Value>) -> Result<(), Rejected> {
+    // Values that were read can be written.
+    let length = serde_json::to_string(data).map_or(0, |text| text.len());
+    if length <= LONGEST_DATA {
+        return Ok(());
+    }
+    Err(wrong(
+        "data",
+        &format!("has {length} bytes as JSON"),
+        &format!("at most {LONGEST_DATA}: it goes into every task and the journal"),
+    ))
+}
+
+fn check_covariance([xx, xy, yy]: [f64; 3]) -> Result<(), Rejected> {
+    let squares = 0.0..=LARGEST_VARIANCE;
+    let expected =
+        format!("[xx, xy, yy] in m^2, with 0 <= xx, yy <= {LARGEST_VARIANCE} and xy^2 <= xx yy");
+    for (name, value) in [("xx", xx), ("yy", yy)] {
+        if value > LARGEST_VARIANCE {
+            let meant = question(value, "m^2", VARIANCES, |factor| {
+                squares.contains(&(value * factor))
+            });
+            let problem = format!("has {name} = {} m^2", shown_number(value));
+            return Err(wrong("covariance", &problem, &(expected + &meant)));
+        }
+    }
+    if squares.contains(&xx) && squares.contains(&yy) && xy * xy <= xx * yy {
+        return Ok(());
+    }
+    Err(wrong("covariance", "is no covariance", &expected))
+}
+
+fn wrong(field: &str, problem: &str, expected: &str) -> Rejected {
+    Rejected::new(
+        Rejection::Value,
+        format!("{field} {problem}; expected {expected}"),
+    )
+}
+
+fn stamp(field: &str, value: f64) -> Result<(), Rejected> {
+    within(field, value, 0.0..=LARGEST_STAMP, "a stamp [s]", |value| {
+        question(value, "s", STAMPS, |factor| {
+            THESE_DAYS.contains(&(value * factor))
+        })
+    })
+}
+
+/// Asks for no unit.
+fn nothing(_: f64) -> String {
+    String::new()
+}
+
+/// Checks that a value is within a range; `meant` asks, where it is not, for the unit that it
+/// was probably given in.
+fn within(
+    field: &str,
+    value: f64,
+    range: std::ops::RangeInclusive<f64>,
+    what: &str,
+    meant: impl Fn(f64) -> String,
+) -> Result<(), Rejected> {
+    if range.contains(&value) {
+        return Ok(());
+    }
+    let (low, high) = (shown_number(*range.start()), shown_number(*range.end()));
+    Err(wrong(
+        field,
+        &format!("= {}", shown_number(value)),
+        &format!("{what} from {low} to {high}{}", meant(value)),
+    ))
+}
+
+fn optional(
+    field: &str,
+    value: Option<f64>,
+    range: std::ops::RangeInclusive<f64>,
+    what: &str,
+    meant: impl Fn(f64) -> String,
+) -> Result<(), Rejected> {
+    value.map_or(Ok(()), |value| within(field, value, range, what, meant))
+}
+
+fn text(field: &str, value: &str) -> Result<(), Rejected> {
+    check_name(value).map_err(|bad| wrong(field, &bad.problem, &bad.expected))
+}

@@ -1,0 +1,58 @@
+//! The dialect of controllers without JSON: short lines of fixed fields, with a sequence
+//! number and a checksum. `docs/dialect-csv.md` describes it.
+//!
+//! A line stands for a message as the protocol has it: it is turned into that message's JSON
+//! and back by one table ([`table`]), so that one decoder judges both.
+
+mod fields;
+mod frame;
+mod read;
+mod table;
+mod write;
+#[cfg(test)]
+mod tests;
+
+use pickline::error::{Error, Result, shown, shown_number};
+use pickline::station::Station;
+
+pub use read::{CsvLine, CsvReader};
+pub use write::CsvWriter;
+
+/// Lines are at most this long [characters], with their line end.
+pub const LONGEST_CSV_LINE: usize = 80;
+/// Robots' names are at most this long [characters].
+const LONGEST_ROBOT: usize = 8;
+/// Belts are at most this long [m]: places have to fit into their fields.
+const LONGEST_BELT: f64 = 99.0;
+
+/// Checks that every message about `station` fits on its line.
+///
+/// # Errors
+/// A name or a belt that is too long.
+pub fn check_station(station: &Station) -> Result<()> {
+    for robot in station.robots() {
+        let name = &robot.name;
+        if name.len() > LONGEST_ROBOT || *name != fields::plain(name, LONGEST_ROBOT) {
+            return Err(Error::input(
+                "--dialect",
+                format!("`{}` is not a robot's name in the csv dialect", shown(name)),
+                format!(
+                    "name the robot in the station file with at most {LONGEST_ROBOT} ASCII \
+                     characters, without comma, semicolon or asterisk"
+                ),
+            ));
+        }
+    }
+    let length = station.belt().length;
+    if length > LONGEST_BELT {
+        return Err(Error::input(
+            "--dialect",
+            format!(
+                "a belt of {} m is too long for the csv dialect",
+                shown_number(length)
+            ),
+            format!("use JSON, or a belt of at most {LONGEST_BELT} m"),
+        ));
+    }
+    Ok(())
+}

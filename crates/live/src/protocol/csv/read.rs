@@ -1,0 +1,117 @@
+//! From a line of the dialect to the JSON of its message.
+
+use super::super::decode::{Rejected, Rejection};
+use super::fields;
+use super::frame::{Sequence, opened};
+use super::table::{Form, Kind, TO_NODE};
+use pickline::error::shown;
+use serde_json::{Map, Value};
+
+/// Reads the lines of one peer.
+#[derive(Debug, Default)]
+pub struct CsvReader {
+    sequence: Sequence,
+    /// The stamp of the line before [s].
+    last: f64,
+}
+
+/// What a line says.
+#[derive(Debug, PartialEq)]
+pub struct CsvLine {
+    /// That lines are missing before it.
+    pub gap: Option<Rejected>,
+    /// The JSON of its message, for the decoder of all messages.
+    pub message: Result<Vec<u8>, Rejected>,
+}
+
+impl CsvLine {
+    /// A line that is a message, or none, and of which nothing more is known.
+    pub fn of(message: Result<Vec<u8>, Rejected>) -> Self {
+        Self { gap: None, message }
+    }
+}
+
+impl CsvReader {
+    /// Reads a line, without its line end. `now` is the time [s]; without one, times in lines
+    /// are near to the line before, and must be there.
+    pub fn read(&mut self, line: &[u8], now: Option<f64>) -> CsvLine {
+        let mut gap = None;
+        let message = opened(line).and_then(|fields| {
+            let followed = self.sequence.follow(fields.get(1).unwrap_or(&""));
+            let message = match followed {
+                Err(rejected) if rejected.reason != Rejection::Sequence => Err(rejected),
+                followed => {
+                    gap = followed.err();
+                    self.message(&fields, now)
+                }
+            };
+            let form = TO_NODE
+                .iter()
+                .find(|form| Some(&form.letter) == fields.first());
+            message.map_err(|rejected| rejected.of_kind(form.map_or("", |form| form.message)))
+        });
+        let message = message.map(|message| message.to_string().into_bytes());
+        CsvLine { gap, message }
+    }
+
+    fn message(&mut self, texts: &[&str], now: Option<f64>) -> Result<Value, Rejected> {
+        let letter = texts.first().copied().unwrap_or_default();
+        let Some(form) = TO_NODE.iter().find(|form| form.letter == letter) else {
+            let known: Vec<&str> = TO_NODE.iter().map(|form| form.letter).collect();
+            let known = known.join(", ");
+            let problem = format!(
+                "there is no line `{}`; expected one of {known}",
+                shown(letter)
+            );
+            return Err(Rejected::new(Rejection::Kind, problem));
+        };
+        // Fields at the end may be left out.
+        let texts = texts.get(2..).unwrap_or_default();
+        if texts.len() > form.fields.len() {
+            let problem = format!(
+                "{}: {} fields; expected at most {}, which say that {}: {}",
+                form.message,
+                texts.len() + 2,
+                form.fields.len() + 2,
+                form.about,
+                names(form),
+            );
+            return Err(Rejected::new(Rejection::Field, problem));
+        }
+        let mut message = Map::new();
+        message.insert("kind".into(), Value::from(form.message));
+        let mut stamp = now.unwrap_or(self.last);
+        let texts = texts.iter().chain(std::iter::repeat(&""));
+        for (field, text) in form.fields.iter().zip(texts) {
+            let value = match (field.kind, now) {
+                // What has no clock says things as they happen.
+                (Kind::Stamp, Some(now)) if text.is_empty() => Value::from(now),
+                _ if text.is_empty() => continue,
+                _ => fields::read(field, text, stamp).map_err(|expected| {
+                    let (kind, name, text) = (form.message, field.name, shown(text));
+                    let problem = format!("{kind}: {name} is `{text}`; expected {expected}");
+                    Rejected::new(Rejection::Field, problem)
+                })?,
+            };
+            if let (Kind::Stamp, Some(found)) = (field.kind, value.as_f64()) {
+                stamp = found;
+                self.last = found;
+            }
+            match field.path.split_once('/') {
+                None => drop(message.insert(field.path.into(), value)),
+                Some((whole, part)) => {
+                    let whole = message.entry(whole).or_insert_with(|| Map::new().into());
+                    whole[part] = value;
+                }
+            }
+        }
+        Ok(Value::Object(message))
+    }
+}
+
+/// The fields of a line as they follow each other.
+fn names(form: &Form) -> String {
+    let names = form.fields.iter().map(|field| field.name);
+    let names: Vec<&str> = [form.letter, "number"].into_iter().chain(names).collect();
+    names.join(",")
+}

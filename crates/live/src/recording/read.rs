@@ -1,0 +1,354 @@
+//! Reading a recording, as far as it goes.
+
+use super::inflate::Inflate;
+use super::{Event, Heading, whole_microseconds};
+use pickline::error::{Error, Result, shown};
+use crate::protocol::{Incoming, VERSION, decode};
+use crate::state::{Change, State};
+use mcap::McapError;
+use mcap::records::Record;
+use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use serde_json::{Map, Value};
+use std::collections::{BTreeMap, HashMap};
+use std::fs::File;
+use std::io::{BufRead as _, BufReader, ErrorKind, Read as _};
+use std::path::Path;
+
+/// Records are at most this long [bytes]; the state of a full belt is the longest.
+const LONGEST: usize = 1 << 28;
+
+/// What happened next.
+// Handed on one at a time.
+#[allow(clippy::large_enum_variant)]
+#[derive(Debug, Clone, PartialEq)]
+pub enum Entry {
+    /// A message came, at this time [s since 1970].
+    In(Incoming, f64),
+    /// A message left: its line, without the line end.
+    Out(String),
+    /// Something else happened.
+    Event(Event),
+}
+
+/// How a recording ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ending {
+    /// As it should.
+    Whole,
+    /// The run was killed, or runs still: it stops after some message.
+    Open,
+    /// It stops in the midst of a record.
+    Torn,
+}
+
+/// A recording that is being read.
+pub struct Reader {
+    name: String,
+    file: Inflate<BufReader<File>>,
+    reader: LinearReader,
+    topics: HashMap<u16, String>,
+    /// What the file says that it is for.
+    profile: String,
+    /// Time of the last message [ns], and whether one was earlier than one before it.
+    last: u64,
+    is_unordered: bool,
+    ending: Ending,
+    entries: u64,
+    /// What was run.
+    pub heading: Heading,
+    /// The state that it began with, if that was not the first.
+    pub state: Option<State>,
+    first: Option<Entry>,
+}
+
+impl Reader {
+    /// Opens a recording.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is no MCAP file, or no recording of this version.
+    pub fn open(path: &Path) -> Result<Self> {
+        let file = File::open(path).map_err(|error| Error::read(path, error))?;
+        let options = LinearReaderOptions::default()
+            .with_skip_end_magic(true)
+            .with_prevalidate_chunk_crcs(true)
+            .with_record_length_limit(LONGEST);
+        let mut file = BufReader::new(file);
+        let head = file.fill_buf().map_err(|error| Error::read(path, error))?;
+        check_not_compressed(head, path)?;
+        let mut reader = Self {
+            name: path.display().to_string(),
+            file: Inflate::new(file),
+            reader: LinearReader::new_with_options(options),
+            topics: HashMap::new(),
+            profile: String::new(),
+            last: 0,
+            is_unordered: false,
+            ending: Ending::Open,
+            entries: 0,
+            heading: Heading::of(&crate::Config::default()),
+            state: None,
+            first: None,
+        };
+        let strange = "give a file that `pickline run --record` wrote";
+        let place = reader.name.clone();
+        let wrong = |problem: String| Error::input(place.clone(), problem, strange);
+        let (name, fields) = match reader.part() {
+            Ok(Some(Part::Metadata(name, fields))) => (name, fields),
+            Err(_) if reader.profile.starts_with("ros") => return Err(ros_bag(&place)),
+            Err(error) if reader.entries == 0 => return Err(error),
+            // Messages before all else, whether they are of the protocol or not.
+            _ if reader.profile.starts_with("ros") => return Err(ros_bag(&place)),
+            Ok(Some(Part::Entry(_))) | Err(_) => return Err(without_heading(&place)),
+            Ok(None) => return Err(wrong("is no recording of pickline".into())),
+        };
+        if name == "rosbag2" || reader.profile.starts_with("ros") {
+            return Err(ros_bag(&place));
+        }
+        let heading = (name == "pickline").then(|| heading(&fields)).flatten();
+        let heading = heading.ok_or_else(|| wrong("is no recording of pickline".into()))?;
+        let versions = (heading.recording, heading.protocol);
+        if versions != (Heading::RECORDING, VERSION) {
+            return Err(wrong(format!(
+                "is a recording of version {} of protocol {}; this program reads version {} of {VERSION}",
+                versions.0,
+                versions.1,
+                Heading::RECORDING,
+            )));
+        }
+        reader.heading = heading;
+        reader.first = match reader.part()? {
+            Some(Part::Metadata(name, fields)) if name == "state" => {
+                let text = fields.get("state").map_or("", String::as_str);
+                let change: Change = serde_json::from_str(text)
+                    .map_err(|error| wrong(format!("its state is none: {error}")))?;
+                let mut state = State::default();
+                state.apply(change);
+                reader.state = Some(state);
+                None
+            }
+            Some(Part::Entry(entry)) => Some(entry),
+            _ => None,
+        };
+        Ok(reader)
+    }
+
+    /// How it ends; known once there is no further entry.
+    pub fn ending(&self) -> Ending {
+        self.ending
+    }
+
+    /// What else is to be said of the file, once there is no further entry.
+    pub fn doubts(&self) -> Vec<&'static str> {
+        let damaged = self.file.is_damaged().then_some(
+            "the checksum of the file is wrong: it was damaged or changed; bring back a copy",
+        );
+        let unordered = self.is_unordered.then_some(
+            "its messages are not in the order of their log times, and are replayed in the order \
+             of the file; `mcap sort` orders them",
+        );
+        damaged.into_iter().chain(unordered).collect()
+    }
+
+    /// What happened next; none at the end.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is damaged, a message that is none.
+    pub fn next_entry(&mut self) -> Result<Option<Entry>> {
+        if let Some(entry) = self.first.take() {
+            return Ok(Some(entry));
+        }
+        loop {
+            match self.part()? {
+                None => return Ok(None),
+                Some(Part::Entry(entry)) => return Ok(Some(entry)),
+                Some(Part::Metadata(..)) => {}
+            }
+        }
+    }
+
+    /// The next message or metadata.
+    fn part(&mut self) -> Result<Option<Part>> {
+        let at = |entries: u64, name: &str| format!("{name}, after message {entries}");
+        loop {
+            let event = match self.reader.next_event() {
+                None => {
+                    if self.ending == Ending::Open && self.file.is_torn() {
+                        self.ending = Ending::Torn;
+                    }
+                    return Ok(None);
+                }
+                Some(Err(McapError::UnexpectedEof)) if self.entries > 0 => {
+                    self.ending = Ending::Torn;
+                    return Ok(None);
+                }
+                Some(Err(McapError::UnsupportedCompression(name))) => {
+                    return Err(Error::input(
+                        at(self.entries, &self.name),
+                        format!(
+                            "is an MCAP file whose chunks are compressed as `{}`; this program \
+                             reads lz4 and zstd",
+                            shown(&name)
+                        ),
+                        "compress it otherwise, for example with `mcap compress`",
+                    ));
+                }
+                Some(Err(error)) => {
+                    let is_none = matches!(error, McapError::BadMagic) || self.entries == 0;
+                    let problem = if is_none {
+                        format!("is no MCAP file: {error}")
+                    } else {
+                        format!("is damaged: {error}")
+                    };
+                    let cure = if is_none {
+                        "give a file that `pickline run --record` wrote"
+                    } else {
+                        "bring back a copy of the file"
+                    };
+                    return Err(Error::input(at(self.entries, &self.name), problem, cure));
+                }
+                Some(Ok(event)) => event,
+            };
+            let record = match event {
+                LinearReadEvent::ReadRequest(need) => {
+                    let read = self.file.read(self.reader.insert(need));
+                    let read = read.map_err(|error| match error.kind() {
+                        ErrorKind::InvalidData => {
+                            let cure = "bring back a copy of the file";
+                            let problem = format!("is damaged: {error}");
+                            Error::input(at(self.entries, &self.name), problem, cure)
+                        }
+                        _ => Error::read(Path::new(&self.name), error),
+                    })?;
+                    self.reader.notify_read(read);
+                    continue;
+                }
+                LinearReadEvent::Record { opcode, data } => mcap::parse_record(opcode, data),
+            };
+            let record = record.map_err(|error| {
+                let cure = "bring back a copy of the file";
+                Error::input(at(self.entries, &self.name), error.to_string(), cure)
+            })?;
+            match record {
+                Record::Header(header) => self.profile = header.profile,
+                Record::Channel(channel) => {
+                    self.topics.insert(channel.id, channel.topic);
+                }
+                Record::Metadata(metadata) => {
+                    return Ok(Some(Part::Metadata(metadata.name, metadata.metadata)));
+                }
+                Record::Message { header, data } => {
+                    self.entries += 1;
+                    self.is_unordered |= header.log_time < self.last;
+                    self.last = self.last.max(header.log_time);
+                    let topic = self.topics.get(&header.channel_id);
+                    if let Some(entry) =
+                        entry(topic.map_or("", String::as_str), &data, header.log_time).map_err(
+                            |error| {
+                                error.inside(&format!("{}, message {}", self.name, self.entries))
+                            },
+                        )?
+                    {
+                        return Ok(Some(Part::Entry(entry)));
+                    }
+                }
+                Record::Footer(_) => self.ending = Ending::Whole,
+                _ => {}
+            }
+        }
+    }
+}
+
+/// Checks that a file which begins with `head` is not compressed as a whole.
+fn check_not_compressed(head: &[u8], path: &Path) -> Result<()> {
+    let kinds: [(&[u8], &str, &str); 4] = [
+        (b"\x1f\x8b", "gzip", "gunzip"),
+        (b"\x28\xb5\x2f\xfd", "zstd", "unzstd"),
+        (b"\x04\x22\x4d\x18", "lz4", "unlz4"),
+        (b"PK\x03\x04", "zip", "unzip"),
+    ];
+    match kinds.iter().find(|(magic, ..)| head.starts_with(magic)) {
+        Some((_, kind, tool)) => Err(Error::input(
+            path.display().to_string(),
+            format!("the whole file is compressed with {kind}"),
+            format!("decompress it first, for example with `{tool}`"),
+        )),
+        None => Ok(()),
+    }
+}
+
+fn ros_bag(place: &str) -> Error {
+    Error::input(
+        place,
+        "is a ROS bag, not a recording of pickline",
+        "give a file that `pickline run --record` wrote; a bag is played to a line with `ros2 bag \
+         play` and `pickline run --ros2`",
+    )
+}
+
+/// An MCAP file of messages under the topics of a recording, by another program.
+fn without_heading(place: &str) -> Error {
+    Error::input(
+        place,
+        "is an MCAP file of messages alone: station, strategy and settings, with which a \
+         recording begins, are missing",
+        "give a file that `pickline run --record` wrote; to play the messages to a line, print \
+         those under /in/ as JSON, one a line, and pipe them to `pickline run --clock messages`",
+    )
+}
+
+// Handed on one at a time.
+#[allow(clippy::large_enum_variant)]
+enum Part {
+    Metadata(String, BTreeMap<String, String>),
+    Entry(Entry),
+}
+
+/// A log time [ns] in seconds, as [`whole_microseconds`] makes them.
+fn received(log_time: u64) -> f64 {
+    whole_microseconds(log_time as f64 / 1e9)
+}
+
+/// A message as an entry; none on a topic that somebody else has added.
+fn entry(topic: &str, data: &[u8], log_time: u64) -> Result<Option<Entry>> {
+    let wrong = |problem: String| {
+        let cure = "bring back the file as `pickline run --record` wrote it";
+        Error::input(topic, problem, cure)
+    };
+    if topic.starts_with("/in/") {
+        let message = decode(data).map_err(|rejected| wrong(rejected.message))?;
+        return Ok(Some(Entry::In(message, received(log_time))));
+    }
+    if topic.starts_with("/out/") {
+        let line = String::from_utf8(data.to_vec());
+        let line = line.map_err(|_| wrong("is no text".into()))?;
+        return Ok(Some(Entry::Out(line)));
+    }
+    if topic.starts_with("/node/") {
+        let event = serde_json::from_slice(data);
+        let event = event.map_err(|error| wrong(shown(&error.to_string())))?;
+        return Ok(Some(Entry::Event(event)));
+    }
+    Ok(None)
+}
+
+/// The heading that metadata make.
+fn heading(fields: &BTreeMap<String, String>) -> Option<Heading> {
+    const TEXTS: [&str; 6] = [
+        "program",
+        "command",
+        "station",
+        "station_hash",
+        "strategy",
+        "clock",
+    ];
+    let mut object = Map::new();
+    for (name, text) in fields {
+        let value = if TEXTS.contains(&name.as_str()) {
+            Value::String(text.clone())
+        } else {
+            serde_json::from_str(text).ok()?
+        };
+        object.insert(name.clone(), value);
+    }
+    serde_json::from_value(Value::Object(object)).ok()
+}

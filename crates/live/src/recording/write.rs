@@ -1,0 +1,202 @@
+//! Writing a recording while it happens.
+
+use super::{Event, Heading};
+use pickline::error::{Error, Result};
+use crate::protocol::{self, Incoming, Outgoing, VERSION};
+use crate::state::Change;
+use mcap::records::{MessageHeader, Metadata};
+use mcap::{McapError, McapResult, WriteOptions, Writer};
+use serde_json::{Map, Value};
+use std::collections::{BTreeMap, HashMap};
+use std::fs::File;
+use std::io::{BufWriter, ErrorKind};
+use std::path::{Path, PathBuf};
+
+/// What was recorded is in the file after at most this time [s]: that much is lost when the
+/// process is killed.
+const FLUSH: f64 = 1.0;
+
+/// A recording that is being written.
+pub struct Recorder {
+    path: PathBuf,
+    writer: Writer<BufWriter<File>>,
+    channels: HashMap<String, Channel>,
+    /// When it was flushed last [s since 1970].
+    flushed: f64,
+    /// Whether nothing was recorded since.
+    is_flushed: bool,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Channel {
+    id: u16,
+    messages: u32,
+}
+
+impl Recorder {
+    /// Begins a recording, with the state that the run begins with if that is not the
+    /// first.
+    ///
+    /// # Errors
+    /// A file that exists already or cannot be made.
+    pub fn create(path: &Path, heading: &Heading, state: Option<&Change>) -> Result<Self> {
+        let file = File::options().write(true).create_new(true).open(path);
+        let file = file.map_err(|error| match error.kind() {
+            ErrorKind::AlreadyExists => Error::input(
+                format!("--record {}", path.display()),
+                "the file exists already, and a recording replaces none",
+                "give another name, or move the file away",
+            ),
+            _ => Error::write(path, error),
+        })?;
+        // Whole chunks reach the file, so that it can be read up to the last one however
+        // the process ends. Uncompressed, they can be read up to the last record.
+        let options = WriteOptions::new()
+            .compression(None)
+            .profile("")
+            .library(heading.program.clone())
+            .disable_seeking(true);
+        let begun = options.create(BufWriter::new(file)).and_then(|writer| {
+            let mut recorder = Self {
+                path: path.to_owned(),
+                writer,
+                channels: HashMap::new(),
+                flushed: 0.0,
+                is_flushed: true,
+            };
+            recorder.begin(heading, state)?;
+            Ok(recorder)
+        });
+        begun.map_err(|error| cannot_write(path, error))
+    }
+
+    fn begin(&mut self, heading: &Heading, state: Option<&Change>) -> McapResult<()> {
+        self.writer.write_metadata(&Metadata {
+            name: "pickline".into(),
+            metadata: texts(heading),
+        })?;
+        if let Some(state) = state {
+            let text = serde_json::to_string(state).unwrap_or_default();
+            self.writer.write_metadata(&Metadata {
+                name: "state".into(),
+                metadata: BTreeMap::from([("state".to_owned(), text)]),
+            })?;
+        }
+        let version = BTreeMap::from([("version".to_owned(), VERSION.to_string())]);
+        for (topics, schemas) in [
+            ("/in/", protocol::schemas_of::<Incoming>()),
+            ("/out/", protocol::schemas_of::<Outgoing>()),
+            ("/node/", protocol::schemas_of::<Event>()),
+        ] {
+            for (kind, schema) in schemas {
+                let (name, schema) = (format!("pickline.{kind}"), schema.to_string());
+                let schema = self
+                    .writer
+                    .add_schema(&name, "jsonschema", schema.as_bytes())?;
+                let topic = format!("{topics}{kind}");
+                let id = self.writer.add_channel(schema, &topic, "json", &version)?;
+                self.channels.insert(topic, Channel { id, messages: 0 });
+            }
+        }
+        self.writer.flush()
+    }
+
+    /// A message has come at `now` [s since 1970].
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn heard(&mut self, message: &Incoming, now: f64) -> Result<()> {
+        let line = protocol::encode(message);
+        self.write("/in/", message.kind(), &line, message.stamp(), now)
+    }
+
+    /// A message leaves at `now` [s since 1970].
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn said(&mut self, message: &Outgoing, now: f64) -> Result<()> {
+        let line = protocol::encode(message);
+        self.write("/out/", message.kind(), &line, message.stamp(), now)
+    }
+
+    /// Something else has happened at `now` [s since 1970].
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn happened(&mut self, event: &Event, now: f64) -> Result<()> {
+        let line = protocol::encode(event);
+        self.write("/node/", event.kind(), &line, now, now)
+    }
+
+    fn write(&mut self, topics: &str, kind: &str, line: &str, stamp: f64, now: f64) -> Result<()> {
+        let written = match self.channels.get_mut(&format!("{topics}{kind}")) {
+            None => return Ok(()),
+            Some(channel) => {
+                let header = MessageHeader {
+                    channel_id: channel.id,
+                    sequence: channel.messages,
+                    log_time: nanoseconds(now),
+                    publish_time: nanoseconds(stamp),
+                };
+                channel.messages = channel.messages.wrapping_add(1);
+                let data = line.trim_end().as_bytes();
+                self.writer.write_to_known_channel(&header, data)
+            }
+        };
+        self.is_flushed = false;
+        written.map_err(|error| cannot_write(&self.path, error))?;
+        self.flush(now)
+    }
+
+    /// Has what was recorded reach the file if it is time, which is `now` [s since 1970].
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn flush(&mut self, now: f64) -> Result<()> {
+        // The machine's clock may have been set back.
+        let is_time = now - self.flushed >= FLUSH || now < self.flushed;
+        if self.is_flushed || !is_time {
+            return Ok(());
+        }
+        (self.flushed, self.is_flushed) = (now, true);
+        let flushed = self.writer.flush();
+        flushed.map_err(|error| cannot_write(&self.path, error))
+    }
+
+    /// Ends the recording with its index.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn finish(mut self) -> Result<()> {
+        let finished = self.writer.finish();
+        finished.map_err(|error| cannot_write(&self.path, error))?;
+        Ok(())
+    }
+}
+
+fn cannot_write(path: &Path, error: McapError) -> Error {
+    match error {
+        McapError::Io(error) => Error::write(path, error),
+        other => Error::write(path, std::io::Error::other(other.to_string())),
+    }
+}
+
+/// Stamps are from 0 on, by `protocol`.
+fn nanoseconds(seconds: f64) -> u64 {
+    (seconds * 1e9).round() as u64
+}
+
+/// A structure's fields as texts, as metadata are; those that are not given are left out.
+fn texts(heading: &Heading) -> BTreeMap<String, String> {
+    let fields = match serde_json::to_value(heading) {
+        Ok(Value::Object(fields)) => fields,
+        // A plain structure always serialises to an object.
+        _ => Map::new(),
+    };
+    let fields = fields.into_iter().filter(|(_, value)| !value.is_null());
+    let text = |value: Value| match value {
+        Value::String(text) => text,
+        other => other.to_string(),
+    };
+    fields.map(|(name, value)| (name, text(value))).collect()
+}

@@ -1,0 +1,357 @@
+//! Who speaks, and whether it still does: cameras, the belt, robots.
+//!
+//! Invariants: the time at which a source was heard never goes back; a period is only known
+//! of a source that repeats itself regularly; at most [`MOST`] sources are told apart.
+
+mod offset;
+mod period;
+
+use super::protocol::{SourceKind, SourceReport};
+use offset::{Judged, Offset};
+use period::Period;
+use std::collections::BTreeMap;
+
+/// Sources that are told apart at most: names come from outside.
+const MOST: usize = 64;
+/// Messages that come so much later than their stamps [s], all of them, are told of.
+const LATE: f64 = 0.5;
+/// The name of all beyond.
+const OTHERS: &str = "others";
+
+/// Where not given otherwise, a source is overdue after so many of its periods, and not before
+/// so much time [s].
+const PERIODS: f64 = 10.0;
+const LEAST: f64 = 1.0;
+/// A camera sees nothing where nothing lies, so it is given more time [s].
+const LEAST_OF_CAMERA: f64 = 10.0;
+
+/// A source repeats itself if its value differs by no more than this, or this share: a measured
+/// speed is never the same twice.
+const SAME: f64 = 5e-3;
+const SAME_SHARE: f64 = 0.1;
+
+/// A source: what it is, and its name.
+pub type Key = (SourceKind, String);
+
+/// After how long a silence sources are overdue [s]; 0 is never, and without a value it follows
+/// from their periods.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Timeouts {
+    /// Of the belt.
+    pub belt: Option<f64>,
+    /// Of a robot.
+    pub robot: Option<f64>,
+}
+
+/// One source.
+#[derive(Debug, Clone)]
+struct Source {
+    /// When it was heard last [s].
+    heard: f64,
+    /// When it last said how things are [s], and what, as a number.
+    said: Option<(f64, f64)>,
+    period: Period,
+    offset: Offset,
+    /// Whether it was told that it is overdue, and that it is late.
+    told: bool,
+    told_late: bool,
+}
+
+/// What is known of all sources.
+#[derive(Debug, Clone)]
+pub struct Sources {
+    table: BTreeMap<Key, Source>,
+    timeouts: Timeouts,
+    /// By how much the machine's clock is ahead since it was set [s].
+    ahead: f64,
+    /// Whether offsets are estimated: with message time there is nothing to compare with.
+    has_offsets: bool,
+}
+
+/// What a stamp becomes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mapped {
+    /// What is to be added to it [s].
+    pub shift: f64,
+    /// How the clock of the source was set, if it was since its last message.
+    pub stepped: Option<Step>,
+}
+
+/// What has become of the clock of a source.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step {
+    /// By how much it is ahead of what was thought [s].
+    pub by: f64,
+    /// Whether nothing was heard of the source before: then nobody has seen it being set.
+    pub is_first: bool,
+}
+
+impl Sources {
+    /// None so far.
+    pub fn new(timeouts: Timeouts, has_offsets: bool) -> Self {
+        Self {
+            table: BTreeMap::new(),
+            timeouts,
+            ahead: 0.0,
+            has_offsets,
+        }
+    }
+
+    /// By how much the machine's clock is ahead of the node's time since it was set [s].
+    pub fn ahead(&self) -> f64 {
+        self.ahead
+    }
+
+    /// The machine's clock is ahead by so much [s] now; by how much it was set, if it was.
+    pub fn set_ahead(&mut self, ahead: f64) -> Option<f64> {
+        let step = ahead - self.ahead;
+        if step == 0.0 {
+            return None;
+        }
+        self.ahead = ahead;
+        for source in self.table.values_mut() {
+            source.offset.follow(step);
+        }
+        Some(step)
+    }
+
+    fn entry(&mut self, key: &Key, now: f64) -> &mut Source {
+        let is_known = self.table.contains_key(key) || self.table.len() < MOST;
+        let key = if is_known {
+            key.clone()
+        } else {
+            (key.0, OTHERS.to_owned())
+        };
+        let ahead = self.ahead;
+        self.table.entry(key).or_insert_with(|| Source {
+            heard: now,
+            said: None,
+            period: Period::default(),
+            offset: Offset::new(ahead),
+            told: false,
+            told_late: false,
+        })
+    }
+
+    /// What becomes of `stamp` [s] of a message that came at `received` [s], both since 1970;
+    /// none when it lies in the future, and nothing else says so.
+    pub fn map(&mut self, key: &Key, stamp: f64, received: f64) -> Option<Mapped> {
+        // Its time of being heard is noted once the message is believed.
+        let source = self.entry(key, f64::NEG_INFINITY);
+        let stepped = match source.offset.judge(stamp, received) {
+            Judged::Fits => None,
+            Judged::Stepped(by) => Some(Step {
+                by,
+                is_first: false,
+            }),
+            Judged::Off(by) => Some(Step { by, is_first: true }),
+            Judged::Wild => return None,
+        };
+        Some(Mapped {
+            shift: source.offset.shift(),
+            stepped,
+        })
+    }
+
+    /// What is to be taken from the node's time for a stamp that `key` understands [s].
+    pub fn shift(&self, key: &Key) -> f64 {
+        let source = self.table.get(key);
+        source.map_or(-self.ahead, |source| source.offset.shift())
+    }
+
+    /// A source was heard at `time` [s]; it says how things are, as a number, or answers only.
+    /// It repeats itself where it says what it said before: who only speaks when something has
+    /// changed has no period.
+    pub fn hear(&mut self, key: &Key, time: f64, says: Option<f64>) {
+        let source = self.entry(key, time);
+        source.heard = source.heard.max(time);
+        let Some(value) = says else {
+            return;
+        };
+        if let Some((before, last)) = source.said.filter(|(before, _)| *before <= time) {
+            let same = (value - last).abs() <= SAME + SAME_SHARE * value.abs().max(last.abs());
+            source.period.note(time - before, same);
+        }
+        source.said = Some((time, value));
+    }
+
+    /// From when on a source is overdue, if it stays silent [s].
+    fn limit(&self, kind: SourceKind, source: &Source) -> f64 {
+        let set = match kind {
+            SourceKind::Belt => self.timeouts.belt,
+            SourceKind::Robot => self.timeouts.robot,
+            SourceKind::Camera => None,
+        };
+        let least = match kind {
+            SourceKind::Camera => LEAST_OF_CAMERA,
+            SourceKind::Belt | SourceKind::Robot => LEAST,
+        };
+        let learned = || source.period.get().map(|p| (PERIODS * p).max(least));
+        match set {
+            Some(0.0) => f64::INFINITY,
+            Some(set) => source.heard + set,
+            None => learned().map_or(f64::INFINITY, |silence| source.heard + silence),
+        }
+    }
+
+    /// Until when the belt is known [s]: it is overdue then if no word comes.
+    pub fn belt_until(&self) -> f64 {
+        let belts = self.table.iter();
+        let belts = belts.filter(|((kind, _), _)| *kind == SourceKind::Belt);
+        let limits = belts.map(|(_, source)| self.limit(SourceKind::Belt, source));
+        limits.reduce(f64::max).unwrap_or(f64::INFINITY)
+    }
+
+    /// Until when a robot is known to be there [s].
+    pub fn robot_until(&self, key: &Key) -> f64 {
+        let source = self.table.get(key);
+        source.map_or(f64::INFINITY, |source| {
+            self.limit(SourceKind::Robot, source)
+        })
+    }
+
+    /// How long the pictures of the one camera that is heard take from their stamps at least
+    /// [s]; none where that is not known, or of which camera.
+    pub fn camera_offset(&self) -> Option<f64> {
+        let cameras = self.table.iter();
+        let mut cameras = cameras.filter(|((kind, _), _)| *kind == SourceKind::Camera);
+        let (_, camera) = cameras.next()?;
+        let is_alone = cameras.next().is_none() && self.has_offsets;
+        camera.offset.delay().filter(|_| is_alone)
+    }
+
+    /// What is to be told at `now` [s]: who is overdue, and who is back.
+    pub fn remarks(&mut self, now: f64) -> Vec<String> {
+        let mut remarks = Vec::new();
+        let mut table = std::mem::take(&mut self.table);
+        for ((kind, name), source) in &mut table {
+            let named = format!("{} `{}`", kind.name(), pickline::error::shown(name));
+            let delay = source.offset.settled_delay().unwrap_or(0.0);
+            let is_late = self.has_offsets && delay > LATE;
+            if is_late && !source.told_late {
+                let delay = pickline::error::rounded(delay, 2);
+                remarks.push(format!(
+                    "{named}: its messages come {delay} s after their stamps at least: its clock is \
+                     behind, or it is slow; nobody can tell which, so its stamps are believed\n  set \
+                     its clock by NTP or PTP, and see how long it takes"
+                ));
+            }
+            source.told_late |= is_late;
+            let overdue = now > self.limit(*kind, source);
+            // A camera before which nothing lies now and then is no news.
+            if overdue == source.told || (*kind == SourceKind::Camera && source.told) {
+                continue;
+            }
+            source.told = overdue;
+            if !overdue {
+                remarks.push(format!("{named} is heard again"));
+                continue;
+            }
+            let silence = pickline::error::rounded(now - source.heard, 2);
+            let usual = source.period.get().map_or(String::new(), |period| {
+                format!(", and spoke every {} s", pickline::error::rounded(period, 2))
+            });
+            let what = match kind {
+                SourceKind::Belt => {
+                    "no task is given until it is heard\n  see that the belt reports; \
+                     --belt-timeout S sets how long it may be silent, 0 for ever"
+                }
+                SourceKind::Robot => {
+                    "it gets no task until it is heard\n  see that it reports; \
+                     --robot-timeout S sets how long it may be silent, 0 for ever"
+                }
+                SourceKind::Camera => "if nothing lies before it, that is how it is",
+            };
+            remarks.push(format!(
+                "{named} has been silent for {silence} s{usual}: {what}"
+            ));
+        }
+        self.table = table;
+        remarks
+    }
+
+    /// All sources as a status shows them at `now` [s].
+    pub fn report(&self, now: f64) -> Vec<SourceReport> {
+        let heard = self.table.iter();
+        let heard = heard.filter(|(_, source)| source.heard > f64::NEG_INFINITY);
+        let report = |((kind, name), source): (&Key, &Source)| {
+            let delay = source.offset.delay().filter(|_| self.has_offsets);
+            let mapped = source.offset.shift() + self.ahead;
+            SourceReport {
+                name: name.clone(),
+                kind: *kind,
+                age: (now - source.heard).max(0.0),
+                period: source.period.get(),
+                offset: delay.map(|delay| delay + mapped),
+                mapped: Some(mapped).filter(|by| self.has_offsets && *by != 0.0),
+                overdue: now > self.limit(*kind, source),
+            }
+        };
+        heard.map(report).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn key(kind: SourceKind) -> Key {
+        (kind, "x".to_owned())
+    }
+
+    #[test]
+    fn who_repeats_itself_is_overdue_after_ten_periods() {
+        let mut sources = Sources::new(Timeouts::default(), true);
+        let belt = key(SourceKind::Belt);
+        for i in 0..100 {
+            sources.hear(&belt, 0.05 * f64::from(i), Some(0.3));
+        }
+        let report = &sources.report(5.0)[0];
+        assert!((report.period.unwrap() - 0.05).abs() < 1e-9 && !report.overdue);
+        assert!((report.age - 0.05).abs() < 1e-9);
+        let until = sources.belt_until();
+        assert!((until - 5.95).abs() < 1e-9, "{until}");
+        assert!(sources.remarks(until).is_empty());
+        let remarks = sources.remarks(6.2);
+        assert!(remarks[0].contains("silent for 1.2 s, and spoke every 0.05 s"));
+        assert!(sources.remarks(7.0).is_empty() && sources.report(7.0)[0].overdue);
+        sources.hear(&belt, 20.0, Some(0.3));
+        assert_eq!(sources.remarks(20.0), ["belt `x` is heard again"]);
+    }
+
+    #[test]
+    fn who_speaks_of_changes_only_may_be_silent() {
+        let mut sources = Sources::new(Timeouts::default(), true);
+        for i in 0..100 {
+            sources.hear(
+                &key(SourceKind::Robot),
+                0.5 * f64::from(i),
+                Some(f64::from(i % 2)),
+            );
+        }
+        let robot = key(SourceKind::Robot);
+        assert_eq!(sources.robot_until(&robot), f64::INFINITY);
+        let timeouts = Timeouts {
+            belt: Some(0.0),
+            robot: Some(3.0),
+        };
+        let mut sources = Sources::new(timeouts, true);
+        sources.hear(&key(SourceKind::Robot), 7.0, None);
+        assert_eq!(sources.robot_until(&robot), 10.0);
+        for i in 0..100 {
+            sources.hear(&key(SourceKind::Belt), 0.05 * f64::from(i), Some(0.3));
+        }
+        assert_eq!(sources.belt_until(), f64::INFINITY);
+    }
+
+    #[test]
+    fn names_from_outside_fill_no_memory() {
+        let mut sources = Sources::new(Timeouts::default(), true);
+        for i in 0..1000 {
+            let key = (SourceKind::Camera, format!("c{i}"));
+            sources.map(&key, 5.0, 5.0);
+            sources.hear(&key, 5.0, Some(0.0));
+        }
+        assert!(sources.report(5.0).len() <= MOST + 1);
+    }
+}

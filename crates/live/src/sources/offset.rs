@@ -1,0 +1,358 @@
+//! By how much the stamps of one source differ from the node's time.
+
+/// How far a stamp may lie in the future [s]: no message comes before it is sent, so more
+/// means that the clock of the source is ahead.
+const AHEAD: f64 = 0.02;
+/// Up to this [s] that is taken for drift and followed at once.
+const DRIFT: f64 = 0.25;
+/// A first stamp within these [s] is believed.
+const FIRST_AHEAD: f64 = 5.0;
+const FIRST_BEHIND: f64 = crate::clock::OLDEST;
+/// Stamps that go back by more than this [s] may show that the clock of the source was set.
+const BACK: f64 = 0.25;
+/// So many messages in a row that agree within so much [s], and are this much [s] apart, show
+/// that it was.
+const CONFIRMED: u32 = 3;
+/// Of stamps that go back there have to be more: some may only be late.
+const CONFIRMED_BACK: u32 = 5;
+const AGREE: f64 = 0.1;
+const APART: f64 = 0.01;
+/// After a step of the node's own clock, a source whose messages fit one way of mapping by so
+/// much [s] better than the other is mapped that way.
+const BETTER: f64 = 0.03;
+const NEAR: f64 = 0.5;
+/// After so many messages that fit, the other way is forgotten.
+const SETTLED: u32 = 20;
+/// The smallest delay is that of the time just past, between one and two of these [s].
+const WINDOW: f64 = 15.0;
+
+/// The smallest value of the time just past.
+#[derive(Debug, Clone, Copy, Default)]
+struct Floor {
+    /// When the present half of the window began [s], its smallest value, and that of the half
+    /// before.
+    began: f64,
+    now: Option<f64>,
+    before: Option<f64>,
+}
+
+impl Floor {
+    fn note(&mut self, time: f64, value: f64) {
+        if time - self.began > WINDOW {
+            let is_old = time - self.began > 2.0 * WINDOW;
+            self.before = self.now.take().filter(|_| !is_old);
+            self.began = time;
+        }
+        self.now = Some(self.now.map_or(value, |least| least.min(value)));
+    }
+
+    fn least(&self) -> Option<f64> {
+        self.now.into_iter().chain(self.before).reduce(f64::min)
+    }
+}
+
+/// Messages that agree on another offset.
+#[derive(Debug, Clone, Copy)]
+struct Pending {
+    shift: f64,
+    stamp: f64,
+    received: f64,
+    count: u32,
+}
+
+/// What is thought of a stamp.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Judged {
+    /// With the shift it is as it should be, or late.
+    Fits,
+    /// The clock of the source was set by so much [s], and the shift has followed.
+    Stepped(f64),
+    /// Since its first message the clock of the source is ahead by so much [s], which is more
+    /// than the way of a message explains, and the shift has followed.
+    Off(f64),
+    /// It lies in the future, and alone says nothing.
+    Wild,
+}
+
+/// The offset of one source: what is added to its stamps gives the node's time.
+///
+/// A delay is the time at which a message came less its stamp, so it is the offset of the
+/// clocks and the way of the message together, and nobody can tell the two apart: a camera
+/// that needs 150 ms for a picture looks like one whose clock is 150 ms behind. So stamps are
+/// believed as they are, as long as they can be, and only what cannot be is mapped away: a
+/// stamp in the future, and a step. The smallest delay of the time just past is what is shown.
+#[derive(Debug, Clone, Default)]
+pub struct Offset {
+    shift: f64,
+    floor: Floor,
+    /// The newest stamp [s], as it was said.
+    newest: Option<f64>,
+    /// Shifts that held before the node's own clock was set.
+    others: Vec<f64>,
+    fits: u32,
+    pending: Option<Pending>,
+}
+
+impl Offset {
+    /// An offset of a source whose clock is ahead as the machine's is, by `ahead` [s].
+    pub fn new(ahead: f64) -> Self {
+        Self {
+            shift: -ahead,
+            ..Self::default()
+        }
+    }
+
+    /// What is added to a stamp [s].
+    pub fn shift(&self) -> f64 {
+        self.shift
+    }
+
+    /// The smallest delay of the time just past [s], with the shift.
+    pub fn delay(&self) -> Option<f64> {
+        self.floor.least()
+    }
+
+    /// The smallest delay [s] once enough messages have shown it.
+    pub fn settled_delay(&self) -> Option<f64> {
+        self.floor.least().filter(|_| self.fits >= SETTLED)
+    }
+
+    /// The node's own clock was set by `step` [s]: the source goes by the same clock, unless
+    /// its next messages show that it does not.
+    pub fn follow(&mut self, step: f64) {
+        self.others.push(self.shift);
+        if self.others.len() > 4 {
+            self.others.remove(0);
+        }
+        self.shift -= step;
+        self.newest = self.newest.map(|newest| newest + step);
+        (self.fits, self.pending) = (0, None);
+    }
+
+    /// What is to be thought of a message with `stamp` [s] that came at `received` [s], in the
+    /// node's time.
+    pub fn judge(&mut self, stamp: f64, received: f64) -> Judged {
+        let delay = received - (stamp + self.shift);
+        let Some(floor) = self.floor.least() else {
+            return self.judge_first(stamp, received, delay);
+        };
+        let off = (delay - floor).abs();
+        let others = self.others.iter().copied();
+        let best = others
+            .map(|shift| (shift, (received - (stamp + shift) - floor).abs()))
+            .min_by(|a, b| a.1.total_cmp(&b.1));
+        if let Some((shift, other)) = best
+            && other < NEAR
+            && other + BETTER < off
+        {
+            return self.step(shift, stamp, received);
+        }
+        if delay < -DRIFT {
+            return match self.confirm(received - stamp - floor, stamp, received, CONFIRMED) {
+                Some(shift) => self.step(shift, stamp, received),
+                None => Judged::Wild,
+            };
+        }
+        let goes_back = self.newest.is_some_and(|newest| stamp < newest - BACK);
+        if goes_back && delay > floor + BACK {
+            // A late message, or the first after the clock was set back.
+            let shift = received - stamp - floor;
+            if let Some(shift) = self.confirm(shift, stamp, received, CONFIRMED_BACK) {
+                return self.step(shift, stamp, received);
+            }
+            return Judged::Fits;
+        }
+        self.fit(stamp, received, delay);
+        Judged::Fits
+    }
+
+    fn judge_first(&mut self, stamp: f64, received: f64, delay: f64) -> Judged {
+        if !(-FIRST_AHEAD..=FIRST_BEHIND).contains(&delay) {
+            return match self.confirm(received - stamp, stamp, received, CONFIRMED) {
+                Some(shift) => self.step(shift, stamp, received),
+                None => Judged::Wild,
+            };
+        }
+        self.fit(stamp, received, delay);
+        Judged::Fits
+    }
+
+    fn fit(&mut self, stamp: f64, received: f64, mut delay: f64) {
+        if delay < -AHEAD {
+            self.shift += delay;
+            delay = 0.0;
+        }
+        self.floor.note(received, delay);
+        self.newest = Some(self.newest.map_or(stamp, |newest| newest.max(stamp)));
+        self.pending = None;
+        self.fits = self.fits.saturating_add(1);
+        if self.fits >= SETTLED {
+            self.others.clear();
+        }
+    }
+
+    fn step(&mut self, shift: f64, stamp: f64, received: f64) -> Judged {
+        let by = self.shift - shift;
+        let is_first = self.newest.is_none();
+        self.others.retain(|other| *other != shift);
+        self.others.push(self.shift);
+        (self.shift, self.newest, self.fits) = (shift, Some(stamp), 0);
+        self.fit(stamp, received, received - (stamp + shift));
+        if is_first {
+            Judged::Off(by)
+        } else {
+            Judged::Stepped(by)
+        }
+    }
+
+    /// Whether `enough` messages in a row agree on `shift`.
+    fn confirm(&mut self, shift: f64, stamp: f64, received: f64, enough: u32) -> Option<f64> {
+        let mut pending = match self.pending {
+            Some(pending) if (pending.shift - shift).abs() < AGREE => pending,
+            _ => {
+                self.pending = Some(Pending {
+                    shift,
+                    stamp,
+                    received,
+                    count: 1,
+                });
+                return None;
+            }
+        };
+        if stamp > pending.stamp && received >= pending.received + APART {
+            (pending.stamp, pending.received) = (stamp, received);
+            pending.count += 1;
+        }
+        // The smallest delay is the nearest to the offset.
+        pending.shift = pending.shift.min(shift);
+        self.pending = Some(pending);
+        (pending.count >= enough).then_some(pending.shift)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A source that speaks every 50 ms, with 2 to 8 ms on the way.
+    struct World {
+        time: f64,
+        offset: Offset,
+        /// By how much its clock is ahead [s].
+        ahead: f64,
+    }
+
+    impl World {
+        fn new() -> Self {
+            let mut world = Self {
+                time: 100.0,
+                offset: Offset::new(0.0),
+                ahead: 0.0,
+            };
+            assert_eq!(world.run(40), vec![Judged::Fits; 40]);
+            world
+        }
+
+        /// What is thought of one message, and by how much its mapped stamp is off [s].
+        fn say(&mut self) -> (Judged, f64) {
+            self.time += 0.05;
+            let way = 0.002 + 0.006 * (self.time * 37.0).fract();
+            let stamp = self.time + self.ahead;
+            let judged = self.offset.judge(stamp, self.time + way);
+            (judged, stamp + self.offset.shift() - self.time)
+        }
+
+        fn run(&mut self, messages: usize) -> Vec<Judged> {
+            (0..messages).map(|_| self.say().0).collect()
+        }
+    }
+
+    #[test]
+    fn as_long_as_stamps_can_be_they_are_believed_as_they_are() {
+        let world = World::new();
+        assert_eq!(world.offset.shift(), 0.0);
+        let delay = world.offset.delay().unwrap();
+        assert!((0.002..0.004).contains(&delay), "{delay}");
+        // Half a second late, all of them or one: that is how the camera is.
+        let mut slow = Offset::new(0.0);
+        for i in 0..100 {
+            let stamp = 0.05 * f64::from(i);
+            assert_eq!(slow.judge(stamp, stamp + 0.5), Judged::Fits);
+        }
+        assert_eq!(slow.shift(), 0.0);
+        assert_eq!(slow.judge(2.0, 5.45), Judged::Fits);
+        assert!((slow.delay().unwrap() - 0.5).abs() < 1e-9);
+    }
+
+    #[test]
+    fn with_the_nodes_clock_a_source_steps_at_once() {
+        for step in [-5.0, 100.0, 0.2, -0.2] {
+            let mut world = World::new();
+            world.offset.follow(step);
+            world.ahead += step;
+            for _ in 0..50 {
+                let (judged, off) = world.say();
+                assert!(
+                    judged == Judged::Fits && off.abs() < 1e-9,
+                    "{judged:?} {off}"
+                );
+            }
+            // And one that has a clock of its own does not, from its first message on.
+            let mut other = World::new();
+            other.offset.follow(step);
+            let (judged, off) = other.say();
+            assert!(
+                matches!(judged, Judged::Stepped(_)) && off.abs() < 1e-9,
+                "{judged:?}"
+            );
+            assert_eq!(other.run(50), vec![Judged::Fits; 50]);
+            // There and back.
+            other.offset.follow(-step);
+            let (_, off) = other.say();
+            assert!(off.abs() < 1e-9, "{off}");
+        }
+    }
+
+    #[test]
+    fn a_source_that_steps_alone_is_followed_after_some_messages() {
+        for step in [-5.0, 7.0, 1000.0] {
+            let mut world = World::new();
+            world.ahead += step;
+            let judged = world.run(20);
+            let stepped = judged.iter().position(|j| matches!(j, Judged::Stepped(_)));
+            let expected = if step > 0.0 { 2 } else { 4 };
+            assert_eq!(stepped, Some(expected), "{step}: {judged:?}");
+            let (_, off) = world.say();
+            assert!(off.abs() < 0.01, "{off}");
+        }
+    }
+
+    #[test]
+    fn one_wild_stamp_moves_nothing_and_a_burst_is_late() {
+        let mut world = World::new();
+        let time = world.time;
+        assert_eq!(world.offset.judge(time + 3.0, time), Judged::Wild);
+        assert_eq!(world.offset.judge(time - 20.0, time), Judged::Fits);
+        assert_eq!(world.run(5), vec![Judged::Fits; 5]);
+        // The network holds up two seconds of messages.
+        let held = world.time;
+        for i in 1..=40 {
+            let stamp = held + 0.05 * f64::from(i);
+            let judged = world.offset.judge(stamp, held + 2.0 + 1e-4 * f64::from(i));
+            assert_eq!(judged, Judged::Fits);
+        }
+        assert_eq!(world.offset.shift(), 0.0);
+    }
+
+    #[test]
+    fn a_clock_that_is_ahead_is_mapped_to_now() {
+        let mut offset = Offset::new(0.0);
+        assert_eq!(offset.judge(103.0, 100.0), Judged::Fits);
+        assert_eq!(offset.shift(), -3.0);
+        // One that is an hour ahead after three messages.
+        let mut offset = Offset::new(0.0);
+        let judged = [0.0, 0.1, 0.2].map(|t| offset.judge(3700.0 + t, 100.0 + t));
+        assert_eq!(judged[..2], [Judged::Wild; 2]);
+        assert!((offset.shift() + 3600.0).abs() < 1e-9, "{judged:?}");
+    }
+}

@@ -1,0 +1,153 @@
+//! How a peer on a stream writes its lines: in JSON or in the csv dialect.
+
+use super::lines::Line;
+use super::{Heard, Origin};
+use crate::protocol::{CsvLine, CsvReader, CsvWriter, Message, Rejected, encode};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Reads the clock [s]; passed in by whoever knows which one rules.
+pub type Clock = fn() -> f64;
+
+/// How lines are written.
+#[derive(Debug, Clone, Copy, Default)]
+pub enum Dialect {
+    /// One JSON object a line.
+    #[default]
+    Json,
+    /// The csv dialect, with the clock that stands in for times that are not given, if one
+    /// does. A peer that begins in JSON is talked to in JSON.
+    Csv(Option<Clock>),
+}
+
+impl Dialect {
+    /// Both ways of one peer.
+    pub fn of_a_peer(self) -> (Ear, Voice) {
+        let speaks_json = Arc::new(AtomicBool::new(matches!(self, Self::Json)));
+        let ear = Ear {
+            dialect: self,
+            speaks_json: Arc::clone(&speaks_json),
+            is_new: true,
+            csv: CsvReader::default(),
+        };
+        let csv = CsvWriter::default();
+        (ear, Voice { speaks_json, csv })
+    }
+
+    /// Whether a stream that begins with these bytes, blanks aside, may be a peer's: a
+    /// browser, a scanner or TLS is none.
+    pub fn may_begin(self, bytes: &[u8]) -> bool {
+        let is_csv = matches!(self, Self::Csv(_));
+        match bytes.trim_ascii_start() {
+            [] | [b'{', ..] => true,
+            [letter] | [letter, b',', ..] => is_csv && letter.is_ascii_uppercase(),
+            _ => false,
+        }
+    }
+}
+
+/// What a peer says.
+#[derive(Debug)]
+pub struct Ear {
+    dialect: Dialect,
+    speaks_json: Arc<AtomicBool>,
+    is_new: bool,
+    csv: CsvReader,
+}
+
+impl Ear {
+    /// The JSON of a line, and what is missing before it.
+    fn hear(&mut self, line: Line) -> CsvLine {
+        let line = match line {
+            Line::Whole(line) => Ok(line),
+            Line::TooLong => Err(Rejected::too_long()),
+        };
+        let is_new = std::mem::replace(&mut self.is_new, false);
+        match (self.dialect, line) {
+            (Dialect::Csv(clock), Ok(line)) => {
+                if is_new && line.trim_ascii_start().starts_with(b"{") {
+                    self.speaks_json.store(true, Ordering::Relaxed);
+                }
+                if self.speaks_json.load(Ordering::Relaxed) {
+                    return CsvLine::of(Ok(line));
+                }
+                self.csv.read(&line, clock.map(|clock| clock()))
+            }
+            (_, line) => CsvLine::of(line),
+        }
+    }
+
+    /// What a line from `origin` says, for the inbox.
+    pub fn heard(&mut self, origin: &Origin, line: Line) -> impl Iterator<Item = Heard> + use<> {
+        let CsvLine { gap, message } = self.hear(line);
+        let gap = gap.map(|gap| Heard::Refused(origin.clone(), gap));
+        let message = match message {
+            Ok(line) => Heard::Line(origin.clone(), line),
+            Err(rejected) => Heard::Refused(origin.clone(), rejected),
+        };
+        gap.into_iter().chain([message])
+    }
+}
+
+/// What is said to a peer.
+#[derive(Debug)]
+pub struct Voice {
+    speaks_json: Arc<AtomicBool>,
+    csv: CsvWriter,
+}
+
+impl Voice {
+    /// A message as it is written, with its line ends.
+    ///
+    /// # Errors
+    /// What cannot be said in the dialect, in words for the user.
+    pub fn say(&mut self, message: &Message) -> Result<String, String> {
+        if self.speaks_json.load(Ordering::Relaxed) {
+            return Ok(encode(message));
+        }
+        self.csv.write(message)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::protocol::{Due, Outgoing};
+
+    #[test]
+    fn a_peer_is_answered_as_it_begins() {
+        let due = Message::from(Outgoing::Due(Due {
+            stamp: 1.0,
+            next: None,
+        }));
+        let (mut ear, mut voice) = Dialect::Csv(None).of_a_peer();
+        assert!(voice.say(&due).unwrap().starts_with("U,0,1000,*"));
+        let json = br#"{"kind":"tick","stamp":1}"#.to_vec();
+        assert_eq!(
+            ear.hear(Line::Whole(json.clone())),
+            CsvLine::of(Ok(json.clone()))
+        );
+        assert!(voice.say(&due).unwrap().starts_with('{'));
+        // One that has begun otherwise is held to it.
+        let (mut ear, mut voice) = Dialect::Csv(None).of_a_peer();
+        assert!(
+            ear.hear(Line::Whole(b"K,0,1000*1".to_vec()))
+                .message
+                .is_err()
+        );
+        assert!(ear.hear(Line::Whole(json)).message.is_err());
+        assert!(voice.say(&due).unwrap().starts_with("U,"));
+    }
+
+    #[test]
+    fn strangers_are_known_by_how_they_begin() {
+        let csv = Dialect::Csv(None);
+        for bytes in [&b"K,0,1"[..], b"K", b"\r\n", b" {", b""] {
+            assert!(csv.may_begin(bytes));
+        }
+        for bytes in [&b"GET / HTTP/1.1"[..], b"\x16\x03\x01", b"k,0"] {
+            assert!(!csv.may_begin(bytes) && !Dialect::Json.may_begin(bytes));
+        }
+        assert!(!Dialect::Json.may_begin(b"K,0,1"));
+    }
+}

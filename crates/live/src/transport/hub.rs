@@ -1,0 +1,683 @@
+//! All peers: who is there, what goes to whom, and who is disconnected.
+
+#[cfg(feature = "mqtt")]
+use super::mqtt;
+use super::peer::{Peer, QUEUE};
+#[cfg(feature = "ros2")]
+use super::ros2;
+use super::tcp::{Connection, FAREWELL_TIME, Tcp, WRITE_TIME};
+use super::{Access, Dialect, Heard, INBOX, Origin, Place, RETRY, Side, listen_at, stream};
+use pickline::error::{Error, Result, counted, known_names, shown};
+use crate::protocol::{Answer, Hello, Incoming, Message, Rejected, Rejection, Role};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::net::SocketAddr;
+use std::sync::mpsc::{Receiver, sync_channel};
+use std::time::{Duration, Instant};
+
+/// A peer that has said nothing for so long after it has come is taken for one that says
+/// no hello.
+const GRACE: Duration = Duration::from_millis(200);
+/// Where a token is asked for, a peer is disconnected that has not shown it by then.
+const GREETING_TIME: Duration = Duration::from_secs(5);
+/// A peer that has said nothing for so long makes room for others, where there is none.
+const SILENCE: Duration = Duration::from_secs(1);
+/// Lines in a row that are no messages, or not the peer's to say, before it is disconnected.
+const MOST_REFUSED: u32 = 100;
+
+/// On which terms peers are talked to.
+#[derive(Debug, Clone)]
+pub struct Terms {
+    /// Which side this is.
+    pub side: Side,
+    /// Whether a slow peer is waited for, as with message time. Otherwise it is
+    /// disconnected.
+    pub waits: bool,
+    /// The names of the station's robots, upstream first.
+    pub robots: Vec<String>,
+    /// What whoever connects has to show.
+    pub access: Access,
+    /// Peers over TCP at a time.
+    pub most_peers: usize,
+    /// What a station says first over TCP.
+    pub hello: Option<Hello>,
+    /// How lines are written on streams.
+    pub dialect: Dialect,
+}
+
+/// What has become of a hello.
+#[derive(Debug, PartialEq, Eq)]
+pub enum Greeted {
+    /// The peer may stay; it speaks for these robots from now on.
+    Accepted(Vec<usize>),
+    /// It may not, for this reason.
+    Refused(String),
+}
+
+/// All peers.
+#[derive(Debug)]
+pub struct Hub {
+    terms: Terms,
+    inbox: Receiver<Heard>,
+    /// What is to be told before anything else.
+    remarks: VecDeque<String>,
+    peers: BTreeMap<u64, Peer>,
+    next: u64,
+    /// Robots that somebody has said hello for: nobody else may speak for them.
+    owned: BTreeSet<usize>,
+    /// Peers that are being disconnected, and when that is done the hard way.
+    leaving: Vec<(Instant, u64)>,
+    tcp: Option<Tcp>,
+    address: Option<SocketAddr>,
+    connects_to: Option<String>,
+    /// Keeps the inbox open.
+    _sender: std::sync::mpsc::SyncSender<Heard>,
+    is_stdio: bool,
+}
+
+impl Hub {
+    /// Opens the place. Connecting goes on until somebody listens there.
+    ///
+    /// # Errors
+    /// An address that is none, or cannot be listened at.
+    pub fn open(place: &Place, terms: Terms) -> Result<Self> {
+        let (sender, inbox) = sync_channel(INBOX);
+        let mut hub = Self {
+            inbox,
+            remarks: VecDeque::new(),
+            peers: BTreeMap::new(),
+            next: 1,
+            owned: BTreeSet::new(),
+            leaving: Vec::new(),
+            tcp: None,
+            address: None,
+            connects_to: None,
+            _sender: sender.clone(),
+            is_stdio: matches!(place, Place::Stdio),
+            terms,
+        };
+        match place {
+            Place::Stdio => {
+                let peer = stream::start(
+                    0,
+                    std::io::stdin(),
+                    std::io::stdout(),
+                    hub.terms.dialect,
+                    sender,
+                );
+                hub.peers.insert(0, peer);
+            }
+            Place::Listen(address) => {
+                let listener = listen_at("--listen", address)?;
+                hub.address = listener.local_addr().ok();
+                let tcp = Tcp::start(sender, hub.terms.access.tls.clone(), hub.terms.dialect)?;
+                tcp.listen(listener).map_err(|error| {
+                    let cure = "try again";
+                    Error::input("--listen", format!("{}: {error}", shown(address)), cure)
+                })?;
+                hub.tcp = Some(tcp);
+            }
+            Place::Connect(address) => {
+                if std::net::ToSocketAddrs::to_socket_addrs(address.as_str()).is_err() {
+                    let problem = format!("`{}` is no address", shown(address));
+                    let cure = "give HOST:PORT, for example 127.0.0.1:7400";
+                    return Err(Error::input("--connect", problem, cure));
+                }
+                let tcp = Tcp::start(sender, hub.terms.access.tls.clone(), hub.terms.dialect)?;
+                tcp.connect(address.clone(), Duration::ZERO);
+                hub.connects_to = Some(address.clone());
+                hub.tcp = Some(tcp);
+            }
+            #[cfg(feature = "mqtt")]
+            Place::Mqtt(settings) => {
+                let peer = mqtt::start(hub.next, settings, sender)?;
+                hub.keep(peer);
+            }
+            #[cfg(feature = "ros2")]
+            Place::Ros2(settings) => {
+                let peer = ros2::start(hub.next, settings, sender)?;
+                hub.keep(peer);
+            }
+        }
+        Ok(hub)
+    }
+
+    fn keep(&mut self, peer: Peer) -> u64 {
+        let number = self.next;
+        self.peers.insert(number, peer);
+        self.next += 1;
+        number
+    }
+
+    /// Where it listens.
+    pub fn address(&self) -> Option<SocketAddr> {
+        self.address
+    }
+
+    /// Whether the one peer is on stdin and stdout.
+    pub fn is_stdio(&self) -> bool {
+        self.is_stdio
+    }
+
+    /// Whether it connects to the one peer that there is.
+    pub fn connects(&self) -> bool {
+        self.connects_to.is_some()
+    }
+
+    /// How many peers there are now.
+    pub fn peers(&self) -> usize {
+        self.peers.values().filter(|peer| peer.is_up()).count()
+    }
+
+    /// The next thing heard within `patience`.
+    pub fn hear(&mut self, patience: Duration) -> Option<Heard> {
+        self.tend();
+        if let Some(remark) = self.remarks.pop_front() {
+            return Some(Heard::Remark(remark));
+        }
+        // The hub keeps a sender, so it is never disconnected.
+        let heard = self.inbox.recv_timeout(patience).ok()?;
+        if let Some(tcp) = &self.tcp {
+            tcp.taken();
+        }
+        Some(heard)
+    }
+
+    /// Does what time alone makes due: sends what was kept, to those too of whom it is not
+    /// known who they are, and disconnects those who had time enough to show it.
+    pub fn tend(&mut self) {
+        for peer in self.peers.values_mut() {
+            peer.flush();
+        }
+        let needs_token = self.needs_token();
+        let grace = if needs_token { GREETING_TIME } else { GRACE };
+        let unknown = self.peers.iter();
+        let unknown = unknown.filter(|(_, peer)| peer.unknown_for().is_some_and(|t| t >= grace));
+        let unknown: Vec<u64> = unknown.map(|(number, _)| *number).collect();
+        for number in unknown {
+            if needs_token {
+                self.dismiss(number, "no hello with a token has come");
+            } else {
+                self.release(number);
+            }
+        }
+        let now = Instant::now();
+        let peers = &mut self.peers;
+        self.leaving.retain(|(at, number)| {
+            let waits = now < *at;
+            if !waits && let Some(peer) = peers.get_mut(number) {
+                peer.cut();
+            }
+            waits
+        });
+    }
+
+    fn needs_token(&self) -> bool {
+        let asks = self.terms.side == Side::Node && self.connects_to.is_none();
+        asks && self.terms.access.token.is_some()
+    }
+
+    /// Takes in a peer that has connected, and returns its number; none if it was turned
+    /// away. Where there are too many, one goes that has said nothing since it came.
+    pub fn join(&mut self, connection: Connection) -> Option<u64> {
+        let tcp = self.tcp.as_ref()?;
+        let sockets = self.peers.iter().filter(|(_, peer)| peer.is_on_socket());
+        let there = sockets.filter(|(_, peer)| peer.is_up());
+        let (mut count, mut silent) = (0, None);
+        for (number, peer) in there {
+            count += 1;
+            let is_silent = !peer.has_spoken && peer.since.elapsed() >= SILENCE;
+            if is_silent && silent.is_none() {
+                silent = Some(*number);
+            }
+        }
+        let is_full = count >= self.terms.most_peers;
+        if is_full && silent.is_none() {
+            let there = counted(count, "peer");
+            let address = connection.address.map(|at| at.to_string());
+            self.remarks.push_back(format!(
+                "{} was turned away: {there} are connected, and --max-peers allows no more",
+                address.unwrap_or_default()
+            ));
+            let reason = format!("{there} are connected, and no more are allowed");
+            tcp.turn_away(connection, &refusal(&reason));
+            return None;
+        }
+        let deadline = (!self.terms.waits).then_some(WRITE_TIME);
+        let peer = tcp.serve(self.next, connection, deadline);
+        let number = self.keep(peer);
+        if let Some(silent) = silent.filter(|_| is_full) {
+            self.dismiss(
+                silent,
+                "others want to connect, and it has said nothing yet",
+            );
+        }
+        if self.connects() {
+            // Nobody else than the one that was named.
+            self.release(number);
+        }
+        if self.terms.side == Side::Station {
+            self.release(number);
+            if let Some(hello) = self.terms.hello.clone() {
+                self.send_to(number, hello);
+            }
+        }
+        Some(number)
+    }
+
+    /// Who it is is known, or no longer waited for: what was said since it came goes out.
+    fn release(&mut self, number: u64) {
+        let Some(peer) = self.peers.get_mut(&number) else {
+            return;
+        };
+        for message in peer.known() {
+            let robot = robot_of(&message, &self.terms.robots);
+            if peer.identity.gets(&message, robot) {
+                if self.terms.waits {
+                    peer.send(message);
+                } else {
+                    peer.try_send(message, true);
+                }
+            }
+        }
+    }
+
+    /// A peer says who it is.
+    pub fn greet(&mut self, number: u64, hello: Hello) -> Greeted {
+        let refused = match self.check_hello(number, &hello) {
+            Ok(robots) => {
+                let spoken = self.accept(number, hello, robots);
+                return Greeted::Accepted(spoken);
+            }
+            Err(reason) => reason,
+        };
+        self.turn_down(number, &refused);
+        Greeted::Refused(refused)
+    }
+
+    /// Answers a hello that is refused. Where a connection can be ended, it is.
+    fn turn_down(&mut self, number: u64, reason: &str) {
+        if let Some(peer) = self.peers.get_mut(&number) {
+            if peer.is_on_socket() {
+                self.dismiss(number, reason);
+            } else {
+                peer.try_send(refusal(reason), true);
+            }
+        }
+    }
+
+    fn check_hello(
+        &self,
+        number: u64,
+        hello: &Hello,
+    ) -> std::result::Result<BTreeSet<usize>, String> {
+        let on_socket = self.peers.get(&number).is_some_and(Peer::is_on_socket);
+        let asked = on_socket && self.needs_token();
+        if let Some(token) = self.terms.access.token.as_ref().filter(|_| asked) {
+            match &hello.token {
+                None => return Err("its hello has no token".into()),
+                Some(given) if !token.is(given) => return Err("its token is wrong".into()),
+                Some(_) => {}
+            }
+        }
+        let names = &self.terms.robots;
+        let robots = hello.robots.iter().map(|robot| {
+            let place = names.iter().position(|name| name == robot);
+            place.ok_or_else(|| {
+                let known: Vec<&str> = names.iter().map(String::as_str).collect();
+                let cure = known_names(&shown(robot), &known);
+                format!("there is no robot `{}`; {cure}", shown(robot))
+            })
+        });
+        let robots = robots.collect::<std::result::Result<BTreeSet<usize>, String>>()?;
+        self.check_owners(number, hello, &robots)?;
+        Ok(robots)
+    }
+
+    /// A robot has one peer at a time: two would get the same tasks, and both carry them out.
+    fn check_owners(
+        &self,
+        number: u64,
+        hello: &Hello,
+        robots: &BTreeSet<usize>,
+    ) -> std::result::Result<(), String> {
+        if hello.role != Role::Robot {
+            return Ok(());
+        }
+        let others = self.peers.iter().filter(|(other, peer)| {
+            let is_other = **other != number && peer.identity.name() != Some(&hello.name);
+            is_other && peer.is_up() && peer.identity.role() == Some(Role::Robot)
+        });
+        for (_, peer) in others {
+            if let Some(robot) = robots.iter().find(|r| peer.identity.speaks_for(**r)) {
+                let robot = shown(&self.terms.robots[*robot]);
+                let title = peer.title();
+                return Err(format!("{title} speaks for `{robot}` already"));
+            }
+        }
+        Ok(())
+    }
+
+    fn accept(&mut self, number: u64, hello: Hello, robots: BTreeSet<usize>) -> Vec<usize> {
+        if hello.role == Role::Robot {
+            self.owned.extend(&robots);
+            // A robot that has come back before its old connection was found dead.
+            let same = self.peers.iter().filter(|(other, peer)| {
+                let is_same = peer.identity.role() == Some(Role::Robot)
+                    && peer.identity.name() == Some(&hello.name);
+                **other != number && is_same && peer.is_on_socket()
+            });
+            let same = same.filter(|(_, peer)| robots.iter().any(|r| peer.identity.speaks_for(*r)));
+            let same: Vec<u64> = same.map(|(other, _)| *other).collect();
+            for other in same {
+                self.dismiss(other, "it has said hello again over another connection");
+            }
+        }
+        let Some(peer) = self.peers.get_mut(&number) else {
+            return Vec::new();
+        };
+        let before: Vec<usize> = peer.identity.robots().collect();
+        let new = robots.iter().copied().filter(|r| !before.contains(r));
+        let new: Vec<usize> = new.collect();
+        peer.identity.greet(hello, robots);
+        (peer.has_spoken, peer.refused) = (true, 0);
+        let kept = peer.known();
+        let answer = Answer {
+            accepted: true,
+            reason: None,
+            robots: self.terms.robots.clone(),
+        };
+        // It is answered before anything else, and before the turn of others ends.
+        let answer = Message::from(answer);
+        for message in std::iter::once(answer).chain(kept) {
+            let robot = robot_of(&message, &self.terms.robots);
+            if peer.identity.gets(&message, robot) {
+                if self.terms.waits {
+                    peer.send(message);
+                } else {
+                    peer.try_send(message, true);
+                }
+            }
+        }
+        new
+    }
+
+    /// Checks that the peer of `origin` may say `message`, which is of `robot` if of any;
+    /// whether it speaks for that robot for the first time.
+    ///
+    /// # Errors
+    /// A message that is not the peer's to say.
+    pub fn admit(
+        &mut self,
+        origin: &Origin,
+        message: &Incoming,
+        robot: Option<usize>,
+    ) -> std::result::Result<bool, Rejected> {
+        let needs_token = self.needs_token();
+        let Some((number, peer)) = self.peer_mut(origin) else {
+            return Ok(false);
+        };
+        if needs_token && peer.is_on_socket() && !peer.identity.has_greeted() {
+            let reason = "it has begun without a hello with a token";
+            self.dismiss(number, reason);
+            let expected = format!("{reason}; expected `hello` first");
+            return Err(Rejected::new(Rejection::NotAllowed, expected));
+        }
+        let is_owned = robot.is_some_and(|robot| self.owned.contains(&robot));
+        let Some(peer) = self.peers.get_mut(&number) else {
+            return Ok(false);
+        };
+        peer.identity.check(message, robot, is_owned)?;
+        (peer.has_spoken, peer.refused) = (true, 0);
+        // Who orders a robot about does not speak for it.
+        let speaks = robot.filter(|_| message.order().is_none());
+        let is_first = speaks.is_some_and(|robot| peer.identity.note(robot));
+        if peer.unknown_for().is_some() {
+            self.release(number);
+        }
+        Ok(is_first)
+    }
+
+    /// A line of `origin` was refused: no message, or not the peer's to say. One that begins
+    /// so, or with a hello that is none, or sends too many of them, is disconnected; why, if so.
+    pub fn refuse(&mut self, origin: &Origin, rejected: &Rejected) -> Option<String> {
+        if let Some(number) = Self::connection(origin).filter(|_| rejected.is_hello) {
+            let peer = self.peers.get(&number)?;
+            let (title, ends) = (peer.title(), peer.is_on_socket());
+            self.turn_down(number, &rejected.message);
+            return ends.then(|| format!("{title} was disconnected: its hello was refused"));
+        }
+        let (number, peer) = self.peer_mut(origin)?;
+        if !peer.is_on_socket() {
+            return None;
+        }
+        peer.refused += 1;
+        let reason = if !peer.has_spoken && rejected.reason.is_foreign() {
+            "its first line is no message of the live protocol".to_owned()
+        } else if peer.refused >= MOST_REFUSED {
+            format!("{MOST_REFUSED} lines in a row were refused")
+        } else {
+            return None;
+        };
+        let text = format!("{} was disconnected: {reason}", peer.title());
+        self.dismiss(number, &reason);
+        Some(text)
+    }
+
+    /// A peer has begun with something that is no message; what the user is told of it.
+    pub fn foreign(&mut self, number: u64, start: &str) -> String {
+        let title = self.peers.get(&number).map(Peer::title);
+        let reason = "what it sends is not the live protocol: one JSON object a line";
+        self.dismiss(number, reason);
+        let title = title.unwrap_or_default();
+        format!(
+            "{title} was disconnected: {reason}; it begins `{}`",
+            shown(start)
+        )
+    }
+
+    /// Disconnects a peer that takes nothing; what the user is told of it.
+    pub fn stalled(&mut self, number: u64) -> Option<String> {
+        let peer = self.peers.get_mut(&number)?;
+        peer.cut();
+        Some(format!(
+            "{} has taken nothing for {} s and was disconnected",
+            peer.title(),
+            WRITE_TIME.as_secs()
+        ))
+    }
+
+    /// Disconnects a peer after a last word.
+    fn dismiss(&mut self, number: u64, reason: &str) {
+        if let Some(peer) = self.peers.get_mut(&number)
+            && !peer.is_deaf()
+        {
+            peer.dismiss(refusal(reason));
+            self.leaving.push((Instant::now() + FAREWELL_TIME, number));
+        }
+    }
+
+    fn peer_mut(&mut self, origin: &Origin) -> Option<(u64, &mut Peer)> {
+        match origin {
+            Origin::Line { connection, .. } => {
+                let peer = self.peers.get_mut(connection)?;
+                Some((*connection, peer))
+            }
+            Origin::Topic(_) => {
+                let (number, peer) = self.peers.iter_mut().next()?;
+                Some((*number, peer))
+            }
+        }
+    }
+
+    /// Whether what `origin` says counts: it is not being disconnected.
+    pub fn counts(&self, origin: &Origin) -> bool {
+        match origin {
+            Origin::Line { connection, .. } => self.has_a_say(*connection),
+            Origin::Topic(_) => true,
+        }
+    }
+
+    /// The number of the connection of `origin`; none where there are no connections.
+    pub fn connection(origin: &Origin) -> Option<u64> {
+        match origin {
+            Origin::Line { connection, .. } => Some(*connection),
+            Origin::Topic(_) => None,
+        }
+    }
+
+    /// The name under which the peer of `origin` has said hello.
+    pub fn name(&self, origin: &Origin) -> Option<&str> {
+        let Origin::Line { connection, .. } = origin else {
+            return None;
+        };
+        self.peers.get(connection)?.identity.name()
+    }
+
+    /// Whether what a peer says counts: it is there, and not being disconnected.
+    pub fn has_a_say(&self, number: u64) -> bool {
+        self.peers.get(&number).is_some_and(|peer| !peer.is_deaf())
+    }
+
+    /// A peer has gone. Connects again where that is what it does.
+    pub fn leave(&mut self, number: u64) {
+        if self.peers.remove(&number).is_none() {
+            return;
+        }
+        if let (Some(tcp), Some(address)) = (&self.tcp, &self.connects_to) {
+            tcp.connect(address.clone(), RETRY);
+        }
+    }
+
+    /// Sends a message to all whom it concerns, waiting for room.
+    pub fn send(&mut self, message: impl Into<Message>) {
+        let message = message.into();
+        let robot = robot_of(&message, &self.terms.robots);
+        for peer in self.peers.values_mut() {
+            if peer.identity.gets(&message, robot) {
+                peer.send(message.clone());
+            }
+        }
+    }
+
+    /// Sends a message to all whom it concerns, without waiting; returns those that did not
+    /// keep up and were disconnected. What does not `matter` is left out where there is no
+    /// room.
+    pub fn try_send(&mut self, message: impl Into<Message>, matters: bool) -> Vec<String> {
+        let message = message.into();
+        let robot = robot_of(&message, &self.terms.robots);
+        let mut slow = Vec::new();
+        for peer in self.peers.values_mut() {
+            if peer.identity.gets(&message, robot) && !peer.try_send(message.clone(), matters) {
+                slow.push(peer.title());
+                peer.cut();
+            }
+        }
+        slow
+    }
+
+    /// Sends a message to one peer alone.
+    pub fn send_to(&mut self, number: u64, message: impl Into<Message>) {
+        let message = message.into();
+        let robot = robot_of(&message, &self.terms.robots);
+        let Some(peer) = self.peers.get_mut(&number) else {
+            return;
+        };
+        if !peer.identity.gets(&message, robot) {
+            return;
+        }
+        if self.terms.waits {
+            peer.send(message);
+        } else if !peer.try_send(message, true) {
+            peer.cut();
+        }
+    }
+
+    /// How many messages wait, at the peer where most do.
+    pub fn queued(&self) -> usize {
+        self.peers.values().map(Peer::queued).max().unwrap_or(0)
+    }
+
+    /// Whether there is no room for one more message somewhere.
+    pub fn is_full(&self) -> bool {
+        self.queued() >= QUEUE
+    }
+
+    /// Whether so much waits somewhere that no more should be added than has to be.
+    pub fn is_half_full(&self) -> bool {
+        self.peers.values().any(Peer::is_half_full)
+    }
+
+    /// The robots that should get no task now: nobody is there that could take it to them,
+    /// or somebody who speaks for them does not keep up. Nobody else can hold them up.
+    pub fn held(&self) -> Vec<usize> {
+        let robots = 0..self.terms.robots.len();
+        robots.filter(|robot| self.is_held(*robot)).collect()
+    }
+
+    fn is_held(&self, robot: usize) -> bool {
+        let is_owned = self.owned.contains(&robot);
+        let needs_token = self.needs_token();
+        let mut is_carried = false;
+        for peer in self.peers.values().filter(|peer| peer.is_up()) {
+            let is_stranger = needs_token && peer.is_on_socket() && !peer.identity.has_greeted();
+            if is_stranger || !peer.identity.carries(robot, is_owned) {
+                continue;
+            }
+            let keeps_up = !peer.is_half_full();
+            if !keeps_up && peer.identity.speaks_for(robot) {
+                return true;
+            }
+            is_carried |= keeps_up;
+        }
+        !is_carried
+    }
+
+    /// Ends all streams to the peers after what is still to be written; they may go on
+    /// talking.
+    pub fn finish_writing(&mut self) {
+        self.peers.values_mut().for_each(Peer::finish_writing);
+    }
+
+    /// Writes what is left and closes all, waiting at most `patience`.
+    ///
+    /// # Errors
+    /// What could not be written, where that is known by then.
+    pub fn close(mut self, patience: Duration) -> Result<()> {
+        let needs_token = self.needs_token();
+        let unknown = self.peers.iter();
+        let unknown = unknown.filter(|(_, peer)| !needs_token && peer.unknown_for().is_some());
+        let unknown: Vec<u64> = unknown.map(|(number, _)| *number).collect();
+        for number in unknown {
+            self.release(number);
+        }
+        let until = Instant::now() + patience;
+        for (_, peer) in std::mem::take(&mut self.peers) {
+            peer.close(until.saturating_duration_since(Instant::now()));
+        }
+        let mut left = self.inbox.try_iter();
+        match left.find_map(|heard| match heard {
+            Heard::Failed(error) => Some(error),
+            _ => None,
+        }) {
+            Some(error) => Err(error),
+            None => Ok(()),
+        }
+    }
+}
+
+/// The robot, by its place in `robots`, that a message is for.
+fn robot_of(message: &Message, robots: &[String]) -> Option<usize> {
+    let Message::FromNode(message) = message else {
+        return None;
+    };
+    let name = message.robot()?;
+    robots.iter().position(|robot| robot == name)
+}
+
+fn refusal(reason: &str) -> Message {
+    Message::from(Answer {
+        accepted: false,
+        reason: Some(reason.to_owned()),
+        robots: Vec::new(),
+    })
+}

@@ -1,0 +1,115 @@
+//! Lines of limited length from any stream.
+
+use crate::protocol::LONGEST_LINE;
+use std::io::{BufRead, ErrorKind, Result};
+
+/// One line, without its line end.
+#[derive(Debug, PartialEq, Eq)]
+pub enum Line {
+    /// The line.
+    Whole(Vec<u8>),
+    /// It was longer than a line may be, and was skipped.
+    TooLong,
+}
+
+/// Makes lines of bytes that come in parts.
+#[derive(Debug, Default)]
+pub struct Splitter {
+    line: Vec<u8>,
+    too_long: bool,
+    /// Lines so far, blank ones with them.
+    number: u64,
+}
+
+impl Splitter {
+    /// Takes bytes up to the end of a line that is not blank, and returns that line and
+    /// which it is, from 1; none if they end before. A line that is too long takes no more
+    /// memory than one that is not.
+    pub fn next(&mut self, bytes: &mut &[u8]) -> Option<(u64, Line)> {
+        while !bytes.is_empty() {
+            let end = bytes.iter().position(|byte| *byte == b'\n');
+            let part = &bytes[..end.unwrap_or(bytes.len())];
+            if self.line.len() + part.len() > LONGEST_LINE {
+                self.too_long = true;
+                self.line.clear();
+            } else if !self.too_long {
+                self.line.extend_from_slice(part);
+            }
+            *bytes = &bytes[end.map_or(bytes.len(), |end| end + 1)..];
+            if end.is_some()
+                && let Some(line) = self.end()
+            {
+                return Some(line);
+            }
+        }
+        None
+    }
+
+    /// Ends the line here; none if it is blank.
+    pub fn end(&mut self) -> Option<(u64, Line)> {
+        self.number += 1;
+        let line = std::mem::take(&mut self.line);
+        if std::mem::take(&mut self.too_long) {
+            return Some((self.number, Line::TooLong));
+        }
+        (!line.trim_ascii().is_empty()).then_some((self.number, Line::Whole(line)))
+    }
+}
+
+/// The lines of a stream.
+#[derive(Debug)]
+pub struct Lines<R> {
+    stream: R,
+    splitter: Splitter,
+}
+
+impl<R: BufRead> Lines<R> {
+    /// The lines of `stream`.
+    pub fn new(stream: R) -> Self {
+        let splitter = Splitter::default();
+        Self { stream, splitter }
+    }
+
+    /// Reads the next line that is not blank; none at the end.
+    ///
+    /// # Errors
+    /// A stream that cannot be read.
+    pub fn next(&mut self) -> Result<Option<(u64, Line)>> {
+        loop {
+            let bytes = match self.stream.fill_buf() {
+                Ok(bytes) => bytes,
+                Err(error) if error.kind() == ErrorKind::Interrupted => continue,
+                Err(error) => return Err(error),
+            };
+            if bytes.is_empty() {
+                return Ok(self.splitter.end());
+            }
+            let mut rest = bytes;
+            let line = self.splitter.next(&mut rest);
+            let used = bytes.len() - rest.len();
+            self.stream.consume(used);
+            if line.is_some() {
+                return Ok(line);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_lines_are_skipped_and_the_stream_goes_on() {
+        let long = "x".repeat(10_000_000);
+        let text = format!("a\n\n{long}\r\nb\r\n{}\nlast", "y".repeat(LONGEST_LINE));
+        let mut lines = Lines::new(std::io::BufReader::new(text.as_bytes()));
+        let mut next = || lines.next().unwrap();
+        assert_eq!(next(), Some((1, Line::Whole(b"a".to_vec()))));
+        assert_eq!(next(), Some((3, Line::TooLong)));
+        assert_eq!(next(), Some((4, Line::Whole(b"b\r".to_vec()))));
+        assert!(matches!(next(), Some((5, Line::Whole(line))) if line.len() == LONGEST_LINE));
+        assert_eq!(next(), Some((6, Line::Whole(b"last".to_vec()))));
+        assert_eq!(next(), None);
+    }
+}

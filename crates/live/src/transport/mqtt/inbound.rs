@@ -1,0 +1,186 @@
+//! From the broker to whoever hears: a thread that may wait, so that the connection never
+//! has to.
+
+use super::topics::{Topic, Topics};
+use pickline::error::{Error, shown};
+use crate::protocol::{LONGEST_LINE, Rejected, Rejection};
+use crate::transport::{Heard, Origin, Side};
+use rumqttc::Publish;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::SyncSender;
+use tokio::sync::mpsc::{Receiver, UnboundedSender};
+use tokio::sync::watch;
+
+/// Something for whoever hears, in the order in which it happened.
+#[derive(Debug)]
+pub enum News {
+    /// A message, and the connection (counted from 1) that brought it.
+    Message(u64, Publish),
+    /// The broker has taken the subscriptions and knows that this side is here, over this
+    /// connection.
+    Greeted(u64),
+    /// The connection is lost.
+    Lost,
+    /// A remark for the user.
+    Remark(String),
+    /// It cannot go on.
+    Failed(Error),
+}
+
+/// What the connection has to do because of something that was heard.
+#[derive(Debug)]
+pub enum Order {
+    /// Acknowledge a message, if the connection is still this one.
+    Acknowledge(u64, Box<Publish>),
+    /// Say again that this side is here.
+    Present,
+}
+
+/// Whether a side is there, as it is retained by the broker.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Presence {
+    /// `online` or `offline`.
+    pub state: String,
+    /// Client id of the one that says so.
+    pub client: String,
+}
+
+/// What the thread knows.
+#[derive(Debug)]
+pub struct Inbound {
+    /// The number of the peer.
+    pub number: u64,
+    /// Which side this is.
+    pub side: Side,
+    /// The topics.
+    pub topics: Topics,
+    /// The own client id.
+    pub client: String,
+    /// Whether the peer is there.
+    pub up: Arc<AtomicBool>,
+    /// Whether it ever was.
+    pub ever_up: bool,
+    /// Where things go.
+    pub inbox: SyncSender<Heard>,
+    /// What the connection is told.
+    pub orders: UnboundedSender<Order>,
+    /// The connection over which the peer can be talked to.
+    pub ready: watch::Sender<u64>,
+}
+
+impl Inbound {
+    /// Hands on until the connection, or whoever hears, is gone.
+    pub fn run(mut self, mut news: Receiver<News>) {
+        while let Some(news) = news.blocking_recv() {
+            let (heard, order) = match news {
+                News::Message(connection, mut publish) => {
+                    let heard = self.read(connection, &publish);
+                    // The acknowledgement may have to wait; what was read need not.
+                    (publish.topic, publish.payload) = Default::default();
+                    publish.properties = None;
+                    let order = Order::Acknowledge(connection, Box::new(publish));
+                    (heard, Some(order))
+                }
+                News::Greeted(connection) if self.side == Side::Node => {
+                    (self.rise(connection), None)
+                }
+                // The station waits until it hears of the node.
+                News::Greeted(_) => (None, None),
+                News::Lost => {
+                    let was_up = self.up.swap(false, Ordering::Relaxed);
+                    (was_up.then_some(Heard::Down(self.number)), None)
+                }
+                News::Remark(text) => (Some(Heard::Remark(text)), None),
+                News::Failed(error) => (Some(Heard::Failed(error)), None),
+            };
+            if heard.is_some_and(|heard| self.inbox.send(heard).is_err()) {
+                return;
+            }
+            // Only now is it safe: what nobody has taken, the broker sends again.
+            if let Some(order) = order {
+                let _ = self.orders.send(order);
+            }
+        }
+    }
+
+    fn rise(&mut self, connection: u64) -> Option<Heard> {
+        self.ever_up = true;
+        self.ready.send_replace(connection);
+        let was_up = self.up.swap(true, Ordering::Relaxed);
+        (!was_up).then_some(Heard::Up(self.number))
+    }
+
+    fn read(&mut self, connection: u64, publish: &Publish) -> Option<Heard> {
+        let topic = String::from_utf8_lossy(&publish.topic);
+        let origin = Origin::Topic(topic.as_ref().into());
+        if topic.as_bytes() != &publish.topic[..] {
+            let problem = "the topic is not UTF-8; expected one that is";
+            let rejected = Rejected::new(Rejection::Syntax, problem);
+            return Some(Heard::Refused(origin, rejected));
+        }
+        let kind = match self.topics.read(self.side, &topic) {
+            Some(Topic::Presence(side)) => return self.hear_presence(connection, side, publish),
+            Some(Topic::Kind(kind)) => kind,
+            None => return None,
+        };
+        if publish.payload.len() > LONGEST_LINE {
+            return Some(Heard::Refused(origin, Rejected::too_long()));
+        }
+        #[derive(Deserialize)]
+        struct Kind {
+            kind: String,
+        }
+        // Topics may be open to some only, so a message must be of its topic's kind.
+        if let Ok(said) = serde_json::from_slice::<Kind>(&publish.payload)
+            && said.kind != kind
+        {
+            let problem = format!(
+                "kind `{}`; expected `{kind}` on this topic",
+                shown(&said.kind)
+            );
+            let rejected = Rejected::new(Rejection::Kind, problem);
+            return Some(Heard::Refused(origin, rejected));
+        }
+        Some(Heard::Line(origin, publish.payload.to_vec()))
+    }
+
+    fn hear_presence(&mut self, connection: u64, side: Side, publish: &Publish) -> Option<Heard> {
+        let presence: Presence = serde_json::from_slice(&publish.payload).ok()?;
+        let online = presence.state == "online";
+        if side != self.side {
+            return match (side, online) {
+                (Side::Node, true) => self.rise(connection),
+                (Side::Node, false) => {
+                    let was_up = self.up.swap(false, Ordering::Relaxed);
+                    was_up.then_some(Heard::Ended(self.number))
+                }
+                // What is retained is about a station that went before.
+                (Side::Station, false) if !publish.retain => Some(Heard::Ended(self.number)),
+                (Side::Station, _) => None,
+            };
+        }
+        if presence.client == self.client || side != Side::Node {
+            return None;
+        }
+        // Two nodes would give each item to two robots. The one that came first stays.
+        let other = shown(&presence.client);
+        if self.ever_up {
+            let _ = self.orders.send(Order::Present);
+            return online.then(|| {
+                Heard::Remark(format!(
+                    "another node, `{other}`, has come to the same topics"
+                ))
+            });
+        }
+        online.then(|| {
+            Heard::Failed(Error::input(
+                "--mqtt",
+                format!("another node, `{other}`, is at work under the same topics"),
+                "stop it, or give this one a --mqtt-prefix of its own; if it has crashed, the \
+                 broker notices within a minute",
+            ))
+        })
+    }
+}

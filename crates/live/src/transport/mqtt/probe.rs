@@ -1,0 +1,147 @@
+//! Asks a broker that gave no usable answer what it is.
+//!
+//! The library waits in vain for the rest of an answer that is shorter than MQTT 5 has it:
+//! a broker that speaks MQTT 3.1.1 only refuses with two bytes where there are three at
+//! least. So the question is put once more, by hand, and the first bytes of the answer
+//! tell who is there (OASIS MQTT 3.1.1, section 3.2; MQTT 5.0, section 3.2).
+
+use super::url::Broker;
+use pickline::error::Error;
+use std::io::{Read as _, Write as _};
+use std::net::{TcpStream, ToSocketAddrs as _};
+use std::time::Duration;
+
+/// How long an answer may take.
+const PATIENCE: Duration = Duration::from_secs(2);
+
+/// What the first bytes of an answer show.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Answer {
+    /// An answer of MQTT 3.1.1.
+    Mqtt3,
+    /// An answer of MQTT 5.
+    Mqtt5,
+    /// A message of TLS.
+    Tls,
+    /// A web server's words.
+    Http,
+    /// Anything else.
+    Other,
+    /// The connection was closed without a word.
+    Closed,
+    /// Nothing came, or nobody is there.
+    Nothing,
+}
+
+/// The reason why `broker`, without TLS, can never be talked to; none where it may yet.
+pub fn never(broker: &Broker) -> Option<Error> {
+    let wrong = |problem: String, cure: String| Some(Error::input("--mqtt", problem, cure));
+    let old = || {
+        wrong(
+            format!("{broker} does not speak MQTT 5, but an older version, 3.1.1 as a rule"),
+            "use a broker that speaks MQTT 5 (mosquitto from 1.6 on), or switch MQTT 5 on in \
+             its settings"
+                .into(),
+        )
+    };
+    match ask(broker, 5) {
+        Answer::Mqtt3 => old(),
+        Answer::Closed if ask(broker, 4) == Answer::Mqtt3 => old(),
+        Answer::Tls => wrong(
+            format!("{broker} speaks TLS"),
+            format!("write mqtts://{}:{}", broker.host, broker.port),
+        ),
+        Answer::Http => wrong(
+            format!("a web server answers at {broker}, no MQTT broker"),
+            "give the port of the broker for MQTT over TCP, 1883 as a rule".into(),
+        ),
+        Answer::Other => wrong(
+            format!("what answers at {broker} is no MQTT broker"),
+            "check host and port; that of MQTT is 1883 as a rule".into(),
+        ),
+        Answer::Mqtt5 | Answer::Closed | Answer::Nothing => None,
+    }
+}
+
+/// Asks to be let in with this version of the protocol: 4 is MQTT 3.1.1.
+fn ask(broker: &Broker, version: u8) -> Answer {
+    let connect = || -> std::io::Result<Vec<u8>> {
+        let places = (broker.host.as_str(), broker.port).to_socket_addrs()?;
+        let mut last = std::io::Error::from(std::io::ErrorKind::NotFound);
+        for place in places {
+            match TcpStream::connect_timeout(&place, PATIENCE) {
+                Ok(mut stream) => {
+                    stream.set_read_timeout(Some(PATIENCE))?;
+                    stream.set_write_timeout(Some(PATIENCE))?;
+                    stream.write_all(&request(version))?;
+                    let mut bytes = vec![0; 4];
+                    let mut known = 0;
+                    while known < bytes.len() {
+                        match stream.read(&mut bytes[known..]) {
+                            Ok(0) => break,
+                            Ok(more) => known += more,
+                            Err(_) if known > 0 => break,
+                            Err(error) => return Err(error),
+                        }
+                    }
+                    bytes.truncate(known);
+                    return Ok(bytes);
+                }
+                Err(error) => last = error,
+            }
+        }
+        Err(last)
+    };
+    match connect() {
+        Ok(bytes) => read(&bytes),
+        Err(error) if error.kind() == std::io::ErrorKind::ConnectionReset => Answer::Closed,
+        Err(_) => Answer::Nothing,
+    }
+}
+
+/// A CONNECT packet without a client id.
+fn request(version: u8) -> Vec<u8> {
+    // Name and version of the protocol, a clean session, 10 s between signs of life.
+    let mut body = vec![0, 4, b'M', b'Q', b'T', b'T', version, 2, 0, 10];
+    if version == 5 {
+        // No properties.
+        body.push(0);
+    }
+    body.extend([0, 0]);
+    let mut packet = vec![0x10, body.len() as u8];
+    packet.extend(body);
+    packet
+}
+
+fn read(bytes: &[u8]) -> Answer {
+    match *bytes {
+        [] => Answer::Closed,
+        [0x20, 2, ..] => Answer::Mqtt3,
+        [0x20, length, ..] if length > 2 => Answer::Mqtt5,
+        [0xe0, ..] => Answer::Mqtt5,
+        [0x15 | 0x16, 3, ..] => Answer::Tls,
+        [b'H', b'T', b'T', b'P', ..] | [b'<', ..] => Answer::Http,
+        _ => Answer::Other,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn answers_tell_who_is_there() {
+        for (bytes, answer) in [
+            (&[0x20, 2, 0, 1][..], Answer::Mqtt3),
+            (&[0x20, 3, 0, 0], Answer::Mqtt5),
+            (&[0x15, 3, 1, 0], Answer::Tls),
+            (b"HTTP", Answer::Http),
+            (b"SSH-", Answer::Other),
+            (&[], Answer::Closed),
+        ] {
+            assert_eq!(read(bytes), answer, "{bytes:?}");
+        }
+        assert_eq!(request(4).len(), 14);
+        assert_eq!(request(5)[1], 13);
+    }
+}

@@ -1,0 +1,296 @@
+//! The connection to the broker: made, kept, made again.
+
+use super::inbound::{Inbound, News, Order, Presence};
+use super::outbound::Outbound;
+use super::topics::Topics;
+use super::url::Broker;
+use super::{REQUESTS, UNHEEDED, probe, trouble};
+use pickline::error::Error;
+use crate::ClockKind;
+use crate::protocol::Message;
+use crate::transport::{Heard, RETRY, Side};
+use rumqttc::mqttbytes::QoS;
+use rumqttc::mqttbytes::v5::{LastWill, Packet, RetainForwardRule};
+use rumqttc::{
+    AsyncClient, ConnectionError, Event, EventLoop, MqttOptions, PublishOptions, SessionMode,
+    SubscribeFilterInput, SubscribeNoticeError,
+};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::sync::mpsc::SyncSender;
+use std::thread;
+use tokio::sync::mpsc::{Receiver, Sender, UnboundedReceiver, channel, unbounded_channel};
+use tokio::sync::{oneshot, watch};
+
+/// Room for messages that need no acknowledgement, and for what happens to the connection.
+const SPARE: usize = 256;
+/// What is said, once, where they find no room.
+const FLOODED: &str = "messages with QoS 0 come faster than they are taken in; some are lost";
+
+/// A connection and all it needs.
+pub struct Session {
+    /// The number of the peer.
+    pub number: u64,
+    /// The broker.
+    pub broker: Broker,
+    /// Which side this is.
+    pub side: Side,
+    /// Where the time comes from.
+    pub clock: ClockKind,
+    /// The topics.
+    pub topics: Topics,
+    /// The client id.
+    pub client: String,
+    /// How to connect.
+    pub options: MqttOptions,
+    /// Whether the peer is there.
+    pub up: Arc<AtomicBool>,
+    /// Where things go that are heard.
+    pub inbox: SyncSender<Heard>,
+}
+
+impl Session {
+    /// Talks until all of `outbox` is sent and, for a node, the broker told that it goes.
+    /// `done` hears when all is sent; a station then goes with `end`.
+    pub async fn run(
+        mut self,
+        outbox: Receiver<Message>,
+        done: SyncSender<()>,
+        end: oneshot::Receiver<()>,
+    ) {
+        let will = LastWill::new(
+            self.topics.presence(self.side),
+            self.presence("offline"),
+            QoS::AtLeastOnce,
+            true,
+            None,
+        );
+        self.options.set_last_will(will);
+        let builder = AsyncClient::builder(self.options.clone()).capacity(REQUESTS);
+        let (client, connection) = builder.build();
+        let (news, heard) = channel(usize::from(UNHEEDED) + 2 * SPARE);
+        let (orders, todo) = unbounded_channel();
+        // Number of the connection, from 1; 0 while there is none.
+        let (number, current) = watch::channel(0);
+        let (ready, is_ready) = watch::channel(0);
+        let inbound = Inbound {
+            number: self.number,
+            side: self.side,
+            topics: self.topics.clone(),
+            client: self.client.clone(),
+            up: Arc::clone(&self.up),
+            ever_up: false,
+            inbox: self.inbox.clone(),
+            orders,
+            ready,
+        };
+        thread::spawn(move || inbound.run(heard));
+        let outbound = Outbound {
+            client: client.clone(),
+            topics: self.topics.clone(),
+            ages: self.clock == ClockKind::System,
+            news: news.clone(),
+            current: current.clone(),
+            ready: is_ready,
+        };
+        let speak = async {
+            outbound.run(outbox).await;
+            // Whoever waits for this side need not wait any more.
+            self.present(&client, "offline").await;
+            if self.side == Side::Station {
+                // It still listens to the node's last words.
+                let _ = done.send(());
+                let _ = end.await;
+            }
+            let _ = client.disconnect().await;
+            std::future::pending::<()>().await;
+        };
+        tokio::select! {
+            () = self.keep(connection, &number, &news) => {}
+            () = self.greet(&client, current.clone(), &news) => {}
+            () = self.obey(&client, current, todo) => {}
+            () = speak => {}
+        }
+    }
+
+    /// Keeps the connection up and hands on what comes in; returns when it has ended.
+    async fn keep(
+        &self,
+        mut connection: EventLoop,
+        number: &watch::Sender<u64>,
+        news: &Sender<News>,
+    ) {
+        let mut connected = 0;
+        let mut told = String::new();
+        let mut flooded = false;
+        loop {
+            match connection.poll().await {
+                Ok(Event::Incoming(Packet::ConnAck(_))) => {
+                    connected += 1;
+                    // From now on the broker keeps what is missed.
+                    let options = &mut connection.options;
+                    options.set_session_mode(SessionMode::Persistent);
+                    number.send_replace(connected);
+                    if !told.is_empty() {
+                        let text = format!("connected to {}", self.broker);
+                        let _ = news.send(News::Remark(text)).await;
+                        told.clear();
+                    }
+                }
+                Ok(Event::Incoming(Packet::Publish(publish))) => {
+                    // One that need not be acknowledged is not held back by the broker.
+                    let spare = news.capacity() > usize::from(UNHEEDED) + SPARE;
+                    if publish.qos == QoS::AtMostOnce && !spare {
+                        if !std::mem::replace(&mut flooded, true) {
+                            let _ = news.send(News::Remark(FLOODED.to_owned())).await;
+                        }
+                        continue;
+                    }
+                    let _ = news.send(News::Message(connected, publish)).await;
+                }
+                Ok(_) => {}
+                Err(ConnectionError::RequestsDone) => return,
+                Err(error) => {
+                    if number.send_replace(0) > 0 {
+                        let _ = news.send(News::Lost).await;
+                    }
+                    let mut failed = trouble::taken_over(&error, &self.broker);
+                    if connected == 0 {
+                        failed = failed.or_else(|| trouble::fatal(&error, &self.broker));
+                        if failed.is_none() && !self.broker.tls {
+                            failed = self.never().await;
+                        }
+                    }
+                    if let Some(error) = failed {
+                        let _ = news.send(News::Failed(error)).await;
+                        return;
+                    }
+                    let text = format!(
+                        "no connection to {}: {}",
+                        self.broker,
+                        trouble::told(&error)
+                    );
+                    if text != told {
+                        let remark = News::Remark(format!("{text}; trying again"));
+                        let _ = news.send(remark).await;
+                        told = text;
+                    }
+                    tokio::time::sleep(RETRY).await;
+                }
+            }
+        }
+    }
+
+    /// Why there can be no connection, by what the broker answers to a plain question.
+    async fn never(&self) -> Option<Error> {
+        let broker = self.broker.clone();
+        let asked = tokio::task::spawn_blocking(move || probe::never(&broker));
+        asked.await.ok().flatten()
+    }
+
+    /// Subscribes and says that this side is here, with every new connection.
+    async fn greet(
+        &self,
+        client: &AsyncClient,
+        mut current: watch::Receiver<u64>,
+        news: &Sender<News>,
+    ) {
+        loop {
+            let connection = *current.borrow_and_update();
+            if connection > 0 {
+                let result = tokio::select! {
+                    result = self.subscribe(client) => result,
+                    _ = current.changed() => continue,
+                };
+                if let Err(error) = result {
+                    let _ = news.send(News::Failed(error)).await;
+                    return;
+                }
+                tokio::select! {
+                    here = self.present(client, "online") => if here {
+                        let _ = news.send(News::Greeted(connection)).await;
+                    },
+                    _ = current.changed() => continue,
+                }
+            }
+            if current.changed().await.is_err() {
+                return;
+            }
+        }
+    }
+
+    async fn subscribe(&self, client: &AsyncClient) -> Result<(), Error> {
+        let filter = |topic: String, retained| {
+            SubscribeFilterInput::new(topic, QoS::AtLeastOnce)
+                .no_local(true)
+                .retain_forward_rule(retained)
+        };
+        let kinds = self.side.hears().iter();
+        // What somebody has had retained was true at some time, but is no news.
+        let kinds = kinds.map(|kind| filter(self.topics.filter(kind), RetainForwardRule::Never));
+        let sides = [Side::Node, Side::Station].map(|side| {
+            let topic = self.topics.presence(side);
+            filter(topic, RetainForwardRule::OnEverySubscribe)
+        });
+        let filters: Vec<_> = kinds.chain(sides).collect();
+        let Ok(notice) = client.subscribe_many_tracked(filters).await else {
+            return Ok(());
+        };
+        match notice.wait_completion_async().await {
+            Err(SubscribeNoticeError::V5SubAckFailure(reasons)) => Err(Error::input(
+                "--mqtt-prefix",
+                format!(
+                    "{} refuses the subscriptions: {:?}",
+                    self.broker, reasons[0]
+                ),
+                "let this user subscribe to the topics in docs/mqtt.md, or give another prefix",
+            )),
+            // With a lost connection comes another one.
+            _ => Ok(()),
+        }
+    }
+
+    /// Has the broker retain whether this side is here; whether it has.
+    async fn present(&self, client: &AsyncClient, state: &str) -> bool {
+        let topic = self.topics.presence(self.side);
+        let options = PublishOptions::at_least_once().retained();
+        let notice = client.publish_tracked(topic, self.presence(state), options);
+        match notice.await {
+            Ok(notice) => notice.wait_completion_async().await.is_ok(),
+            Err(_) => false,
+        }
+    }
+
+    fn presence(&self, state: &str) -> String {
+        let presence = Presence {
+            state: state.to_owned(),
+            client: self.client.clone(),
+        };
+        serde_json::to_string(&presence).unwrap_or_default()
+    }
+
+    /// Does what follows from what was heard.
+    async fn obey(
+        &self,
+        client: &AsyncClient,
+        mut current: watch::Receiver<u64>,
+        mut todo: UnboundedReceiver<Order>,
+    ) {
+        while let Some(order) = todo.recv().await {
+            match order {
+                Order::Present => {
+                    self.present(client, "online").await;
+                }
+                Order::Acknowledge(connection, publish) => {
+                    // Another connection knows nothing of it: the broker sends it again.
+                    if *current.borrow_and_update() == connection {
+                        tokio::select! {
+                            _ = client.ack(&publish) => {}
+                            _ = current.changed() => {}
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,215 @@
+//! What a failed TLS handshake means, and what to do about it.
+
+use super::url::Broker;
+use pickline::error::{Error, shown};
+use rumqttc::TlsError;
+use rumqttc::tokio_rustls::rustls;
+use rustls::{AlertDescription as Alert, CertificateError};
+
+/// The error that says why there is no TLS with `broker`, by what rustls found.
+pub fn refused(error: &rustls::Error, broker: &Broker) -> Error {
+    let (place, problem, cure) = match error {
+        rustls::Error::InvalidCertificate(reason) => certificate(reason, broker),
+        rustls::Error::AlertReceived(alert) => alerted(*alert),
+        rustls::Error::InvalidMessage(_) => (
+            "--mqtt",
+            "what answers there does not speak TLS".to_owned(),
+            format!(
+                "write mqtt://{}:{}, or give the port of TLS, 8883 as a rule",
+                broker.host, broker.port
+            ),
+        ),
+        rustls::Error::PeerIncompatible(reason) => (
+            "--mqtt",
+            format!(
+                "the broker offers no version or cipher of TLS that is in use today: {reason:?}"
+            ),
+            "let the broker offer TLS 1.2 or 1.3".to_owned(),
+        ),
+        other => (
+            "--mqtt",
+            other.to_string(),
+            "check the broker's certificate, and that --mqtt-ca, --mqtt-cert and --mqtt-key \
+             fit the broker"
+                .to_owned(),
+        ),
+    };
+    Error::input(place, format!("no TLS with {broker}: {problem}"), cure)
+}
+
+/// The error for settings of TLS that cannot be used at all.
+pub fn unusable(error: &TlsError, broker: &Broker) -> Error {
+    let (place, cure) = match error {
+        TlsError::TLS(error) => return refused(error, broker),
+        TlsError::NoValidCertInChain => (
+            "--mqtt-ca",
+            "give a PEM file with the certificate of the authority (-----BEGIN CERTIFICATE)",
+        ),
+        TlsError::NoValidClientCertInChain => (
+            "--mqtt-cert",
+            "give a PEM file with the certificate of this client (-----BEGIN CERTIFICATE)",
+        ),
+        TlsError::NoValidKeyInChain => (
+            "--mqtt-key",
+            "give a PEM file with the private key of --mqtt-cert (-----BEGIN PRIVATE KEY)",
+        ),
+        _ => (
+            "--mqtt",
+            "check the files of --mqtt-ca, --mqtt-cert and --mqtt-key",
+        ),
+    };
+    Error::input(place, format!("no TLS with {broker}: {error}"), cure)
+}
+
+type Trouble = (&'static str, String, String);
+
+/// What is wrong with the broker's certificate.
+fn certificate(reason: &CertificateError, broker: &Broker) -> Trouble {
+    let host = shown(&broker.host);
+    let machine_clock = "or set the clock of this machine, if it is wrong";
+    match reason {
+        CertificateError::UnknownIssuer => (
+            "--mqtt-ca",
+            "its certificate is signed by an authority that is not trusted here, or by itself"
+                .into(),
+            "give the certificate of that authority with --mqtt-ca; for a certificate that is \
+             signed by itself, give the certificate itself"
+                .into(),
+        ),
+        CertificateError::BadSignature => (
+            "--mqtt-ca",
+            "its certificate is not signed by the authority that --mqtt-ca gives, but by \
+             another one of the same name"
+                .into(),
+            "give the certificate of the authority that signed the broker's".into(),
+        ),
+        CertificateError::Expired | CertificateError::ExpiredContext { .. } => (
+            "--mqtt",
+            "its certificate, or that of its authority, has expired".into(),
+            format!("renew the broker's certificate, {machine_clock}"),
+        ),
+        CertificateError::NotValidYet | CertificateError::NotValidYetContext { .. } => (
+            "--mqtt",
+            "its certificate is not valid yet".into(),
+            format!("wait until it is, {machine_clock}"),
+        ),
+        CertificateError::Revoked => (
+            "--mqtt",
+            "its certificate is revoked".into(),
+            "give the broker another certificate".into(),
+        ),
+        CertificateError::NotValidForName => other_name("other hosts", &host),
+        CertificateError::NotValidForNameContext { presented, .. } => {
+            let names: Vec<String> = presented.iter().map(|name| plain_name(name)).collect();
+            match names.join(", ") {
+                none if none.is_empty() => other_name("no host (it has no subjectAltName)", &host),
+                names => other_name(&names, &host),
+            }
+        }
+        other => {
+            let text = format!("{other:?}");
+            if text.contains("CaUsedAsEndEntity") {
+                let problem = "its certificate is that of an authority (basicConstraints CA:TRUE), \
+                               as openssl makes it by default when a certificate signs itself";
+                return ("--mqtt", problem.into(), own_certificate(&host));
+            }
+            if text.contains("UnsupportedCertVersion") {
+                let problem = "its certificate is of X.509 version 1, which names no host";
+                return ("--mqtt", problem.into(), own_certificate(&host));
+            }
+            (
+                "--mqtt",
+                format!("its certificate is not accepted: {other}"),
+                own_certificate(&host),
+            )
+        }
+    }
+}
+
+fn other_name(names: &str, host: &str) -> Trouble {
+    (
+        "--mqtt",
+        format!("its certificate is for {names}, not for `{host}`"),
+        format!(
+            "give --mqtt the host name that the certificate is for, or make one with \
+             subjectAltName for `{host}`"
+        ),
+    )
+}
+
+/// `DnsName("a")` and `IpAddress(1.2.3.4)` as a user writes them.
+fn plain_name(name: &str) -> String {
+    let inside = name.split_once('(').map_or(name, |(_, rest)| rest);
+    shown(inside.trim_end_matches(')').trim_matches('"'))
+}
+
+/// How to make a certificate that can be used.
+fn own_certificate(host: &str) -> String {
+    let kind = match host.parse::<std::net::IpAddr>() {
+        Ok(_) => "IP",
+        Err(_) => "DNS",
+    };
+    format!(
+        "make one for a server, and give it with --mqtt-ca: openssl req -x509 -newkey rsa:2048 \
+         -nodes -keyout broker.key -out broker.pem -days 365 -subj /CN={host} -addext \
+         subjectAltName={kind}:{host} -addext basicConstraints=critical,CA:FALSE"
+    )
+}
+
+/// What the broker says about this client.
+fn alerted(alert: Alert) -> Trouble {
+    let own = "give a certificate that the broker trusts, and its key, with --mqtt-cert and \
+               --mqtt-key";
+    match alert {
+        Alert::CertificateRequired => (
+            "--mqtt-cert",
+            "the broker asks for a certificate of this client".into(),
+            own.into(),
+        ),
+        Alert::UnknownCA
+        | Alert::BadCertificate
+        | Alert::UnsupportedCertificate
+        | Alert::CertificateRevoked
+        | Alert::CertificateExpired
+        | Alert::CertificateUnknown
+        | Alert::DecryptError
+        | Alert::AccessDenied => (
+            "--mqtt-cert",
+            format!("the broker does not accept the certificate of this client ({alert:?})"),
+            own.into(),
+        ),
+        // What old brokers say when a certificate is missing.
+        Alert::HandshakeFailure => (
+            "--mqtt-cert",
+            "the broker ends the handshake: it may ask for a certificate of this client".into(),
+            own.into(),
+        ),
+        Alert::ProtocolVersion | Alert::InsufficientSecurity => (
+            "--mqtt",
+            "the broker does not take TLS 1.2 or 1.3".into(),
+            "let the broker offer TLS 1.2 or 1.3".into(),
+        ),
+        Alert::UnrecognisedName => (
+            "--mqtt",
+            "the broker does not know this host name".into(),
+            "give the host name that the broker's certificate is for".into(),
+        ),
+        other => (
+            "--mqtt",
+            format!("the broker ends the handshake: {other:?}"),
+            "see the broker's log".into(),
+        ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_shown_as_they_are_written() {
+        assert_eq!(plain_name("DnsName(\"broker.line\")"), "broker.line");
+        assert_eq!(plain_name("IpAddress(10.0.0.1)"), "10.0.0.1");
+        assert_eq!(plain_name("broker"), "broker");
+    }
+}

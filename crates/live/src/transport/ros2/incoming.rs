@@ -1,0 +1,273 @@
+//! Messages to the node, as ROS messages and back.
+
+use super::messages::{
+    BeltState, BoundingBox3D, Detection3D, Detection3DArray, Header, ObjectHypothesis,
+    ObjectHypothesisWithPose, Point, Pose, PoseWithCovariance, Quaternion, RobotState, TaskAck,
+    TaskResult, Tick, Time, Vector3,
+};
+use pickline::error::shown;
+use crate::protocol::{self, Detection, Incoming, Rejected, Rejection, Report, Verdict};
+
+/// What was heard, or why not.
+type Read = Result<Incoming, Rejected>;
+
+/// The states of a robot, by their number.
+const STATES: [protocol::RobotState; 3] = [
+    protocol::RobotState::Idle,
+    protocol::RobotState::Busy,
+    protocol::RobotState::Fault,
+];
+
+/// What can come of a task, by its number.
+const VERDICTS: [Verdict; 5] = [
+    Verdict::Picked,
+    Verdict::GraspFail,
+    Verdict::Missed,
+    Verdict::Rejected,
+    Verdict::Cancelled,
+];
+
+/// Square metres in a square centimetre.
+const CM2: f64 = 1e-4;
+
+/// A header of `frame` at `stamp` [s].
+pub fn header(frame: &str, stamp: f64) -> Header {
+    Header {
+        stamp: Time::from_stamp(stamp),
+        frame_id: frame.to_owned(),
+    }
+}
+
+/// The place in `table` of one of its entries.
+fn number<T: PartialEq>(table: &[T], entry: &T) -> u8 {
+    table.iter().position(|known| known == entry).unwrap_or(0) as u8
+}
+
+fn entry<T: Copy>(table: &[T], number: u8, field: &str) -> Result<T, Rejected> {
+    table.get(usize::from(number)).copied().ok_or_else(|| {
+        let most = table.len() - 1;
+        let problem = format!("{field} = {number}; expected 0 to {most}");
+        Rejected::new(Rejection::Field, problem)
+    })
+}
+
+fn known(has: bool, time: &Time) -> Option<f64> {
+    has.then(|| time.stamp())
+}
+
+fn check_frame(header: &Header, frame: &str) -> Result<(), Rejected> {
+    if header.frame_id == frame {
+        return Ok(());
+    }
+    let problem = format!("frame_id `{}`; expected `{frame}`", shown(&header.frame_id));
+    Err(Rejected::new(Rejection::Field, problem))
+}
+
+/// What one picture shows, in the belt frame `frame`.
+pub fn read_detections(array: &Detection3DArray, frame: &str) -> Vec<Read> {
+    let detections = array.detections.iter();
+    detections
+        .map(|detection| read_detection(detection, &array.header, frame))
+        .collect()
+}
+
+fn read_detection(detection: &Detection3D, picture: &Header, frame: &str) -> Read {
+    // What is not said of one is said of all.
+    let own = &detection.header;
+    let framed = if own.frame_id.is_empty() {
+        picture
+    } else {
+        own
+    };
+    check_frame(framed, frame)?;
+    let stamp = if own.stamp == Time::default() {
+        picture.stamp.stamp()
+    } else {
+        own.stamp.stamp()
+    };
+    let results = detection.results.iter();
+    let best = results.max_by(|a, b| a.hypothesis.score.total_cmp(&b.hypothesis.score));
+    let covariance = best.map(|best| {
+        let rows = best.pose.covariance;
+        [rows[0][0], rows[0][1], rows[1][1]]
+    });
+    let text = |text: &str| Some(text.to_owned()).filter(|text| !text.is_empty());
+    let BoundingBox3D { center, size } = &detection.bbox;
+    let area = size.x * size.y / CM2;
+    Ok(Incoming::Detection(Detection {
+        stamp,
+        id: text(&detection.id),
+        x: center.position.x,
+        y: center.position.y,
+        area_cm2: Some(area).filter(|area| *area > 0.0),
+        p_detection: best.map(|best| best.hypothesis.score),
+        p_grasp: None,
+        weight: None,
+        class: best.and_then(|best| text(&best.hypothesis.class_id)),
+        angle: yaw(&center.orientation),
+        height: Some(center.position.z + 0.5 * size.z).filter(|height| *height > 0.0),
+        size: Some([size.x, size.y]).filter(|size| size.iter().all(|side| *side > 0.0)),
+        data: None,
+        covariance: covariance.filter(|covariance| *covariance != [0.0; 3]),
+        source: None,
+    }))
+}
+
+/// The angle about the vertical [rad]; none where no orientation is given.
+fn yaw(orientation: &Quaternion) -> Option<f64> {
+    let Quaternion { x, y, z, w } = *orientation;
+    let is_given = x != 0.0 || y != 0.0 || z != 0.0;
+    is_given.then(|| (2.0 * (w * z + x * y)).atan2(1.0 - 2.0 * (y * y + z * z)))
+}
+
+/// A picture of one item.
+pub fn detections(detection: &Detection, frame: &str) -> Detection3DArray {
+    let half = 0.5 * detection.angle.unwrap_or(0.0);
+    let pose = Pose {
+        position: Point {
+            x: detection.x,
+            y: detection.y,
+            z: 0.5 * detection.height.unwrap_or(0.0),
+        },
+        orientation: Quaternion {
+            z: half.sin(),
+            w: half.cos(),
+            ..Quaternion::default()
+        },
+    };
+    let mut covariance = [[0.0; 6]; 6];
+    if let Some([xx, xy, yy]) = detection.covariance {
+        (covariance[0][0], covariance[0][1]) = (xx, xy);
+        (covariance[1][0], covariance[1][1]) = (xy, yy);
+    }
+    let header = header(frame, detection.stamp);
+    let side = (detection.area_cm2.unwrap_or(0.0) * CM2).sqrt();
+    let [length, width] = detection.size.unwrap_or([side; 2]);
+    let seen = Detection3D {
+        header: header.clone(),
+        results: vec![ObjectHypothesisWithPose {
+            hypothesis: ObjectHypothesis {
+                class_id: detection.class.clone().unwrap_or_default(),
+                score: detection.p_detection.unwrap_or(1.0),
+            },
+            pose: PoseWithCovariance {
+                pose: pose.clone(),
+                covariance,
+            },
+        }],
+        bbox: BoundingBox3D {
+            center: pose,
+            size: Vector3 {
+                x: length,
+                y: width,
+                z: detection.height.unwrap_or(0.0),
+            },
+        },
+        id: detection.id.clone().unwrap_or_default(),
+    };
+    Detection3DArray {
+        header,
+        detections: vec![seen],
+    }
+}
+
+/// How the belt moves, along the x of `frame`.
+pub fn read_belt(belt: &BeltState, frame: &str) -> Read {
+    check_frame(&belt.header, frame)?;
+    Ok(Incoming::Belt(protocol::BeltState {
+        stamp: belt.header.stamp.stamp(),
+        speed: belt.speed,
+        position: belt.has_position.then_some(belt.position),
+        source: None,
+    }))
+}
+
+/// How the belt moves.
+pub fn belt(belt: &protocol::BeltState, frame: &str) -> BeltState {
+    BeltState {
+        header: header(frame, belt.stamp),
+        speed: belt.speed,
+        has_position: belt.position.is_some(),
+        position: belt.position.unwrap_or(0.0),
+    }
+}
+
+/// What a robot is doing.
+pub fn read_robot(robot: &RobotState) -> Read {
+    Ok(Incoming::Robot(protocol::RobotStatus {
+        stamp: robot.header.stamp.stamp(),
+        name: robot.name.clone(),
+        state: entry(&STATES, robot.state, "state")?,
+        available_at: known(robot.has_available_at, &robot.available_at),
+        task: robot.has_task.then_some(robot.task),
+    }))
+}
+
+/// What a robot is doing.
+pub fn robot(robot: &protocol::RobotStatus, frame: &str) -> RobotState {
+    RobotState {
+        header: header(frame, robot.stamp),
+        name: robot.name.clone(),
+        state: number(&STATES, &robot.state),
+        has_available_at: robot.available_at.is_some(),
+        available_at: Time::from_stamp(robot.available_at.unwrap_or(0.0)),
+        has_task: robot.task.is_some(),
+        task: robot.task.unwrap_or(0),
+    }
+}
+
+/// A robot has understood a task.
+pub fn read_ack(ack: &TaskAck) -> Read {
+    Ok(Incoming::Ack(protocol::Ack {
+        stamp: ack.header.stamp.stamp(),
+        task: ack.task,
+    }))
+}
+
+/// A robot has understood a task.
+pub fn ack(ack: &protocol::Ack, frame: &str) -> TaskAck {
+    TaskAck {
+        header: header(frame, ack.stamp),
+        task: ack.task,
+    }
+}
+
+/// What came of a task.
+pub fn read_result(result: &TaskResult) -> Read {
+    Ok(Incoming::Result(Report {
+        stamp: result.header.stamp.stamp(),
+        task: result.task,
+        result: entry(&VERDICTS, result.result, "result")?,
+        available_at: known(result.has_available_at, &result.available_at),
+        found: None,
+    }))
+}
+
+/// What came of a task.
+pub fn result(report: &Report, frame: &str) -> TaskResult {
+    TaskResult {
+        header: header(frame, report.stamp),
+        task: report.task,
+        result: number(&VERDICTS, &report.result),
+        has_available_at: report.available_at.is_some(),
+        available_at: Time::from_stamp(report.available_at.unwrap_or(0.0)),
+    }
+}
+
+/// The station's turn is over.
+pub fn read_tick(tick: &Tick) -> Incoming {
+    let stamp = tick.header.stamp.stamp();
+    Incoming::Tick { stamp }
+}
+
+/// The station's turn, of so many messages, is over; without a stamp [s] it is the last.
+pub fn tick(stamp: Option<f64>, messages: u32, frame: &str) -> Tick {
+    Tick {
+        header: Header {
+            stamp: Time::not_before(stamp.unwrap_or(0.0)),
+            frame_id: frame.to_owned(),
+        },
+        messages,
+        last: stamp.is_none(),
+    }
+}

@@ -1,0 +1,222 @@
+//! Messages from the node, as ROS messages and back.
+
+use super::incoming::header;
+use super::messages::{Count, Due, LineStatus, Point, RobotFigures, Task, TaskCancel, Time};
+use crate::protocol::{self, Cancel, Latency, MissedCounts, Outgoing, RobotReport, Status};
+use std::collections::BTreeMap;
+
+/// Milliseconds in a second.
+const MS: f64 = 1e3;
+
+fn point(place: protocol::Point) -> Point {
+    Point {
+        x: place.x,
+        y: place.y,
+        z: 0.0,
+    }
+}
+
+fn read_point(place: &Point) -> protocol::Point {
+    protocol::Point {
+        x: place.x,
+        y: place.y,
+    }
+}
+
+/// Pick one item.
+pub fn task(task: &protocol::Task, frame: &str) -> Task {
+    Task {
+        header: header(frame, task.decided_at),
+        id: task.id,
+        revision: task.revision,
+        robot: task.robot.clone(),
+        item: task.item.clone(),
+        start: Time::from_stamp(task.start),
+        earliest_start: Time::from_stamp(task.earliest_start),
+        latest_start: Time::from_stamp(task.latest_start),
+        meet_at: Time::from_stamp(task.meet_at),
+        meet: point(task.meet),
+        bin: point(task.bin),
+        free_at: Time::from_stamp(task.free_at),
+        priority: task.priority,
+        strategy: task.strategy.clone(),
+        item_class: task.class.clone().unwrap_or_default(),
+        has_angle: task.angle.is_some(),
+        angle: task.angle.unwrap_or(0.0),
+        height: task.height.unwrap_or(0.0),
+        length: task.size.map_or(0.0, |[length, _]| length),
+        width: task.size.map_or(0.0, |[_, width]| width),
+        // What was read as JSON can be written.
+        data: task.data.as_ref().map_or(String::new(), |data| {
+            serde_json::to_string(data).unwrap_or_default()
+        }),
+    }
+}
+
+/// Pick one item.
+pub fn read_task(task: &Task) -> Outgoing {
+    Outgoing::Task(protocol::Task {
+        id: task.id,
+        revision: task.revision,
+        robot: task.robot.clone(),
+        item: task.item.clone(),
+        decided_at: task.header.stamp.stamp(),
+        start: task.start.stamp(),
+        earliest_start: task.earliest_start.stamp(),
+        latest_start: task.latest_start.stamp(),
+        meet_at: task.meet_at.stamp(),
+        meet: read_point(&task.meet),
+        bin: read_point(&task.bin),
+        free_at: task.free_at.stamp(),
+        priority: task.priority,
+        strategy: task.strategy.clone(),
+        class: Some(task.item_class.clone()).filter(|class| !class.is_empty()),
+        angle: task.has_angle.then_some(task.angle),
+        height: Some(task.height).filter(|height| *height > 0.0),
+        size: Some([task.length, task.width]).filter(|size| *size != [0.0; 2]),
+        data: serde_json::from_str(&task.data).ok(),
+    })
+}
+
+/// Drop a task.
+pub fn cancel(cancel: &Cancel, frame: &str) -> TaskCancel {
+    TaskCancel {
+        header: header(frame, cancel.stamp),
+        task: cancel.task,
+        robot: cancel.robot.clone(),
+        reason: cancel.reason.clone(),
+    }
+}
+
+/// Drop a task.
+pub fn read_cancel(cancel: &TaskCancel) -> Outgoing {
+    Outgoing::Cancel(Cancel {
+        stamp: cancel.header.stamp.stamp(),
+        task: cancel.task,
+        robot: cancel.robot.clone(),
+        reason: cancel.reason.clone(),
+    })
+}
+
+fn counts(counts: &BTreeMap<String, u64>) -> Vec<Count> {
+    let counts = counts.iter();
+    counts
+        .map(|(what, count)| Count {
+            what: what.clone(),
+            count: *count,
+        })
+        .collect()
+}
+
+fn read_counts(counts: &[Count]) -> BTreeMap<String, u64> {
+    let counts = counts.iter();
+    counts
+        .map(|count| (count.what.clone(), count.count))
+        .collect()
+}
+
+/// Where things stand.
+pub fn status(status: &Status, frame: &str) -> LineStatus {
+    let robots = status.robots.iter();
+    let latency = status.latency;
+    let quantile = |of: fn(&Latency) -> f64| latency.as_ref().map_or(0.0, of) / MS;
+    LineStatus {
+        header: header(frame, status.stamp),
+        last: status.last,
+        mode: status.mode.clone(),
+        seen: status.seen,
+        picked: status.picked,
+        picked_share: status.picked_share,
+        picks_per_min: status.picks_per_min,
+        missed_unreachable: status.missed.unreachable,
+        missed_grasp_failed: status.missed.grasp_failed,
+        missed_not_found: status.missed.not_found,
+        missed_no_result: status.missed.no_result,
+        missed_passed_over: status.missed.passed_over,
+        missed_busy: status.missed.busy,
+        on_belt: status.on_belt,
+        claimed: status.claimed,
+        open_tasks: status.open_tasks.clone(),
+        queued: status.queued,
+        rejected: counts(&status.rejected),
+        noted: counts(&status.noted),
+        robots: robots
+            .map(|robot| RobotFigures {
+                name: robot.name.clone(),
+                state: robot.state.clone(),
+                picked: robot.picked,
+                failed: robot.failed,
+                missed: robot.missed,
+            })
+            .collect(),
+        decisions: latency.map_or(0, |latency| latency.decisions),
+        latency_p50: quantile(|latency| latency.p50_ms),
+        latency_p99: quantile(|latency| latency.p99_ms),
+        latency_max: quantile(|latency| latency.max_ms),
+    }
+}
+
+/// Where things stand.
+pub fn read_status(status: &LineStatus) -> Outgoing {
+    let robots = status.robots.iter();
+    Outgoing::Status(Box::new(Status {
+        stamp: status.header.stamp.stamp(),
+        last: status.last,
+        layout: None,
+        mode: status.mode.clone(),
+        seen: status.seen,
+        picked: status.picked,
+        picked_share: status.picked_share,
+        picks_per_min: status.picks_per_min,
+        missed: MissedCounts {
+            unreachable: status.missed_unreachable,
+            grasp_failed: status.missed_grasp_failed,
+            not_found: status.missed_not_found,
+            no_result: status.missed_no_result,
+            passed_over: status.missed_passed_over,
+            busy: status.missed_busy,
+        },
+        on_belt: status.on_belt,
+        claimed: status.claimed,
+        open_tasks: status.open_tasks.clone(),
+        queued: status.queued,
+        rejected: read_counts(&status.rejected),
+        noted: read_counts(&status.noted),
+        robots: robots
+            .map(|robot| RobotReport {
+                name: robot.name.clone(),
+                state: robot.state.clone(),
+                picked: robot.picked,
+                failed: robot.failed,
+                missed: robot.missed,
+            })
+            .collect(),
+        sources: Vec::new(),
+        latency: Some(Latency {
+            decisions: status.decisions,
+            p50_ms: status.latency_p50 * MS,
+            p99_ms: status.latency_p99 * MS,
+            max_ms: status.latency_max * MS,
+        }),
+    }))
+}
+
+/// The node's turn, of so many messages, is over; without anything due it is the last.
+pub fn due(due: Option<&protocol::Due>, messages: u32, frame: &str) -> Due {
+    let next = due.and_then(|due| due.next);
+    Due {
+        header: header(frame, due.map_or(0.0, |due| due.stamp)),
+        has_next: next.is_some(),
+        next: Time::not_before(next.unwrap_or(0.0)),
+        messages,
+        last: due.is_none(),
+    }
+}
+
+/// The node's turn is over.
+pub fn read_due(due: &Due) -> Outgoing {
+    Outgoing::Due(protocol::Due {
+        stamp: due.header.stamp.stamp(),
+        next: due.has_next.then(|| due.next.stamp()),
+    })
+}

@@ -1,0 +1,277 @@
+//! TLS between peers, with certificates of one or both sides.
+
+use pickline::error::{Error, Result};
+use std::path::PathBuf;
+use tokio::io::{AsyncRead, AsyncWrite};
+use tokio::net::TcpStream;
+
+/// Both ways of a connection.
+pub trait Wire: AsyncRead + AsyncWrite + Send + Unpin {}
+
+impl<S: AsyncRead + AsyncWrite + Send + Unpin> Wire for S {}
+
+/// A connection, encrypted or not.
+pub type Stream = Box<dyn Wire>;
+
+/// The files that TLS is made of (PEM).
+#[derive(Debug, Clone, Default)]
+pub struct Files {
+    /// Certificate of this side, and what leads from it to its authority.
+    pub certificate: Option<PathBuf>,
+    /// Private key of that certificate.
+    pub key: Option<PathBuf>,
+    /// Certificates of the authorities that are trusted to know the other side.
+    pub authorities: Option<PathBuf>,
+}
+
+impl Files {
+    /// Whether any is given.
+    pub fn is_any(&self) -> bool {
+        self.certificate.is_some() || self.key.is_some() || self.authorities.is_some()
+    }
+}
+
+#[cfg(feature = "tls")]
+pub use with_rustls::Tls;
+#[cfg(not(feature = "tls"))]
+pub use without::Tls;
+
+#[cfg(feature = "tls")]
+mod with_rustls {
+    use super::*;
+    use std::path::Path;
+    use std::sync::Arc;
+    use tokio_rustls::rustls::crypto::ring;
+    use tokio_rustls::rustls::pki_types::pem::{self, PemObject};
+    use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer, ServerName};
+    use tokio_rustls::rustls::server::WebPkiClientVerifier;
+    use tokio_rustls::rustls::{self, ClientConfig, RootCertStore, ServerConfig};
+    use tokio_rustls::{TlsAcceptor, TlsConnector};
+
+    /// How connections are encrypted, and whose certificates are trusted.
+    #[derive(Clone)]
+    pub struct Tls {
+        accepts: Option<TlsAcceptor>,
+        connects: Option<TlsConnector>,
+        checks_peers: bool,
+    }
+
+    impl std::fmt::Debug for Tls {
+        fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+            f.debug_struct("Tls")
+                .field("checks_peers", &self.checks_peers)
+                .finish_non_exhaustive()
+        }
+    }
+
+    impl Tls {
+        /// For whoever listens. With `authorities` only peers that have a certificate of
+        /// theirs are let in.
+        ///
+        /// # Errors
+        /// Files that are missing, or hold no certificates or no key that fits.
+        pub fn listening(files: &Files) -> Result<Self> {
+            let (Some(certificate), Some(key)) = (&files.certificate, &files.key) else {
+                return Err(Error::input(
+                    "--tls-cert",
+                    "whoever listens needs a certificate and its key for TLS",
+                    "give --tls-cert and --tls-key, and --tls-ca to ask peers for certificates",
+                ));
+            };
+            let builder = ServerConfig::builder_with_provider(ring::default_provider().into())
+                .with_safe_default_protocol_versions()
+                .map_err(|error| unusable("--tls-cert", &error))?;
+            let builder = match &files.authorities {
+                None => builder.with_no_client_auth(),
+                Some(file) => {
+                    let roots = Arc::new(roots(file)?);
+                    let provider = ring::default_provider().into();
+                    let verifier = WebPkiClientVerifier::builder_with_provider(roots, provider);
+                    let verifier = verifier.build().map_err(|error| {
+                        let cure = "give the certificate of an authority";
+                        Error::input(file.display().to_string(), error.to_string(), cure)
+                    })?;
+                    builder.with_client_cert_verifier(verifier)
+                }
+            };
+            let config = builder
+                .with_single_cert(certificates(certificate)?, private_key(key)?)
+                .map_err(|error| unusable("--tls-key", &error))?;
+            Ok(Self {
+                accepts: Some(TlsAcceptor::from(Arc::new(config))),
+                connects: None,
+                checks_peers: files.authorities.is_some(),
+            })
+        }
+
+        /// For whoever connects. The other side needs a certificate of the `authorities`;
+        /// the own one is shown where it is asked for.
+        ///
+        /// # Errors
+        /// Files that are missing, or hold no certificates or no key that fits.
+        pub fn connecting(files: &Files) -> Result<Self> {
+            let Some(authorities) = &files.authorities else {
+                return Err(Error::input(
+                    "--tls-ca",
+                    "whoever connects needs to know which certificates to trust",
+                    "give the certificate of the other side's authority with --tls-ca",
+                ));
+            };
+            let builder = ClientConfig::builder_with_provider(ring::default_provider().into())
+                .with_safe_default_protocol_versions()
+                .map_err(|error| unusable("--tls-ca", &error))?
+                .with_root_certificates(roots(authorities)?);
+            let config = match (&files.certificate, &files.key) {
+                (None, None) => builder.with_no_client_auth(),
+                (Some(certificate), Some(key)) => builder
+                    .with_client_auth_cert(certificates(certificate)?, private_key(key)?)
+                    .map_err(|error| unusable("--tls-key", &error))?,
+                _ => {
+                    return Err(Error::input(
+                        "--tls-cert",
+                        "a certificate and its key belong together",
+                        "give both --tls-cert and --tls-key",
+                    ));
+                }
+            };
+            Ok(Self {
+                accepts: None,
+                connects: Some(TlsConnector::from(Arc::new(config))),
+                checks_peers: true,
+            })
+        }
+
+        /// Whether the other side has to have a certificate that is trusted.
+        pub fn checks_peers(&self) -> bool {
+            self.checks_peers
+        }
+
+        /// Encrypts a connection that has come.
+        ///
+        /// # Errors
+        /// Another side that does not speak TLS, or shows no certificate that is trusted.
+        pub async fn accept(&self, stream: TcpStream) -> std::io::Result<Stream> {
+            match &self.accepts {
+                Some(acceptor) => Ok(Box::new(acceptor.accept(stream).await?)),
+                None => Err(std::io::Error::other("this side does not listen")),
+            }
+        }
+
+        /// Encrypts a connection to `host`.
+        ///
+        /// # Errors
+        /// As for [`Tls::accept`].
+        pub async fn connect(&self, host: &str, stream: TcpStream) -> std::io::Result<Stream> {
+            let name = host
+                .trim_start_matches('[')
+                .trim_end_matches(']')
+                .to_owned();
+            let name = ServerName::try_from(name).map_err(std::io::Error::other)?;
+            match &self.connects {
+                Some(connector) => Ok(Box::new(connector.connect(name, stream).await?)),
+                None => Err(std::io::Error::other("this side does not connect")),
+            }
+        }
+    }
+
+    fn unusable(flag: &str, error: &rustls::Error) -> Error {
+        let cure = "give a certificate and the private key that belongs to it, as PEM files";
+        Error::input(flag, error.to_string(), cure)
+    }
+
+    fn certificates(file: &Path) -> Result<Vec<CertificateDer<'static>>> {
+        let read: std::result::Result<Vec<_>, pem::Error> =
+            CertificateDer::pem_file_iter(file).and_then(Iterator::collect);
+        match read {
+            Ok(found) if !found.is_empty() => Ok(found),
+            Ok(_) => Err(no_pem(file, "certificate", "CERTIFICATE")),
+            Err(error) => Err(unread(file, error, "certificate", "CERTIFICATE")),
+        }
+    }
+
+    fn private_key(file: &Path) -> Result<PrivateKeyDer<'static>> {
+        PrivateKeyDer::from_pem_file(file)
+            .map_err(|error| unread(file, error, "private key", "PRIVATE KEY"))
+    }
+
+    fn roots(file: &Path) -> Result<RootCertStore> {
+        let mut roots = RootCertStore::empty();
+        for certificate in certificates(file)? {
+            roots.add(certificate).map_err(|error| {
+                let cure = "give the certificate of an authority, as a PEM file";
+                Error::input(file.display().to_string(), error.to_string(), cure)
+            })?;
+        }
+        Ok(roots)
+    }
+
+    fn unread(file: &Path, error: pem::Error, what: &str, section: &str) -> Error {
+        match error {
+            pem::Error::Io(error) => Error::read(file, error),
+            _ => no_pem(file, what, section),
+        }
+    }
+
+    fn no_pem(file: &Path, what: &str, section: &str) -> Error {
+        Error::input(
+            file.display().to_string(),
+            format!("there is no {what} in it"),
+            format!("give a PEM file with a section -----BEGIN {section}-----"),
+        )
+    }
+}
+
+/// Without TLS built in.
+#[cfg(not(feature = "tls"))]
+mod without {
+    use super::*;
+
+    /// There is none.
+    #[derive(Debug, Clone)]
+    pub enum Tls {}
+
+    impl Tls {
+        /// This program was built without TLS.
+        ///
+        /// # Errors
+        /// Always.
+        pub fn listening(_: &Files) -> Result<Self> {
+            Err(Error::input(
+                "--tls-cert",
+                "this program was built without TLS",
+                "build it with the feature `tls`",
+            ))
+        }
+
+        /// This program was built without TLS.
+        ///
+        /// # Errors
+        /// Always.
+        pub fn connecting(files: &Files) -> Result<Self> {
+            Self::listening(files)
+        }
+
+        /// Whether the other side has to have a certificate that is trusted.
+        pub fn checks_peers(&self) -> bool {
+            match *self {}
+        }
+
+        /// Encrypts a connection that has come.
+        ///
+        /// # Errors
+        /// None: there is no TLS.
+        #[expect(clippy::unused_async, reason = "as with TLS")]
+        pub async fn accept(&self, _: TcpStream) -> std::io::Result<Stream> {
+            match *self {}
+        }
+
+        /// Encrypts a connection to `host`.
+        ///
+        /// # Errors
+        /// None: there is no TLS.
+        #[expect(clippy::unused_async, reason = "as with TLS")]
+        pub async fn connect(&self, _: &str, _: TcpStream) -> std::io::Result<Stream> {
+            match *self {}
+        }
+    }
+}

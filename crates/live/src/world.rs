@@ -1,0 +1,483 @@
+//! What is known of the world: the belt, the items on it, and which robot can leave for
+//! which of them from when to when.
+//!
+//! Invariant: an item is in the windows of exactly those robots that may take it now. It
+//! is free, the robot has not refused it, and a departure window of the robot for it, with
+//! the belt as it is planned with, has not closed. All that changes an item or the belt
+//! goes through here, so that nothing else has to keep the two in step.
+
+use super::belt::{Change, Motion};
+use super::fate::Fate;
+use super::items::{Items, News, State, Tracked};
+use super::protocol::BeltState;
+use super::robots::Fleet;
+use super::sight::Sight;
+use super::windows::Windows;
+use pickline::decision::{BeltItem, Candidate};
+use pickline::station::Station;
+
+/// How far past the belt's end an item is kept [m], so that late news of it finds it.
+const PAST_THE_END: f64 = 0.5;
+
+/// A position that differs by less [m] is the same.
+const SAME: f64 = 1e-4;
+/// A picture that shows two items beside each other makes up for so many that show one of
+/// them only.
+const CONFIRMED: i32 = 3;
+/// Pictures beyond that, after which an item is thought to be the other one.
+const MOST_OVERLOOKED: i32 = 3;
+/// An item that was often seen can be missing for long.
+const LEAST_OVERLOOKED: i32 = -30;
+
+/// What has changed with an item that was seen again.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Again {
+    /// Whether something newer was known of it.
+    pub is_late: bool,
+    /// How far it has moved on the belt [m].
+    pub moved: f64,
+    /// What is new about its id.
+    pub news: News,
+}
+
+/// The belt, its items, and the windows that follow from both. Times are those of the
+/// controller [s].
+#[derive(Debug)]
+pub struct World {
+    /// The station as its file says.
+    nominal: Station,
+    /// The station with the belt as fast as it is planned with; none while no robot can
+    /// work: the belt runs backwards, or an arm is not faster than it.
+    planning: Option<Station>,
+    motion: Motion,
+    items: Items,
+    windows: Vec<Windows>,
+    /// Whether the belt has to be heard before anything is done: it may have stopped
+    /// while nobody listened.
+    awaits_belt: bool,
+}
+
+impl World {
+    /// An empty belt that moves as the station's file says.
+    pub fn new(station: Station) -> Self {
+        let motion = Motion::new(station.belt().speed);
+        Self {
+            planning: Some(station.clone()),
+            windows: vec![Windows::default(); station.robots().len()],
+            nominal: station,
+            motion,
+            items: Items::default(),
+            awaits_belt: false,
+        }
+    }
+
+    /// The belt and its items as they were left. If the belt was ever heard, it has to be
+    /// heard again before anything is done.
+    pub fn restore(station: Station, motion: Option<Motion>, items: Items) -> Self {
+        let mut world = Self::new(station);
+        world.motion = motion.unwrap_or(world.motion);
+        world.items = items;
+        world.awaits_belt = world.motion.is_heard();
+        world.plan_station();
+        world
+    }
+
+    /// The station as its file says.
+    pub fn station(&self) -> &Station {
+        &self.nominal
+    }
+
+    /// The station with the belt as fast as it is planned with; none while no robot can
+    /// work.
+    pub fn planning(&self) -> Option<&Station> {
+        self.planning.as_ref()
+    }
+
+    /// The belt's motion.
+    pub fn motion(&self) -> &Motion {
+        &self.motion
+    }
+
+    /// All items that are known.
+    pub fn items(&self) -> &Items {
+        &self.items
+    }
+
+    /// Whether nothing is done until the belt has been heard.
+    pub fn awaits_belt(&self) -> bool {
+        self.awaits_belt
+    }
+
+    /// Where an item would have been at time 0 if the belt had always moved as it is
+    /// planned with: its x [m] and y [m].
+    pub fn planned_place(&self, item: u32) -> Option<(f64, f64)> {
+        let tracked = self.items.get(item)?;
+        Some((tracked.place + self.motion.planned_offset(), tracked.y))
+    }
+
+    /// Takes note of what the belt says; whether it was awaited.
+    pub fn hear_belt(&mut self, time: f64, belt: &BeltState) -> (Change, bool) {
+        let change = self.motion.hear(time, belt);
+        let awaited = change != Change::Late && std::mem::take(&mut self.awaits_belt);
+        (change, awaited)
+    }
+
+    /// What is strange about the belt, since this was last asked.
+    pub fn take_remarks(&mut self) -> Vec<String> {
+        self.motion.take_remarks()
+    }
+
+    /// Whether the belt at `now` [s] is not where plans put it, where that is known.
+    pub fn is_off(&self, now: f64) -> bool {
+        !self.awaits_belt && self.motion.is_off(now)
+    }
+
+    /// Plans from `now` [s] on with the belt as it was measured last. The windows are those
+    /// of the plan before until [`World::rebuild_windows`].
+    pub fn plan_again(&mut self, now: f64) {
+        self.motion.plan_again(now);
+        self.plan_station();
+    }
+
+    fn plan_station(&mut self) {
+        let backwards = self.motion.speed() < 0.0;
+        let station = self.nominal.with_belt_speed(self.motion.planned_speed());
+        self.planning = station.ok().filter(|_| !backwards);
+    }
+
+    /// Computes all windows again and wakes whoever waits: the plans they waited by are
+    /// void.
+    pub fn rebuild_windows(&mut self, now: f64, fleet: &mut Fleet) {
+        self.windows.iter_mut().for_each(Windows::clear);
+        let items: Vec<u32> = self.items.iter().map(|(item, _)| item).collect();
+        for item in items {
+            self.open_windows(item, now, fleet);
+        }
+        fleet.wake_all(now);
+    }
+
+    /// Opens the windows of an item, if it is free, for every robot that may take it, and
+    /// wakes those that wait for one.
+    fn open_windows(&mut self, item: u32, now: f64, fleet: &mut Fleet) {
+        for windows in &mut self.windows {
+            windows.remove(item);
+        }
+        let (Some(station), Some(tracked)) = (&self.planning, self.items.get(item)) else {
+            return;
+        };
+        if tracked.state != State::Free {
+            return;
+        }
+        let mut windowed = tracked.windowed;
+        let x0 = tracked.place + self.motion.planned_offset();
+        for (index, robot) in station.robots().iter().enumerate() {
+            if tracked.refused & (1 << index) != 0 {
+                continue;
+            }
+            let window = robot.departure_window(station.belt(), x0, tracked.y);
+            let Some((open, close)) = window.filter(|(_, close)| *close >= now) else {
+                continue;
+            };
+            windowed = true;
+            if tracked.barred {
+                break;
+            }
+            let open = open.max(tracked.offered_from(index));
+            if open > close {
+                continue;
+            }
+            self.windows[index].add(Candidate {
+                item,
+                x0,
+                y: tracked.y,
+                weight: tracked.weight,
+                open,
+                close,
+            });
+            fleet.window_opens(index, open.max(now));
+        }
+        if windowed != tracked.windowed
+            && let Some(tracked) = self.items.get_mut(item)
+        {
+            tracked.windowed = true;
+        }
+    }
+
+    /// When `robot`, which is free from `from` [s] on, decides; none when there is nothing
+    /// for it.
+    pub fn next_decision(&mut self, robot: usize, now: f64, from: f64) -> Option<f64> {
+        self.windows[robot].next_decision(now, from)
+    }
+
+    /// When the first window of `robot` after `time` [s] opens.
+    pub fn next_opening_after(&self, robot: usize, time: f64) -> Option<f64> {
+        self.windows[robot].next_opening_after(time)
+    }
+
+    /// What is open to `robot` at `time` [s], downstream first; notes that it was offered.
+    pub fn offer(&mut self, robot: usize, time: f64, into: &mut Vec<Candidate>) {
+        self.windows[robot].candidates(time, into);
+        for candidate in into {
+            // Asked for to be changed it would count as changed.
+            let is_new = self.items.get(candidate.item).is_some_and(|t| !t.offered);
+            if is_new && let Some(tracked) = self.items.get_mut(candidate.item) {
+                tracked.offered = true;
+            }
+        }
+    }
+
+    /// The free items from `from` [m] to the belt's end at `now` [s], downstream first.
+    pub fn in_view(&self, from: f64, now: f64, into: &mut Vec<BeltItem>) {
+        into.clear();
+        let Some(station) = &self.planning else {
+            return;
+        };
+        let belt = station.belt();
+        let offset = self.motion.planned_offset();
+        let travelled = offset + belt.speed * now;
+        let (low, high) = (from - travelled, belt.length - travelled);
+        // A little more on both sides: it is x that counts, as in simulation.
+        for (item, tracked) in self.items.within(low - 1e-6, high + 1e-6) {
+            let x0 = tracked.place + offset;
+            let x = x0 + belt.speed * now;
+            if tracked.is_admitted() && (from..=belt.length).contains(&x) {
+                into.push(BeltItem {
+                    item,
+                    x0,
+                    x,
+                    y: tracked.y,
+                    weight: tracked.weight,
+                });
+            }
+        }
+    }
+
+    /// Adds an item that is seen for the first time.
+    pub fn add(&mut self, sight: &Sight, barred: bool, now: f64, fleet: &mut Fleet) -> u32 {
+        let item = self.items.add(sight);
+        if barred && let Some(tracked) = self.items.get_mut(item) {
+            tracked.barred = true;
+        }
+        self.open_windows(item, now, fleet);
+        item
+    }
+
+    /// An item is seen again. What is older than what is known of it does not move it.
+    pub fn see_again(
+        &mut self,
+        item: u32,
+        sight: &Sight,
+        now: f64,
+        fleet: &mut Fleet,
+    ) -> Option<Again> {
+        let tracked = self.items.get(item)?;
+        let is_late = sight.time < tracked.measured;
+        let is_newer = tracked
+            .seen_at(sight.source())
+            .is_none_or(|at| sight.time >= at);
+        let moved = sight.way(tracked.place, tracked.y);
+        let moved = if is_late || moved <= SAME { 0.0 } else { moved };
+        if !is_late {
+            self.items.measure(item, sight.time, sight.covariance);
+        }
+        if moved > 0.0 {
+            self.items.place(item, sight.place, sight.y);
+        }
+        let (news, weighs) = self.hear_more(item, sight, is_newer);
+        if weighs || moved > 0.0 {
+            self.open_windows(item, now, fleet);
+        }
+        Some(Again {
+            is_late,
+            moved,
+            news,
+        })
+    }
+
+    /// A picture shows an item twice: what else the second detection says counts where the
+    /// first says nothing.
+    pub fn see_double(&mut self, item: u32, sight: &Sight, now: f64, fleet: &mut Fleet) {
+        let (_, weighs) = self.hear_more(item, sight, false);
+        if weighs {
+            self.open_windows(item, now, fleet);
+        }
+    }
+
+    /// Takes over what is said of an item besides its place; what is new about its id, and
+    /// whether its weight has changed.
+    fn hear_more(&mut self, item: u32, sight: &Sight, is_newer: bool) -> (News, bool) {
+        let news = self.items.sight(item, sight, is_newer);
+        let Some(tracked) = self.items.get_mut(item) else {
+            return (news, false);
+        };
+        tracked.features.take(sight.features.clone(), is_newer);
+        let weight = tracked.features.reward();
+        let weighs = std::mem::replace(&mut tracked.weight, weight) != weight;
+        (news, weighs)
+    }
+
+    /// A picture has shown an item beside others.
+    pub fn confirm(&mut self, item: u32) {
+        let before = self
+            .items
+            .get(item)
+            .map_or(LEAST_OVERLOOKED, |t| t.overlooked);
+        if before > LEAST_OVERLOOKED
+            && let Some(tracked) = self.items.get_mut(item)
+        {
+            tracked.overlooked = (before - CONFIRMED).max(LEAST_OVERLOOKED);
+        }
+    }
+
+    /// A picture of `source` has shown `other` and not `item`, although they are so near that
+    /// they may be one; whether there were so many such pictures that now they are. The
+    /// younger one is forgotten, but what a robot was ever sent to stays.
+    pub fn overlook(
+        &mut self,
+        item: u32,
+        other: u32,
+        source: Option<&str>,
+        now: f64,
+        fleet: &mut Fleet,
+    ) -> bool {
+        let (Some(tracked), Some(shown)) = (self.items.get(item), self.items.get(other)) else {
+            return false;
+        };
+        let is_untouched = |t: &Tracked| t.state == State::Free && t.tasks.is_empty();
+        if tracked.seen_at(source).is_none() || !is_untouched(tracked) {
+            return false;
+        }
+        if tracked.overlooked < MOST_OVERLOOKED {
+            if let Some(tracked) = self.items.get_mut(item) {
+                tracked.overlooked += 1;
+            }
+            return false;
+        }
+        let is_younger = other > item && is_untouched(shown);
+        let (gone, stays) = if is_younger {
+            (other, item)
+        } else {
+            (item, other)
+        };
+        self.close_windows(gone);
+        self.items.fuse(gone, stays);
+        self.open_windows(stays, now, fleet);
+        true
+    }
+
+    /// Items that were to be let pass may be taken. Their windows open with all others,
+    /// by [`World::rebuild_windows`].
+    pub fn admit_all(&mut self) {
+        let barred = self.items.iter().filter(|(_, tracked)| tracked.barred);
+        let barred: Vec<u32> = barred.map(|(item, _)| item).collect();
+        for item in barred {
+            if let Some(tracked) = self.items.get_mut(item) {
+                tracked.barred = false;
+            }
+        }
+    }
+
+    /// An item is taken by `task`.
+    pub fn claim(&mut self, item: u32, task: u64) {
+        if let Some(tracked) = self.items.get_mut(item) {
+            tracked.state = State::Claimed(task);
+            tracked.tasks.push(task);
+        }
+        self.close_windows(item);
+    }
+
+    /// An item is in a bin, since `time` [s]. From now on it is nobody's.
+    pub fn pick(&mut self, item: u32, time: f64) {
+        if let Some(tracked) = self.items.get_mut(item) {
+            tracked.state = State::Picked(time);
+        }
+        self.close_windows(item);
+    }
+
+    /// What became of the item of `task` is not known.
+    pub fn write_off(&mut self, item: u32, task: u64) {
+        if let Some(tracked) = self.claimed_by(item, task) {
+            tracked.state = State::NoResult;
+        }
+    }
+
+    /// `robot` does not take this item.
+    pub fn refuse(&mut self, item: u32, robot: usize) {
+        if let Some(tracked) = self.items.get_mut(item) {
+            tracked.refused |= 1 << robot;
+        }
+        self.windows[robot].remove(item);
+    }
+
+    /// `robot` has dropped the item at `now` [s]; for a while it is not offered to it.
+    pub fn withhold(&mut self, item: u32, robot: usize, now: f64) {
+        if let Some(tracked) = self.items.get_mut(item) {
+            tracked.withhold(robot, now);
+        }
+    }
+
+    /// An attempt at an item has failed, in a `grasp` or before it came to one.
+    pub fn count_attempt(&mut self, item: u32, grasp: bool) {
+        if let Some(tracked) = self.items.get_mut(item) {
+            tracked.attempts += 1;
+            tracked.failed_grasps += u32::from(grasp);
+        }
+    }
+
+    /// The item of `task` is nobody's any more; it is free again, or given up after `most`
+    /// attempts. An item that was picked meanwhile, or is after another task, stays so.
+    pub fn give_back(&mut self, item: u32, task: u64, most: u32, now: f64, fleet: &mut Fleet) {
+        if let Some(tracked) = self.claimed_by(item, task) {
+            let again = tracked.attempts < most;
+            tracked.state = if again { State::Free } else { State::GivenUp };
+            self.open_windows(item, now, fleet);
+        }
+    }
+
+    fn claimed_by(&mut self, item: u32, task: u64) -> Option<&mut Tracked> {
+        let claimed = self.items.get(item)?.claimed_by() == Some(task);
+        claimed.then(|| self.items.get_mut(item)).flatten()
+    }
+
+    fn close_windows(&mut self, item: u32) {
+        for windows in &mut self.windows {
+            windows.remove(item);
+        }
+    }
+
+    /// What has become of an item that is at `x` [m].
+    pub fn fate(&self, tracked: &Tracked, x: f64) -> Fate {
+        Fate::of(tracked, x > self.nominal.belt().length)
+    }
+
+    /// Forgets what has left the belt at `now` [s], so that memory does not grow, and says
+    /// what became of it.
+    pub fn forget_gone(&mut self, now: f64) -> Vec<(u32, Tracked, Fate)> {
+        if self.awaits_belt {
+            return Vec::new();
+        }
+        let end = self.nominal.belt().length + PAST_THE_END - self.motion.travel(now);
+        let past = self.items.within(end.next_up(), f64::INFINITY);
+        let gone = past.filter(|(_, tracked)| tracked.claimed_by().is_none());
+        let gone: Vec<u32> = gone.map(|(item, _)| item).collect();
+        let gone = gone.into_iter().filter_map(|item| {
+            let tracked = self.items.forget(item)?;
+            for windows in &mut self.windows {
+                windows.remove(item);
+            }
+            let fate = Fate::of(&tracked, true);
+            Some((item, tracked, fate))
+        });
+        gone.collect()
+    }
+
+    /// Takes note of changes of the items from now on.
+    pub fn watch(&mut self) {
+        self.items.watch();
+    }
+
+    /// Items that have changed since the last call; nothing for those that are forgotten.
+    pub fn take_changed(&mut self) -> Vec<(u32, Option<Tracked>)> {
+        self.items.take_changed()
+    }
+}

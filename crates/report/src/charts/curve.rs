@@ -1,0 +1,69 @@
+//! The learning curve of a training.
+
+use super::chart::{Chart, Entry, Ink, Layer, Mark, Point, Scale, Style, Swatch};
+use super::draw::for_paper;
+use crate::provenance::Provenance;
+use crate::table::fixed;
+use pickline::rl::Curve;
+
+/// `curve` as an SVG file.
+pub fn curve_chart(curve: &Curve, made: &Provenance) -> String {
+    for_paper(&chart(curve), made)
+}
+
+fn chart(curve: &Curve) -> Chart {
+    let mut layers = Vec::new();
+    let mut legend = Vec::new();
+    let mut all = vec![100.0];
+    for (j, station) in curve.stations.iter().enumerate() {
+        let point = |point: &pickline::rl::CurvePoint| {
+            let y = 100.0 * point.shares[j];
+            all.push(y);
+            Point {
+                x: point.decisions as f64 / 1000.0,
+                y,
+                tip: format!(
+                    "{station} after {} decisions: {} %",
+                    point.decisions,
+                    fixed(y, 1)
+                ),
+                ..Point::default()
+            }
+        };
+        layers.push(Layer::Points {
+            ink: Ink::Series(j),
+            style: Style::Line,
+            points: curve.points.iter().map(point).collect(),
+        });
+        legend.push(Entry {
+            label: format!(
+                "{station} ([SPT; FIFO]: {} %)",
+                fixed(100.0 * curve.robust[j], 1)
+            ),
+            ink: Ink::Series(j),
+            swatch: Swatch::Line,
+        });
+    }
+    let learned = curve
+        .points
+        .iter()
+        .map(|point| point.decisions as f64 / 1000.0);
+    Chart {
+        title: "Learning curve".into(),
+        caption: "Mean picking rate on the built-in cases of each station, as a share of \
+                  that of the best rules for every single pattern (greedy GT), under seeds \
+                  that no training sees."
+            .into(),
+        x: Scale::around("decisions learned from [1000]", learned, true),
+        y: Scale::around("picking rate to greedy GT [%]", all, false),
+        layers,
+        marks: vec![Mark {
+            at: 100.0,
+            upright: false,
+            ink: Ink::Text,
+            shade_to: None,
+            label: String::new(),
+        }],
+        legend,
+    }
+}

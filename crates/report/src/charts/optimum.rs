@@ -1,0 +1,291 @@
+//! The charts of a search.
+
+use super::chart::{Chart, ChartKind, Entry, Ink, Layer, Mark, Point, Scale, Style, Swatch};
+use crate::optimum::{OptimumReport, RankedReport, bracketed};
+use crate::table::{fixed, interval};
+
+/// The charts of a search, the main one first.
+pub const OPTIMUM_CHARTS: &[ChartKind<OptimumReport>] = &[
+    ChartKind {
+        name: "difference",
+        chart: difference,
+        needs: "nothing",
+    },
+    ChartKind {
+        name: "spread",
+        chart: spread,
+        needs: "nothing",
+    },
+    ChartKind {
+        name: "ranking",
+        chart: ranking,
+        needs: "nothing",
+    },
+];
+
+/// Lines of the ranking that a chart names.
+const MOST_NAMES: usize = 20;
+
+/// Points of a line, and those of them that have markers.
+const MOST_POINTS: usize = 600;
+const MOST_MARKERS: usize = 120;
+
+fn named(report: &OptimumReport) -> &[RankedReport] {
+    &report.ranking[..report.ranking.len().min(MOST_NAMES)]
+}
+
+fn names(report: &OptimumReport) -> Scale {
+    let names = named(report).iter().map(|line| bracketed(&line.assignment));
+    Scale::Names(names.collect())
+}
+
+/// `what` with the objective's unit in brackets.
+fn titled(report: &OptimumReport, what: &str) -> String {
+    match report.unit {
+        "1" => format!("{what} [1]"),
+        unit => format!("{what} [{unit}]"),
+    }
+}
+
+/// The objective under the chosen risk, in words.
+fn value_words(report: &OptimumReport) -> String {
+    format!("{} {}", report.risk, report.objective.replace('-', " "))
+}
+
+/// How far each assignment is proven to fall short of the best.
+fn difference(report: &OptimumReport) -> Option<Chart> {
+    let best = report.ranking.first()?;
+    let digits = report.digits();
+    let groups = [
+        (Ink::Series(0), "the best", 0..1),
+        (
+            Ink::Series(1),
+            "tied with the best: the interval holds 0",
+            1..usize::MAX,
+        ),
+        (
+            Ink::Faint,
+            "told apart from the best: the interval leaves out 0",
+            1..usize::MAX,
+        ),
+    ];
+    let mut layers = Vec::new();
+    let mut legend = Vec::new();
+    let mut ends = vec![0.0];
+    for (ink, label, places) in groups {
+        let tied = ink == Ink::Series(1);
+        let lines = named(report)
+            .iter()
+            .enumerate()
+            .filter(|(i, line)| places.contains(i) && (*i == 0 || line.tied == tied));
+        let point = |(i, line): (usize, &RankedReport)| {
+            let x = best.value - line.value;
+            let own = line.diff_low.zip(line.diff_high);
+            let (low, high) = own.unwrap_or((x, x));
+            ends.extend([low, high]);
+            let words = own.map_or(String::new(), |own| {
+                format!(", 95 % interval {}", interval(Some(own), digits))
+            });
+            Point {
+                x,
+                y: i as f64,
+                across: own.filter(|_| i > 0),
+                tip: format!(
+                    "{}: {} below the best{words}",
+                    bracketed(&line.assignment),
+                    fixed(x, digits),
+                ),
+                ..Point::default()
+            }
+        };
+        let points: Vec<Point> = lines.map(point).collect();
+        if points.is_empty() {
+            continue;
+        }
+        legend.push(Entry {
+            label: label.into(),
+            ink,
+            swatch: Swatch::Dot,
+        });
+        layers.push(Layer::Points {
+            ink,
+            style: Style::Dots,
+            points,
+        });
+    }
+    Some(Chart {
+        title: format!("How far below {}", bracketed(&best.assignment)),
+        caption: format!(
+            "{} of the best minus that of each assignment on the same {} patterns, with 95 % \
+             intervals ({}). {}",
+            capital(&value_words(report)),
+            report.patterns,
+            report.intervals,
+            shown(report)
+        ),
+        x: Scale::around(
+            titled(report, &format!("best minus this, {}", value_words(report))),
+            ends,
+            false,
+        ),
+        y: names(report),
+        layers,
+        marks: vec![Mark {
+            at: 0.0,
+            upright: true,
+            ink: Ink::Series(0),
+            shade_to: None,
+            label: String::new(),
+        }],
+        legend,
+    })
+}
+
+/// Mean and worst pattern of each assignment, and the best on fresh patterns.
+fn spread(report: &OptimumReport) -> Option<Chart> {
+    let digits = report.digits();
+    let mut all = Vec::new();
+    let mut layer = |ink, words: &str, of: fn(&RankedReport) -> f64| {
+        let point = |(i, line): (usize, &RankedReport)| {
+            all.push(of(line));
+            Point {
+                x: of(line),
+                y: i as f64,
+                tip: format!(
+                    "{}: {words} {}",
+                    bracketed(&line.assignment),
+                    fixed(of(line), digits)
+                ),
+                ..Point::default()
+            }
+        };
+        Layer::Points {
+            ink,
+            style: Style::Dots,
+            points: named(report).iter().enumerate().map(point).collect(),
+        }
+    };
+    let mut layers = vec![
+        layer(Ink::Series(0), "mean", |line| line.mean),
+        layer(Ink::Series(1), "worst pattern", |line| line.worst),
+    ];
+    let entry = |label: &str, ink| Entry {
+        label: label.into(),
+        ink,
+        swatch: Swatch::Dot,
+    };
+    let mut legend = vec![
+        entry("mean over the patterns", Ink::Series(0)),
+        entry("on the worst pattern", Ink::Series(1)),
+    ];
+    if let Some(validation) = &report.validation {
+        let ends = validation.mean_low.zip(validation.mean_high);
+        all.push(validation.mean);
+        all.extend(ends.iter().flat_map(|(low, high)| [low, high]));
+        let words = ends.map_or(String::new(), |ends| {
+            format!(", 95 % interval {}", interval(Some(ends), digits))
+        });
+        layers.push(Layer::Points {
+            ink: Ink::Text,
+            style: Style::Dots,
+            points: vec![Point {
+                x: validation.mean,
+                y: 0.0,
+                across: ends,
+                tip: format!(
+                    "{} on {} fresh patterns: mean {}{words}",
+                    bracketed(&report.best),
+                    validation.count,
+                    fixed(validation.mean, digits),
+                ),
+                ..Point::default()
+            }],
+        });
+        legend.push(entry("mean on fresh patterns, 95 %", Ink::Text));
+    }
+    Some(Chart {
+        title: "Mean and worst pattern".into(),
+        caption: format!(
+            "The {} of each assignment on {} patterns. {}",
+            report.objective.replace('-', " "),
+            report.patterns,
+            shown(report)
+        ),
+        x: Scale::around(
+            titled(report, &report.objective.replace('-', " ")),
+            all,
+            false,
+        ),
+        y: names(report),
+        layers,
+        marks: Vec::new(),
+        legend,
+    })
+}
+
+/// The figures of all assignments in their order: how much the choice matters.
+fn ranking(report: &OptimumReport) -> Option<Chart> {
+    let mut values: Vec<(f64, &RankedReport)> = report
+        .ranking
+        .iter()
+        .map(|line| (line.value, line))
+        .collect();
+    // By the figure itself: ties may have been broken by another.
+    values.sort_by(|a, b| b.0.total_cmp(&a.0));
+    // A point a pixel is all that a picture holds, and shows the same.
+    let every = values.len().div_ceil(MOST_POINTS);
+    let some = values.iter().enumerate().step_by(every);
+    let points = some.map(|(i, (value, line))| Point {
+        x: (i + 1) as f64,
+        y: *value,
+        tip: format!(
+            "{}. {}: {}",
+            i + 1,
+            bracketed(&line.assignment),
+            fixed(*value, report.digits())
+        ),
+        ..Point::default()
+    });
+    let x = Scale::counted("place", 1.0, values.len() as f64);
+    Some(Chart {
+        title: "All assignments".into(),
+        caption: format!(
+            "{} of all {} assignments that were scored, the highest first: how much the choice \
+             matters.",
+            capital(&value_words(report)),
+            values.len()
+        ),
+        x,
+        y: Scale::around(
+            titled(report, &value_words(report)),
+            values.iter().map(|(value, _)| *value),
+            false,
+        ),
+        layers: vec![Layer::Points {
+            ink: Ink::Series(0),
+            style: match values.len() > MOST_MARKERS {
+                true => Style::Bare,
+                false => Style::Line,
+            },
+            points: points.collect(),
+        }],
+        marks: Vec::new(),
+        legend: Vec::new(),
+    })
+}
+
+/// How many of the assignments are named.
+fn shown(report: &OptimumReport) -> String {
+    match (named(report).len(), report.ranking.len()) {
+        (shown, all) if shown < all => format!("The first {shown} of {all} assignments."),
+        (_, all) => format!("All {all} assignments that were scored."),
+    }
+}
+
+fn capital(text: &str) -> String {
+    let mut characters = text.chars();
+    match characters.next() {
+        Some(first) => first.to_uppercase().chain(characters).collect(),
+        None => String::new(),
+    }
+}

@@ -1,0 +1,490 @@
+//! A comparison of methods: the paper's Tables 2 and 3 for one's own line.
+
+use super::bound::CaseBoundReport;
+use super::provenance::Provenance;
+use super::table::{Table, cell, fixed, interval};
+use super::throughput::ThroughputReport;
+use pickline::experiment::paper::{self, Printed};
+use pickline::experiment::{CaseResult, Comparison, Method};
+use pickline::stats::Interval;
+use pickline::strategies::is_policy;
+use serde::Serialize;
+
+/// A comparison as it is printed and written; the JSON field names are the product's
+/// format.
+#[derive(Debug, Clone, Serialize)]
+pub struct ComparisonReport {
+    /// The methods; the first is what the others are measured against.
+    pub methods: Vec<MethodReport>,
+    /// The cases.
+    pub cases: Vec<CaseReport>,
+    /// What a reader should know.
+    pub notes: Vec<String>,
+    /// How it was made.
+    pub made: Provenance,
+    #[serde(skip)]
+    pub(super) with_paper: bool,
+}
+
+/// One method.
+#[derive(Debug, Clone, Serialize)]
+pub struct MethodReport {
+    /// Its name in files.
+    pub id: String,
+    /// Its name in tables.
+    pub title: String,
+}
+
+/// One case.
+#[derive(Debug, Clone, Serialize)]
+pub struct CaseReport {
+    /// Its name.
+    pub name: String,
+    /// Items a pattern.
+    pub items: usize,
+    /// How many patterns.
+    pub patterns: usize,
+    /// One a method.
+    pub results: Vec<ResultReport>,
+    /// What no strategy can do better, where it was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bound: Option<CaseBoundReport>,
+    #[serde(skip)]
+    pub(super) weighs: bool,
+    #[serde(skip)]
+    runs: Vec<Run>,
+}
+
+/// One run as a row of a CSV file; what is shown only where items have attributes stands apart.
+#[derive(Debug, Clone)]
+struct Run {
+    cells: [String; 11],
+    weighted_rate: f64,
+}
+
+/// One method on one case.
+#[derive(Debug, Clone, Serialize)]
+pub struct ResultReport {
+    /// The method's name in files.
+    pub method: String,
+    /// What is picked per minute in the steady state.
+    #[serde(flatten)]
+    pub throughput: ThroughputReport,
+    /// Mean share of the items picked.
+    pub picked_share: f64,
+    /// Lower end of its 95 % interval; none of a single pattern, as of all that follow.
+    pub picked_share_low: Option<f64>,
+    /// Upper end.
+    pub picked_share_high: Option<f64>,
+    /// Mean end of the run [s].
+    pub end_s: f64,
+    /// Mean picks per minute.
+    pub picking_rate_per_min: f64,
+    /// Lower end of its 95 % interval.
+    pub picking_rate_low: Option<f64>,
+    /// Upper end.
+    pub picking_rate_high: Option<f64>,
+    /// Mean reward-weighted picks per minute.
+    pub weighted_rate_per_min: f64,
+    /// Lower end of the 95 % interval of its rate minus the first method's.
+    pub diff_low: Option<f64>,
+    /// Upper end.
+    pub diff_high: Option<f64>,
+    /// How much higher its mean rate is than the first method's [%].
+    pub benefit_percent: f64,
+    /// What it picks over all patterns as a proven share of the optimum [%].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub certified_percent: Option<f64>,
+    /// Its mean rate as a proven share of the highest [%].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub certified_rate_percent: Option<f64>,
+    /// What the paper prints for it, where it does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub paper: Option<PrintedReport>,
+}
+
+/// The paper's own figures.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct PrintedReport {
+    /// Items picked [%], Table 2.
+    pub picked_percent: f64,
+    /// Time [s], Table 2.
+    pub time_s: f64,
+    /// Picks per minute, Table 3.
+    pub picking_rate_per_min: f64,
+}
+
+impl ComparisonReport {
+    /// The report of `comparison`; `paper_cases` says that its first cases are the
+    /// paper's four, `with_paper` that their printed figures are wanted in the table.
+    pub fn new(
+        comparison: &Comparison,
+        paper_cases: bool,
+        with_paper: bool,
+        mut notes: Vec<String>,
+        made: Provenance,
+    ) -> Self {
+        let methods = &comparison.methods;
+        let cases = comparison.cases.iter().enumerate().map(|(i, case)| {
+            let printed = paper_cases.then(|| paper::CASES.get(i)).flatten();
+            case_report(case, comparison, printed)
+        });
+        let cases: Vec<CaseReport> = cases.collect();
+        notes.extend(throughput_note(&cases));
+        notes.extend(changing_note(&cases));
+        if with_paper {
+            notes.extend(paper::REMARKS.map(str::to_owned));
+        }
+        Self {
+            methods: methods
+                .iter()
+                .map(|method| MethodReport {
+                    id: method.id().to_owned(),
+                    title: method.title(),
+                })
+                .collect(),
+            cases,
+            notes,
+            made,
+            with_paper,
+        }
+    }
+
+    /// All methods and cases for a terminal.
+    pub fn to_table(&self) -> String {
+        let mut header = vec!["<case", "<method"];
+        let steady = self.is_steady();
+        if steady {
+            header.extend(["throughput [1/min]", "95 %", "flow [1/min]"]);
+        }
+        header.extend([
+            "picked [%]",
+            "time [s]",
+            "picking rate [1/min]",
+            "minus the first, 95 %",
+            "benefit [%]",
+        ]);
+        let with_bound = self.cases.iter().any(|case| case.bound.is_some());
+        if with_bound {
+            header.push("certified [%]");
+        }
+        if self.with_paper {
+            header.extend(["paper: picked [%]", "time [s]", "picking rate [1/min]"]);
+        }
+        let mut table = Table::new(&header);
+        for case in &self.cases {
+            for (i, result) in case.results.iter().enumerate() {
+                let first = i == 0;
+                let mut row = vec![
+                    if first {
+                        case.name.clone()
+                    } else {
+                        String::new()
+                    },
+                    self.methods[i].title.clone(),
+                ];
+                if steady {
+                    row.extend(result.throughput.table_cells(1));
+                }
+                row.extend([
+                    fixed(100.0 * result.picked_share, 1),
+                    fixed(result.end_s, 1),
+                    fixed(result.picking_rate_per_min, 1),
+                    if first {
+                        String::new()
+                    } else {
+                        interval(result.diff_low.zip(result.diff_high), 2)
+                    },
+                    if first {
+                        String::new()
+                    } else {
+                        fixed(result.benefit_percent, 1)
+                    },
+                ]);
+                if with_bound {
+                    let percent = result.certified_percent;
+                    row.push(percent.map_or(String::new(), |percent| fixed(percent, 1)));
+                }
+                if self.with_paper {
+                    row.extend(match result.paper {
+                        Some(p) => [
+                            fixed(p.picked_percent, 0),
+                            fixed(p.time_s, 1),
+                            fixed(p.picking_rate_per_min, 1),
+                        ],
+                        None => [const { String::new() }; 3],
+                    });
+                }
+                table.row(row);
+            }
+            if let Some(bound) = &case.bound {
+                table.row(bound.row(if steady { 3 } else { 0 }, header.len()));
+            }
+        }
+        let counts: Vec<String> = self
+            .cases
+            .iter()
+            .map(|case| format!("{} of {}", case.patterns, case.name))
+            .collect();
+        let notes: String = self
+            .notes
+            .iter()
+            .map(|note| format!("note      {note}\n"))
+            .collect();
+        let certified = if with_bound {
+            "certified at least that share of the picks that the best strategy could make, \
+             waiting and clairvoyance included\n"
+        } else {
+            ""
+        };
+        format!(
+            "{}means over {}\n{certified}{notes}{}",
+            table.render(),
+            counts.join("; "),
+            self.made.lines()
+        )
+    }
+
+    /// Whether items of some case have attributes, so that weights say more than counts.
+    pub(super) fn weighs(&self) -> bool {
+        self.cases.iter().any(|case| case.weighs)
+    }
+
+    /// Whether some method has a steady state on some case.
+    pub(super) fn is_steady(&self) -> bool {
+        let mut results = self.cases.iter().flat_map(|case| &case.results);
+        results.any(|result| result.throughput.throughput_per_min.is_some())
+    }
+
+    /// Throughput as CSV: what every method picks per minute in the steady state of every
+    /// case.
+    pub fn throughput_csv(&self) -> String {
+        let mut header = vec!["case", "method"];
+        header.extend(ThroughputReport::COLUMNS);
+        header.extend(["steady_patterns", "patterns"]);
+        let mut rows = vec![header.into_iter().map(str::to_owned).collect::<Vec<_>>()];
+        for case in &self.cases {
+            for result in &case.results {
+                let mut row = vec![case.name.clone(), result.method.clone()];
+                row.extend(result.throughput.cells());
+                row.push(result.throughput.steady_patterns.to_string());
+                row.push(case.patterns.to_string());
+                rows.push(row);
+            }
+        }
+        self.made.csv(rows)
+    }
+
+    /// Table 2 of the paper as CSV: items picked and the time that it took.
+    pub fn picked_time_csv(&self) -> String {
+        let header = ["case", "method", "picked_share", "end_s", "patterns"];
+        let mut rows = vec![header.map(str::to_owned)];
+        for case in &self.cases {
+            for result in &case.results {
+                rows.push([
+                    case.name.clone(),
+                    result.method.clone(),
+                    result.picked_share.to_string(),
+                    result.end_s.to_string(),
+                    case.patterns.to_string(),
+                ]);
+            }
+        }
+        self.made.csv(rows)
+    }
+
+    /// Table 3 of the paper as CSV: the picking rate of every method on every case, how much
+    /// more than the first method it picks, and what no strategy can do better.
+    pub fn picking_rate_csv(&self) -> String {
+        let header = [
+            "case",
+            "method",
+            "picking_rate_per_min",
+            "picking_rate_low_per_min",
+            "picking_rate_high_per_min",
+            "benefit_percent",
+            "diff_low_per_min",
+            "diff_high_per_min",
+            "picking_rate_upper_bound_per_min",
+            "patterns",
+        ];
+        let mut rows = vec![header.map(str::to_owned)];
+        for case in &self.cases {
+            let bound = case.bound.as_ref().and_then(|b| b.picking_rate_per_min);
+            for (place, result) in case.results.iter().enumerate() {
+                // The first has nothing to differ from.
+                let other = |value: Option<f64>| cell(value.filter(|_| place > 0));
+                rows.push([
+                    case.name.clone(),
+                    result.method.clone(),
+                    result.picking_rate_per_min.to_string(),
+                    cell(result.picking_rate_low),
+                    cell(result.picking_rate_high),
+                    other(Some(result.benefit_percent)),
+                    other(result.diff_low),
+                    other(result.diff_high),
+                    cell(bound),
+                    case.patterns.to_string(),
+                ]);
+            }
+        }
+        self.made.csv(rows)
+    }
+
+    /// Every run as CSV.
+    pub fn runs_csv(&self) -> String {
+        let header = [
+            "case",
+            "pattern_seed",
+            "method",
+            "items",
+            "picked",
+            "end_s",
+            "throughput_per_min",
+            "flow_per_min",
+            "picking_rate_per_min",
+            "picks_upper_bound",
+            "assignment",
+        ];
+        let weighs = self.weighs();
+        let mut header = header.map(str::to_owned).to_vec();
+        header.extend(weighs.then(|| "weighted_rate_per_min".to_owned()));
+        let rows = self.cases.iter().flat_map(|case| &case.runs).map(|run| {
+            let mut row = run.cells.to_vec();
+            row.extend(weighs.then(|| run.weighted_rate.to_string()));
+            row
+        });
+        self.made.csv(std::iter::once(header).chain(rows))
+    }
+}
+
+/// On which cases there is no throughput, and why.
+fn throughput_note(cases: &[CaseReport]) -> Option<String> {
+    let missing = |case: &&CaseReport| {
+        let mut results = case.results.iter();
+        results.any(|result| result.throughput.no_throughput.is_some())
+    };
+    let without: Vec<&CaseReport> = cases.iter().filter(missing).collect();
+    let results = without.first()?.results.iter();
+    let why = results
+        .filter_map(|r| r.throughput.no_throughput.as_ref())
+        .next()?;
+    let names: Vec<&str> = without.iter().map(|case| case.name.as_str()).collect();
+    Some(format!(
+        "no throughput on {}; on the first of these {why}",
+        names.join("; ")
+    ))
+}
+
+/// On which cases the flow changes, so that the throughput is a mean over the pattern.
+fn changing_note(cases: &[CaseReport]) -> Option<String> {
+    let changing = |case: &&CaseReport| {
+        let mut results = case.results.iter();
+        results.any(|result| result.throughput.flow_changes)
+    };
+    let cases = cases.iter().filter(changing);
+    let names: Vec<&str> = cases.map(|case| case.name.as_str()).collect();
+    (!names.is_empty()).then(|| {
+        format!(
+            "throughput: the flow changes over patterns of {}; there it is the mean over the pattern",
+            names.join("; ")
+        )
+    })
+}
+
+fn case_report(
+    result: &CaseResult,
+    comparison: &Comparison,
+    printed: Option<&paper::PaperCase>,
+) -> CaseReport {
+    let paper = |method: &Method| -> Option<PrintedReport> {
+        let Printed { picked, time, rate } = match method {
+            Method::Robust(_) => printed?.robust,
+            Method::Greedy(_) => printed?.greedy,
+            // Whatever the policy, it stands beside the paper's.
+            Method::Strategy(other) if is_policy(other.name()) => printed?.rl,
+            Method::Strategy(_) => return None,
+        };
+        Some(PrintedReport {
+            picked_percent: picked,
+            time_s: time,
+            picking_rate_per_min: rate,
+        })
+    };
+    let methods = &comparison.methods;
+    let items = result.methods[0].runs[0].figures.items;
+    let mut runs = Vec::new();
+    for (i, seed) in result.seeds.iter().enumerate() {
+        for (method, of) in methods.iter().zip(&result.methods) {
+            let run = &of.runs[i];
+            let f = &run.figures;
+            let assignment = match method {
+                Method::Robust(rules) => Some(rules),
+                _ => run.chosen.as_ref(),
+            };
+            let steady = run.steady.as_ref();
+            let flow = steady.map_or_else(|no| no.flow, |steady| Some(steady.flow));
+            let cells = [
+                result.case.name.clone(),
+                // Also where nothing is random, so that the column is one of whole numbers.
+                seed.unwrap_or(comparison.first_seed).to_string(),
+                method.id().to_owned(),
+                f.items.to_string(),
+                f.picked.to_string(),
+                f.end.to_string(),
+                cell(steady.ok().map(|steady| steady.throughput)),
+                cell(flow),
+                f.picking_rate().to_string(),
+                result
+                    .bound
+                    .as_ref()
+                    .map_or(String::new(), |bound| bound.picks[i].to_string()),
+                assignment
+                    .map(|rules| rules.names().join(" "))
+                    .unwrap_or_default(),
+            ];
+            runs.push(Run {
+                cells,
+                weighted_rate: f.weighted_rate(),
+            });
+        }
+    }
+    CaseReport {
+        name: result.case.name.clone(),
+        items,
+        patterns: result.seeds.len(),
+        weighs: result.weighs,
+        bound: result.bound.as_ref().map(CaseBoundReport::new),
+        results: methods
+            .iter()
+            .zip(&result.methods)
+            .enumerate()
+            .map(|(i, (method, of))| {
+                let (picked_share_low, picked_share_high) =
+                    Interval::ends(of.picked_share_interval);
+                let (picking_rate_low, picking_rate_high) =
+                    Interval::ends(of.picking_rate_interval);
+                let (diff_low, diff_high) = Interval::ends(of.difference);
+                ResultReport {
+                    method: method.id().to_owned(),
+                    throughput: ThroughputReport::new(&of.throughput),
+                    picked_share: of.picked_share,
+                    picked_share_low,
+                    picked_share_high,
+                    end_s: of.end,
+                    picking_rate_per_min: of.picking_rate,
+                    picking_rate_low,
+                    picking_rate_high,
+                    weighted_rate_per_min: of.weighted_rate,
+                    diff_low,
+                    diff_high,
+                    benefit_percent: 100.0 * of.benefit,
+                    certified_percent: result.bound.as_ref().map(|bound| bound.certified[i]),
+                    certified_rate_percent: result.bound.as_ref().and_then(|b| b.certified_rate[i]),
+                    paper: paper(method),
+                }
+            })
+            .collect(),
+        runs,
+    }
+}

@@ -1,0 +1,56 @@
+//! What pages that draw the station share: the replay and the dashboard. The sources lie in
+//! `drawing/`; a page's scripts share one scope with these, which come first:
+//!
+//! | file | what it is |
+//! |---|---|
+//! | `elements.js` | what pages are made of: figures, tables, lines of text |
+//! | `canvas.js` | canvases, colours, and what every drawing is made of |
+//! | `scene.js` | draws a state of the station; knows nothing of runs or controls |
+//! | `arm.js` | where an arm is on its way |
+//! | `legend.js` | the legend of the scene |
+
+use crate::palette::ROBOT_COLOURS;
+use pickline::station::Station;
+use serde::Serialize;
+
+pub use crate::page::BASE_STYLE;
+
+/// The style of what `SCRIPTS` draw.
+pub const STYLE: &str = include_str!("drawing/drawing.css");
+/// The scripts, in the order in which they have to stand.
+pub const SCRIPTS: [&str; 5] = [
+    include_str!("drawing/elements.js"),
+    include_str!("drawing/canvas.js"),
+    include_str!("drawing/scene.js"),
+    include_str!("drawing/arm.js"),
+    include_str!("drawing/legend.js"),
+];
+
+/// A robot as the scripts know it; positions in m, times in s.
+#[derive(Serialize)]
+pub struct RobotData<'a> {
+    name: &'a str,
+    base: [f64; 2],
+    bin: [f64; 2],
+    reach: f64,
+    grasp_time: f64,
+    release_time: f64,
+    colour: &'static str,
+}
+
+/// The robots of `station`, upstream first.
+pub fn robots_data(station: &Station) -> Vec<RobotData<'_>> {
+    let robots = station.robots().iter();
+    robots
+        .zip(ROBOT_COLOURS.iter().cycle())
+        .map(|(robot, colour)| RobotData {
+            name: &robot.name,
+            base: [robot.base.x, robot.base.y],
+            bin: [robot.bin.x, robot.bin.y],
+            reach: robot.reach,
+            grasp_time: robot.grasp_time,
+            release_time: robot.release_time,
+            colour,
+        })
+        .collect()
+}

@@ -1,0 +1,209 @@
+//! A solved game for the terminal.
+
+use super::game::{EquilibriumReport, GameReport, RobotReport};
+use super::table::{Table, fixed};
+use pickline::optimize::game::Payoff;
+
+/// Digits behind the point of rates [1/min].
+const DIGITS: usize = 2;
+/// Digits of margins and prices, which are small differences.
+const FINE: usize = 4;
+
+/// The first `top` equilibria, and all that belongs to them.
+pub(super) fn text(report: &GameReport, top: usize) -> String {
+    let mut text = equilibria(report, top);
+    text.push('\n');
+    text += &optimum_lines(report);
+    text += &best_response_lines(report, top);
+    text.push('\n');
+    text += &rules(report);
+    text.push('\n');
+    for note in &report.notes {
+        text += &format!("note      {note}\n");
+    }
+    text + &report.made.lines()
+}
+
+fn rate(value: Payoff) -> String {
+    fixed(value.value(), DIGITS)
+}
+
+fn bracketed(names: &[String]) -> String {
+    format!("[{}]", names.join("; "))
+}
+
+fn equilibria(report: &GameReport, top: usize) -> String {
+    if report.equilibria.is_empty() {
+        return format!(
+            "no pure equilibrium: from each of the {} assignments some robot gains by another \
+             rule\n",
+            report.profiles.len()
+        );
+    }
+    let mut header = vec!["#".to_owned(), "<equilibrium".into(), "<".into()];
+    header.extend(report.robots.iter().map(|name| format!("{name} [1/min]")));
+    header.extend(
+        [
+            "line [1/min]",
+            "of optimum [%]",
+            "least loss [1/min]",
+            "proven losses",
+            "reached from",
+        ]
+        .map(str::to_owned),
+    );
+    let mut table = Table::new(&header.iter().map(String::as_str).collect::<Vec<_>>());
+    let optimum = report.social_optimum.welfare.value();
+    for (i, line) in report.equilibria.iter().take(top).enumerate() {
+        let mut row = vec![(i + 1).to_string(), bracketed(&line.assignment), kind(line)];
+        row.extend(line.rates.iter().map(|&r| rate(r)));
+        row.extend([
+            rate(line.welfare),
+            match optimum > 0.0 {
+                true => fixed(100.0 * line.welfare.value() / optimum, 1),
+                false => String::new(),
+            },
+            line.margin_to_others
+                .map_or(String::new(), |m| fixed(m.value(), FINE)),
+            line.proven.map_or(String::new(), |proven| {
+                let others = line.deviations.iter().filter(|d| !d.equivalent);
+                format!("{proven} of {}", others.count())
+            }),
+            format!("{} of {}", line.basin, report.profiles.len()),
+        ]);
+        table.row(row);
+    }
+    let mut text = table.render();
+    if report.equilibria.len() > top {
+        let more = report.equilibria.len() - top;
+        text += &format!("            ... {more} more equilibria (--top)\n");
+    }
+    text
+}
+
+/// Doubles of a rule make any equilibrium weak; that is told from real ties.
+fn kind(line: &EquilibriumReport) -> String {
+    match (line.kind, line.margin_to_others) {
+        ("weak", Some(margin)) if margin > Payoff::default() => "strict but for equal rules",
+        (kind, _) => kind,
+    }
+    .to_owned()
+}
+
+fn optimum_lines(report: &GameReport) -> String {
+    let paid = match report.payoff {
+        "own" => "each robot is paid its own picks per minute, 60 k_i / T",
+        _ => "each robot is paid the line's picks per minute, 60 k / T",
+    };
+    let strict = report.equilibria.iter().filter(|e| e.kind == "strict");
+    let best = &report.social_optimum;
+    let shown: Vec<String> = best
+        .assignments
+        .iter()
+        .take(3)
+        .map(|a| bracketed(a))
+        .collect();
+    let more = match best.assignments.len() - shown.len() {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    let price = |price: Option<f64>| match price {
+        Some(price) => fixed(price, FINE),
+        None if report.equilibria.is_empty() => "undefined (no pure equilibrium)".to_owned(),
+        None => "unbounded (an equilibrium picks nothing)".to_owned(),
+    };
+    format!(
+        "game        {paid}; {} robots, {} assignments, {}\n\
+         equilibria  {} pure, {} of them strict; payoffs are equal when they round to the same \
+         {:e} 1/min\n\
+         optimum     {} 1/min by {}{more}: {}\n\
+         anarchy     price {}: the optimum over the worst equilibrium\n\
+         stability   price {}: the optimum over the best equilibrium\n",
+        report.robots.len(),
+        report.profiles.len(),
+        match report.patterns {
+            1 => "one pattern".to_owned(),
+            n => format!("mean over {n} patterns"),
+        },
+        report.equilibria.len(),
+        strict.count(),
+        report.resolution,
+        rate(best.welfare),
+        shown.join(", "),
+        if best.is_equilibrium {
+            "an equilibrium"
+        } else {
+            "no equilibrium"
+        },
+        price(report.price_of_anarchy),
+        price(report.price_of_stability),
+    )
+}
+
+fn best_response_lines(report: &GameReport, top: usize) -> String {
+    let play = &report.best_response;
+    let path = |assignments: &[Vec<String>]| {
+        let texts: Vec<String> = assignments.iter().map(|a| bracketed(a)).collect();
+        texts.join(" > ")
+    };
+    let mut text = format!(
+        "responses   robots in turn, upstream first, change to their best rule: from {} of {} \
+         starts to an equilibrium, from {} into a cycle\n\
+         longest     {} changes, most rounds {}: {}\n",
+        play.to_equilibrium,
+        play.starts,
+        play.to_cycle,
+        play.most_changes,
+        play.most_rounds,
+        path(&play.longest),
+    );
+    for cycle in play.cycles.iter().take(top) {
+        text += &format!(
+            "cycle       {}, from {} starts\n",
+            path(&cycle.assignments),
+            cycle.basin
+        );
+    }
+    if play.cycles.len() > top {
+        let more = play.cycles.len() - top;
+        text += &format!("            ... {more} more cycles (--top)\n");
+    }
+    text
+}
+
+/// What every rule is to every robot whatever the others do.
+fn rules(report: &GameReport) -> String {
+    let mut header = vec!["<robot"];
+    let columns: Vec<String> = report.rules.iter().map(|rule| format!("<{rule}")).collect();
+    header.extend(columns.iter().map(String::as_str));
+    let mut table = Table::new(&header);
+    for robot in &report.rules_of_robots {
+        let mut row = vec![robot.robot.clone()];
+        row.extend(report.rules.iter().map(|rule| cell(robot, rule)));
+        table.row(row);
+    }
+    table.render()
+        + "whatever the others do: < X always worse than rule X; <= X never better, sometimes \
+           worse; = X equal; best: never worse than any\n"
+}
+
+fn cell(robot: &RobotReport, rule: &String) -> String {
+    if let Some(dominated) = robot.dominated.iter().find(|d| d.rule == *rule) {
+        let sign = match dominated.how {
+            "strictly" => "<",
+            _ => "<=",
+        };
+        return format!("{sign} {}", dominated.by);
+    }
+    let best = robot.dominant.contains(rule);
+    let same = robot.equivalent.iter().find(|group| group.contains(rule));
+    let same = same
+        .and_then(|group| group.first())
+        .filter(|first| *first != rule);
+    match (best, same) {
+        (true, Some(first)) => format!("best, = {first}"),
+        (true, None) => "best".into(),
+        (false, Some(first)) => format!("= {first}"),
+        (false, None) => String::new(),
+    }
+}

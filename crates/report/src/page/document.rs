@@ -1,0 +1,175 @@
+//! A page as a whole: one HTML file without a network, a build step or a script.
+
+use super::html::{escape, fill, inert};
+use super::table::PageTable;
+use crate::charts::{Chart, ChartKind, for_page};
+use crate::origin::with_page_origin;
+use crate::palette::series_css;
+use crate::provenance::Provenance;
+use serde::Serialize;
+
+/// The style that all pages share.
+/// The style that every page begins with.
+pub const BASE_STYLE: &str = include_str!("base.css");
+
+const PAGE: &str = include_str!("report.html");
+const STYLE: &str = include_str!("report.css");
+
+/// What a page says.
+pub(super) struct Page<'a> {
+    /// What was done, in a few words.
+    pub title: String,
+    /// On what.
+    pub subtitle: String,
+    /// What came out, one sentence a line, as HTML.
+    pub answer: Vec<String>,
+    /// Charts and tables from top to bottom.
+    pub sections: Vec<Section>,
+    /// How it was made.
+    pub made: &'a Provenance,
+}
+
+/// A part of a page.
+pub(super) enum Section {
+    /// A chart; the name is its own on the page.
+    Chart(&'static str, Chart),
+    /// A table with its heading and what is to be known of it.
+    Table(String, PageTable, String),
+    /// A table too long to show at once, and what it holds.
+    Long(String, PageTable),
+    /// A list with its heading.
+    List(String, Vec<String>),
+}
+
+/// All charts that `report` has something for.
+pub(super) fn charts<R>(kinds: &[ChartKind<R>], report: &R) -> Vec<Section> {
+    let charts = kinds.iter();
+    charts
+        .filter_map(|kind| Some(Section::Chart(kind.name, (kind.chart)(report)?)))
+        .collect()
+}
+
+impl Page<'_> {
+    /// The page, with `report` as JSON inside.
+    pub fn html(&self, report: &impl Serialize) -> String {
+        // Reports can always be written as JSON.
+        let data = serde_json::to_string(report).unwrap_or_default();
+        let style = [BASE_STYLE, &series_css(), STYLE].concat();
+        let answer = self.answer.iter().map(|line| format!("<p>{line}</p>\n"));
+        let sections = self.sections.iter().map(Section::html);
+        let page = fill(
+            PAGE,
+            &[
+                ("/*title*/", &escape(&format!("pickline: {}", self.title))),
+                ("/*style*/", &style),
+                ("/*heading*/", &escape(&self.title)),
+                ("/*subtitle*/", &escape(&self.subtitle)),
+                ("/*answer*/", &answer.collect::<String>()),
+                ("/*sections*/", &sections.collect::<String>()),
+                ("/*provenance*/", &provenance(self.made)),
+                ("/*data*/", &inert(&data)),
+            ],
+        );
+        with_page_origin(&page, &self.made.command)
+    }
+}
+
+impl Section {
+    fn html(&self) -> String {
+        match self {
+            Self::Chart(name, chart) => format!(
+                "<section>\n<h2>{}</h2>\n<figure id=\"chart-{name}\"><div class=\"chart\" \
+                 tabindex=\"0\" role=\"group\" aria-label=\"{0}\">{}</div>\n\
+                 <figcaption>{}</figcaption></figure>\n</section>\n",
+                escape(&chart.title),
+                for_page(chart),
+                escape(&chart.note())
+            ),
+            Self::Table(heading, table, remark) => {
+                let remark = match remark.as_str() {
+                    "" => String::new(),
+                    words => format!("<p class=\"remark\">{}</p>\n", escape(words)),
+                };
+                format!(
+                    "<section>\n<h2>{}</h2>\n{}{remark}</section>\n",
+                    escape(heading),
+                    table.html()
+                )
+            }
+            Self::Long(summary, table) => format!(
+                "<section class=\"long\">\n<details><summary>{}</summary>\n{}</details>\n</section>\n",
+                escape(summary),
+                table.html()
+            ),
+            Self::List(heading, lines) => {
+                let lines = lines
+                    .iter()
+                    .map(|line| format!("<li>{}</li>\n", escape(line)));
+                format!(
+                    "<section>\n<h2>{}</h2>\n<ul>\n{}</ul>\n</section>\n",
+                    escape(heading),
+                    lines.collect::<String>()
+                )
+            }
+        }
+    }
+}
+
+fn provenance(made: &Provenance) -> String {
+    let Provenance {
+        program,
+        command,
+        station,
+        station_hash,
+        patterns,
+        conditions,
+        seed,
+        partial,
+    } = made;
+    let seed = seed.to_string();
+    let conditions = conditions.join("; ");
+    let partial = partial.clone().unwrap_or_default();
+    let facts = [
+        ("partial", "", &partial),
+        ("program", "", program),
+        ("command", " class=\"code\"", command),
+        ("station", "", station),
+        ("station hash", " class=\"code\"", station_hash),
+        ("patterns", "", patterns),
+        ("conditions", "", &conditions),
+        ("seed", "", &seed),
+    ];
+    let known = facts.into_iter().filter(|(_, _, value)| !value.is_empty());
+    let fact = |(name, class, value): (&str, &str, &String)| {
+        format!("<dt>{name}</dt><dd{class}>{}</dd>\n", escape(value))
+    };
+    known.map(fact).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_page_has_every_marker_once_and_in_order() {
+        let markers = [
+            "title",
+            "style",
+            "heading",
+            "subtitle",
+            "answer",
+            "sections",
+            "provenance",
+            "data",
+        ];
+        let mut last = 0;
+        for marker in markers.map(|name| format!("/*{name}*/")) {
+            assert_eq!(PAGE.matches(&marker).count(), 1, "{marker}");
+            let place = PAGE.find(&marker).unwrap();
+            assert!(place > last);
+            last = place;
+        }
+        // Nothing that would end the element that the style is put into.
+        assert!(![BASE_STYLE, STYLE].concat().contains("</"));
+    }
+}

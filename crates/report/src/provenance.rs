@@ -1,0 +1,124 @@
+//! How a result was made: enough to make it again, nothing that changes from run to
+//! run, so that equal inputs give equal bytes.
+
+use pickline::error::counted;
+use pickline::files::{csv_comment, csv_text, fingerprint};
+use pickline::sim::Conditions;
+use pickline::station::{Station, to_toml};
+use serde::Serialize;
+
+/// Where a result comes from. No date, no machine, no thread count.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Provenance {
+    /// Program and version.
+    pub program: String,
+    /// The command line, without what cannot change the result (threads, quietness,
+    /// where and in which form it is written).
+    pub command: String,
+    /// The station in words.
+    pub station: String,
+    /// First 16 hexadecimal digits of the SHA-256 of the resolved station file.
+    pub station_hash: String,
+    /// What was simulated, in words, with its seed.
+    pub patterns: String,
+    /// What the camera saw and what went wrong, where it is not the plain model.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub conditions: Vec<String>,
+    /// Master seed.
+    pub seed: u64,
+    /// How far it got, where the user stopped it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub partial: Option<String>,
+}
+
+impl Provenance {
+    /// Provenance of a result on `station`, which the user knows as `name`.
+    pub fn new(command: &str, name: &str, station: &Station, patterns: &str, seed: u64) -> Self {
+        Self {
+            program: format!("pickline {}", env!("CARGO_PKG_VERSION")),
+            command: command.to_owned(),
+            station: format!(
+                "{name}, {}, belt at {} m/s",
+                counted(station.robots().len(), "robot"),
+                station.belt().speed
+            ),
+            station_hash: station_hash(station),
+            patterns: patterns.to_owned(),
+            conditions: Vec::new(),
+            seed,
+            partial: None,
+        }
+    }
+
+    /// The same of a result of which only `done` of `planned` parts, called `what`, are
+    /// there, if they are not all; what is said first counts.
+    pub fn of_parts(mut self, done: usize, planned: usize, what: &str) -> Self {
+        if done < planned && self.partial.is_none() {
+            self.partial = Some(format!("interrupted, with {done} of {planned} {what} done"));
+        }
+        self
+    }
+
+    /// The same of a result under `conditions`.
+    pub fn under(mut self, conditions: &Conditions) -> Self {
+        self.conditions = conditions.describe();
+        self
+    }
+
+    /// `rows` as a CSV file whose comment lines at its head say how it was made.
+    pub fn csv<R, F>(&self, rows: impl IntoIterator<Item = R>) -> String
+    where
+        R: IntoIterator<Item = F>,
+        F: AsRef<[u8]>,
+    {
+        self.csv_comment() + &csv_text(rows)
+    }
+
+    /// The comment lines at the head of a CSV file, one a fact; the command comes first, so
+    /// that a file shows at once which verb wrote it.
+    pub fn csv_comment(&self) -> String {
+        let facts = format!(
+            "{}\nprogram: {}\nstation: {} (hash {})\npatterns: {}\n",
+            self.command, self.program, self.station, self.station_hash, self.patterns
+        );
+        let conditions = self.conditions.iter().map(|c| format!("under: {c}\n"));
+        let partial = self.partial.iter().map(|p| format!("partial: {p}\n"));
+        let seed = format!("seed: {}\n", self.seed);
+        csv_comment(
+            &(facts + &conditions.collect::<String>() + &seed + &partial.collect::<String>()),
+        )
+    }
+
+    /// Everything on one line, for the description of a picture.
+    pub fn one_line(&self) -> String {
+        let partial = match &self.partial {
+            Some(partial) => format!("; {partial}"),
+            None => String::new(),
+        };
+        format!(
+            "{}; {}; station {} ({}); seed {}{partial}",
+            self.program, self.command, self.station_hash, self.station, self.seed
+        )
+    }
+
+    /// One line a fact, for the foot of a table.
+    pub fn lines(&self) -> String {
+        let conditions = match self.conditions.join("; ") {
+            none if none.is_empty() => none,
+            some => format!("under     {some}\n"),
+        };
+        let partial = match &self.partial {
+            Some(partial) => format!("partial   {partial}\n"),
+            None => String::new(),
+        };
+        format!(
+            "{partial}station   {} (hash {})\npatterns  {}\n{conditions}made by   {}: {}\n",
+            self.station, self.station_hash, self.patterns, self.program, self.command
+        )
+    }
+}
+
+/// Identifies a station by its resolved values, however they were given.
+pub fn station_hash(station: &Station) -> String {
+    fingerprint(to_toml(station))
+}

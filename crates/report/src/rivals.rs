@@ -1,0 +1,140 @@
+//! Strategies of any kind beside the winner of a search.
+
+use super::optimum::{OptimumReport, bracketed};
+use super::table::{Table, cell, fixed, interval};
+use pickline::optimize::Rival;
+use pickline::stats::Interval;
+use serde::Serialize;
+
+/// The winner and other strategies on the same patterns.
+#[derive(Debug, Clone, Serialize)]
+pub struct RivalsReport {
+    /// What the patterns are.
+    pub patterns: String,
+    /// How many.
+    pub count: usize,
+    /// The winner, then the others as they were asked for.
+    pub strategies: Vec<RivalReport>,
+}
+
+/// One of them.
+#[derive(Debug, Clone, Serialize)]
+pub struct RivalReport {
+    /// As it is written on the command line.
+    pub strategy: String,
+    /// Mean of the objective.
+    pub mean: f64,
+    /// The objective aggregated under the risk that was searched for.
+    pub value: f64,
+    /// Lower end of the 95 % interval of this one minus the winner; absent for the winner
+    /// and on a single pattern.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub diff_low: Option<f64>,
+    /// Upper end.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub diff_high: Option<f64>,
+    /// Mean share of the items picked.
+    pub picked_share: f64,
+    /// The objective on the worst pattern.
+    pub worst: f64,
+}
+
+impl RivalsReport {
+    /// The report of `rivals`, the winner first; `names` are those of the others.
+    pub fn new<'a>(
+        rivals: &[Rival],
+        best: &[&str],
+        names: impl Iterator<Item = &'a str>,
+        patterns: &str,
+        count: usize,
+    ) -> Self {
+        let winner = format!("rules:{}", best.join(","));
+        let names = std::iter::once(winner).chain(names.map(str::to_owned));
+        let row = |(place, (rival, strategy)): (usize, (&Rival, String))| {
+            let (diff_low, diff_high) = Interval::ends(rival.difference.filter(|_| place > 0));
+            RivalReport {
+                strategy,
+                mean: rival.mean,
+                value: rival.at_risk,
+                diff_low,
+                diff_high,
+                picked_share: rival.picked_share,
+                worst: rival.worst,
+            }
+        };
+        Self {
+            patterns: patterns.to_owned(),
+            count,
+            strategies: rivals.iter().zip(names).enumerate().map(row).collect(),
+        }
+    }
+
+    /// The names of the columns.
+    pub(super) fn header(report: &OptimumReport) -> Vec<String> {
+        let unit = report.bracketed_unit();
+        let by_risk = report.has_risk_column();
+        let mut header = vec!["<strategy".to_owned(), format!("mean{unit}")];
+        header.extend(by_risk.then(|| format!("{}{unit}", report.risk)));
+        header.extend([
+            format!("minus {}, 95 %", bracketed(&report.best)),
+            "picked [%]".into(),
+            format!("worst{unit}"),
+        ]);
+        header
+    }
+
+    /// The table, with the line that says what it is over.
+    pub(super) fn to_table(&self, report: &OptimumReport) -> String {
+        let digits = report.digits();
+        let by_risk = report.has_risk_column();
+        let header = Self::header(report);
+        let mut table = Table::new(&header.iter().map(String::as_str).collect::<Vec<_>>());
+        for (place, line) in self.strategies.iter().enumerate() {
+            let mut row = vec![line.strategy.clone(), fixed(line.mean, digits)];
+            row.extend(by_risk.then(|| fixed(line.value, digits)));
+            row.extend([
+                match place {
+                    0 => String::new(),
+                    _ => interval(line.diff_low.zip(line.diff_high), digits),
+                },
+                fixed(100.0 * line.picked_share, 1),
+                fixed(line.worst, digits),
+            ]);
+            table.row(row);
+        }
+        let validated = report.validation.as_ref().map(|v| v.patterns.as_str());
+        let patterns = match validated == Some(self.patterns.as_str()) {
+            true => "the same patterns",
+            false => &self.patterns,
+        };
+        let table = table.render();
+        format!("beside    the winner, other strategies on {patterns}\n{table}")
+    }
+
+    /// All figures as CSV; `report` is that of the winner.
+    pub fn to_csv(&self, report: &OptimumReport) -> String {
+        let header = [
+            "strategy".into(),
+            report.column("mean"),
+            report.column("value"),
+            report.column("diff_low"),
+            report.column("diff_high"),
+            "picked_share".into(),
+            report.column("worst"),
+            "patterns".into(),
+        ];
+        let rows = self.strategies.iter().map(|line| {
+            [
+                line.strategy.clone(),
+                line.mean.to_string(),
+                line.value.to_string(),
+                cell(line.diff_low),
+                cell(line.diff_high),
+                line.picked_share.to_string(),
+                line.worst.to_string(),
+                self.count.to_string(),
+            ]
+        });
+        report.made.csv(std::iter::once(header).chain(rows))
+    }
+}

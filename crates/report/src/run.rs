@@ -1,0 +1,296 @@
+//! One simulated run.
+
+use super::bound::CertifiedReport;
+use super::clearance::ClearanceReport;
+use super::provenance::Provenance;
+use super::table::{Table, fixed};
+use super::throughput::ThroughputReport;
+use pickline::decision::{MissReason, Outcome, Pick};
+use pickline::sim::Scene;
+use pickline::throughput::{Throughput, steady_state};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// A run as it is printed and written; the JSON field names are the product's format.
+#[derive(Debug, Clone, Serialize)]
+pub struct RunReport {
+    /// The strategy as it is written on the command line.
+    pub strategy: String,
+    /// What is picked per minute in the steady state.
+    #[serde(flatten)]
+    pub throughput: ThroughputReport,
+    /// Items of the pattern.
+    pub items: usize,
+    /// Items picked.
+    pub picked: usize,
+    /// Their share.
+    pub picked_share: f64,
+    /// End of the run [s].
+    pub end_s: f64,
+    /// Picks per minute.
+    pub picking_rate_per_min: f64,
+    /// Reward-weighted picks per minute.
+    pub weighted_rate_per_min: f64,
+    /// Each robot, upstream first.
+    pub robots: Vec<RobotReport>,
+    /// Picks in order of decision.
+    pub picks: Vec<PickReport>,
+    /// Attempts that failed, in order of decision.
+    pub failures: Vec<FailureReport>,
+    /// Items that were not picked, downstream first.
+    pub missed: Vec<MissReport>,
+    /// How many items were missed for which reason.
+    pub missed_by_reason: BTreeMap<&'static str, usize>,
+    /// Whether the independent checker confirmed the run; absent when not asked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub checked: Option<bool>,
+    /// How far it is at most from the best that any strategy can do; absent when not
+    /// asked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bound: Option<CertifiedReport>,
+    /// The closest that two arms came; absent when not asked, and for a single robot.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub clearance: Option<ClearanceReport>,
+    /// How it was made.
+    pub made: Provenance,
+    /// Whether items have attributes, so that weights say more than picks.
+    #[serde(rename = "items_have_attributes")]
+    pub weighs: bool,
+}
+
+/// What one robot did.
+#[derive(Debug, Clone, Serialize)]
+pub struct RobotReport {
+    /// Its name.
+    pub name: String,
+    /// Number of picks.
+    pub picked: usize,
+    /// Sum of the rewards of its items.
+    pub weight: f64,
+    /// Number of attempts that failed.
+    pub failed: usize,
+    /// Sum of its processing times, those of failed attempts included [s].
+    pub busy_s: f64,
+    /// Busy time over the end of the run.
+    pub utilisation: f64,
+    /// Share of the time in which it is busy while the items of the steady state pass it;
+    /// none where there is no steady state.
+    pub utilisation_steady: Option<f64>,
+}
+
+/// One pick.
+#[derive(Debug, Clone, Serialize)]
+pub struct PickReport {
+    /// Index of the robot, upstream first.
+    pub robot: usize,
+    /// Id of the item.
+    pub item: String,
+    /// When the robot left for it [s].
+    pub decide_s: f64,
+    /// Start of the grasp [s].
+    pub grasp_s: f64,
+    /// When the robot was free again [s].
+    pub release_s: f64,
+    /// Meeting point [m].
+    pub meet: [f64; 2],
+}
+
+/// One attempt that failed.
+#[derive(Debug, Clone, Serialize)]
+pub struct FailureReport {
+    /// The pick that it would have been; `release_s` is when the robot was free again.
+    #[serde(flatten)]
+    pub attempt: PickReport,
+    /// Why it failed.
+    pub cause: &'static str,
+}
+
+/// One item that was not picked.
+#[derive(Debug, Clone, Serialize)]
+pub struct MissReport {
+    /// Id of the item.
+    pub item: String,
+    /// Why.
+    pub reason: &'static str,
+}
+
+impl RunReport {
+    /// The report of `outcome`, a run on `scene`.
+    pub fn new(strategy: String, scene: &Scene, outcome: &Outcome, made: Provenance) -> Self {
+        let (station, pattern) = (scene.station(), scene.pattern());
+        let steady = Throughput::of([&steady_state(scene, outcome)]);
+        let figures = &outcome.figures;
+        let id = |item: u32| pattern.items()[item as usize].id.clone();
+        let mut missed_by_reason: BTreeMap<_, _> =
+            MissReason::ALL.map(|reason| (reason.name(), 0)).into();
+        for miss in &outcome.missed {
+            *missed_by_reason.entry(miss.reason.name()).or_default() += 1;
+        }
+        let robots = station.robots().iter().zip(&outcome.robots);
+        let pick = |pick: &Pick| PickReport {
+            robot: pick.robot,
+            item: id(pick.item),
+            decide_s: pick.decide,
+            grasp_s: pick.grasp,
+            release_s: pick.release,
+            meet: [pick.meet.x, pick.meet.y],
+        };
+        Self {
+            strategy,
+            throughput: ThroughputReport::new(&steady),
+            items: figures.items,
+            picked: figures.picked,
+            picked_share: figures.picked_share(),
+            end_s: figures.end,
+            picking_rate_per_min: figures.picking_rate(),
+            weighted_rate_per_min: figures.weighted_rate(),
+            robots: robots
+                .enumerate()
+                .map(|(place, (robot, did))| RobotReport {
+                    name: robot.name.clone(),
+                    picked: did.picked,
+                    weight: did.weight,
+                    failed: did.failed,
+                    busy_s: did.busy,
+                    utilisation: if figures.end > 0.0 {
+                        did.busy / figures.end
+                    } else {
+                        0.0
+                    },
+                    utilisation_steady: steady.utilisation.get(place).copied(),
+                })
+                .collect(),
+            picks: outcome.picks.iter().map(pick).collect(),
+            failures: outcome
+                .failures
+                .iter()
+                .map(|failure| FailureReport {
+                    attempt: pick(&failure.attempt),
+                    cause: failure.cause.name(),
+                })
+                .collect(),
+            missed: outcome
+                .missed
+                .iter()
+                .map(|miss| MissReport {
+                    item: id(miss.item),
+                    reason: miss.reason.name(),
+                })
+                .collect(),
+            missed_by_reason,
+            checked: None,
+            bound: None,
+            clearance: None,
+            made,
+            weighs: pattern.has_attributes(),
+        }
+    }
+
+    /// The run for a terminal.
+    pub fn to_table(&self) -> String {
+        let steady = self.throughput.throughput_per_min.is_some();
+        let mut header = vec!["<robot", "picked", "busy [s]", "utilisation [%]"];
+        header.extend(steady.then_some("in the steady state [%]"));
+        let mut robots = Table::new(&header);
+        for robot in &self.robots {
+            let mut row = vec![
+                robot.name.clone(),
+                robot.picked.to_string(),
+                fixed(robot.busy_s, 1),
+                fixed(100.0 * robot.utilisation, 1),
+            ];
+            row.extend(
+                robot
+                    .utilisation_steady
+                    .map(|share| fixed(100.0 * share, 1)),
+            );
+            robots.row(row);
+        }
+        let reasons: Vec<String> = self
+            .missed_by_reason
+            .iter()
+            .filter(|(_, count)| **count > 0)
+            .map(|(reason, count)| format!("{count} {reason}"))
+            .collect();
+        let missed = if reasons.is_empty() {
+            "nothing".to_owned()
+        } else {
+            reasons.join(", ")
+        };
+        let checked = match self.checked {
+            Some(true) => "checked   confirmed by the independent checker\n",
+            _ => "",
+        };
+        let failed = match self.failures.len() {
+            0 => String::new(),
+            count => {
+                let by_robot = self
+                    .robots
+                    .iter()
+                    .map(|r| format!("{} {}", r.name, r.failed));
+                let by_robot = by_robot.collect::<Vec<_>>().join(", ");
+                format!("failed    {count} attempts ({by_robot})\n")
+            }
+        };
+        let weighted = match self.weighs {
+            true => format!(", weighted {} /min", fixed(self.weighted_rate_per_min, 2)),
+            false => String::new(),
+        };
+        format!(
+            "{}{}strategy  {}\npicked    {} of {} ({} %) in {} s\n\
+             rate      {} picks/min over the whole run{weighted}\n\
+             missed    {missed}\n{failed}{checked}{}{}{}",
+            self.throughput.line(),
+            robots.render(),
+            self.strategy,
+            self.picked,
+            self.items,
+            fixed(100.0 * self.picked_share, 1),
+            fixed(self.end_s, 1),
+            fixed(self.picking_rate_per_min, 2),
+            self.clearance
+                .as_ref()
+                .map_or(String::new(), ClearanceReport::line),
+            self.bound
+                .as_ref()
+                .map_or(String::new(), CertifiedReport::line),
+            self.made.lines(),
+        )
+    }
+
+    /// The picks and the attempts that failed as CSV, one line each, in order of decision;
+    /// `failure` is empty for a pick.
+    pub fn to_csv(&self) -> String {
+        let header = [
+            "robot",
+            "item",
+            "decide_s",
+            "grasp_s",
+            "release_s",
+            "meet_x_m",
+            "meet_y_m",
+            "failure",
+        ];
+        let failures = self.failures.iter().map(|f| (&f.attempt, f.cause));
+        let mut attempts: Vec<_> = self.picks.iter().map(|pick| (pick, "")).collect();
+        attempts.extend(failures);
+        attempts.sort_by(|(a, _), (b, _)| {
+            let times = a.decide_s.total_cmp(&b.decide_s);
+            times.then(a.robot.cmp(&b.robot))
+        });
+        let rows = attempts.into_iter().map(|(pick, failure)| {
+            [
+                self.robots[pick.robot].name.clone(),
+                pick.item.clone(),
+                pick.decide_s.to_string(),
+                pick.grasp_s.to_string(),
+                pick.release_s.to_string(),
+                pick.meet[0].to_string(),
+                pick.meet[1].to_string(),
+                failure.to_owned(),
+            ]
+        });
+        self.made
+            .csv(std::iter::once(header.map(str::to_owned)).chain(rows))
+    }
+}

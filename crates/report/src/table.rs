@@ -1,0 +1,129 @@
+//! Tables for the terminal: plain characters, readable without colour.
+
+use comfy_table::{Cell, CellAlignment, ContentArrangement};
+
+/// A table that is built row by row.
+#[derive(Debug)]
+pub struct Table {
+    table: comfy_table::Table,
+    rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    /// A table with this header; a column whose header begins with `<` is set flush
+    /// left, all others flush right.
+    pub fn new(header: &[&str]) -> Self {
+        let mut table = comfy_table::Table::new();
+        // Plain enough for any terminal, and a table still when pasted into Markdown.
+        table.load_style(comfy_table::presets::ASCII_MARKDOWN);
+        // Every row on one line whatever the terminal's width, so that two runs give
+        // the same bytes.
+        table.set_content_arrangement(ContentArrangement::Disabled);
+        table.set_header(header.iter().map(|name| name.trim_start_matches('<')));
+        for (i, name) in header.iter().enumerate() {
+            if let Some(column) = table.column_mut(i) {
+                column.set_cell_alignment(if name.starts_with('<') {
+                    CellAlignment::Left
+                } else {
+                    CellAlignment::Right
+                });
+            }
+        }
+        let names = header
+            .iter()
+            .map(|name| name.trim_start_matches('<').to_owned());
+        Self {
+            table,
+            rows: vec![names.collect()],
+        }
+    }
+
+    /// Adds a row.
+    pub fn row<T: Into<String>>(&mut self, cells: impl IntoIterator<Item = T>) {
+        let cells: Vec<String> = cells.into_iter().map(Into::into).collect();
+        self.table.add_row(cells.iter().map(Cell::new));
+        self.rows.push(cells);
+    }
+
+    /// The table as CSV.
+    pub fn to_csv(&self) -> String {
+        pickline::files::csv_text(&self.rows)
+    }
+
+    /// The finished table, with a line end.
+    pub fn render(&self) -> String {
+        let text = self.table.to_string();
+        let lines = text.lines().map(|line| format!("{}\n", line.trim_end()));
+        lines.collect()
+    }
+}
+
+/// A number with so many digits behind the point, never `-0`.
+pub fn fixed(value: f64, digits: usize) -> String {
+    let text = format!("{value:.digits$}");
+    match text.strip_prefix('-') {
+        Some(rest) if rest.chars().all(|c| c == '0' || c == '.') => rest.to_owned(),
+        _ => text,
+    }
+}
+
+/// An interval with so many digits behind the point; a dash where there is none.
+pub fn interval(ends: Option<(f64, f64)>, digits: usize) -> String {
+    ends.map_or("-".to_owned(), |(low, high)| {
+        format!("{} to {}", fixed(low, digits), fixed(high, digits))
+    })
+}
+
+/// The name of a column of a CSV file: the figure's in snake case, its unit behind it.
+pub fn column(figure: &str, unit: &str) -> String {
+    let suffix = match unit {
+        "1/min" => "_per_min",
+        "m/s" => "_m_per_s",
+        "m" => "_m",
+        "s" => "_s",
+        _ => "",
+    };
+    format!("{figure}{suffix}")
+}
+
+/// The rows of a CSV file, header first, without the columns that are empty in all rows.
+pub fn without_empty_columns(rows: impl IntoIterator<Item = Vec<String>>) -> Vec<Vec<String>> {
+    let mut rows: Vec<Vec<String>> = rows.into_iter().collect();
+    let columns = rows.first().map_or(0, Vec::len);
+    let given = |c: usize| rows.len() < 2 || rows[1..].iter().any(|row| !row[c].is_empty());
+    let given: Vec<bool> = (0..columns).map(given).collect();
+    for row in &mut rows {
+        let mut given = given.iter();
+        row.retain(|_| *given.next().unwrap_or(&true));
+    }
+    rows
+}
+
+/// A number as a field of a CSV file, empty where there is none.
+pub fn cell(value: Option<f64>) -> String {
+    value.map_or(String::new(), |value| value.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_no_negative_zero() {
+        assert_eq!(fixed(-0.001, 2), "0.00");
+        assert_eq!(fixed(-0.01, 2), "-0.01");
+        assert_eq!(fixed(26.666, 1), "26.7");
+    }
+
+    #[test]
+    fn columns_line_up() {
+        let mut table = Table::new(&["<name", "n"]);
+        table.row(["a", "1"]);
+        table.row(["bc", "10"]);
+        let text = table.render();
+        assert_eq!(
+            text,
+            "| name |  n |\n|------|----|\n| a    |  1 |\n| bc   | 10 |\n"
+        );
+    }
+}

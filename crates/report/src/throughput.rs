@@ -1,0 +1,152 @@
+//! Throughput as it stands in the reports of all verbs.
+
+use super::table::{cell, fixed, interval};
+use pickline::stats::Interval;
+use pickline::throughput::Throughput;
+use serde::Serialize;
+
+/// What is picked per minute in the steady state; the JSON field names are the product's
+/// format.
+#[derive(Debug, Clone, Serialize)]
+pub struct ThroughputReport {
+    /// Mean picks per minute in the steady state; none where there is no steady state.
+    pub throughput_per_min: Option<f64>,
+    /// Lower end of its 95 % interval.
+    pub throughput_low: Option<f64>,
+    /// Upper end.
+    pub throughput_high: Option<f64>,
+    /// Items that arrive per minute.
+    pub flow_per_min: Option<f64>,
+    /// For each robot, upstream first, the share of the time in which it is busy while the
+    /// items of the steady state pass it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub utilisation_steady: Vec<f64>,
+    /// Patterns on which the run has a steady state.
+    pub steady_patterns: usize,
+    /// Why there is no throughput, and the cure.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub no_throughput: Option<String>,
+    /// Whether the flow changes over the pattern, so that the throughput is the mean over it;
+    /// absent where not.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub flow_changes: bool,
+    #[serde(skip)]
+    pub(crate) note: Option<String>,
+}
+
+impl ThroughputReport {
+    /// The columns of CSV files.
+    pub const COLUMNS: [&'static str; 4] = [
+        "throughput_per_min",
+        "throughput_low_per_min",
+        "throughput_high_per_min",
+        "flow_per_min",
+    ];
+
+    /// The report of `throughput`.
+    pub fn new(throughput: &Throughput) -> Self {
+        let (throughput_low, throughput_high) = Interval::ends(throughput.interval);
+        let reason = throughput.missing.as_ref();
+        let missing = reason.map(|reason| match throughput.runs {
+            1 => reason.to_string(),
+            runs if throughput.mean.is_some() => format!(
+                "over {} of {runs} patterns; on one of the others {reason}",
+                throughput.steady
+            ),
+            runs => format!(
+                "{} of {runs} patterns have no steady state, one of them since {reason}",
+                runs - throughput.steady
+            ),
+        });
+        let flow_changes = throughput.mean.is_some() && throughput.changing > 0;
+        let changing = flow_changes.then(|| match (throughput.changing, throughput.runs) {
+            (_, 1) => "the flow changes over the pattern; this is the mean over it".to_owned(),
+            (changing, runs) => format!(
+                "the flow changes over the pattern on {changing} of {runs} patterns; there it is \
+                 the mean over the pattern"
+            ),
+        });
+        let note = [&missing, &changing];
+        let note: Vec<&str> = note.into_iter().flatten().map(String::as_str).collect();
+        let note = (!note.is_empty()).then(|| note.join("; "));
+        Self {
+            throughput_per_min: throughput.mean,
+            throughput_low,
+            throughput_high,
+            flow_per_min: throughput.flow,
+            utilisation_steady: throughput.utilisation.clone(),
+            steady_patterns: throughput.steady,
+            no_throughput: missing.filter(|_| throughput.mean.is_none()),
+            flow_changes,
+            note,
+        }
+    }
+
+    /// Both ends of the interval.
+    pub(crate) fn ends(&self) -> Option<(f64, f64)> {
+        self.throughput_low.zip(self.throughput_high)
+    }
+
+    /// The cells of [`ThroughputReport::COLUMNS`].
+    pub(crate) fn cells(&self) -> [String; 4] {
+        [
+            self.throughput_per_min,
+            self.throughput_low,
+            self.throughput_high,
+            self.flow_per_min,
+        ]
+        .map(cell)
+    }
+
+    /// The figure in a table; a dash where there is none.
+    pub(crate) fn shown(&self, digits: usize) -> String {
+        let value = self.throughput_per_min;
+        value.map_or("-".to_owned(), |value| fixed(value, digits))
+    }
+
+    /// The interval in a table.
+    pub(crate) fn interval(&self, digits: usize) -> String {
+        interval(self.ends(), digits)
+    }
+
+    /// The flow in a table.
+    pub(crate) fn flow(&self, digits: usize) -> String {
+        let value = self.flow_per_min;
+        value.map_or("-".to_owned(), |value| fixed(value, digits))
+    }
+
+    /// The cells of a table: throughput, its interval and the flow.
+    pub(crate) fn table_cells(&self, digits: usize) -> [String; 3] {
+        [self.shown(digits), self.interval(digits), self.flow(digits)]
+    }
+
+    /// One line for a terminal.
+    pub(crate) fn line(&self) -> String {
+        let flow = self.flow_per_min.map(|flow| fixed(flow, 1));
+        match (self.throughput_per_min, &self.no_throughput) {
+            (Some(throughput), _) => {
+                let ends = self.ends();
+                let interval = ends.map_or(String::new(), |ends| {
+                    format!(" (95 % interval {})", interval(Some(ends), 1))
+                });
+                format!(
+                    "throughput {} picks/min{interval} of a flow of {} items/min, {}\n",
+                    fixed(throughput, 1),
+                    flow.unwrap_or_default(),
+                    match self.flow_changes {
+                        true => "the mean over a pattern whose flow changes",
+                        false => "in the steady state",
+                    }
+                )
+            }
+            (None, Some(reason)) => format!("throughput none: {reason}\n"),
+            (None, None) => String::new(),
+        }
+    }
+
+    /// What a reader of a table with these should know of those without a figure: a note.
+    pub(crate) fn note<'r>(of: impl IntoIterator<Item = &'r Self>) -> Option<String> {
+        let note = of.into_iter().find_map(|report| report.note.as_ref());
+        note.map(|note| format!("throughput: {note}"))
+    }
+}

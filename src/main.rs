@@ -1,7 +1,0 @@
-//! The `pickline` program: parse, run, exit code. Everything else is in the library.
-
-use std::process::ExitCode;
-
-fn main() -> ExitCode {
-    pickline::cli::main()
-}

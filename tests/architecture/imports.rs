@@ -1,0 +1,286 @@
+//! Which file of a crate uses what another one defines.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use syn::visit::Visit;
+
+/// A path inside the crate, from its root: `live::protocol::Incoming`.
+type Names = Vec<String>;
+
+/// The source files of a crate, and what each defines and uses.
+pub struct Crate {
+    modules: BTreeMap<Names, Module>,
+}
+
+struct Module {
+    file: PathBuf,
+    /// Names that `pub use` gives another name to, by the name they have here.
+    exports: BTreeMap<String, Names>,
+    /// Modules all of whose names are exported here too.
+    globs: Vec<Names>,
+    /// Every path of the crate that the code names.
+    uses: BTreeSet<Names>,
+}
+
+impl Crate {
+    /// Reads the files in `source`, the folder of lib.rs.
+    pub fn read(source: &Path) -> Self {
+        let mut files = Vec::new();
+        super::sources(source, &mut files);
+        let names: BTreeSet<Names> = files.iter().map(|file| module_name(source, file)).collect();
+        let modules = files.into_iter().map(|file| {
+            let name = module_name(source, &file);
+            let text = std::fs::read_to_string(&file).unwrap();
+            let parsed = syn::parse_file(&text)
+                .unwrap_or_else(|error| panic!("{}: {error}", file.display()));
+            let mut reader = Reader {
+                module: name.clone(),
+                all: &names,
+                imports: BTreeMap::new(),
+                found: Module {
+                    file,
+                    exports: BTreeMap::new(),
+                    globs: Vec::new(),
+                    uses: BTreeSet::new(),
+                },
+            };
+            reader.read_imports(&parsed.items);
+            reader.visit_file(&parsed);
+            (name, reader.found)
+        });
+        Self {
+            modules: modules.collect(),
+        }
+    }
+
+    /// The files that each file uses something of.
+    pub fn edges(&self) -> BTreeMap<&Path, BTreeSet<&Path>> {
+        let edges = self.modules.values().map(|module| {
+            let used = module.uses.iter().filter_map(|path| self.file_of(path, 0));
+            let others = used.filter(|file| *file != module.file);
+            (module.file.as_path(), others.collect())
+        });
+        edges.collect()
+    }
+
+    /// The file that defines what `path` names; none for a module as such.
+    fn file_of(&self, path: &[String], depth: usize) -> Option<&Path> {
+        // A re-export that leads back to itself names nothing of this crate.
+        if depth > 20 {
+            return None;
+        }
+        let length = (0..=path.len()).rev().find(|&n| self.modules.contains_key(&path[..n]))?;
+        let module = &self.modules[&path[..length]];
+        let (first, rest) = path[length..].split_first()?;
+        if let Some(target) = module.exports.get(first) {
+            let full: Names = target.iter().chain(rest).cloned().collect();
+            return self.file_of(&full, depth + 1);
+        }
+        for glob in &module.globs {
+            let defined = self.modules.get(glob).is_some_and(|m| m.defines(first));
+            if defined {
+                return Some(&self.modules[glob].file);
+            }
+        }
+        Some(&module.file)
+    }
+}
+
+impl Module {
+    fn defines(&self, name: &str) -> bool {
+        let text = std::fs::read_to_string(&self.file).unwrap();
+        ["fn", "struct", "enum", "trait", "type", "const", "static"]
+            .iter()
+            .any(|kind| text.contains(&format!("pub {kind} {name}")))
+    }
+}
+
+/// The module of a file: `a/b.rs` and `a/b/mod.rs` are both `a::b`.
+fn module_name(source: &Path, file: &Path) -> Names {
+    let inside = file.strip_prefix(source).unwrap().with_extension("");
+    let mut names: Names = inside
+        .components()
+        .map(|part| part.as_os_str().to_string_lossy().into_owned())
+        .collect();
+    if matches!(names.last().map(String::as_str), Some("mod" | "lib" | "main")) {
+        names.pop();
+    }
+    names
+}
+
+struct Reader<'a> {
+    module: Names,
+    all: &'a BTreeSet<Names>,
+    /// What `use` brings into this file, by the name it has here.
+    imports: BTreeMap<String, Names>,
+    found: Module,
+}
+
+impl Reader<'_> {
+    /// A path from the crate's root; none for one into another crate.
+    fn resolve(&self, path: &[String]) -> Option<Names> {
+        let (first, rest) = path.split_first()?;
+        let mut names = match first.as_str() {
+            "crate" => Vec::new(),
+            "self" => self.module.clone(),
+            "super" => {
+                let mut at = self.module.clone();
+                at.pop();
+                at
+            }
+            name => {
+                let mut child = self.module.clone();
+                child.push(name.to_owned());
+                match self.imports.get(name) {
+                    Some(import) => import.clone(),
+                    None if self.all.contains(&child) => child,
+                    None => return None,
+                }
+            }
+        };
+        for name in rest {
+            match name.as_str() {
+                "super" => drop(names.pop()),
+                "self" => {}
+                name => names.push(name.to_owned()),
+            }
+        }
+        Some(names)
+    }
+
+    fn read_imports(&mut self, items: &[syn::Item]) {
+        for item in items {
+            if let syn::Item::Use(item) = item
+                && !is_test(&item.attrs)
+            {
+                let public = !matches!(item.vis, syn::Visibility::Inherited);
+                self.read_tree(&item.tree, &mut Vec::new(), public);
+            }
+        }
+    }
+
+    fn read_tree(&mut self, tree: &syn::UseTree, before: &mut Names, public: bool) {
+        let (name, here) = match tree {
+            syn::UseTree::Path(path) => {
+                before.push(path.ident.to_string());
+                self.read_tree(&path.tree, before, public);
+                before.pop();
+                return;
+            }
+            syn::UseTree::Group(group) => {
+                for tree in &group.items {
+                    self.read_tree(tree, before, public);
+                }
+                return;
+            }
+            syn::UseTree::Glob(_) => {
+                if let Some(path) = self.resolve(before)
+                    && public
+                {
+                    self.found.globs.push(path);
+                }
+                return;
+            }
+            syn::UseTree::Name(name) => (name.ident.to_string(), name.ident.to_string()),
+            syn::UseTree::Rename(name) => (name.ident.to_string(), name.rename.to_string()),
+        };
+        let mut path = before.clone();
+        let here = if name == "self" {
+            path.last().cloned().unwrap_or(here)
+        } else {
+            path.push(name);
+            here
+        };
+        let Some(full) = self.resolve(&path) else {
+            return;
+        };
+        if public {
+            self.found.exports.insert(here.clone(), full.clone());
+        } else {
+            self.found.uses.insert(full.clone());
+        }
+        self.imports.insert(here, full);
+    }
+
+    fn add(&mut self, path: &[String]) {
+        // A name alone has been imported, which counts already, or is this file's own.
+        if path.len() > 1
+            && let Some(full) = self.resolve(path)
+        {
+            self.found.uses.insert(full);
+        }
+    }
+}
+
+impl<'ast> Visit<'ast> for Reader<'_> {
+    fn visit_item_mod(&mut self, item: &'ast syn::ItemMod) {
+        if !is_test(&item.attrs) {
+            syn::visit::visit_item_mod(self, item);
+        }
+    }
+
+    fn visit_item_fn(&mut self, item: &'ast syn::ItemFn) {
+        if !is_test(&item.attrs) {
+            syn::visit::visit_item_fn(self, item);
+        }
+    }
+
+    fn visit_item_impl(&mut self, item: &'ast syn::ItemImpl) {
+        if !is_test(&item.attrs) {
+            syn::visit::visit_item_impl(self, item);
+        }
+    }
+
+    fn visit_path(&mut self, path: &'ast syn::Path) {
+        let names: Names = path.segments.iter().map(|s| s.ident.to_string()).collect();
+        self.add(&names);
+        syn::visit::visit_path(self, path);
+    }
+
+    fn visit_macro(&mut self, called: &'ast syn::Macro) {
+        // What stands between the brackets of a macro is not parsed.
+        let text = called.tokens.to_string();
+        let words = text.replace(" :: ", "::");
+        for word in words.split(|c: char| !(c.is_alphanumeric() || c == '_' || c == ':')) {
+            let names: Names = word.split("::").map(str::to_owned).collect();
+            self.add(&names);
+        }
+    }
+}
+
+/// Whether an item is there for tests only.
+fn is_test(attributes: &[syn::Attribute]) -> bool {
+    attributes.iter().any(|attribute| {
+        attribute.path().is_ident("cfg")
+            && attribute
+                .parse_args::<syn::Path>()
+                .is_ok_and(|path| path.is_ident("test"))
+    })
+}
+
+/// The files that use each other in a circle, each circle once.
+pub fn circles<'a>(edges: &BTreeMap<&'a Path, BTreeSet<&'a Path>>) -> Vec<Vec<&'a Path>> {
+    let reached = |from: &'a Path| {
+        let mut seen = BTreeSet::new();
+        let mut next = vec![from];
+        while let Some(file) = next.pop() {
+            for &other in edges.get(file).into_iter().flatten() {
+                if seen.insert(other) {
+                    next.push(other);
+                }
+            }
+        }
+        seen
+    };
+    let reach: BTreeMap<&Path, BTreeSet<&Path>> =
+        edges.keys().map(|&file| (file, reached(file))).collect();
+    let mut found: Vec<Vec<&Path>> = Vec::new();
+    for (&file, reached) in &reach {
+        let known = found.iter().any(|circle| circle.contains(&file));
+        if reached.contains(file) && !known {
+            let together = reached.iter().filter(|other| reach[*other].contains(file));
+            found.push(together.copied().collect());
+        }
+    }
+    found
+}
