@@ -1,37 +1,36 @@
-//! CSV as spreadsheets, notebooks and other programs write it, read so that every error
-//! names the line.
+//! Reads CSV as written by spreadsheets, notebooks and other programs. Every error names the line.
 //!
-//! Fields are separated by commas, semicolons or tabs, whichever the header has most of.
-//! Where commas do not separate, a number may have a decimal comma. A byte order mark, a
-//! first line `sep=;`, lines that start with `#`, rows without any text, separators at a
-//! line's end and Windows' line ends are passed over.
+//! Fields are separated by commas, semicolons or tabs, whichever occurs most often in the header. A
+//! number may have a decimal comma unless commas separate fields. The reader skips a byte order
+//! mark, a first line `sep=;`, lines that start with `#`, rows without text and separators at the
+//! end of a line. Windows line endings are accepted.
 
 use crate::error::{Error, Result, shown};
 
-/// A number's decimal mark, so that a file with both is not guessed at.
+/// The decimal mark of a number. A file that uses both is ambiguous and is rejected.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Mark {
     Point,
     Comma,
 }
 
-/// The rows of a file, each with the line it stands on.
+/// The rows of a file, each with its line number.
 pub struct CsvFile<'a> {
     reader: csv::Reader<&'a [u8]>,
     name: &'a str,
     bytes: &'a [u8],
     separator: char,
     mark: Option<Mark>,
-    /// First byte that is not counted into `line` yet. The csv crate knows a line only up
-    /// to blank lines and Windows' line ends before it.
+    /// First byte that is not yet counted in `line`. The csv crate's own line numbers are off after
+    /// blank lines and Windows line endings.
     counted: usize,
     line: usize,
-    /// How many columns the header has, once it was read.
+    /// Number of columns in the header, once it has been read.
     columns: Option<usize>,
 }
 
 impl<'a> CsvFile<'a> {
-    /// Reads `text`; `name` is how messages call it.
+    /// A reader of `text`; messages call the file `name`.
     pub fn new(text: &'a str, name: &'a str) -> Self {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let mut lines = text.split_inclusive(['\n', '\r']);
@@ -39,7 +38,7 @@ impl<'a> CsvFile<'a> {
             .clone()
             .find(|line| !line.trim().is_empty() && !line.starts_with('#'))
             .unwrap_or_default();
-        // A spreadsheet's own way to say what separates.
+        // Spreadsheets declare the separator this way.
         let said = first
             .trim()
             .strip_prefix("sep=")
@@ -77,11 +76,11 @@ impl<'a> CsvFile<'a> {
         file
     }
 
-    /// The names of the columns in lower case, and the header's line; no name in a file
-    /// without a row.
+    /// The column names in lower case, and the line of the header; no names if the file has no
+    /// rows.
     ///
     /// # Errors
-    /// A row that is no CSV, a column without a name.
+    /// If a row is not valid CSV or a column has no name.
     pub fn header(&mut self) -> Result<(csv::StringRecord, usize)> {
         let mut record = csv::StringRecord::new();
         let mut line = 1;
@@ -104,11 +103,11 @@ impl<'a> CsvFile<'a> {
         Ok((names, line))
     }
 
-    /// Reads the next row with some text, trimmed and as long as the header, and returns
-    /// its line; none at the end.
+    /// Reads the next row that contains text, trimmed and as long as the header, and returns its
+    /// line; `None` at the end.
     ///
     /// # Errors
-    /// A row that is no CSV, or that has more or fewer fields than the header.
+    /// If a row is not valid CSV, or has more or fewer fields than the header.
     pub fn next(&mut self, record: &mut csv::StringRecord) -> Result<Option<usize>> {
         let columns = self.columns.unwrap_or_default();
         while let Some(line) = self.next_row(record)? {
@@ -124,11 +123,11 @@ impl<'a> CsvFile<'a> {
             return Err(Error::input(
                 format!("{}:{line}", self.name),
                 format!(
-                    "{} fields where the header has {columns}: `{}`",
+                    "expected {columns} fields as in the header, found {}: `{}`",
                     record.len(),
                     shown(&fields.join(&separator))
                 ),
-                "give every line one field per column of the header",
+                "give every row one field per column",
             ));
         }
         Ok(None)
@@ -139,7 +138,7 @@ impl<'a> CsvFile<'a> {
             Error::input(
                 format!("{}:{}", self.name, self.line),
                 format!("not valid CSV: {error}"),
-                "give every line one field per column of the header",
+                "give every row one field per column",
             )
         })?;
         if !more {
@@ -147,19 +146,19 @@ impl<'a> CsvFile<'a> {
         }
         let start = record.position().map_or(0, csv::Position::byte);
         let line = self.line_at(start as usize);
-        // Else a quote that is never closed would swallow all rows after it.
+        // Otherwise an unclosed quote would swallow all following rows.
         if let Some(field) = record.iter().find(|field| field.contains(['\n', '\r'])) {
             return Err(Error::input(
                 format!("{}:{line}", self.name),
-                format!("the field `{}` goes on past the line's end", shown(field)),
-                "close its quote: an item stands on one line",
+                format!("the field `{}` spans more than one line", shown(field)),
+                "close the quote; each item must be on a single line",
             ));
         }
         record.trim();
         Ok(Some(line))
     }
 
-    /// The line of the row that is read from byte `start` on, comments passed over.
+    /// The line of the row that starts at byte `start`, with comments skipped.
     fn line_at(&mut self, start: usize) -> usize {
         let mut in_comment = false;
         let mut at_start = true;
@@ -171,7 +170,7 @@ impl<'a> CsvFile<'a> {
             }
             in_comment &= !ends_line;
             at_start = ends_line;
-            // Windows' two characters end one line.
+            // The two characters of a Windows line ending count once.
             let in_pair = byte == b'\r' && self.bytes.get(self.counted + 1) == Some(&b'\n');
             self.line += usize::from(ends_line && !in_pair);
             self.counted += 1;
@@ -179,9 +178,9 @@ impl<'a> CsvFile<'a> {
         self.line
     }
 
-    /// The first comment below the header that has as many fields as the header and of
-    /// which `is_row` says that it is a row: it may be one whose first field begins with
-    /// `#`. Its line, and itself.
+    /// The first comment below the header that looks like a row, with its line: it has as many
+    /// fields as the header and satisfies `is_row`. It may be a row whose first field starts with
+    /// `#`.
     pub fn commented_row(
         &mut self,
         is_row: impl Fn(&mut Self, &[&str]) -> bool,
@@ -207,8 +206,8 @@ impl<'a> CsvFile<'a> {
         None
     }
 
-    /// The number that `field` is, with a decimal point, or with a decimal comma where
-    /// commas do not separate and no other number of the file has a point.
+    /// Parses `field` as a number with a decimal point. A decimal comma is accepted if commas do
+    /// not separate fields and no other number in the file has a point.
     pub fn number(&mut self, field: &str) -> Option<f64> {
         let mark = match (field.contains('.'), field.contains(',')) {
             (true, false) => Some(Mark::Point),
@@ -223,13 +222,12 @@ impl<'a> CsvFile<'a> {
             Some(Mark::Comma) => field.replacen(',', ".", 1).parse().ok()?,
             _ => field.parse().ok()?,
         };
-        // `nan` and `inf` are numbers that whoever asks refuses; 1e400 is neither infinite
-        // nor a number that can be worked with.
+        // Callers reject `nan` and `inf`. 1e400 overflows to infinity, so it is rejected here.
         let fits = number.is_finite() || !field.contains(|c: char| c.is_ascii_digit());
         fits.then_some(number)
     }
 
-    /// How a number is to be written, the cure where a field is none.
+    /// How to write a number: the cure for a field that is not one.
     pub fn number_cure(&self) -> &'static str {
         match (self.separator, self.mark) {
             (',', _) => {
@@ -237,18 +235,18 @@ impl<'a> CsvFile<'a> {
                  need semicolons or tabs between the fields)"
             }
             (_, Some(Mark::Comma)) => {
-                "write it with a decimal comma like the others, without thousands separators \
-                 and without a unit, for example -0,15"
+                "write it with a decimal comma like the others, with no thousands separators \
+                 and no unit, for example -0,15"
             }
             _ => "write it with a decimal point and no unit, for example -0.15",
         }
     }
 }
 
-/// What may stand between fields.
+/// The characters that may separate fields.
 const SEPARATORS: [char; 3] = [',', ';', '\t'];
 
-/// What separates the fields of this line: what it has most of outside of quotes.
+/// The separator of this line: the one that occurs most often outside quotes.
 fn separator_of(line: &str) -> char {
     let mut counts = [0; SEPARATORS.len()];
     let mut quoted = false;
@@ -260,13 +258,13 @@ fn separator_of(line: &str) -> char {
             counts[place] += 1;
         }
     }
-    // The first of equals, which is the comma.
+    // On a tie the first one, which is the comma.
     let most = counts.iter().copied().max().unwrap_or_default();
     let place = counts.iter().position(|&count| count == most);
     SEPARATORS[place.unwrap_or_default()]
 }
 
-/// Removes empty fields at the end of `record` while it has more than `least`.
+/// Removes trailing empty fields of `record` while it has more than `least` fields.
 fn trim_end(record: &mut csv::StringRecord, least: usize) {
     let empty = record.iter().rev().take_while(|field| field.is_empty());
     let kept = (record.len() - empty.count()).max(least.min(record.len()));

@@ -1,14 +1,14 @@
-//! The one error type of the library.
+//! The library's single error type.
 //!
-//! Every message names the place (file and line, key or flag), the value found
-//! there and the cure, so that a user never has to guess what to change.
+//! Every message names the place (file and line, key or flag), the value found there and the cure,
+//! so that a user never has to guess what to change.
 
 use std::path::{Path, PathBuf};
 
-/// Result of everything in this crate that can fail.
+/// Result of every fallible function in this crate.
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// What can go wrong.
+/// Everything that can go wrong.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// Input that the model does not allow: a file, a flag or a value.
@@ -18,7 +18,7 @@ pub enum Error {
         place: String,
         /// What is wrong, with the value found.
         problem: String,
-        /// What to do about it.
+        /// How to fix it.
         cure: String,
     },
     /// A file or folder could not be read or written.
@@ -28,10 +28,10 @@ pub enum Error {
         action: &'static str,
         /// The path as the user gave it.
         path: PathBuf,
-        /// What the operating system said.
+        /// The error reported by the operating system.
         source: std::io::Error,
     },
-    /// A strategy chose something that the model forbids.
+    /// A strategy chose an action that the model forbids.
     #[error(
         "illegal action at t = {time} s by robot `{}`: {problem}",
         shown(robot)
@@ -41,20 +41,20 @@ pub enum Error {
         time: f64,
         /// Name of the deciding robot.
         robot: String,
-        /// Which rule of the model it breaks.
+        /// The rule of the model that the action breaks.
         problem: String,
     },
-    /// The independent checker found a run that breaks the model.
-    #[error("the checker refutes this run: {0}")]
+    /// The independent checker found that a run violates the model.
+    #[error("the checker rejects this run: {0}")]
     Refuted(String),
-    /// Stopped by the user before there was anything to report.
+    /// The user stopped the program before there was a result to report.
     #[error("interrupted before the first result")]
     Interrupted,
 }
 
 impl Error {
-    /// Input that is not allowed: `place` is where, `problem` names the value,
-    /// `cure` says what to change.
+    /// Input that is not allowed: `place` says where, `problem` names the value, `cure` says what
+    /// to change.
     pub fn input(
         place: impl Into<String>,
         problem: impl Into<String>,
@@ -67,7 +67,7 @@ impl Error {
         }
     }
 
-    /// What is wrong, without place and cure, for a message that has its own.
+    /// The problem alone, for a message that has its own place and cure.
     pub fn problem(&self) -> String {
         match self {
             Self::Input { problem, .. } | Self::IllegalAction { problem, .. } => problem.clone(),
@@ -75,7 +75,7 @@ impl Error {
         }
     }
 
-    /// The same error, blamed on another place: a flag instead of the key it sets.
+    /// The same error attributed to another place, such as the flag that sets the key.
     pub fn at(self, place: &str) -> Self {
         match self {
             Self::Input { problem, cure, .. } => Self::input(place, problem, cure),
@@ -83,7 +83,8 @@ impl Error {
         }
     }
 
-    /// The same error, with the whole that its place is a part of: the file of an item.
+    /// The same error with its place qualified by the enclosing `whole`, such as the file of an
+    /// item.
     pub fn inside(self, whole: &str) -> Self {
         match self {
             Self::Input {
@@ -114,26 +115,26 @@ impl Error {
     }
 }
 
-/// What to do about a path that cannot be read or written. Of a file that is not there the
-/// cure names the nearest one in its folder.
+/// The cure for a path that cannot be read or written. For a missing file it suggests the file in
+/// the same folder with the most similar name.
 fn io_cure(action: &str, path: &Path, source: &std::io::Error) -> String {
     use std::io::ErrorKind;
     let folder = folder_of(path);
     match source.kind() {
         ErrorKind::NotFound if !folder.exists() => {
-            format!("there is no folder {}: check the path", folder.display())
+            format!("the folder {} does not exist; check the path", folder.display())
         }
         ErrorKind::NotFound if action == "read" => match nearest_file(path) {
             Some(meant) => format!("did you mean {}?", shown(&meant.display().to_string())),
-            None => "check the path: there is no such file".into(),
+            None => "the file does not exist; check the path".into(),
         },
-        ErrorKind::IsADirectory => "name a file: this is a folder".into(),
+        ErrorKind::IsADirectory => "this is a folder; give the path of a file".into(),
         ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
-            "make room on the disk, or name a place on another".into()
+            "free some disk space, or choose a path on another disk".into()
         }
-        ErrorKind::ReadOnlyFilesystem => "name a place on a disk that is not read-only".into(),
-        ErrorKind::InvalidFilename => "give it a shorter name".into(),
-        _ => format!("check that the path exists and that you may {action} it"),
+        ErrorKind::ReadOnlyFilesystem => "choose a path on a disk that is not read-only".into(),
+        ErrorKind::InvalidFilename => "choose a shorter file name".into(),
+        _ => format!("check that the path exists and that you have permission to {action} it"),
     }
 }
 
@@ -144,13 +145,13 @@ fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// The file in the folder of `path` whose name is nearest to the one given, with or without
-/// its extension; none when nothing is near enough to be a slip of the pen.
+/// The file in the folder of `path` whose name is most similar to the given one, with or without
+/// its extension. `None` if no name is similar enough to be a typing mistake.
 pub fn nearest_file(path: &Path) -> Option<PathBuf> {
     let entries = std::fs::read_dir(folder_of(path)).ok()?.flatten();
     let files = entries.map(|entry| PathBuf::from(entry.file_name()));
     let mut files: Vec<PathBuf> = files.filter(|name| name.to_str().is_some()).collect();
-    // Of equally near names the first, whatever order the system lists them in.
+    // Sorted, so that a tie does not depend on the order in which the system lists the files.
     files.sort_unstable();
     let wanted = Path::new(path.file_name()?);
     let text = |path: &Path| path.to_string_lossy().into_owned();
@@ -170,8 +171,8 @@ pub fn nearest_file(path: &Path) -> Option<PathBuf> {
     Some(path.with_file_name(&files[at]))
 }
 
-/// Whether the name of a file may be `other` with a slip of the pen. Folders hold more names
-/// than a format has keys, and of short names any is near to any other.
+/// Whether `given` may be a mistyped `other`. Stricter than [`nearest`]: a folder holds more names
+/// than a format has keys, and short names are all similar to one another.
 fn is_slip(given: &str, other: &str) -> bool {
     let [given, other] = [given, other].map(str::to_lowercase);
     let distance = strsim::damerau_levenshtein(&given, &other);
@@ -180,8 +181,8 @@ fn is_slip(given: &str, other: &str) -> bool {
     distance == 0 || shorter > 2 && distance <= 1 + shorter / 6
 }
 
-/// The known name nearest to `given`, for "did you mean" hints; none when
-/// nothing is near enough to be a slip of the pen.
+/// The known name most similar to `given`, for "did you mean" hints. `None` if no name is similar
+/// enough to be a typing mistake.
 pub fn nearest<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     known
         .into_iter()
@@ -203,8 +204,7 @@ pub fn known_names(given: &str, known: &[&str]) -> String {
     }
 }
 
-/// A value from a file as it is shown in a message: control characters
-/// escaped, and cut where it is too long to read.
+/// A value from a file as messages show it: control characters escaped, long text truncated.
 pub fn shown(value: &str) -> String {
     const MOST: usize = 60;
     let mut text: String = value
@@ -218,7 +218,7 @@ pub fn shown(value: &str) -> String {
     text
 }
 
-/// So many of a thing whose plural takes an s: `1 rule`, `2 rules`.
+/// A count with a noun whose plural takes an s: `1 rule`, `2 rules`.
 pub fn counted(count: usize, thing: &str) -> String {
     format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
 }
@@ -236,8 +236,7 @@ pub fn grouped(count: u64) -> String {
     text
 }
 
-/// A number as it is shown in a message: with an exponent where it would otherwise be
-/// hundreds of digits long.
+/// A number as messages show it: with an exponent if it would otherwise be hundreds of digits long.
 pub fn shown_number(value: f64) -> String {
     let short = format!("{value:?}");
     if short.contains('e') {
@@ -247,8 +246,8 @@ pub fn shown_number(value: f64) -> String {
     }
 }
 
-/// A number that was computed, to `digits` significant digits and without the noise of the
-/// last ones: `316.665` for 316.6654896958023.
+/// A computed number rounded to `digits` significant digits, which hides rounding noise: `316.665`
+/// for 316.6654896958023.
 pub fn rounded(value: f64, digits: usize) -> String {
     let short = format!("{value:.0$e}", digits.saturating_sub(1));
     shown_number(short.parse().unwrap_or(value))
@@ -303,10 +302,10 @@ mod tests {
                 std::fs::write(folder.path().join(other), "").unwrap();
             }
             let message = missing(stranger);
-            assert!(message.contains("there is no such file"), "{message}");
+            assert!(message.contains("the file does not exist"), "{message}");
         }
-        assert!(missing("other.csv").contains("there is no such file"));
-        assert!(missing("none/a.toml").contains("there is no folder"));
+        assert!(missing("other.csv").contains("the file does not exist"));
+        assert!(missing("none/a.toml").contains("does not exist; check the path"));
     }
 
     #[test]

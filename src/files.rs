@@ -1,4 +1,4 @@
-//! Reading text files and writing result files whole or not at all.
+//! Reads text files, and writes result files atomically.
 
 use crate::error::{Error, Result};
 use sha2::{Digest, Sha256};
@@ -8,16 +8,16 @@ use std::path::{Path, PathBuf};
 /// The text of a file.
 ///
 /// # Errors
-/// A file that cannot be read, or bytes that are not UTF-8 (named with their line).
+/// If the file cannot be read or is not UTF-8; the error names the line.
 pub fn read_text(path: &Path) -> Result<String> {
     let bytes = std::fs::read(path).map_err(|source| Error::read(path, source))?;
     utf8(bytes, &path.display().to_string())
 }
 
-/// The text of the bytes of `name`.
+/// Decodes the bytes of the file `name` as UTF-8.
 ///
 /// # Errors
-/// Bytes that are not UTF-8, named with their line.
+/// If the bytes are not UTF-8; the error names the line.
 pub fn utf8(bytes: Vec<u8>, name: &str) -> Result<String> {
     String::from_utf8(bytes).map_err(|error| {
         let valid = error.utf8_error().valid_up_to();
@@ -25,7 +25,7 @@ pub fn utf8(bytes: Vec<u8>, name: &str) -> Result<String> {
             .iter()
             .filter(|&&byte| byte == b'\n')
             .count();
-        // What spreadsheets call Unicode text.
+        // The encoding that spreadsheets call "Unicode text".
         let is_utf16 = [[0xff, 0xfe], [0xfe, 0xff]]
             .iter()
             .any(|mark| error.as_bytes().starts_with(mark));
@@ -33,19 +33,19 @@ pub fn utf8(bytes: Vec<u8>, name: &str) -> Result<String> {
             format!("{name}:{line}"),
             format!("byte 0x{:02x} is not UTF-8 text", error.as_bytes()[valid]),
             match is_utf16 {
-                true => "it is UTF-16: save the file as UTF-8, in a spreadsheet as CSV UTF-8",
+                true => "the file is UTF-16; save it as UTF-8 (in a spreadsheet: CSV UTF-8)",
                 false => "save the file as UTF-8 (plain ASCII is UTF-8)",
             },
         )
     })
 }
 
-/// Writes `content` to `path` by way of a temporary file in the same folder, so
-/// that the path holds the whole of it or what it held before. A link is followed, and
-/// what is no regular file (a device, a pipe) is written to as it is, never replaced.
+/// Writes `content` to `path` through a temporary file in the same folder, so that the path holds
+/// either all of it or its previous content. Links are followed. A device, pipe or other special
+/// file is written to directly and never replaced.
 ///
 /// # Errors
-/// A folder or file that cannot be written; nothing is left behind then.
+/// If the folder or file cannot be written; no partial file is left behind.
 pub fn write_whole(path: &Path, content: &[u8]) -> Result<()> {
     let real = followed(path);
     if real.exists() && !real.is_file() {
@@ -59,20 +59,19 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<()> {
     written.map_err(|source| Error::write(path, source))
 }
 
-/// Writes `content` to `path`, which is a regular file or none, as [`write_whole`] does, and
-/// returns the new file, to be written on at its end. It takes one descriptor, as it did
-/// before there was a new file.
+/// Writes `content` to `path`, which must be a regular file or not exist, as [`write_whole`] does.
+/// Returns the new file, opened for appending. It needs only one file descriptor.
 ///
 /// # Errors
-/// What the system says; the path holds what it held before then.
+/// The error of the operating system; `path` then keeps its previous content.
 pub fn replace_and_go_on(path: &Path, content: &[u8]) -> std::io::Result<std::fs::File> {
     write_by_rename(&followed(path), content)
 }
 
-/// Links in a chain of them that are followed before it is taken for a ring.
+/// Longest chain of links that is followed before it is treated as a cycle.
 const MOST_LINKS: usize = 40;
 
-/// The file that `path` names, links followed, whether it exists yet or not.
+/// The file that `path` refers to after following links, whether or not it exists.
 fn followed(path: &Path) -> PathBuf {
     if let Ok(real) = std::fs::canonicalize(path) {
         return real;
@@ -91,7 +90,7 @@ fn write_by_rename(path: &Path, content: &[u8]) -> std::io::Result<std::fs::File
     write_and_rename(path, content, &std::fs::File::sync_all)
 }
 
-/// Writes a temporary file, has `sync` put it on the disk, and gives it the name of `path`.
+/// Writes a temporary file, lets `sync` flush it to disk, and renames it to `path`.
 fn write_and_rename(
     path: &Path,
     content: &[u8],
@@ -106,13 +105,13 @@ fn write_and_rename(
         })
         .and_then(|file| std::fs::rename(&temporary, path).map(|()| file));
     written.inspect_err(|_| {
-        // The first error is the one to report; a leftover may not even exist.
+        // Report the first error; there may be no temporary file to remove.
         let _ = std::fs::remove_file(&temporary);
     })
 }
 
-/// Removes what writers of `path` that were killed have left beside it. To be called where
-/// nobody else writes it.
+/// Removes the temporary files that killed writers of `path` left beside it. Call it only while no
+/// other process writes `path`.
 pub fn remove_leftovers(path: &Path) {
     let name = short_name(path);
     let entries = std::fs::read_dir(folder_of(path)).into_iter().flatten();
@@ -122,15 +121,15 @@ pub fn remove_leftovers(path: &Path) {
             .strip_prefix(&format!(".{name}."))
             .and_then(|rest| rest.strip_suffix(".part"));
         if rest.is_some_and(|pid| !pid.is_empty() && pid.bytes().all(|b| b.is_ascii_digit())) {
-            // Whatever cannot be removed only takes room.
+            // A leftover that cannot be removed only wastes space.
             let _ = std::fs::remove_file(entry.path());
         }
     }
 }
 
-/// Has the system put the names in the folder of `path` onto the disk, where it can.
+/// Flushes the directory entries of the folder of `path` to disk, if the system supports it.
 pub fn sync_folder(path: &Path) {
-    // Not every system can; the file itself has been synced.
+    // Not every system supports this; the file itself has been synced.
     let _ = std::fs::File::open(folder_of(path)).and_then(|folder| folder.sync_all());
 }
 
@@ -142,11 +141,11 @@ pub fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// Checks that a file could be written to `path` by what there is to see, without a trace:
-/// so that work is not done, nor another file written, for a slip in a path.
+/// Checks without writing anything that a file could be written to `path`, so that a mistyped path
+/// is found before any work is done or any other file is written.
 ///
 /// # Errors
-/// A path that is a folder, or in a folder that does not exist.
+/// If the path is a folder, or its folder does not exist.
 pub fn check_target(path: &Path) -> Result<()> {
     let real = followed(path);
     let folder = folder_of(&real);
@@ -160,17 +159,17 @@ pub fn check_target(path: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Tries whether [`write_whole`] could write `path`: makes the temporary file that it would
-/// make, and removes it. Special files are left alone.
+/// Checks that [`write_whole`] could write `path`, by creating and removing its temporary file.
+/// Special files are not touched.
 ///
 /// # Errors
-/// A folder or file that cannot be written.
+/// If the folder or file cannot be written.
 pub fn try_target(path: &Path) -> Result<()> {
     let real = followed(path);
     if real.exists() && !real.is_file() {
         return Ok(());
     }
-    // The temporary file has a short name whatever this one is.
+    // The temporary file has a short name even if this one is too long.
     if let Err(error) = std::fs::symlink_metadata(&real)
         && error.kind() == ErrorKind::InvalidFilename
     {
@@ -184,14 +183,14 @@ fn try_file(temporary: &Path) -> std::io::Result<()> {
     std::fs::remove_file(temporary)
 }
 
-/// Where the content of `path` is written first.
+/// The temporary path to which the content of `path` is written first.
 fn temporary(path: &Path) -> PathBuf {
     let name = short_name(path);
     path.with_file_name(format!(".{name}.{}.part", std::process::id()))
 }
 
-/// The name of `path` with room for what temporary names add to it: file systems take
-/// names of 255 bytes.
+/// The file name of `path`, shortened to leave room for the temporary affixes: file systems allow
+/// names of at most 255 bytes.
 fn short_name(path: &Path) -> String {
     const LONGEST: usize = 200;
     let name = path.file_name().unwrap_or_default().to_string_lossy();
@@ -201,26 +200,26 @@ fn short_name(path: &Path) -> String {
     }
 }
 
-/// Checks that `path` may be replaced: a rename would not ask whether it is read-only.
+/// Checks that `path` is not read-only, which a rename would ignore.
 ///
 /// # Errors
-/// A file that is read-only.
+/// If the file is read-only.
 pub fn check_not_read_only(flag: &str, path: &Path) -> Result<()> {
     match std::fs::metadata(path) {
         Ok(about) if about.is_file() && about.permissions().readonly() => Err(Error::input(
             flag,
             format!("{} is read-only", path.display()),
-            "make it writable (chmod u+w), or name another file",
+            "make it writable (chmod u+w), or choose another file",
         )),
         _ => Ok(()),
     }
 }
 
-/// Checks that `folder` exists or could be made, without making it: a file is made in what
-/// there is of it, and removed.
+/// Checks that `folder` exists or could be created, without creating it: a file is created in its
+/// nearest existing ancestor, then removed.
 ///
 /// # Errors
-/// A path that is no folder, that lies below a file, or that must not be written to.
+/// If the path is not a folder, lies below a file, or is not writable.
 pub fn check_folder(folder: &Path) -> Result<()> {
     let there = folder.ancestors().find(|path| path.exists());
     let there = match there {
@@ -235,15 +234,15 @@ pub fn check_folder(folder: &Path) -> Result<()> {
     try_file(&temporary).map_err(|source| Error::write(folder, source))
 }
 
-/// Makes `folder` and its parents.
+/// Creates `folder` and its parents.
 ///
 /// # Errors
-/// A folder that cannot be made.
+/// If the folder cannot be created.
 pub fn make_folder(folder: &Path) -> Result<()> {
     std::fs::create_dir_all(folder).map_err(|source| Error::write(folder, source))
 }
 
-/// Identifies a text or other content: the first 16 hexadecimal digits of its SHA-256.
+/// Identifies a text or other content by the first 16 hexadecimal digits of its SHA-256.
 pub fn fingerprint(content: impl AsRef<[u8]>) -> String {
     let digest = Sha256::digest(content.as_ref());
     digest[..8]
@@ -252,12 +251,12 @@ pub fn fingerprint(content: impl AsRef<[u8]>) -> String {
         .collect()
 }
 
-/// Begins a line of a CSV file that is no row: readers skip it when they know the sign
-/// (pandas: `read_csv(..., comment="#")`).
+/// Starts a comment line in a CSV file; readers skip such lines if told the character (pandas:
+/// `read_csv(..., comment="#")`).
 pub const COMMENT: u8 = b'#';
 
-/// Rows of fields as CSV text, quoted where a field needs it, also where it holds the sign
-/// of a comment.
+/// Rows of fields as CSV text. A field is quoted if necessary, also if it contains the comment
+/// character.
 pub fn csv_text<R, F>(rows: impl IntoIterator<Item = R>) -> String
 where
     R: IntoIterator<Item = F>,
@@ -268,7 +267,7 @@ where
         .comment(Some(COMMENT))
         .from_writer(Vec::new());
     for row in rows {
-        // Writing to memory cannot fail, and the rows may be of any length.
+        // Writing to memory cannot fail, and rows may differ in length.
         let _ = writer.write_record(row);
     }
     String::from_utf8_lossy(&writer.into_inner().unwrap_or_default()).into_owned()
@@ -276,19 +275,19 @@ where
 
 /// `text` as comment lines of a CSV file.
 pub fn csv_comment(text: &str) -> String {
-    // A lone carriage return ends a line for some readers too.
+    // Some readers also treat a lone carriage return as the end of a line.
     let lines = text.split(['\n', '\r']).filter(|line| !line.is_empty());
     lines.map(|line| format!("# {line}\n")).collect()
 }
 
-/// Files of a call, each with the flag that names it; none where it is not given.
+/// The files of one invocation, each with its flag; `None` if the flag is not given.
 pub type Named<'n> = [(&'n str, Option<&'n Path>)];
 
-/// Checks that what a call writes overwrites neither what it reads nor something else that
-/// it writes. Devices and pipes may be shared.
+/// Checks that no output of an invocation overwrites one of its inputs or another output. Devices
+/// and pipes may be shared.
 ///
 /// # Errors
-/// The first pair that is one file.
+/// The first two paths that refer to the same file.
 pub fn check_apart(read: &Named, written: &Named) -> Result<()> {
     for (i, &(flag, file)) in written.iter().enumerate() {
         let Some(file) = file else { continue };
@@ -301,15 +300,15 @@ pub fn check_apart(read: &Named, written: &Named) -> Result<()> {
         if let Some((other, _)) = other {
             return Err(Error::input(
                 flag,
-                format!("{} is also the file of {other}", file.display()),
-                "give each a file of its own",
+                format!("{} is already used by {other}", file.display()),
+                "use a separate file for each",
             ));
         }
     }
     Ok(())
 }
 
-/// The path that `file` is, however it is written; it may not exist yet.
+/// The canonical path of `file`, which need not exist yet.
 fn resolved(file: &Path) -> PathBuf {
     let whole = |path: &Path| std::fs::canonicalize(path).ok();
     let real = followed(file);
@@ -401,7 +400,7 @@ mod tests {
         assert!(try_target(&path(300)).is_err());
     }
 
-    /// Whenever the power fails, the path holds one text whole.
+    /// Even if the power fails, the path holds one complete text.
     #[test]
     fn a_file_is_whole_on_the_disk_before_it_takes_its_name() {
         let folder = tempfile::tempdir().unwrap();
@@ -422,7 +421,7 @@ mod tests {
         assert_eq!((synced.get(), read().as_str()), (1, "newer"));
     }
 
-    /// The old text stays where another name leads to it.
+    /// The old text remains reachable through another hard link.
     #[test]
     fn a_file_is_replaced_and_not_written_over() {
         let folder = tempfile::tempdir().unwrap();

@@ -1,26 +1,26 @@
-//! What a name may be: of a robot, an item or a class.
+//! The rules for names of robots, items and classes.
 //!
-//! Names go through files, messages, topics and reports. One check serves all of them, so
-//! that no station or pattern is accepted here and refused there.
+//! Names appear in files, messages, topics and reports. A single check covers all of them, so that
+//! a name accepted in one place is not rejected in another.
 
 use crate::error::{counted, shown};
 
-/// Names are at most this long [characters].
+/// Maximum length of a name [characters].
 pub const LONGEST_NAME: usize = 200;
 
-/// Why a text is not a name.
+/// Why a text is not a valid name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BadName {
-    /// What is wrong, with the text.
+    /// The problem, including the text.
     pub problem: String,
-    /// What a name is expected to be instead.
+    /// What a valid name looks like.
     pub expected: String,
 }
 
-/// Checks that `text` can name something.
+/// Checks that `text` is a valid name.
 ///
 /// # Errors
-/// A text that is empty, too long, has blanks at an end, or characters that cannot be seen.
+/// If the text is empty, too long, starts or ends with a space, or contains invisible characters.
 pub fn check_name(text: &str) -> Result<(), BadName> {
     let wrong = |problem: &str, expected: String| {
         Err(BadName {
@@ -30,8 +30,8 @@ pub fn check_name(text: &str) -> Result<(), BadName> {
     };
     if text.is_empty() || text.trim() != text {
         return wrong(
-            "is empty or has blanks at an end",
-            "a name without them".into(),
+            "is empty, or starts or ends with a space",
+            "a name without leading or trailing spaces".into(),
         );
     }
     if text.chars().nth(LONGEST_NAME).is_some() {
@@ -41,15 +41,15 @@ pub fn check_name(text: &str) -> Result<(), BadName> {
     }
     if text.chars().any(is_hidden) {
         return wrong(
-            "holds line breaks or control characters",
+            "contains line breaks or control characters",
             "printable characters only".into(),
         );
     }
     Ok(())
 }
 
-/// Characters that break lines or show a text as another one: control characters, line and
-/// paragraph separators, marks of direction (Unicode Technical Report 36, section 2.5).
+/// Characters that break lines or make a text look like another one: control characters, line and
+/// paragraph separators, and direction marks (Unicode Technical Report 36, section 2.5).
 fn is_hidden(c: char) -> bool {
     c.is_control()
         || matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{feff}')

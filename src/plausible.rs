@@ -1,22 +1,22 @@
-//! What is plausible on a real line, and which unit was probably meant where a value is
-//! not.
+//! Plausible ranges of the quantities on a real line, and the unit that was probably meant if a
+//! value lies outside.
 //!
-//! A value can be allowed by the model and still be a slip: 600 is a width that can be
-//! computed with, but no belt is 600 m wide. Such values give a [`Warning`], not an error.
-//! The ranges are wide: they hold every line from a laboratory bench to an airport, and
-//! let no value pass that is off by a factor of 1000 from a usual one.
+//! A value that the model allows can still be a mistake: nothing stops a computation with a width
+//! of 600, but no belt is 600 m wide. Such values give a [`Warning`], not an error. The ranges are
+//! wide enough for every line from a laboratory bench to an airport, and narrow enough to catch a
+//! usual value that is off by a factor of 1000.
 
 use crate::error::{Error, rounded};
 use std::fmt;
 
-/// A value that is allowed, and most likely wrong.
+/// A value that is allowed but most likely wrong.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Warning {
     /// File with key, or the flag.
     pub place: String,
-    /// What is unlikely, with the value found and the likely unit.
+    /// What is implausible, with the value found and the likely unit.
     pub problem: String,
-    /// What to do about it.
+    /// How to fix it.
     pub cure: String,
 }
 
@@ -47,14 +47,14 @@ impl From<Warning> for Error {
     }
 }
 
-/// A unit that people use instead of the right one.
+/// A unit that people often use by mistake.
 #[derive(Debug)]
 pub struct Unit {
-    /// Its name, for a question.
+    /// Its name in the plural, for the question in a warning.
     name: &'static str,
-    /// Its symbol.
+    /// Its symbol, shown after the value.
     symbol: &'static str,
-    /// What one of it is in the right unit.
+    /// Factor that converts a value from this unit to the right one.
     factor: f64,
 }
 
@@ -66,27 +66,27 @@ const fn unit(name: &'static str, symbol: &'static str, factor: f64) -> Unit {
     }
 }
 
-/// Units of length.
+/// Units of length, as factors of 1 m.
 pub static LENGTHS: &[Unit] = &[
     unit("millimetres", "mm", 1e-3),
     unit("centimetres", "cm", 1e-2),
 ];
-/// Units of speed.
+/// Units of speed, as factors of 1 m/s.
 pub static SPEEDS: &[Unit] = &[
     unit("millimetres per second", "mm/s", 1e-3),
     unit("metres per minute", "m/min", 1.0 / 60.0),
 ];
-/// Units of stamps.
+/// Units of timestamps, as factors of 1 s.
 pub static STAMPS: &[Unit] = &[
     unit("milliseconds", "ms", 1e-3),
     unit("microseconds", "us", 1e-6),
     unit("nanoseconds", "ns", 1e-9),
 ];
-/// Units of probabilities.
-pub static SHARES: &[Unit] = &[unit("per cent", "%", 1e-2)];
-/// Units of angles.
+/// Units of probabilities, as factors of 1.
+pub static SHARES: &[Unit] = &[unit("percent", "%", 1e-2)];
+/// Units of angles, as factors of 1 rad.
 pub static ANGLES: &[Unit] = &[unit("degrees", "deg", std::f64::consts::PI / 180.0)];
-/// Units of variances of positions.
+/// Units of position variances, as factors of 1 m^2.
 pub static VARIANCES: &[Unit] = &[
     unit("square millimetres", "mm^2", 1e-6),
     unit("square centimetres", "cm^2", 1e-4),
@@ -105,7 +105,7 @@ static AREAS: &[Unit] = &[
 /// A quantity whose plausible range is known.
 #[derive(Debug)]
 pub struct Quantity {
-    /// Its name, with its article.
+    /// Its name, with the indefinite article.
     name: &'static str,
     /// Symbol of the right unit.
     symbol: &'static str,
@@ -113,7 +113,7 @@ pub struct Quantity {
     right: &'static str,
     low: f64,
     high: f64,
-    /// What it is given in by mistake.
+    /// The units in which it is often given by mistake.
     mistaken: &'static [Unit],
 }
 
@@ -152,7 +152,7 @@ const fn time(name: &'static str, low: f64, high: f64) -> Quantity {
 
 /// Speed of a belt [m/s].
 pub static BELT_SPEED: Quantity = speed("a belt speed", 5e-4, 5.0);
-/// Between two belt speeds that are tried [m/s].
+/// Step between tested belt speeds [m/s].
 pub static SPEED_STEP: Quantity = speed("a step between belt speeds", 1e-6, 0.5);
 /// Length of a belt [m].
 pub static BELT_LENGTH: Quantity = length("a belt length", 0.1, 250.0);
@@ -162,23 +162,23 @@ pub static BELT_WIDTH: Quantity = length("a belt width", 0.02, 5.0);
 pub static REACH: Quantity = length("a reach", 0.05, 5.0);
 /// Speed of an end effector [m/s].
 pub static ARM_SPEED: Quantity = speed("an end-effector speed", 0.01, 20.0);
-/// Dwell at a grasp or a release [s].
+/// Dwell time at a grasp or a release [s].
 pub static DWELL: Quantity = time("a dwell time", 0.0, 10.0);
 /// Distance between neighbouring bases along the belt [m].
 pub static BASE_GAP: Quantity = length("a distance between neighbouring bases", 0.0, 20.0);
 /// Distance of an item from the belt's centre line [m].
 pub static OFF_CENTRE: Quantity = length("a distance from the belt's centre line", 0.0, 2.5);
-/// Mean distance of items along the belt from one to the next [m].
+/// Mean distance from one item to the next along the belt [m].
 pub static ITEM_GAP: Quantity = length(
-    "a mean distance from item to item along the belt",
+    "a mean distance between items along the belt",
     0.0,
     10.0,
 );
-/// Place of an item along the belt, as a camera sees it [m]: from far upstream of the start to
+/// Position of an item along the belt, as a camera sees it [m]: from far upstream of the start to
 /// the end of the longest belt.
-pub static ITEM_PLACE: Quantity = length("a place along the belt", -25.0, 250.0);
+pub static ITEM_PLACE: Quantity = length("a position along the belt", -25.0, 250.0);
 /// Standard deviation of an item's distance from its cluster's centre [m].
-pub static CLUSTER_SPREAD: Quantity = length("a spread of a cluster", 0.0, 5.0);
+pub static CLUSTER_SPREAD: Quantity = length("a cluster spread", 0.0, 5.0);
 /// Mean length of an empty stretch of belt [m].
 pub static GAP_LENGTH: Quantity = length("a mean length of an empty stretch", 0.01, 50.0);
 /// Flow of items [1/min].
@@ -190,23 +190,23 @@ pub static FLOW: Quantity = Quantity {
     high: 20_000.0,
     mistaken: FLOWS,
 };
-/// Jump of a track that makes it another item [m].
+/// Jump of a track that is treated as a change to another item [m].
 pub static SPLIT_DISTANCE: Quantity = length("a jump from one item to another", 1e-3, 2.0);
-/// Distance within which tracks are one item [m].
-pub static MERGE_DISTANCE: Quantity = length("a distance between tracks of one item", 1e-4, 0.3);
-/// Error of a camera [m].
+/// Distance within which two tracks belong to one item [m].
+pub static MERGE_DISTANCE: Quantity = length("a distance between tracks of an item", 1e-4, 0.3);
+/// Position error of a camera [m].
 pub static POSITION_NOISE: Quantity = length("a position error", 0.0, 0.2);
-/// Standard deviation of a place that a camera has measured [m].
-pub static DEVIATION: Quantity = length("a standard deviation of a place", 0.0, 0.05);
-/// Distance within which two detections are one item [m].
-pub static TOLERANCE: Quantity = length("a distance between detections of one item", 0.0, 0.2);
-/// Time until something is sent again or given up [s].
+/// Standard deviation of a position measured by a camera [m].
+pub static DEVIATION: Quantity = length("a position's standard deviation", 0.0, 0.05);
+/// Distance within which two detections belong to one item [m].
+pub static TOLERANCE: Quantity = length("a distance between detections of an item", 0.0, 0.2);
+/// Time until a message is sent again or given up on [s].
 pub static TIMEOUT: Quantity = time("a timeout", 0.0, 120.0);
-/// Length of a slot of time [s].
-pub static SLOT: Quantity = time("a slot of time", 0.0, 5.0);
-/// Time for one decision [ms].
+/// Length of a time slot [s].
+pub static SLOT: Quantity = time("a time slot", 0.0, 5.0);
+/// Time limit for one decision [ms].
 pub static DECISION_TIME: Quantity = Quantity {
-    name: "a time for one decision",
+    name: "a decision time",
     symbol: "ms",
     right: "milliseconds",
     low: 0.05,
@@ -224,8 +224,8 @@ pub static ITEM_AREA: Quantity = Quantity {
 };
 
 impl Quantity {
-    /// A warning at `place` where `value` is not plausible. What is no number at all is
-    /// for those to refuse who read it.
+    /// A warning at `place` if `value` is not plausible. Infinite values and NaN give none;
+    /// rejecting them is up to the reader of the value.
     pub fn check(&self, place: &str, value: f64) -> Option<Warning> {
         if !value.is_finite() || (self.low..=self.high).contains(&value) {
             return None;
@@ -244,7 +244,8 @@ impl Quantity {
         Some(Warning::new(place, problem, cure))
     }
 
-    /// The units in which `value` would be plausible, as [`question`] asks for them.
+    /// The question which other unit was meant, for every unit in which `value` would be plausible;
+    /// see [`question`].
     pub fn question(&self, value: f64) -> String {
         question(value, self.symbol, self.mistaken, |factor| {
             let meant = value * factor;
@@ -253,10 +254,10 @@ impl Quantity {
     }
 }
 
-/// A warning at `place` where no controller decides `hz` times a second.
+/// A warning at `place` if `hz` is not a plausible decision rate of a controller [Hz].
 pub fn check_rate(place: &str, hz: f64) -> Option<Warning> {
     const PLAUSIBLE: std::ops::RangeInclusive<f64> = 0.1..=1e5;
-    // 0 is without any rate.
+    // 0 means no fixed rate.
     if hz == 0.0 || !hz.is_finite() || PLAUSIBLE.contains(&hz) {
         return None;
     }
@@ -282,13 +283,13 @@ pub fn check_rate(place: &str, hz: f64) -> Option<Warning> {
     };
     Some(Warning::new(
         place,
-        format!("{shown} Hz is not plausible for a rate of decisions{question}"),
+        format!("{shown} Hz is not plausible for a decision rate{question}"),
         "give hertz [Hz]; if the value is right, ignore this warning",
     ))
 }
 
-/// `: in millimetres? 600 mm are 0.6 m`, for every unit in which `value` would fit; empty
-/// where none does.
+/// `; millimetres? (600 mm is 0.6 m)`, with every unit in which `value` would fit; empty if there
+/// is none.
 pub fn question(value: f64, symbol: &str, units: &[Unit], fits: impl Fn(f64) -> bool) -> String {
     let likely: Vec<&Unit> = units.iter().filter(|unit| fits(unit.factor)).collect();
     if likely.is_empty() {
@@ -296,13 +297,12 @@ pub fn question(value: f64, symbol: &str, units: &[Unit], fits: impl Fn(f64) -> 
     }
     let names: Vec<&str> = likely.iter().map(|unit| unit.name).collect();
     let values = likely.iter().map(|unit| {
-        // Without the last digits, which come from the conversion.
-        // Stamps have more digits that matter.
+        // The last digits are conversion noise. Timestamps have more significant digits.
         let digits = if value.abs() < 1e9 { 9 } else { 13 };
         let shown = |value: f64| rounded(value, digits);
         let (value, converted) = (shown(value), shown(value * unit.factor));
-        let text = format!("{value} {} are {converted} {symbol}", unit.symbol);
-        // Shares have no symbol.
+        let text = format!("{value} {} is {converted} {symbol}", unit.symbol);
+        // Probabilities have no symbol.
         text.trim_end().to_owned()
     });
     let values: Vec<String> = values.collect();
@@ -319,11 +319,11 @@ mod tests {
             (
                 &BELT_WIDTH,
                 600.0,
-                &["600 m", "belt width", "millimetres", "600 mm are 0.6 m"][..],
+                &["600 m", "belt width", "millimetres", "600 mm is 0.6 m"][..],
             ),
-            (&BELT_WIDTH, 60.0, &["centimetres", "60 cm are 0.6 m"]),
+            (&BELT_WIDTH, 60.0, &["centimetres", "60 cm is 0.6 m"]),
             (&REACH, 565.0, &["millimetres", "0.565 m"]),
-            (&DWELL, 100.0, &["milliseconds", "100 ms are 0.1 s"]),
+            (&DWELL, 100.0, &["milliseconds", "100 ms is 0.1 s"]),
             (&BELT_SPEED, 50.0, &["millimetres per second", "0.05 m/s"]),
             (&BELT_SPEED, 30.0, &["metres per minute", "0.5 m/s"]),
             (&ARM_SPEED, 500.0, &["0.5 m/s"]),
@@ -334,11 +334,11 @@ mod tests {
             (
                 &FLOW,
                 1e6,
-                &["items per hour", "1000000 items/h are 16666.6667 items/min"],
+                &["items per hour", "1000000 items/h is 16666.6667 items/min"],
             ),
             (&FLOW, 0.05, &["items per second", "3 items/min"]),
             (&CLUSTER_SPREAD, 100.0, &["millimetres", "0.1 m"]),
-            (&GAP_LENGTH, 1000.0, &["millimetres", "1000 mm are 1 m"]),
+            (&GAP_LENGTH, 1000.0, &["millimetres", "1000 mm is 1 m"]),
             (&SPLIT_DISTANCE, 100.0, &["millimetres", "0.1 m"]),
             (&MERGE_DISTANCE, 20.0, &["millimetres", "0.02 m"]),
             (&ITEM_AREA, 14670977.999999998, &["14670978 cm^2 is not"]),

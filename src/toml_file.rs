@@ -1,5 +1,4 @@
-//! Reads values out of a TOML file so that every error names its line, key, value and
-//! cure.
+//! Reads values from a TOML file. Every error names the line, the key, the value and the cure.
 
 use crate::error::{Error, Result, known_names, shown};
 use nalgebra::Point2;
@@ -8,19 +7,19 @@ use std::collections::HashMap;
 use toml::Spanned;
 use toml::de::{DeInteger, DeTable, DeValue};
 
-/// The file under the reader: its name, its text, and on which line each key
-/// stands, for messages.
+/// The file being read: its name, its text, and the line of each key, for messages.
 pub(crate) struct File<'a> {
     pub name: &'a str,
     text: &'a str,
-    /// Where a user finds an example, for cures.
+    /// Where the user can find an example, for cures.
     example: &'a str,
     lines: RefCell<HashMap<String, usize>>,
     aliases: RefCell<HashMap<String, String>>,
 }
 
 impl<'a> File<'a> {
-    /// The file `text`, which messages call `name`; `example` is where one is found.
+    /// A file with the content `text`. Messages call it `name` and refer to `example` for an
+    /// example.
     pub fn new(name: &'a str, text: &'a str, example: &'a str) -> Self {
         Self {
             name,
@@ -31,7 +30,7 @@ impl<'a> File<'a> {
         }
     }
 
-    /// Hands the file's top level to `read`.
+    /// Passes the file's top-level table to `read`.
     pub fn read<T>(&self, read: impl FnOnce(&Section) -> Result<T>) -> Result<T> {
         if self.text.trim().is_empty() {
             return Err(Error::input(
@@ -48,7 +47,7 @@ impl<'a> File<'a> {
                     "not valid TOML: {}",
                     error.message().trim().replace('\n', "; ")
                 ),
-                "mend the line; strings need quotes, numbers a digit before the point",
+                "fix the line; strings need quotes, and numbers a digit before the decimal point",
             )
         })?;
         read(&Section {
@@ -73,13 +72,13 @@ impl<'a> File<'a> {
         line
     }
 
-    /// Messages about `key`, which follows from `other`, name `other`.
+    /// Messages about `key`, which is derived from `other`, name `other` instead.
     pub fn alias(&self, key: &str, other: &str) {
         let mut aliases = self.aliases.borrow_mut();
         aliases.insert(key.to_owned(), other.to_owned());
     }
 
-    /// `file:line: key`, by the nearest enclosing table whose line is known.
+    /// `file:line: key`; the line is that of the key or of the nearest enclosing table.
     pub fn place(&self, key: &str) -> String {
         let (lines, aliases) = (self.lines.borrow(), self.aliases.borrow());
         let key = aliases.get(key).map_or(key, String::as_str);
@@ -96,7 +95,7 @@ impl<'a> File<'a> {
     }
 }
 
-/// One table of the file, with the path that messages call it by.
+/// One table of the file, with its path as messages show it.
 pub(crate) struct Section<'a> {
     pub file: &'a File<'a>,
     pub path: String,
@@ -147,7 +146,7 @@ impl<'a> Section<'a> {
         let Some(value) = self.table.get(key) else {
             return Err(Error::input(
                 self.file.name,
-                format!("the file has no [{key}]"),
+                format!("the file has no [{key}] table"),
                 format!("add a [{key}] table; see {}", self.file.example),
             ));
         };
@@ -156,7 +155,7 @@ impl<'a> Section<'a> {
             return Err(self.wrong(
                 key,
                 format!("{} is not a table", describe(value.get_ref())),
-                format!("write it as [{key}] with one key a line"),
+                format!("write it as [{key}] with one key per line"),
             ));
         };
         Ok(Section {
@@ -167,13 +166,13 @@ impl<'a> Section<'a> {
         })
     }
 
-    /// The tables of the list `key`, each written under its own [[key]] header.
+    /// The tables of the list `key`, each under its own [[key]] header.
     pub fn tables(&self, key: &str) -> Result<Vec<Section<'a>>> {
         let Some(value) = self.table.get(key) else {
             return Ok(Vec::new());
         };
         self.file.remember(key, value);
-        let header = format!("write each under its own [[{key}]] header, in double brackets");
+        let header = format!("write each table under its own [[{key}]] header");
         let DeValue::Array(list) = value.get_ref() else {
             let found = describe(value.get_ref());
             return Err(self.wrong(key, format!("{found} is not a list of tables"), header));
@@ -233,8 +232,8 @@ impl<'a> Section<'a> {
             .ok_or_else(|| {
                 self.wrong(
                     key,
-                    format!("{} is not a count", describe(value)),
-                    "give a whole number, 1 or more".into(),
+                    format!("{} is not a valid count", describe(value)),
+                    "give a whole number of at least 1".into(),
                 )
             }),
         }
@@ -246,7 +245,7 @@ impl<'a> Section<'a> {
             Some(DeValue::String(text)) => Ok(text.to_string()),
             Some(other) => Err(self.wrong(
                 key,
-                format!("{} is not a text", describe(other)),
+                format!("{} is not a string", describe(other)),
                 format!("put it in quotes: {key} = \"...\""),
             )),
         }
@@ -273,8 +272,8 @@ fn as_number(value: &DeValue) -> Option<f64> {
     match value {
         DeValue::Float(number) => {
             let text = number.as_str();
-            // `inf` and `nan` are numbers to TOML and refused by their range; 1e400 is
-            // neither infinite nor a number that can be worked with.
+            // TOML accepts `inf` and `nan`; the range checks reject them. 1e400 overflows to
+            // infinity, so it is rejected here.
             let fits = |n: &f64| n.is_finite() || !text.contains(|c: char| c.is_ascii_digit());
             text.replace('_', "").parse().ok().filter(fits)
         }
@@ -287,12 +286,12 @@ fn as_integer(number: &DeInteger) -> Option<i64> {
     i64::from_str_radix(&number.as_str().replace('_', ""), number.radix()).ok()
 }
 
-/// A value as messages name it.
+/// Describes a value for messages.
 fn describe(value: &DeValue) -> String {
-    // More than a position has would be too long to read.
+    // A list longer than a position would be unreadable.
     const MOST: usize = 4;
     match value {
-        DeValue::String(text) => format!("the text \"{}\"", shown(text)),
+        DeValue::String(text) => format!("the string \"{}\"", shown(text)),
         DeValue::Integer(number) => shown(&number.to_string()),
         DeValue::Float(number) => shown(number.as_str()),
         DeValue::Boolean(truth) => truth.to_string(),

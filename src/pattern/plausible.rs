@@ -46,9 +46,9 @@ mod tests {
         for (text, words) in [
             (
                 "id,x,y\na,0,-300\nb,-150,150\n",
-                &["p: y", "p: x", "300 mm are 0.3 m"][..],
+                &["p: y", "p: x", "300 mm is 0.3 m"][..],
             ),
-            ("id,x,y\na,0,0\nb,-150,0\n", &["p: x", "150 mm are 0.15 m"]),
+            ("id,x,y\na,0,0\nb,-150,0\n", &["p: x", "150 mm is 0.15 m"]),
             (
                 "id,x,y,area_cm2\na,0,0,8000\n",
                 &["area_cm2", "square millimetres"],

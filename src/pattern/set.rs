@@ -71,7 +71,7 @@ impl FromStr for PatternSource {
             part.parse()
                 .ok()
                 .filter(|&n: &usize| (1..=1_000_000).contains(&n))
-                .ok_or_else(|| wrong(format!("`{}` is not a count", shown(part)), forms()))
+                .ok_or_else(|| wrong(format!("`{}` is not a valid count", shown(part)), forms()))
         };
         let flow = |part: &str| {
             let number = part.strip_suffix(PER_MINUTE).map(str::parse);
@@ -624,9 +624,9 @@ mod tests {
         let nothing = "neither a kind of pattern nor an existing file or folder";
         for (bad, problem) in [
             ("", nothing),
-            ("balanced:0", "`0` is not a count"),
+            ("balanced:0", "`0` is not a valid count"),
             ("grid:600/min:7", "too many parts for grid"),
-            ("random:0.2", "`0.2` is not a count"),
+            ("random:0.2", "`0.2` is not a valid count"),
             ("random:600:7", "`600` is not a flow"),
             ("random:0/min", "`0/min` is not a flow"),
             ("profile", "profile needs a file"),

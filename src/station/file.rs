@@ -55,7 +55,7 @@ pub fn load_with_strategy(
         if let Some(station) = meant_built_in(path) {
             return Err(Error::input(
                 name,
-                "there is no such file",
+                "the file does not exist",
                 format!("write `{station}` for the built-in station, or check the path"),
             ));
         }
@@ -402,7 +402,7 @@ mod tests {
         for (key, value, word) in [
             ("robots", "0", "0 robots"),
             ("robots", "1000000000", "1000000000 robots"),
-            ("robots", "2.5", "2.5 is not a count"),
+            ("robots", "2.5", "2.5 is not a valid count"),
             ("first_base_x", "nan", "NaN"),
             ("spacing", "-1", "-1 is not a length"),
             ("base_offset", "1e300", "1e300 is not a position"),

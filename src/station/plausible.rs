@@ -211,7 +211,7 @@ mod tests {
             assert_eq!(station.check_camera("--camera-x", x), None);
         }
         for (x, word) in [
-            (300.0, "300 mm are 0.3 m"),
+            (300.0, "300 mm is 0.3 m"),
             (-500.0, "-0.5 m"),
             (5.0, "ever seen"),
         ] {

@@ -181,7 +181,7 @@ fn no_output_is_an_input() {
                 std::os::unix::fs::symlink(place.at(input), &link).unwrap();
                 for target in [input, "link"] {
                     let call = [&verb[..], &[flag, target, "--force"]].concat();
-                    place.refused(&call, &["is also the file of"]);
+                    place.refused(&call, &["is already used by"]);
                 }
                 assert_eq!(place.read(input), before, "{verb:?} {flag} {name}");
             }
@@ -356,7 +356,7 @@ fn a_picture_may_go_into_the_folder_that_is_made() {
     std::fs::remove_dir_all(place.at("new")).unwrap();
     place.refused(
         &[&simulate[..], &["new/run.json"]].concat(),
-        &["is also the file of --out"],
+        &["is already used by --out"],
     );
     place.refused(
         &[&simulate[..], &["new/sub/r.html"]].concat(),

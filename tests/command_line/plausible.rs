@@ -90,13 +90,13 @@ fn flags_and_patterns_in_wrong_units() {
     for (arguments, words) in [
         (
             &["--camera-x", "300"][..],
-            &["--camera-x", "300 mm are 0.3 m"][..],
+            &["--camera-x", "300 mm is 0.3 m"][..],
         ),
         (
             &["--position-noise", "5"],
             &["--position-noise", "millimetres"],
         ),
-        (&["--pattern", name], &["p.csv: x", "150 mm are 0.15 m"]),
+        (&["--pattern", name], &["p.csv: x", "150 mm is 0.15 m"]),
         (
             &["--belt-speed", "0.0001"],
             &["--belt-speed", "not plausible"],
@@ -142,12 +142,12 @@ fn feeds_in_wrong_units() {
         (
             "pattern generate -q clustered --cluster-spread 100 --count 5",
             "--cluster-spread",
-            "100 mm are 0.1 m",
+            "100 mm is 0.1 m",
         ),
         (
             "pattern generate -q gaps --gap-length 1000 --count 5",
             "--gap-length",
-            "1000 mm are 1 m",
+            "1000 mm is 1 m",
         ),
         (
             "optimize -q --robots 1 --validate 0 --items 5 --patterns random:2 --flow 1e6 --no-bound",

@@ -62,7 +62,7 @@ fn result_files_leave_the_input_alone() {
             assert!(told.contains(word), "{arguments:?}: {word} not in {told}");
         }
         let of_a_folder = "would be a file among the patterns of --patterns";
-        let why = ["is also the file of --", of_a_folder][usize::from(arguments.contains(&out))];
+        let why = ["is already used by --", of_a_folder][usize::from(arguments.contains(&out))];
         assert!(told.contains(why), "{arguments:?}: {told}");
     }
     assert_eq!(std::fs::read_to_string(at("runs.csv")).unwrap(), pattern);

@@ -27,34 +27,34 @@ fn what_cannot_be_is_refused_with_the_likely_unit() {
             &[
                 "refused (value): x = -350",
                 "millimetres",
-                "-350 mm are -0.35 m",
+                "-350 mm is -0.35 m",
             ][..],
         ),
         (
             r#""kind":"detection","stamp":1,"x":350,"y":0"#,
-            &["refused (off_belt)", "x = 350 m", "350 mm are 0.35 m"],
+            &["refused (off_belt)", "x = 350 m", "350 mm is 0.35 m"],
         ),
         (
             r#""kind":"detection","stamp":1,"x":0,"y":-120"#,
-            &["refused (off_belt)", "y = -120 m", "-120 mm are -0.12 m"],
+            &["refused (off_belt)", "y = -120 m", "-120 mm is -0.12 m"],
         ),
         (
             r#""kind":"belt","stamp":1,"speed":300"#,
             &[
                 "refused (value): speed = 300",
-                "300 mm/s are 0.3 m/s",
+                "300 mm/s is 0.3 m/s",
                 "metres per minute",
             ],
         ),
         (
             r#""kind":"belt","stamp":1,"speed":-18"#,
-            &["refused (value): speed = -18", "18 m/min are 0.3 m/s"],
+            &["refused (value): speed = -18", "18 m/min is 0.3 m/s"],
         ),
         (
             r#""kind":"belt","stamp":1795656426000,"speed":0.3"#,
             &[
                 "refused (value): stamp",
-                "1795656426000 ms are 1795656426 s",
+                "1795656426000 ms is 1795656426 s",
             ],
         ),
         (
@@ -67,7 +67,7 @@ fn what_cannot_be_is_refused_with_the_likely_unit() {
         ),
         (
             r#""kind":"detection","stamp":1,"x":0,"y":0,"p_detection":95"#,
-            &["refused (value): p_detection = 95", "95 % are 0.95"],
+            &["refused (value): p_detection = 95", "95 % is 0.95"],
         ),
         (
             r#""kind":"detection","stamp":1,"x":0,"y":0,"area_cm2":1e7"#,
@@ -95,15 +95,15 @@ fn what_is_most_likely_wrong_is_questioned_and_goes_on() {
     for (fields, words) in [
         (
             r#""kind":"detection","stamp":1,"x":-40,"y":0"#,
-            &["stdin line 3: detection: x: -40 m", "-40 mm are -0.04 m"][..],
+            &["stdin line 3: detection: x: -40 m", "-40 mm is -0.04 m"][..],
         ),
         (
             r#""kind":"belt","stamp":1,"speed":3"#,
-            &["belt: speed: 3 m/s is 60 times", "3 m/min are 0.05 m/s"],
+            &["belt: speed: 3 m/s is 60 times", "3 m/min is 0.05 m/s"],
         ),
         (
             r#""kind":"detection","stamp":1,"x":0,"y":0,"area_cm2":8000"#,
-            &["detection: area_cm2", "8000 mm^2 are 80 cm^2"],
+            &["detection: area_cm2", "8000 mm^2 is 80 cm^2"],
         ),
         (
             r#""kind":"detection","stamp":1,"x":0,"y":0,"covariance":[0.01,0,0.01]"#,
@@ -118,7 +118,7 @@ fn what_is_most_likely_wrong_is_questioned_and_goes_on() {
             &[
                 "robot: available_at: 50000 s",
                 "milliseconds",
-                "50000 ms are 50 s",
+                "50000 ms is 50 s",
             ],
         ),
         (
@@ -145,7 +145,7 @@ fn no_pick_is_lost_by_a_place_or_a_time_that_cannot_be() {
     for (fields, words) in [
         (
             r#""found":{"x":1300,"y":-0.2}"#,
-            &["found.x", "1300 mm are 1.3 m"][..],
+            &["found.x", "1300 mm is 1.3 m"][..],
         ),
         (r#""found":{"x":1.3,"y":-1e9}"#, &["found.y"]),
         (
@@ -158,7 +158,7 @@ fn no_pick_is_lost_by_a_place_or_a_time_that_cannot_be() {
         ),
         (
             r#""available_at":1000100"#,
-            &["available_at", "1000100 ms are 1000.1 s"],
+            &["available_at", "1000100 ms is 1000.1 s"],
         ),
     ] {
         let station = pickline::station::built_in("paper").unwrap();

@@ -268,7 +268,7 @@ fn a_profile_is_not_written_over() {
     ]);
     let said = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(said.contains("is also the file of --profile"), "{said}");
+    assert!(said.contains("is already used by --profile"), "{said}");
     assert_eq!(std::fs::read_to_string(file).unwrap(), text);
 }
 

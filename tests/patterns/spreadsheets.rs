@@ -62,7 +62,7 @@ fn what_is_not_certain_is_refused() {
         ("id,x,y,,note\na,0,0,,n\n", &["t:1: column 4", "no name"]),
         (
             "id,x,y,\na,0,0,0.5\n",
-            &["t:2", "4 fields where the header has 3"],
+            &["t:2", "expected 3 fields as in the header, found 4"],
         ),
         ("id;x;y\na;0;0.1\nb;-1;-0,25\n", &["t:3: y", "`-0,25`"]),
         (

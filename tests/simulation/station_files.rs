@@ -94,7 +94,7 @@ fn paths_are_files_and_other_names_are_not() {
     let path = path.to_str().unwrap();
     let message = load(path, PLAIN).unwrap_err().to_string();
     assert!(
-        message.contains("there is no such file") && message.contains("write `paper`"),
+        message.contains("the file does not exist") && message.contains("write `paper`"),
         "{message}"
     );
     // A file of nearly that name is what was meant.

@@ -107,9 +107,9 @@ fn bins_out_of_reach_are_warned_of() {
     assert!(
         warned((1200.0, -0.5))
             .unwrap()
-            .contains("1200 mm are 1.2 m")
+            .contains("1200 mm is 1.2 m")
     );
-    assert!(warned((1.0, -500.0)).unwrap().contains("500 mm are 0.5 m"));
+    assert!(warned((1.0, -500.0)).unwrap().contains("500 mm is 0.5 m"));
 }
 
 /// Warnings name the first robot that each kind concerns.

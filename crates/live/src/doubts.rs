@@ -207,19 +207,19 @@ mod tests {
         for (fields, words) in [
             (
                 r#""kind":"detection","stamp":1,"x":-40,"y":0"#,
-                &["detection: x", "-40 mm are -0.04 m"][..],
+                &["detection: x", "-40 mm is -0.04 m"][..],
             ),
             (
                 r#""kind":"detection","stamp":1,"x":0,"y":0,"area_cm2":8000"#,
-                &["area_cm2", "8000 mm^2 are 80 cm^2"],
+                &["area_cm2", "8000 mm^2 is 80 cm^2"],
             ),
             (
                 r#""kind":"detection","stamp":1,"x":0,"y":0,"covariance":[0.01,0,0.01]"#,
-                &["covariance", "one item", "0.01 mm^2 are 1e-8 m^2"],
+                &["covariance", "one item", "0.01 mm^2 is 1e-8 m^2"],
             ),
             (
                 r#""kind":"belt","stamp":1,"speed":6"#,
-                &["6 m/s", "6 m/min are 0.1 m/s"],
+                &["6 m/s", "6 m/min is 0.1 m/s"],
             ),
             // The station says 0.05 m/s.
             (

@@ -54,24 +54,24 @@ fn files_that_are_no_patterns() {
     pattern_refused(path, b"id,x,y\na,0,0\n\xe9,-1,0\n", &message);
     let message = Message::new(
         "p.csv:1: byte 0xff is not UTF-8 text",
-        "it is UTF-16: save the file as UTF-8, in a spreadsheet as CSV UTF-8",
+        "the file is UTF-16; save it as UTF-8 (in a spreadsheet: CSV UTF-8)",
     );
     pattern_refused(path, b"\xff\xfei\0d\0,\0x\0,\0y\0\n\0", &message);
     for (name, problem, cure) in [
         (
             "no-such.csv",
             "No such file or directory (os error 2)",
-            "check the path: there is no such file",
+            "the file does not exist; check the path",
         ),
         (
             "no-such/p.csv",
             "No such file or directory (os error 2)",
-            "there is no folder no-such: check the path",
+            "the folder no-such does not exist; check the path",
         ),
         (
             ".",
             "Is a directory (os error 21)",
-            "name a file: this is a folder",
+            "this is a folder; give the path of a file",
         ),
     ] {
         let message = Message::new(&format!("cannot read {name}: {problem}"), cure);

@@ -72,7 +72,7 @@ fn stations_that_do_not_hang_together() {
     for case in cases {
         station_refused(path, case.file, &case.message);
     }
-    let mend = "mend the line; strings need quotes, numbers a digit before the point";
+    let mend = "fix the line; strings need quotes, and numbers a digit before the decimal point";
     let deep = format!("a = {}", "[".repeat(50_000));
     let message = Message {
         says: None,
@@ -88,7 +88,7 @@ fn stations_that_do_not_hang_together() {
     let utf16: Vec<u8> = BELT.encode_utf16().flat_map(u16::to_le_bytes).collect();
     let message = Message::new(
         "s.toml:1: byte 0xff is not UTF-8 text",
-        "it is UTF-16: save the file as UTF-8, in a spreadsheet as CSV UTF-8",
+        "the file is UTF-16; save it as UTF-8 (in a spreadsheet: CSV UTF-8)",
     );
     station_refused(path, [&b"\xff\xfe"[..], &utf16].concat(), &message);
     // A million lines; the wrong one is the last.
@@ -102,17 +102,17 @@ fn stations_that_do_not_hang_together() {
         (
             "no-such.toml",
             "cannot read no-such.toml: No such file or directory (os error 2)",
-            "check the path: there is no such file",
+            "the file does not exist; check the path",
         ),
         (
             "no-such/s.toml",
             "cannot read no-such/s.toml: No such file or directory (os error 2)",
-            "there is no folder no-such: check the path",
+            "the folder no-such does not exist; check the path",
         ),
         (
             ".",
             "cannot read .: Is a directory (os error 21)",
-            "name a file: this is a folder",
+            "this is a folder; give the path of a file",
         ),
         (
             "papre",
