@@ -322,7 +322,7 @@ fn arms_that_come_nearer_than_their_thickness_are_doubtful() {
     std::fs::write(&path, near).unwrap();
     let report = text(&["station", "check", &path]);
     assert!(
-        report.contains("can come as near as 0.001 m, less than 0.05 m")
+        report.contains("can come as close as 0.001 m, less than 0.05 m")
             && report.contains("doubtful"),
         "{report}"
     );

@@ -9,90 +9,91 @@ use pickline::planning::bound::{Bound, StopReason, certified_percent};
 use pickline::stats::Interval;
 use serde::Serialize;
 
-/// A bound as it is printed and written; the JSON field names are the product's format.
+/// A bound as printed and written; the JSON field names are the product's format.
 #[derive(Debug, Clone, Serialize)]
 pub struct BoundReport {
-    /// Items of the pattern.
+    /// Items in the pattern.
     pub items: usize,
-    /// Items that some robot can reach.
+    /// Items within reach of at least one robot.
     pub reachable: usize,
-    /// No strategy picks more.
+    /// Upper bound on the picks of every strategy.
     pub picks_upper_bound: usize,
-    /// The same before it was rounded down to a whole number.
+    /// The same bound before rounding down to a whole number.
     pub picks_relaxed: f64,
-    /// No strategy picks a higher sum of weights; none where it was not asked for and
-    /// does not follow from the picks.
+    /// Upper bound on the sum of weights picked by any strategy; `None` if it was not requested
+    /// and does not follow from the picks.
     pub weight_upper_bound: Option<f64>,
-    /// No strategy has a higher rate [1/min]; none where no finite bound was found.
+    /// Upper bound on the picking rate of every strategy [1/min]; `None` if no finite bound was
+    /// found.
     pub picking_rate_upper_bound_per_min: Option<f64>,
-    /// No strategy has a higher weighted rate [1/min].
+    /// Upper bound on the weighted rate of every strategy [1/min].
     pub weighted_rate_upper_bound_per_min: Option<f64>,
-    /// No run ends earlier [s].
+    /// Lower bound on the end of every run [s].
     pub end_lower_bound_s: f64,
-    /// Whether everything can be picked: `yes`, a schedule does; `no`, that is proven;
-    /// `open`.
+    /// Whether everything can be picked: `yes` (a schedule does so), `no` (proven) or `open`.
     pub all_picked: &'static str,
-    /// No run in which everything is picked ends earlier [s]; none when there is none.
+    /// Lower bound on the end of every run that picks everything [s]; `None` if there is no
+    /// such run.
     pub all_picked_end_lower_bound_s: Option<f64>,
-    /// The best schedule found on the way.
+    /// The best schedule found during the search.
     pub schedule: Option<ScheduleReport>,
-    /// Length of the slots [s].
+    /// Length of a time slot [s].
     pub slot_s: f64,
-    /// Picks in slots.
+    /// Number of picks in time slots.
     pub arcs: usize,
-    /// Steps of the prices, for picks and where asked for weight.
+    /// Steps of the prices: for picks and, if requested, for weight.
     pub iterations: usize,
-    /// `optimal`: the schedule reaches the bound; `done`; `interrupted`, the bound
-    /// holds all the same; `too_many_items` for slots of any use.
+    /// `optimal`: the schedule reaches the bound; `done`; `interrupted`: the bound still holds;
+    /// `too_many_items`: time slots would be too coarse to be useful.
     pub stop_reason: &'static str,
-    /// What a reader should know.
+    /// Remarks for the reader.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
-    /// How it was made.
+    /// Where the result comes from.
     pub made: Provenance,
     #[serde(skip)]
     prices: Vec<(String, f64)>,
-    /// Whether weights say more than counts, or were asked for.
+    /// Whether items have different weights, or the bound on weight was requested.
     #[serde(skip)]
     weighs: bool,
 }
 
-/// A schedule that the independent checker confirmed.
+/// A schedule confirmed by the independent checker.
 #[derive(Debug, Clone, Serialize)]
 pub struct ScheduleReport {
-    /// Items picked.
+    /// Number of items picked.
     pub picked: usize,
-    /// The sum of their weights.
+    /// Sum of the weights of those items.
     pub weight: f64,
-    /// Its end [s].
+    /// End of the schedule [s].
     pub end_s: f64,
-    /// Its picks per minute.
+    /// Picks per minute of the schedule.
     pub picking_rate_per_min: f64,
-    /// Its weighted picks per minute.
+    /// Weighted picks per minute of the schedule.
     pub weighted_rate_per_min: f64,
-    /// What it picks as a proven share of the optimum [%].
+    /// Picks of the schedule as a proven share of the optimum [%].
     pub certified_percent: f64,
 }
 
-/// A run held against the bound of its pattern.
+/// A run compared with the bound of its pattern.
 #[derive(Debug, Clone, Serialize)]
 pub struct CertifiedReport {
-    /// No strategy picks more.
+    /// Upper bound on the picks of every strategy.
     pub picks_upper_bound: usize,
-    /// What the run picks as a proven share of the optimum [%], rounded down.
+    /// Picks of the run as a proven share of the optimum [%], rounded down.
     pub certified_percent: f64,
-    /// No strategy has a higher rate [1/min].
+    /// Upper bound on the picking rate of every strategy [1/min].
     pub picking_rate_upper_bound_per_min: Option<f64>,
-    /// The run's rate as a proven share of the highest [%], rounded down.
+    /// The run's rate as a proven share of the highest rate [%], rounded down.
     pub certified_rate_percent: Option<f64>,
-    /// Whether the proof was cut short, so that `pickline bound` would prove more; absent
-    /// when not.
+    /// Whether the proof was cut short, so that `pickline bound` would prove more; omitted if
+    /// not.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub cut_short: bool,
 }
 
 impl CertifiedReport {
-    /// `figures` against `bound`, which is one of picks.
+    /// Compares `figures` with `bound`, a bound on picks.
     pub fn new(figures: &Figures, bound: &Bound) -> Self {
         let rate = figures.picking_rate();
         Self {
@@ -104,7 +105,7 @@ impl CertifiedReport {
         }
     }
 
-    /// One line for a terminal.
+    /// One line for the terminal.
     pub(super) fn line(&self) -> String {
         let rate = match (
             self.certified_rate_percent,
@@ -118,8 +119,8 @@ impl CertifiedReport {
             _ => String::new(),
         };
         let cut_short = if self.cut_short {
-            "          cut short, as the pattern is long: `pickline bound` takes its time and \
-             proves more, with a short --slot still more\n"
+            "          cut short because the pattern is long: `pickline bound` searches longer and \
+             proves more; a shorter --slot helps further\n"
         } else {
             ""
         };
@@ -132,14 +133,14 @@ impl CertifiedReport {
 }
 
 impl BoundReport {
-    /// The report of the bound of `picks` on `pattern`, with that of `weight` when it
-    /// was asked for.
+    /// The report of the bound on `picks` for `pattern`, with the bound on `weight` if it was
+    /// requested.
     pub fn new(pattern: &Pattern, picks: &Bound, weight: Option<&Bound>, made: Provenance) -> Self {
         let main = weight.unwrap_or(picks);
-        // Where all items weigh the same, weight is picks in another unit.
+        // If all items weigh the same, weight is picks in another unit.
         let first = pattern.items()[0].reward();
         let equal = pattern.items().iter().all(|item| item.reward() == first);
-        // Rounded up by more than the product can have lost.
+        // Rounded up by more than the product's rounding error.
         let as_weight = |picks: f64| first * picks * (1.0 + 1e-12);
         let least = |found: Option<f64>, follows: Option<f64>| match (found, follows) {
             (Some(a), Some(b)) => Some(a.min(b)),
@@ -150,7 +151,7 @@ impl BoundReport {
             let figures = bound.schedule.as_ref().map(|s| s.figures);
             figures.is_some_and(|figures| figures.complete())
         });
-        // Each of the two proves what it proves.
+        // Both bounds hold, so the tighter one counts.
         let ends = [Some(picks), weight].into_iter().flatten();
         let end = ends.clone().map(|bound| bound.end).fold(0.0, f64::max);
         let all_end = ends.map(|bound| bound.all_end.unwrap_or(f64::INFINITY));
@@ -200,7 +201,7 @@ impl BoundReport {
         }
     }
 
-    /// The figures by their names in files; empty where there is none.
+    /// The figures by their names in files; `None` becomes an empty field.
     fn rows(&self) -> Vec<(&'static str, Option<String>)> {
         let text = |value: Option<f64>| value.map(|value| value.to_string());
         let of = |figure: fn(&ScheduleReport) -> f64| text(self.schedule.as_ref().map(figure));
@@ -230,7 +231,7 @@ impl BoundReport {
         ]
     }
 
-    /// The figures as CSV, one line each.
+    /// The figures as CSV, one per line.
     pub fn to_csv(&self) -> String {
         let header = ["figure", "value"].map(str::to_owned);
         let rows = self.rows().into_iter();
@@ -238,7 +239,7 @@ impl BoundReport {
         self.made.csv(std::iter::once(header).chain(rows))
     }
 
-    /// The price of every item as CSV: what taking it costs the others.
+    /// The price of every item as CSV: what picking it costs the other items.
     pub fn prices_csv(&self) -> String {
         let header = ["item", "price"].map(str::to_owned);
         let rows = self.prices.iter();
@@ -246,7 +247,7 @@ impl BoundReport {
         self.made.csv(std::iter::once(header).chain(rows))
     }
 
-    /// The bound for a terminal.
+    /// The bound as text for the terminal.
     pub fn to_table(&self) -> String {
         let up = |value: Option<f64>, digits: usize| {
             value.map_or("-".to_owned(), |value| rounded_up(value, digits))
@@ -290,13 +291,13 @@ impl BoundReport {
             "s".into(),
         ]);
         let all = match (self.all_picked, self.all_picked_end_lower_bound_s) {
-            ("no", _) | (_, None) => "everything cannot be picked; that is proven".to_owned(),
+            ("no", _) | (_, None) => "not everything can be picked (proven)".to_owned(),
             (all_picked, Some(end)) => format!(
-                "everything {}; no run that does so ends before {} s",
+                "{}; no run that picks everything ends before {} s",
                 if all_picked == "yes" {
-                    "can be picked, the schedule does"
+                    "everything can be picked: the schedule does so"
                 } else {
-                    "may be pickable, that is open"
+                    "whether everything can be picked is open"
                 },
                 rounded_down(end, 1)
             ),
@@ -308,8 +309,8 @@ impl BoundReport {
             )
         });
         format!(
-            "{}{share}all       {all}\nreach     {} of {} items are in reach\nsearch    {} steps, slots of {} s, \
-             {} picks in slots, {}\n{}{}",
+            "{}{share}all       {all}\nreach     {} of {} items are within reach\n\
+             search    {} steps, slots of {} s, {} picks in slots, {}\n{}{}",
             table.render(),
             self.reachable,
             self.items,
@@ -326,32 +327,32 @@ impl BoundReport {
     }
 }
 
-/// An upper bound with so many digits, still one.
+/// An upper bound rounded up to `digits` decimals.
 pub(crate) fn rounded_up(value: f64, digits: usize) -> String {
     let power = 10f64.powi(digits as i32);
-    // What is a rounding above a printable number is that number.
+    // A value that is only a rounding error above a printable number is that number.
     fixed(((value * power) * (1.0 - 1e-11)).ceil() / power, digits)
 }
 
-/// A lower bound with so many digits, still one.
+/// A lower bound rounded down to `digits` decimals.
 fn rounded_down(value: f64, digits: usize) -> String {
     let power = 10f64.powi(digits as i32);
     fixed(((value * power) * (1.0 + 1e-11)).floor() / power, digits)
 }
 
-/// The bound of one case of a comparison.
+/// The bound for one case of a comparison.
 #[derive(Debug, Clone, Serialize)]
 pub struct CaseBoundReport {
     /// Mean of the most items that can be picked from a pattern.
     pub picks_upper_bound: f64,
     /// The same as a share of the items.
     pub picked_share: f64,
-    /// Mean of the highest rates [1/min].
+    /// Mean of the highest possible rates [1/min].
     pub picking_rate_per_min: Option<f64>,
-    /// 95 % interval of that minus the first method's rate, paired over patterns; none of
-    /// a single pattern.
+    /// 95 % interval of that mean minus the first method's rate, paired over patterns; `None`
+    /// for a single pattern.
     pub difference: Option<Interval>,
-    /// How much higher it is than the first method's mean rate [%].
+    /// Excess over the first method's mean rate [%].
     pub benefit_percent: Option<f64>,
 }
 
@@ -366,8 +367,8 @@ impl CaseBoundReport {
         }
     }
 
-    /// Its row in a comparison of `columns` columns, with `before` columns behind the
-    /// methods' names that it says nothing of.
+    /// Its row in a comparison of `columns` columns; `before` columns after the methods' names
+    /// stay empty.
     pub(super) fn row(&self, before: usize, columns: usize) -> Vec<String> {
         let up = |value: Option<f64>| value.map_or(String::new(), |value| rounded_up(value, 1));
         let mut row = vec![String::new(), "bound: no strategy beats".to_owned()];

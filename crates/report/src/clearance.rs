@@ -1,4 +1,4 @@
-//! How close arms come, in a run and by the station's geometry.
+//! How close arms come to each other, in a run and by the station's geometry.
 
 use super::table::fixed;
 use pickline::clearance::{Apart, Clearance, MARGIN, TOLERANCE};
@@ -6,15 +6,15 @@ use pickline::error::{shown, shown_number};
 use pickline::station::Station;
 use serde::Serialize;
 
-/// The closest that two arms come in a run.
+/// The smallest distance between two arms in a run.
 #[derive(Debug, Clone, Serialize)]
 pub struct ClearanceReport {
-    /// Distance of the arms, each the segment from base to tool point [m]; 0 where they
+    /// Distance between the arms, each the segment from base to tool point [m]; 0 if they
     /// cross.
     pub distance_m: f64,
-    /// It is at most this much too large [m].
+    /// The true distance is smaller by at most this [m].
     pub tolerance_m: f64,
-    /// When [s].
+    /// Time at which it occurs [s].
     pub time_s: f64,
     /// Names of the two robots, upstream first.
     pub robots: [String; 2],
@@ -23,7 +23,7 @@ pub struct ClearanceReport {
 }
 
 impl ClearanceReport {
-    /// The report of `clearance` in a run on `station`.
+    /// The report of `clearance` for a run on `station`.
     pub fn new(station: &Station, clearance: &Clearance) -> Self {
         Self {
             distance_m: clearance.distance,
@@ -34,7 +34,7 @@ impl ClearanceReport {
         }
     }
 
-    /// The line of a table.
+    /// The line for the terminal.
     pub(super) fn line(&self) -> String {
         let [one, other] = self.robots.each_ref().map(|name| shown(name));
         let [x, y] = self.points[0].map(|v| fixed(v, 3));
@@ -59,10 +59,10 @@ impl ClearanceReport {
     }
 }
 
-/// Pairs of robots that are listed before the rest is only counted.
+/// Maximum number of pairs of robots to list; the others are only counted.
 const MOST_PAIRS: usize = 12;
 
-/// Lines on which arms of `station` can touch: what is fine, and a warning for each pair
+/// Lines about which arms of `station` can touch: what is fine, and a warning for each pair
 /// that is not.
 pub fn arms_apart(station: &Station, apart: &Apart) -> (String, Vec<String>) {
     let name = |robot: usize| shown(&station.robots()[robot].name);
@@ -89,7 +89,10 @@ pub fn arms_apart(station: &Station, apart: &Apart) -> (String, Vec<String>) {
                     fixed(shared.area, 3),
                     span(shared.x)
                 ),
-                None => format!("their ways to the bins meet, {}", span(overlap.swept.x)),
+                None => format!(
+                    "their paths to the bins intersect, {}",
+                    span(overlap.swept.x)
+                ),
             };
             let rest = match overlap.at_rest {
                 0.0 => "they cross".to_owned(),
@@ -101,7 +104,7 @@ pub fn arms_apart(station: &Station, apart: &Apart) -> (String, Vec<String>) {
     let near = apart.near.iter().take(MOST_PAIRS).map(|(distance, pair)| {
         let [one, other] = pair.map(name);
         format!(
-            "the arms of {one} and {other} can come as near as {} m, less than {} m: arms have a \
+            "the arms of {one} and {other} can come as close as {} m, less than {} m: arms have a \
              thickness",
             fixed(*distance, 3),
             shown_number(MARGIN)
@@ -118,7 +121,7 @@ pub fn arms_apart(station: &Station, apart: &Apart) -> (String, Vec<String>) {
     let more = apart.near.len().saturating_sub(MOST_PAIRS);
     if more > 0 {
         warnings.push(format!(
-            "the arms of {more} more pairs of robots can come that near"
+            "the arms of {more} more pairs of robots can come that close"
         ));
     }
     (fine, warnings)

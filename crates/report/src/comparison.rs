@@ -1,4 +1,4 @@
-//! A comparison of methods: the paper's Tables 2 and 3 for one's own line.
+//! A comparison of methods: the paper's Tables 2 and 3 for the user's own line.
 
 use super::bound::CaseBoundReport;
 use super::provenance::Provenance;
@@ -10,17 +10,16 @@ use pickline::stats::Interval;
 use pickline::strategies::is_policy;
 use serde::Serialize;
 
-/// A comparison as it is printed and written; the JSON field names are the product's
-/// format.
+/// A comparison as printed and written; the JSON field names are the product's format.
 #[derive(Debug, Clone, Serialize)]
 pub struct ComparisonReport {
-    /// The methods; the first is what the others are measured against.
+    /// The methods; the others are compared with the first.
     pub methods: Vec<MethodReport>,
     /// The cases.
     pub cases: Vec<CaseReport>,
-    /// What a reader should know.
+    /// Remarks for the reader.
     pub notes: Vec<String>,
-    /// How it was made.
+    /// Where the result comes from.
     pub made: Provenance,
     #[serde(skip)]
     pub(super) with_paper: bool,
@@ -35,18 +34,18 @@ pub struct MethodReport {
     pub title: String,
 }
 
-/// One case.
+/// One case: a kind of pattern, with the results of all methods.
 #[derive(Debug, Clone, Serialize)]
 pub struct CaseReport {
     /// Its name.
     pub name: String,
-    /// Items a pattern.
+    /// Items in each pattern.
     pub items: usize,
-    /// How many patterns.
+    /// Number of patterns.
     pub patterns: usize,
-    /// One a method.
+    /// The results, one per method.
     pub results: Vec<ResultReport>,
-    /// What no strategy can do better, where it was asked for.
+    /// What no strategy can exceed, if the bound was requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bound: Option<CaseBoundReport>,
     #[serde(skip)]
@@ -55,7 +54,7 @@ pub struct CaseReport {
     runs: Vec<Run>,
 }
 
-/// One run as a row of a CSV file; what is shown only where items have attributes stands apart.
+/// One run as a row of a CSV file; what applies only to items with attributes is kept apart.
 #[derive(Debug, Clone)]
 struct Run {
     cells: [String; 11],
@@ -67,38 +66,38 @@ struct Run {
 pub struct ResultReport {
     /// The method's name in files.
     pub method: String,
-    /// What is picked per minute in the steady state.
+    /// Picks per minute in the steady state.
     #[serde(flatten)]
     pub throughput: ThroughputReport,
     /// Mean share of the items picked.
     pub picked_share: f64,
-    /// Lower end of its 95 % interval; none of a single pattern, as of all that follow.
+    /// Lower end of its 95 % interval; `None` for a single pattern, as for all intervals below.
     pub picked_share_low: Option<f64>,
-    /// Upper end.
+    /// Upper end of its 95 % interval.
     pub picked_share_high: Option<f64>,
     /// Mean end of the run [s].
     pub end_s: f64,
-    /// Mean picks per minute.
+    /// Mean picks per minute over the whole run.
     pub picking_rate_per_min: f64,
     /// Lower end of its 95 % interval.
     pub picking_rate_low: Option<f64>,
-    /// Upper end.
+    /// Upper end of its 95 % interval.
     pub picking_rate_high: Option<f64>,
     /// Mean reward-weighted picks per minute.
     pub weighted_rate_per_min: f64,
-    /// Lower end of the 95 % interval of its rate minus the first method's.
+    /// Lower end of the 95 % interval of this rate minus the first method's rate.
     pub diff_low: Option<f64>,
-    /// Upper end.
+    /// Upper end of that interval.
     pub diff_high: Option<f64>,
-    /// How much higher its mean rate is than the first method's [%].
+    /// Excess of its mean rate over the first method's [%].
     pub benefit_percent: f64,
-    /// What it picks over all patterns as a proven share of the optimum [%].
+    /// Picks over all patterns as a proven share of the optimum [%].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certified_percent: Option<f64>,
-    /// Its mean rate as a proven share of the highest [%].
+    /// Its mean rate as a proven share of the highest rate [%].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certified_rate_percent: Option<f64>,
-    /// What the paper prints for it, where it does.
+    /// The paper's figures for it, if the paper prints any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub paper: Option<PrintedReport>,
 }
@@ -115,8 +114,8 @@ pub struct PrintedReport {
 }
 
 impl ComparisonReport {
-    /// The report of `comparison`; `paper_cases` says that its first cases are the
-    /// paper's four, `with_paper` that their printed figures are wanted in the table.
+    /// The report of `comparison`. `paper_cases`: its first cases are the paper's four;
+    /// `with_paper`: the table shows the paper's figures.
     pub fn new(
         comparison: &Comparison,
         paper_cases: bool,
@@ -150,7 +149,7 @@ impl ComparisonReport {
         }
     }
 
-    /// All methods and cases for a terminal.
+    /// All methods and cases for the terminal.
     pub fn to_table(&self) -> String {
         let mut header = vec!["<case", "<method"];
         let steady = self.is_steady();
@@ -245,19 +244,18 @@ impl ComparisonReport {
         )
     }
 
-    /// Whether items of some case have attributes, so that weights say more than counts.
+    /// Whether items of some case have attributes, so that weight differs from the count.
     pub(super) fn weighs(&self) -> bool {
         self.cases.iter().any(|case| case.weighs)
     }
 
-    /// Whether some method has a steady state on some case.
+    /// Whether some method reaches a steady state on some case.
     pub(super) fn is_steady(&self) -> bool {
         let mut results = self.cases.iter().flat_map(|case| &case.results);
         results.any(|result| result.throughput.throughput_per_min.is_some())
     }
 
-    /// Throughput as CSV: what every method picks per minute in the steady state of every
-    /// case.
+    /// Throughput as CSV: each method's picks per minute in the steady state of each case.
     pub fn throughput_csv(&self) -> String {
         let mut header = vec!["case", "method"];
         header.extend(ThroughputReport::COLUMNS);
@@ -275,7 +273,7 @@ impl ComparisonReport {
         self.made.csv(rows)
     }
 
-    /// Table 2 of the paper as CSV: items picked and the time that it took.
+    /// Table 2 of the paper as CSV: items picked and time taken.
     pub fn picked_time_csv(&self) -> String {
         let header = ["case", "method", "picked_share", "end_s", "patterns"];
         let mut rows = vec![header.map(str::to_owned)];
@@ -293,8 +291,8 @@ impl ComparisonReport {
         self.made.csv(rows)
     }
 
-    /// Table 3 of the paper as CSV: the picking rate of every method on every case, how much
-    /// more than the first method it picks, and what no strategy can do better.
+    /// Table 3 of the paper as CSV: each method's picking rate on each case, its excess over
+    /// the first method, and the upper bound for every strategy.
     pub fn picking_rate_csv(&self) -> String {
         let header = [
             "case",
@@ -312,7 +310,7 @@ impl ComparisonReport {
         for case in &self.cases {
             let bound = case.bound.as_ref().and_then(|b| b.picking_rate_per_min);
             for (place, result) in case.results.iter().enumerate() {
-                // The first has nothing to differ from.
+                // The first method has nothing to compare with.
                 let other = |value: Option<f64>| cell(value.filter(|_| place > 0));
                 rows.push([
                     case.name.clone(),
@@ -358,7 +356,7 @@ impl ComparisonReport {
     }
 }
 
-/// On which cases there is no throughput, and why.
+/// The cases without a throughput, and why.
 fn throughput_note(cases: &[CaseReport]) -> Option<String> {
     let missing = |case: &&CaseReport| {
         let mut results = case.results.iter();
@@ -376,7 +374,7 @@ fn throughput_note(cases: &[CaseReport]) -> Option<String> {
     ))
 }
 
-/// On which cases the flow changes, so that the throughput is a mean over the pattern.
+/// The cases in which the flow changes, so that the throughput is a mean over the pattern.
 fn changing_note(cases: &[CaseReport]) -> Option<String> {
     let changing = |case: &&CaseReport| {
         let mut results = case.results.iter();
@@ -401,7 +399,7 @@ fn case_report(
         let Printed { picked, time, rate } = match method {
             Method::Robust(_) => printed?.robust,
             Method::Greedy(_) => printed?.greedy,
-            // Whatever the policy, it stands beside the paper's.
+            // Compared with the paper's figures whatever the policy.
             Method::Strategy(other) if is_policy(other.name()) => printed?.rl,
             Method::Strategy(_) => return None,
         };
@@ -426,7 +424,7 @@ fn case_report(
             let flow = steady.map_or_else(|no| no.flow, |steady| Some(steady.flow));
             let cells = [
                 result.case.name.clone(),
-                // Also where nothing is random, so that the column is one of whole numbers.
+                // Also where nothing is random, so that the column holds whole numbers only.
                 seed.unwrap_or(comparison.first_seed).to_string(),
                 method.id().to_owned(),
                 f.items.to_string(),

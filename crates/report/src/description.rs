@@ -1,23 +1,23 @@
-//! A pattern's figures.
+//! Figures that describe a pattern.
 
 use super::table::{Table, fixed};
 use pickline::pattern::Description;
 use serde::Serialize;
 
-/// The figures of a pattern, and of its flow where the belt's speed is known.
+/// The figures of a pattern, and of its flow if the belt's speed is known.
 #[derive(Debug, Clone, Serialize)]
 pub struct DescriptionReport {
-    /// What needs no belt.
+    /// Figures that do not depend on the belt.
     #[serde(flatten)]
     pub pattern: Description,
-    /// The belt's speed [m/s].
+    /// Belt speed [m/s], if known.
     pub belt_speed: Option<f64>,
-    /// Items that pass a place in a minute at that speed [1/min].
+    /// Items per minute that pass a fixed point at that speed [1/min].
     pub flow_per_min: Option<f64>,
 }
 
 impl DescriptionReport {
-    /// The figures of `pattern` on a belt of this speed [m/s], if it is known.
+    /// The figures of `pattern` on a belt with this speed [m/s], if it is known.
     pub fn new(pattern: Description, belt_speed: Option<f64>) -> Self {
         let flow = |speed: f64| Some(60.0 * pattern.items_per_m? * speed);
         Self {
@@ -45,7 +45,7 @@ pub fn description_table(report: &DescriptionReport) -> Table {
         "m".into(),
     ]);
     table.row([
-        "across, from the centre line".to_owned(),
+        "across the belt, from the centre line".to_owned(),
         format!(
             "{} to {}",
             fixed(d.y_range_m[0], 4),
@@ -66,7 +66,7 @@ pub fn description_table(report: &DescriptionReport) -> Table {
         ]);
     }
     table.row([
-        "nearest neighbour, least".into(),
+        "nearest neighbour, minimum".into(),
         optional(d.nearest_min_m),
         "m".to_owned(),
     ]);
@@ -77,7 +77,7 @@ pub fn description_table(report: &DescriptionReport) -> Table {
     ]);
     let [low, mean, high] = d.reward.map(|r| fixed(r, 4));
     table.row([
-        "reward, least / mean / most".into(),
+        "reward, minimum / mean / maximum".into(),
         format!("{low} / {mean} / {high}"),
         String::new(),
     ]);
@@ -85,7 +85,7 @@ pub fn description_table(report: &DescriptionReport) -> Table {
         ("with an area", d.with_area),
         ("with a detection probability", d.with_p_detection),
         ("with a grasp probability", d.with_p_grasp),
-        ("with a weight of their own", d.with_weight),
+        ("with an explicit weight", d.with_weight),
     ] {
         table.row([name.to_owned(), count.to_string(), "items".into()]);
     }

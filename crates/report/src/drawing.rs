@@ -1,12 +1,12 @@
-//! What pages that draw the station share: the replay and the dashboard. The sources lie in
-//! `drawing/`; a page's scripts share one scope with these, which come first:
+//! What pages that draw the station share: the replay and the dashboard. The sources are in
+//! `drawing/`. They share one scope with a page's own scripts and come first:
 //!
 //! | file | what it is |
 //! |---|---|
-//! | `elements.js` | what pages are made of: figures, tables, lines of text |
-//! | `canvas.js` | canvases, colours, and what every drawing is made of |
+//! | `elements.js` | building blocks of pages: figures, tables, lines of text |
+//! | `canvas.js` | canvases, colours and basic shapes |
 //! | `scene.js` | draws a state of the station; knows nothing of runs or controls |
-//! | `arm.js` | where an arm is on its way |
+//! | `arm.js` | an arm's position during a trip |
 //! | `legend.js` | the legend of the scene |
 
 use crate::palette::ROBOT_COLOURS;
@@ -15,9 +15,9 @@ use serde::Serialize;
 
 pub use crate::page::BASE_STYLE;
 
-/// The style of what `SCRIPTS` draw.
+/// The style sheet for what `SCRIPTS` draw.
 pub const STYLE: &str = include_str!("drawing/drawing.css");
-/// The scripts, in the order in which they have to stand.
+/// The scripts, in the order in which they must appear.
 pub const SCRIPTS: [&str; 5] = [
     include_str!("drawing/elements.js"),
     include_str!("drawing/canvas.js"),

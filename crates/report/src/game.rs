@@ -11,47 +11,46 @@ use pickline::optimize::game::{
 use pickline::stats::Interval;
 use serde::Serialize;
 
-/// A solved game as it is printed and written; the JSON field names are the product's
-/// format.
+/// A solved game as printed and written; the JSON field names are the product's format.
 #[derive(Debug, Clone, Serialize)]
 pub struct GameReport {
     /// `own` or `total`.
     pub payoff: &'static str,
     /// Unit of payoffs, rates, welfare and gains.
     pub unit: &'static str,
-    /// Payoffs are rounded to whole multiples of this [1/min]; from there on everything
-    /// is exact, and payoffs are equal when they round to the same.
+    /// Payoffs are rounded to whole multiples of this [1/min]. All later steps are exact:
+    /// payoffs are equal if they round to the same multiple.
     pub resolution: f64,
     /// The players: the robots' names, upstream first.
     pub robots: Vec<String>,
     /// Each player's actions: the rules' names.
     pub rules: Vec<String>,
-    /// Patterns that payoffs are means over.
+    /// Number of patterns over which payoffs are averaged.
     pub patterns: usize,
-    /// Simulated runs: one assignment on one pattern.
+    /// Simulated runs: one assignment on one pattern each.
     pub runs: u64,
-    /// `enumerated`, or `interrupted` when some patterns are missing.
+    /// `enumerated`, or `interrupted` if some patterns are missing.
     pub stop_reason: &'static str,
-    /// All pure Nash equilibria, the highest welfare first.
+    /// All pure Nash equilibria, highest welfare first.
     pub equilibria: Vec<EquilibriumReport>,
-    /// What is best for all together.
+    /// The assignments with the highest welfare.
     pub social_optimum: SocialOptimum,
-    /// Welfare of the social optimum over that of the worst equilibrium; none without
-    /// an equilibrium or where that is worth nothing (a note says which).
+    /// Welfare of the social optimum divided by that of the worst equilibrium; `None` without
+    /// an equilibrium or if its welfare is 0 (a note says which).
     pub price_of_anarchy: Option<f64>,
-    /// The same of the best equilibrium.
+    /// The same for the best equilibrium.
     pub price_of_stability: Option<f64>,
     /// Iterated best response from every start.
     pub best_response: PlayReport,
-    /// What each robot's rules are to it, robot by robot.
+    /// For each robot: dominant, dominated and equivalent rules.
     pub rules_of_robots: Vec<RobotReport>,
     /// All assignments, in registry order.
     pub profiles: Vec<ProfileReport>,
-    /// What a reader should know.
+    /// Remarks for the reader.
     pub notes: Vec<String>,
-    /// How it was made.
+    /// Where the result comes from.
     pub made: Provenance,
-    /// The game for Gambit, which is a file of its own.
+    /// The game in Gambit's format, written as a separate file.
     #[serde(skip)]
     pub nfg: String,
 }
@@ -61,52 +60,52 @@ pub struct GameReport {
 pub struct EquilibriumReport {
     /// The rules, upstream first.
     pub assignment: Vec<String>,
-    /// `strict`: every change of one rule is a loss to the robot that changes; `weak`:
-    /// some change costs it nothing.
+    /// `strict`: every change of one rule is a loss to the robot that changes; `weak`: some
+    /// change costs it nothing.
     pub kind: &'static str,
-    /// What each robot gets.
+    /// Each robot's payoff.
     pub payoffs: Vec<Payoff>,
     /// Each robot's own picks per minute.
     pub rates: Vec<Payoff>,
     /// The line's picks per minute.
     pub welfare: Payoff,
-    /// The least that a robot loses by a change of its rule.
+    /// The smallest loss of a robot that changes its rule.
     pub margin: Option<Payoff>,
     /// The same over changes to rules that are not equivalent to its own.
     pub margin_to_others: Option<Payoff>,
-    /// Changes of one rule of which the 95 % interval of the gain lies below 0: losses
-    /// that are more than chance in the choice of patterns; none on a single pattern.
+    /// Changes of one rule whose 95 % interval of the gain lies below 0: losses that the random
+    /// choice of patterns does not explain; `None` for a single pattern.
     pub proven: Option<usize>,
-    /// From how many starts iterated best response ends here.
+    /// Number of starts from which iterated best response ends here.
     pub basin: usize,
     /// All changes of one rule.
     pub deviations: Vec<DeviationReport>,
 }
 
-/// A robot's change of its rule alone.
+/// One robot changes its rule; the others keep theirs.
 #[derive(Debug, Clone, Serialize)]
 pub struct DeviationReport {
     /// The robot's name.
     pub robot: String,
     /// Its new rule.
     pub rule: String,
-    /// Whether the new rule gives this robot the same as its own whatever the others do.
+    /// Whether the new rule gives this robot the same payoff as its own whatever the others do.
     pub equivalent: bool,
-    /// What it gains; never above 0 in an equilibrium.
+    /// The robot's gain; never above 0 in an equilibrium.
     pub gain: Payoff,
-    /// Lower end of the 95 % interval of the gain, paired over patterns; none on a single
-    /// one.
+    /// Lower end of the 95 % interval of the gain, paired over patterns; `None` for a single
+    /// pattern.
     pub gain_low: Option<f64>,
-    /// Upper end.
+    /// Upper end of that interval.
     pub gain_high: Option<f64>,
 }
 
-/// What is best for all together.
+/// The assignments with the highest welfare.
 #[derive(Debug, Clone, Serialize)]
 pub struct SocialOptimum {
     /// The line's picks per minute.
     pub welfare: Payoff,
-    /// The assignments that reach it.
+    /// The assignments that reach this welfare.
     pub assignments: Vec<Vec<String>>,
     /// Whether one of them is an equilibrium.
     pub is_equilibrium: bool,
@@ -115,7 +114,7 @@ pub struct SocialOptimum {
 /// Iterated best response from every start.
 #[derive(Debug, Clone, Serialize)]
 pub struct PlayReport {
-    /// Who moves when.
+    /// The order in which robots move.
     pub order: &'static str,
     /// Number of starts: all assignments.
     pub starts: usize,
@@ -123,46 +122,46 @@ pub struct PlayReport {
     pub to_equilibrium: usize,
     /// How many end in a cycle.
     pub to_cycle: usize,
-    /// Most rounds with a change that a start takes to its end.
+    /// The most rounds with a change before a start reaches its end.
     pub most_rounds: usize,
-    /// Most changes of a rule that a start takes to its end.
+    /// The most rule changes before a start reaches its end.
     pub most_changes: usize,
     /// The longest path: the start, then the assignment after each change.
     pub longest: Vec<Vec<String>>,
-    /// The cycles.
+    /// All cycles that were found.
     pub cycles: Vec<CycleReport>,
 }
 
-/// Assignments that best responses go round for ever.
+/// Assignments that best responses cycle through forever.
 #[derive(Debug, Clone, Serialize)]
 pub struct CycleReport {
-    /// Rounds until it begins again.
+    /// Rounds until the cycle repeats.
     pub rounds: usize,
     /// The assignments, change by change; the last is the first.
     pub assignments: Vec<Vec<String>>,
-    /// From how many starts play ends here.
+    /// Number of starts from which play ends here.
     pub basin: usize,
 }
 
-/// What a robot's rules are to it, whatever the others do.
+/// What each rule is worth to one robot, whatever the others do.
 #[derive(Debug, Clone, Serialize)]
 pub struct RobotReport {
     /// The robot's name.
     pub robot: String,
     /// Rules that are never worse than any other.
     pub dominant: Vec<String>,
-    /// Rules that another one dominates.
+    /// Rules that another rule dominates.
     pub dominated: Vec<DominatedReport>,
-    /// Groups of rules that give it the same.
+    /// Groups of rules that always give it the same payoff.
     pub equivalent: Vec<Vec<String>>,
 }
 
 /// A dominated rule.
 #[derive(Debug, Clone, Serialize)]
 pub struct DominatedReport {
-    /// The rule.
+    /// The dominated rule.
     pub rule: String,
-    /// One that dominates it.
+    /// A rule that dominates it.
     pub by: String,
     /// `strictly`: always better; `weakly`: never worse and sometimes better.
     pub how: &'static str,
@@ -173,7 +172,7 @@ pub struct DominatedReport {
 pub struct ProfileReport {
     /// The rules, upstream first.
     pub assignment: Vec<String>,
-    /// What each robot gets.
+    /// Each robot's payoff.
     pub payoffs: Vec<Payoff>,
     /// Each robot's own picks per minute.
     pub rates: Vec<Payoff>,
@@ -181,13 +180,12 @@ pub struct ProfileReport {
     pub welfare: Payoff,
     /// `strict`, `weak` or empty.
     pub equilibrium: &'static str,
-    /// Where iterated best response ends that starts here; empty for a cycle.
+    /// The equilibrium in which iterated best response from here ends; empty for a cycle.
     pub leads_to: Vec<String>,
 }
 
 impl GameReport {
-    /// The report of `line`, whose robots are paid `payoff`; `expected` patterns were
-    /// asked for.
+    /// The report of `line`, whose robots receive `payoff`; `expected` patterns were requested.
     pub fn new(
         line: &LineGame,
         payoff: PayoffKind,
@@ -204,7 +202,7 @@ impl GameReport {
         match anarchy {
             Price::Ratio(_) => {}
             Price::NoEquilibrium => notes.push(
-                "no pure equilibrium, so there is no price of anarchy or of stability; \
+                "no pure equilibrium, so there is no price of anarchy or stability; \
                  equilibria in mixtures of rules are not looked for"
                     .to_owned(),
             ),
@@ -268,8 +266,8 @@ impl GameReport {
             price_of_anarchy: anarchy.ratio(),
             price_of_stability: stability.ratio(),
             best_response: PlayReport {
-                order: "robots in turn, upstream first; of equally good rules the one \
-                        kept, else the first listed",
+                order: "robots in turn, upstream first; among equally good rules, the current \
+                        one if possible, otherwise the first listed",
                 starts: game.profiles(),
                 to_equilibrium: played.to_equilibrium(),
                 to_cycle: game.profiles() - played.to_equilibrium(),
@@ -294,7 +292,7 @@ impl GameReport {
         }
     }
 
-    /// Everything for the terminal, with the first `top` equilibria and cycles.
+    /// The whole report for the terminal, with the first `top` equilibria and cycles.
     pub fn to_table(&self, top: usize) -> String {
         game_table::text(self, top)
     }
@@ -335,8 +333,8 @@ impl GameReport {
     }
 }
 
-/// The robots' names as parts of the names of columns; their numbers, upstream first, where
-/// the names do not stay apart.
+/// The robots' names as parts of column names; their numbers, upstream first, if the names are
+/// not unique.
 fn robot_columns(names: &[String]) -> Vec<String> {
     let snake = |name: &String| {
         let part = |c: char| {

@@ -1,15 +1,15 @@
-//! A solved game for the terminal.
+//! A solved game as text for the terminal.
 
 use super::game::{EquilibriumReport, GameReport, RobotReport};
 use super::table::{Table, fixed};
 use pickline::optimize::game::Payoff;
 
-/// Digits behind the point of rates [1/min].
+/// Decimals of rates [1/min].
 const DIGITS: usize = 2;
-/// Digits of margins and prices, which are small differences.
+/// Decimals of margins and prices, which are small differences.
 const FINE: usize = 4;
 
-/// The first `top` equilibria, and all that belongs to them.
+/// The first `top` equilibria and everything about them.
 pub(super) fn text(report: &GameReport, top: usize) -> String {
     let mut text = equilibria(report, top);
     text.push('\n');
@@ -35,7 +35,7 @@ fn bracketed(names: &[String]) -> String {
 fn equilibria(report: &GameReport, top: usize) -> String {
     if report.equilibria.is_empty() {
         return format!(
-            "no pure equilibrium: from each of the {} assignments some robot gains by another \
+            "no pure equilibrium: from each of the {} assignments some robot gains by changing its \
              rule\n",
             report.profiles.len()
         );
@@ -81,10 +81,11 @@ fn equilibria(report: &GameReport, top: usize) -> String {
     text
 }
 
-/// Doubles of a rule make any equilibrium weak; that is told from real ties.
+/// A rule with an equivalent makes any equilibrium weak; this separates that case from real
+/// ties.
 fn kind(line: &EquilibriumReport) -> String {
     match (line.kind, line.margin_to_others) {
-        ("weak", Some(margin)) if margin > Payoff::default() => "strict but for equal rules",
+        ("weak", Some(margin)) if margin > Payoff::default() => "strict except for equal rules",
         (kind, _) => kind,
     }
     .to_owned()
@@ -92,8 +93,8 @@ fn kind(line: &EquilibriumReport) -> String {
 
 fn optimum_lines(report: &GameReport) -> String {
     let paid = match report.payoff {
-        "own" => "each robot is paid its own picks per minute, 60 k_i / T",
-        _ => "each robot is paid the line's picks per minute, 60 k / T",
+        "own" => "each robot receives its own picks per minute, 60 k_i / T",
+        _ => "each robot receives the line's picks per minute, 60 k / T",
     };
     let strict = report.equilibria.iter().filter(|e| e.kind == "strict");
     let best = &report.social_optimum;
@@ -171,7 +172,7 @@ fn best_response_lines(report: &GameReport, top: usize) -> String {
     text
 }
 
-/// What every rule is to every robot whatever the others do.
+/// What every rule is worth to every robot, whatever the others do.
 fn rules(report: &GameReport) -> String {
     let mut header = vec!["<robot"];
     let columns: Vec<String> = report.rules.iter().map(|rule| format!("<{rule}")).collect();

@@ -1,4 +1,4 @@
-//! Results as JSON, CSV, tables and pictures, each saying how it was made.
+//! Results as JSON, CSV, tables and pictures, each with its provenance.
 
 mod bound;
 mod charts;

@@ -1,13 +1,12 @@
-//! Games as Gambit reads them.
+//! Games in Gambit's file format.
 
 use pickline::optimize::game::Game;
 use std::fmt::Write as _;
 
-/// `game` in Gambit's strategic game format, payoff version (the .nfg file format of
-/// Savani and Turocy, Gambit, <https://www.gambit-project.org>): payoffs are exact
-/// decimals, which Gambit takes for the rational numbers that they are; the first
-/// player's strategy varies fastest, as the format asks. `comment` says where it comes
-/// from.
+/// `game` in Gambit's strategic game format, payoff version (the .nfg file format of Savani and
+/// Turocy, Gambit, <https://www.gambit-project.org>). Payoffs are exact decimals, which Gambit
+/// reads as rational numbers. The first player's strategy varies fastest, as the format
+/// requires. `comment` names the game's origin.
 pub fn nfg_text(game: &Game, title: &str, comment: &str) -> String {
     let players = game.players();
     let names: Vec<String> = players.iter().map(|p| quoted(&p.name)).collect();
@@ -35,8 +34,8 @@ pub fn nfg_text(game: &Game, title: &str, comment: &str) -> String {
     text
 }
 
-/// A text between quotes. Gambit knows no escape but that of the quote itself, so what
-/// else could confuse it is replaced.
+/// A quoted text. The only escape in Gambit is that of the quote itself, so other troublesome
+/// characters are replaced.
 fn quoted(text: &str) -> String {
     let plain = |c: char| match c {
         '\\' => '/',

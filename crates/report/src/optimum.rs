@@ -10,17 +10,16 @@ use pickline::optimize::{
 use pickline::stats::Interval;
 use serde::Serialize;
 
-/// A search as it is printed and written; the JSON field names are the product's
-/// format.
+/// A search as printed and written; the JSON field names are the product's format.
 #[derive(Debug, Clone, Serialize)]
 pub struct OptimumReport {
     /// The winner's rules, upstream first.
     pub best: Vec<&'static str>,
     /// Name of the objective.
     pub objective: &'static str,
-    /// Its unit.
+    /// Unit of the objective.
     pub unit: &'static str,
-    /// How patterns were aggregated.
+    /// How values of several patterns are aggregated.
     pub risk: String,
     /// `exhaustive` or `grasp`.
     pub search: &'static str,
@@ -28,44 +27,44 @@ pub struct OptimumReport {
     pub stop_reason: &'static str,
     /// Assignments in the ranking.
     pub assignments: usize,
-    /// Patterns that it is over.
+    /// Number of patterns.
     pub patterns: usize,
-    /// Simulated runs: one assignment on one pattern at one belt speed.
+    /// Simulated runs: one assignment on one pattern at one belt speed each.
     pub runs: u64,
-    /// Most of them that the search was given; none for as many as it takes.
+    /// Limit on the number of runs; `None` if unlimited.
     pub max_runs: Option<u64>,
-    /// What GRASP found, where it ran.
+    /// What GRASP found, if it ran.
     pub grasp: Option<GraspReport>,
     /// The assignment with the highest aggregate before ties were broken.
     pub leader: Vec<&'static str>,
-    /// Assignments among which the tie was broken, the leader included.
+    /// Number of assignments among which the tie was broken, including the leader.
     pub contenders: usize,
-    /// Of those, how many have a speed limit, and over how many patterns; none where ties
-    /// were broken without.
+    /// How many of them have a speed limit, and over how many patterns; `None` if ties were
+    /// broken without it.
     pub speed_limits_of: Option<(usize, usize)>,
-    /// How the intervals were made.
+    /// How the intervals were computed.
     pub intervals: String,
-    /// All assignments, the best first.
+    /// All assignments, best first.
     pub ranking: Vec<RankedReport>,
     /// The winner on fresh patterns.
     pub validation: Option<ValidationReport>,
-    /// Other strategies beside it; absent when not asked for.
+    /// Other strategies compared with it; omitted if not requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub beside: Option<RivalsReport>,
-    /// What a reader should know.
+    /// Remarks for the reader.
     pub notes: Vec<String>,
-    /// How it was made.
+    /// Where the result comes from.
     pub made: Provenance,
 }
 
 /// What GRASP found.
 #[derive(Debug, Clone, Serialize)]
 pub struct GraspReport {
-    /// Starts that reached a local optimum.
+    /// Number of starts that reached a local optimum.
     pub starts: usize,
-    /// How many of them ended in the best assignment.
+    /// Number of those that ended in the best assignment.
     pub hits: usize,
-    /// Moves of all local searches.
+    /// Moves made by all local searches.
     pub moves: usize,
     /// Width of the restricted candidate list.
     pub alpha: f64,
@@ -73,7 +72,7 @@ pub struct GraspReport {
     pub best: Option<Vec<&'static str>>,
     /// Its aggregate.
     pub value: Option<f64>,
-    /// Optimum minus that, where all assignments were enumerated too.
+    /// Optimum minus that value, if all assignments were also enumerated.
     pub gap: Option<f64>,
 }
 
@@ -86,36 +85,36 @@ pub struct RankedReport {
     pub mean: f64,
     /// Its aggregate under the chosen risk.
     pub value: f64,
-    /// Lower end of the 95 % interval of best minus this one; none on a single pattern.
+    /// Lower end of the 95 % interval of best minus this one; `None` for a single pattern.
     pub diff_low: Option<f64>,
-    /// Upper end.
+    /// Upper end of that interval.
     pub diff_high: Option<f64>,
-    /// Whether that interval contains 0; on a single pattern, whether they are equal.
+    /// Whether that interval contains 0; for a single pattern, whether both are equal.
     pub tied: bool,
     /// Mean share of the items picked.
     pub picked_share: f64,
     /// The objective on the worst pattern.
     pub worst: f64,
-    /// Label of that pattern.
+    /// Label of the worst pattern.
     pub worst_pattern: String,
-    /// Mean speed limit [m/s], where a tie was broken by it.
+    /// Mean speed limit [m/s], if it broke a tie.
     pub max_speed: Option<f64>,
 }
 
-/// The winner on patterns that had no part in choosing it.
+/// The winner on patterns that played no part in choosing it.
 #[derive(Debug, Clone, Serialize)]
 pub struct ValidationReport {
-    /// What the patterns are.
+    /// Description of the patterns.
     pub patterns: String,
-    /// How many.
+    /// Number of patterns.
     pub count: usize,
     /// Mean of the objective.
     pub mean: f64,
-    /// Lower end of its 95 % interval; none of a single pattern.
+    /// Lower end of its 95 % interval; `None` for a single pattern.
     pub mean_low: Option<f64>,
-    /// Upper end.
+    /// Upper end of its 95 % interval.
     pub mean_high: Option<f64>,
-    /// The objective aggregated under the risk that was searched for.
+    /// The objective aggregated under the risk used in the search.
     pub value: f64,
     /// Mean share of the items picked.
     pub picked_share: f64,
@@ -123,32 +122,32 @@ pub struct ValidationReport {
     pub worst: f64,
     /// Belt speed at which completion was counted [m/s].
     pub speed: f64,
-    /// Patterns of which everything was picked.
+    /// Number of patterns that were picked completely.
     pub complete: usize,
-    /// Their share: the task-completion share.
+    /// Their share of the patterns: the task-completion share.
     pub complete_share: f64,
     /// Lower end of its 95 % interval.
     pub complete_low: f64,
-    /// Upper end.
+    /// Upper end of its 95 % interval.
     pub complete_high: f64,
-    /// Its picks beside the best that any strategy can do; absent when not asked.
+    /// Its picks compared with the bound for every strategy; omitted if not requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bound: Option<CertificateReport>,
 }
 
-/// Picks beside the best that any strategy can do.
+/// Picks compared with the bound for every strategy.
 #[derive(Debug, Clone, Serialize)]
 pub struct CertificateReport {
-    /// Patterns that were bounded: the first of those above.
+    /// Number of patterns with a bound: the first of those above.
     pub patterns: usize,
-    /// Most items that can be picked from them, as a share of their items.
+    /// Upper bound on the share of their items that can be picked.
     pub picked_share: f64,
-    /// What is picked of these as a proven share of the optimum [%], rounded down.
+    /// Picks on these patterns as a proven share of the optimum [%], rounded down.
     pub certified_percent: f64,
 }
 
 impl ValidationReport {
-    /// The report of `validation` on the patterns described.
+    /// The report of `validation` on the patterns described by `patterns`.
     pub fn new(validation: &Validation, patterns: &str) -> Self {
         let (mean_low, mean_high) = Interval::ends(validation.interval);
         Self {
@@ -175,7 +174,7 @@ impl ValidationReport {
 
     fn lines(&self, digits: usize, unit: &str, risk: &str) -> String {
         let at_risk = match risk {
-            // Printed in any case.
+            // Already printed.
             "mean" | "worst" => String::new(),
             _ => format!(", {risk} {}", fixed(self.value, digits)),
         };
@@ -268,7 +267,7 @@ impl OptimumReport {
         }
     }
 
-    /// The unit in a column's header; shares have none.
+    /// The unit for a column header; shares have none.
     pub(super) fn bracketed_unit(&self) -> String {
         match self.unit {
             "1" => String::new(),
@@ -276,14 +275,14 @@ impl OptimumReport {
         }
     }
 
-    /// Whether the risk needs a column beside those of mean and worst.
+    /// Whether the risk needs a column besides those of mean and worst.
     pub(super) fn has_risk_column(&self) -> bool {
         ![Risk::Mean, Risk::Worst]
             .map(|r| r.to_string())
             .contains(&self.risk)
     }
 
-    /// The unit behind a number; shares have none.
+    /// The unit after a number; shares have none.
     pub(super) fn spaced_unit(&self) -> String {
         match self.unit {
             "1" => String::new(),
@@ -297,7 +296,7 @@ impl OptimumReport {
         column(&format!("{objective}_{figure}"), self.unit)
     }
 
-    /// Digits behind the point that the objective's unit asks for.
+    /// Decimals suitable for the objective's unit.
     pub(super) fn digits(&self) -> usize {
         match self.unit {
             "1/min" => 2,
@@ -305,7 +304,7 @@ impl OptimumReport {
         }
     }
 
-    /// The first `top` lines of the ranking and all that belongs to it.
+    /// The first `top` lines of the ranking and everything about them.
     pub fn to_table(&self, top: usize) -> String {
         let digits = self.digits();
         let unit = self.bracketed_unit();
@@ -384,9 +383,10 @@ impl OptimumReport {
         text + &self.made.lines()
     }
 
-    /// How ties were broken and how the search went, a sentence each.
+    /// How ties were broken and how the search went, one sentence each.
     pub(super) fn search_notes(&self) -> Vec<String> {
-        // The table's lines begin with a word of ten characters and go on below it.
+        // The table's lines begin with a ten-character word; continuation lines are indented to
+        // it.
         let sentence = |line: String| {
             let words = line.split_whitespace().collect::<Vec<_>>().join(" ");
             words.replacen(' ', ": ", 1)
@@ -413,7 +413,7 @@ impl OptimumReport {
         };
         let tied = self.ranking.iter().filter(|line| line.tied).count();
         let order: Vec<_> = RULES.iter().map(|rule| rule.name()).collect();
-        // Where the speed limit is the objective it can break no tie.
+        // If the speed limit is the objective, it cannot break ties.
         let by_speed = match self.speed_limits_of {
             Some((of, over)) if (of, over) == (self.contenders, self.patterns) => {
                 "max speed, then by ".to_owned()
@@ -437,10 +437,7 @@ impl OptimumReport {
         let cut_short = [
             (StopReason::Interrupted, "interrupted"),
             (StopReason::TimeLimit, "ended by --time-limit"),
-            (
-                StopReason::Budget,
-                "cut to what its budget of runs is enough for",
-            ),
+            (StopReason::Budget, "cut short by its budget of runs"),
         ];
         let cut_short = cut_short
             .iter()
@@ -466,7 +463,7 @@ impl OptimumReport {
                 _ => String::new(),
             };
             let starts = match grasp.starts {
-                0 => "no start came to its end".to_owned(),
+                0 => "no start was completed".to_owned(),
                 starts => format!("{} of {starts} starts ended in its best", grasp.hits),
             };
             format!("; GRASP (alpha {}): {starts}{gap}", grasp.alpha)

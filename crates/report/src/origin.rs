@@ -1,18 +1,17 @@
-//! How a file says which call of the program wrote it, and how that is read back: what the
-//! guard of `cli` goes by before a file is replaced.
+//! How a file names the command that wrote it, and how that is read back. `cli` checks it
+//! before it overwrites a file.
 
 use super::page::escape;
 use serde_json::Value;
 
-/// The line that begins a CSV file which the call `command` wrote. Readers skip it as a
-/// comment.
+/// The first line of a CSV file written by `command`. Readers skip it as a comment.
 pub fn origin_comment(command: &str) -> String {
     format!("# {}\n", origin(command))
 }
 
-/// `svg`, which the call `command` wrote, with that said in its description.
+/// `svg` with the `command` that wrote it in its description.
 pub fn with_origin(svg: &str, command: &str) -> String {
-    // Behind the opening tag, where every SVG has a place for it.
+    // After the opening tag, where every SVG accepts a description.
     let Some(place) = svg
         .find("<svg")
         .and_then(|at| Some(at + svg[at..].find('>')? + 1))
@@ -23,9 +22,9 @@ pub fn with_origin(svg: &str, command: &str) -> String {
     format!("{open}\n<desc>{}</desc>{rest}", escape(&origin(command)))
 }
 
-/// The HTML page `page`, which the call `command` wrote, with that said at its head.
+/// The HTML `page` with the `command` that wrote it at the top.
 pub fn with_page_origin(page: &str, command: &str) -> String {
-    // Behind the document type, which has to come first.
+    // After the document type, which must come first.
     match page.split_once('\n') {
         Some((first, rest)) => {
             format!(
@@ -37,21 +36,21 @@ pub fn with_page_origin(page: &str, command: &str) -> String {
     }
 }
 
-/// What the second line of our pages begins with.
+/// The beginning of the second line of our pages.
 const PAGE_MARK: &str = "<!-- made by ";
 
 fn origin(command: &str) -> String {
     let version = env!("CARGO_PKG_VERSION");
-    // A file name may hold line ends, which would end the comment.
+    // A file name may contain line breaks, which would end the comment.
     let command = command.replace(char::is_control, " ");
     format!("pickline {version}; {command}")
 }
 
-/// Whether `content` is a file that the verb `verb` wrote, as far as the file says so.
-/// What merely mentions the verb, such as a script that calls it, does not count.
+/// Whether `content` is a file that the subcommand `verb` wrote, judging by the file itself. A
+/// file that only mentions the subcommand, such as a script that calls it, does not count.
 pub fn is_result_of(content: &[u8], verb: &str) -> bool {
     let Ok(text) = std::str::from_utf8(content) else {
-        // Policies are the only results that are no text.
+        // Policies are the only results that are not text.
         let has = |words: &str| content.windows(words.len()).any(|w| w == words.as_bytes());
         return has("pickline.training") && has(&format!("\"command\":\"pickline {verb}"));
     };
@@ -64,7 +63,7 @@ pub fn is_result_of(content: &[u8], verb: &str) -> bool {
                 .take(20);
             comments.any(|line| is_call(line, &called))
         }
-        // What earlier versions wrote names the call in the last field of every row.
+        // Earlier versions name the call in the last field of every row.
         text if text
             .lines()
             .next()
@@ -85,17 +84,16 @@ pub fn is_result_of(content: &[u8], verb: &str) -> bool {
             let mark = second.strip_prefix(PAGE_MARK);
             mark.is_some_and(|mark| is_call(mark, &called))
         }
-        // Gambit's form: players and actions, then a comment.
+        // Gambit's format: players and strategies, then a comment.
         text if text.starts_with("NFG 1 R ") => {
             text.lines().take(6).any(|line| is_call(line, &called))
         }
-        // A learning curve, which must not depend on whether the training was resumed.
+        // A learning curve; it must not depend on whether the training was resumed.
         text => verb == "train" && text.starts_with("steps,seconds,answers,agreement,"),
     }
 }
 
-/// Whether a line that says how a file was made names the call `called`, behind the
-/// program and its version.
+/// Whether a line of provenance names the call `called` after the program and its version.
 fn is_call(line: &str, called: &str) -> bool {
     ["; ", ": ", "# "].iter().any(|before| {
         let marked = format!("{before}{called}");
@@ -106,8 +104,8 @@ fn is_call(line: &str, called: &str) -> bool {
     })
 }
 
-/// Reports and training records name the call; a checkpoint is known by its parts, as one
-/// that was resumed must equal one that was not.
+/// Reports and training records name the call. A checkpoint is recognized by its parts, because
+/// a resumed training must write the same checkpoint as an uninterrupted one.
 fn is_json_of(text: &str, called: &str) -> bool {
     let Ok(Value::Object(fields)) = serde_json::from_str(text) else {
         return false;

@@ -1,17 +1,18 @@
-//! The colours that pictures and pages share.
+//! Colours shared by pictures and pages.
 
-/// Robots' colours in turn: Okabe and Ito's palette, told apart by colour-blind eyes.
+/// Robot colours, used in rotation: Okabe and Ito's palette, distinguishable with colour
+/// blindness.
 pub(super) const ROBOT_COLOURS: [&str; 6] = [
     "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9",
 ];
 
-/// The ground that pictures and pages are drawn on, light and dark.
+/// Background of pictures and pages, light and dark.
 pub(super) const PAPER: [&str; 2] = ["#ffffff", "#0d1117"];
 
-/// Colours of the series of a chart, on light and on dark ground. Unlike the robots',
-/// which fill shapes, they draw thin lines and small markers, so each stands out from
-/// its ground by 3 to 1 at least (a test holds them to it); they are far apart for
-/// colour-blind eyes too, and charts tell series apart by marker and dashes besides.
+/// Colours of chart series, on light and on dark backgrounds. Robot colours fill shapes; these
+/// draw thin lines and small markers, so each has a contrast of at least 3 to 1 with its
+/// background (checked by a test). They also differ clearly with colour blindness, and markers
+/// and dashes distinguish the series as well.
 pub(super) const SERIES: [[&str; 7]; 2] = [
     [
         "#1359b0", "#c96400", "#02846f", "#ae3085", "#5a8fd8", "#3f3b4f", "#7a1206",
@@ -21,8 +22,8 @@ pub(super) const SERIES: [[&str; 7]; 2] = [
     ],
 ];
 
-/// The series' colours as custom properties of a page that follows the reader's
-/// scheme: `--series-0` and up.
+/// The series' colours as custom properties of a page that follows the reader's scheme:
+/// `--series-0` and up.
 pub(super) fn series_css() -> String {
     let rules = |colours: &[&str]| -> String {
         let rule = |(i, colour): (usize, &&str)| format!(" --series-{i}: {colour};");
@@ -36,7 +37,7 @@ pub(super) fn series_css() -> String {
     )
 }
 
-/// Two colours `#rrggbb` mixed, `share` of the first.
+/// A mix of two colours `#rrggbb`; `share` is the first colour's share.
 pub(super) fn mixed(first: &str, second: &str, share: f64) -> String {
     let channel = |colour: &str, at: usize| {
         let digits = colour.get(at..at + 2).unwrap_or_default();

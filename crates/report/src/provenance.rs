@@ -1,5 +1,5 @@
-//! How a result was made: enough to make it again, nothing that changes from run to
-//! run, so that equal inputs give equal bytes.
+//! How a result was made: enough to reproduce it, and nothing that changes from run to run, so
+//! that equal inputs give equal bytes.
 
 use pickline::error::counted;
 use pickline::files::{csv_comment, csv_text, fingerprint};
@@ -12,27 +12,27 @@ use serde::Serialize;
 pub struct Provenance {
     /// Program and version.
     pub program: String,
-    /// The command line, without what cannot change the result (threads, quietness,
-    /// where and in which form it is written).
+    /// The command line, without options that cannot change the result (threads, quietness,
+    /// output path and format).
     pub command: String,
-    /// The station in words.
+    /// Description of the station.
     pub station: String,
     /// First 16 hexadecimal digits of the SHA-256 of the resolved station file.
     pub station_hash: String,
-    /// What was simulated, in words, with its seed.
+    /// Description of what was simulated, with its seed.
     pub patterns: String,
-    /// What the camera saw and what went wrong, where it is not the plain model.
+    /// What the camera saw and what went wrong, if not the plain model.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub conditions: Vec<String>,
     /// Master seed.
     pub seed: u64,
-    /// How far it got, where the user stopped it.
+    /// How far the run got if the user stopped it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub partial: Option<String>,
 }
 
 impl Provenance {
-    /// Provenance of a result on `station`, which the user knows as `name`.
+    /// Provenance of a result on `station`, which the user calls `name`.
     pub fn new(command: &str, name: &str, station: &Station, patterns: &str, seed: u64) -> Self {
         Self {
             program: format!("pickline {}", env!("CARGO_PKG_VERSION")),
@@ -50,8 +50,8 @@ impl Provenance {
         }
     }
 
-    /// The same of a result of which only `done` of `planned` parts, called `what`, are
-    /// there, if they are not all; what is said first counts.
+    /// The same for a result with only `done` of `planned` parts, named `what`. If all are
+    /// done, nothing changes; only the first call has an effect.
     pub fn of_parts(mut self, done: usize, planned: usize, what: &str) -> Self {
         if done < planned && self.partial.is_none() {
             self.partial = Some(format!("interrupted, with {done} of {planned} {what} done"));
@@ -59,13 +59,13 @@ impl Provenance {
         self
     }
 
-    /// The same of a result under `conditions`.
+    /// The same for a result under `conditions`.
     pub fn under(mut self, conditions: &Conditions) -> Self {
         self.conditions = conditions.describe();
         self
     }
 
-    /// `rows` as a CSV file whose comment lines at its head say how it was made.
+    /// `rows` as a CSV file that begins with comment lines about its provenance.
     pub fn csv<R, F>(&self, rows: impl IntoIterator<Item = R>) -> String
     where
         R: IntoIterator<Item = F>,
@@ -74,8 +74,8 @@ impl Provenance {
         self.csv_comment() + &csv_text(rows)
     }
 
-    /// The comment lines at the head of a CSV file, one a fact; the command comes first, so
-    /// that a file shows at once which verb wrote it.
+    /// The comment lines at the top of a CSV file, one fact each. The command comes first, to
+    /// show which subcommand wrote the file.
     pub fn csv_comment(&self) -> String {
         let facts = format!(
             "{}\nprogram: {}\nstation: {} (hash {})\npatterns: {}\n",
@@ -101,7 +101,7 @@ impl Provenance {
         )
     }
 
-    /// One line a fact, for the foot of a table.
+    /// One line per fact, for the end of a table.
     pub fn lines(&self) -> String {
         let conditions = match self.conditions.join("; ") {
             none if none.is_empty() => none,
@@ -118,7 +118,7 @@ impl Provenance {
     }
 }
 
-/// Identifies a station by its resolved values, however they were given.
+/// Hash of a station's resolved values, independent of how they were given.
 pub fn station_hash(station: &Station) -> String {
     fingerprint(to_toml(station))
 }

@@ -1,13 +1,13 @@
-//! A run as a page that replays it: one HTML file without a network or a build step.
-//! The page's sources lie in `replay/`; its scripts share one scope with those of
-//! `drawing/`, which come first, in this order:
+//! A page that replays a run: one HTML file that needs no network and no build step. The page's
+//! sources are in `replay/`. Its scripts share one scope with those of `drawing/`, which come
+//! first, in this order:
 //!
 //! | file | what it is |
 //! |---|---|
 //! | `timeline.js` | the run as a function of time: data in, state out |
 //! | `strips.js` | draws the robots' strips and the running picking rate |
-//! | `story.js` | what is told of an item |
-//! | `figures.js` | the figures, the tables and the legend around them |
+//! | `story.js` | the story of an item |
+//! | `figures.js` | the figures, tables and legends |
 //! | `replay.js` | time, controls, pointer and keyboard |
 
 use super::clearance::ClearanceReport;
@@ -20,7 +20,7 @@ use pickline::pattern::Pattern;
 use pickline::sim::Scene;
 use serde::Serialize;
 
-/// More items than this make a page that browsers cannot hold with comfort.
+/// With more items, browsers become slow.
 const MOST_ITEMS: usize = 100_000;
 
 const PAGE: &str = include_str!("replay/page.html");
@@ -33,14 +33,14 @@ const SCRIPTS: [&str; 5] = [
     include_str!("replay/replay.js"),
 ];
 
-/// What the page knows; positions in m, times in s.
+/// The page's data; positions in m, times in s.
 #[derive(Serialize)]
 struct Data<'a> {
     report: &'a RunReport,
-    /// The closest that two arms came; none for a single robot.
+    /// The smallest distance between two arms; `None` for a single robot.
     #[serde(skip_serializing_if = "Option::is_none")]
     clearance: Option<&'a ClearanceReport>,
-    /// What the user calls the station.
+    /// The user's name for the station.
     station: &'a str,
     /// Where the camera looks at the belt, if there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -65,7 +65,7 @@ struct ItemData<'a> {
     weight: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
     class: Option<&'a str>,
-    /// The departure windows it has, upstream first.
+    /// The item's departure windows, upstream first.
     windows: Vec<WindowData>,
 }
 
@@ -79,7 +79,7 @@ struct WindowData {
 /// Checks that a replay can show `pattern`.
 ///
 /// # Errors
-/// More items than a page can hold.
+/// The pattern has more items than a page can show.
 pub fn check_replay(pattern: &Pattern) -> Result<()> {
     if pattern.len() <= MOST_ITEMS {
         return Ok(());
@@ -91,15 +91,15 @@ pub fn check_replay(pattern: &Pattern) -> Result<()> {
     ))
 }
 
-/// The page that replays the run of `report`, which was simulated on `scene`.
-/// `station` is what the user calls it.
+/// The page that replays the run of `report`, simulated on `scene`. `station` is the user's
+/// name for the station.
 pub fn replay_page(
     scene: &Scene,
     station: &str,
     report: &RunReport,
     clearance: Option<&ClearanceReport>,
 ) -> String {
-    // What the reports and the station hold can always be written as JSON.
+    // The report and the station can always be serialized as JSON.
     let data = serde_json::to_string(&Data {
         clearance,
         ..data(scene, station, report)
@@ -172,7 +172,7 @@ mod tests {
             assert!(place > last);
             last = place;
         }
-        // Nothing that would end the element that a source is put into.
+        // Nothing that would close the element that contains a source.
         assert!(!STYLE.contains("</") && !drawing::STYLE.contains("</"));
         let mut scripts = drawing::SCRIPTS.iter().chain(&SCRIPTS);
         assert!(scripts.all(|script| !script.contains("</")));

@@ -1,4 +1,4 @@
-//! Strategies of any kind beside the winner of a search.
+//! Strategies of any kind compared with the winner of a search.
 
 use super::optimum::{OptimumReport, bracketed};
 use super::table::{Table, cell, fixed, interval};
@@ -9,28 +9,28 @@ use serde::Serialize;
 /// The winner and other strategies on the same patterns.
 #[derive(Debug, Clone, Serialize)]
 pub struct RivalsReport {
-    /// What the patterns are.
+    /// Description of the patterns.
     pub patterns: String,
-    /// How many.
+    /// Number of patterns.
     pub count: usize,
-    /// The winner, then the others as they were asked for.
+    /// The winner, then the others in the order requested.
     pub strategies: Vec<RivalReport>,
 }
 
-/// One of them.
+/// One of the strategies compared.
 #[derive(Debug, Clone, Serialize)]
 pub struct RivalReport {
-    /// As it is written on the command line.
+    /// The strategy as written on the command line.
     pub strategy: String,
     /// Mean of the objective.
     pub mean: f64,
-    /// The objective aggregated under the risk that was searched for.
+    /// The objective aggregated under the risk used in the search.
     pub value: f64,
-    /// Lower end of the 95 % interval of this one minus the winner; absent for the winner
-    /// and on a single pattern.
+    /// Lower end of the 95 % interval of this one minus the winner; omitted for the winner and
+    /// for a single pattern.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub diff_low: Option<f64>,
-    /// Upper end.
+    /// Upper end of that interval.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub diff_high: Option<f64>,
     /// Mean share of the items picked.
@@ -40,7 +40,7 @@ pub struct RivalReport {
 }
 
 impl RivalsReport {
-    /// The report of `rivals`, the winner first; `names` are those of the others.
+    /// The report of `rivals`, the winner first; `names` are the names of the others.
     pub fn new<'a>(
         rivals: &[Rival],
         best: &[&str],
@@ -69,7 +69,7 @@ impl RivalsReport {
         }
     }
 
-    /// The names of the columns.
+    /// The column names.
     pub(super) fn header(report: &OptimumReport) -> Vec<String> {
         let unit = report.bracketed_unit();
         let by_risk = report.has_risk_column();
@@ -83,7 +83,7 @@ impl RivalsReport {
         header
     }
 
-    /// The table, with the line that says what it is over.
+    /// The table, preceded by a line that describes the patterns.
     pub(super) fn to_table(&self, report: &OptimumReport) -> String {
         let digits = report.digits();
         let by_risk = report.has_risk_column();
@@ -111,7 +111,7 @@ impl RivalsReport {
         format!("beside    the winner, other strategies on {patterns}\n{table}")
     }
 
-    /// All figures as CSV; `report` is that of the winner.
+    /// All figures as CSV; `report` is the winner's report.
     pub fn to_csv(&self, report: &OptimumReport) -> String {
         let header = [
             "strategy".into(),

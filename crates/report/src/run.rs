@@ -11,23 +11,23 @@ use pickline::throughput::{Throughput, steady_state};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// A run as it is printed and written; the JSON field names are the product's format.
+/// A run as printed and written; the JSON field names are the product's format.
 #[derive(Debug, Clone, Serialize)]
 pub struct RunReport {
-    /// The strategy as it is written on the command line.
+    /// The strategy as written on the command line.
     pub strategy: String,
-    /// What is picked per minute in the steady state.
+    /// Picks per minute in the steady state.
     #[serde(flatten)]
     pub throughput: ThroughputReport,
-    /// Items of the pattern.
+    /// Items in the pattern.
     pub items: usize,
     /// Items picked.
     pub picked: usize,
-    /// Their share.
+    /// Share of the items picked.
     pub picked_share: f64,
     /// End of the run [s].
     pub end_s: f64,
-    /// Picks per minute.
+    /// Picks per minute over the whole run.
     pub picking_rate_per_min: f64,
     /// Reward-weighted picks per minute.
     pub weighted_rate_per_min: f64,
@@ -35,25 +35,24 @@ pub struct RunReport {
     pub robots: Vec<RobotReport>,
     /// Picks in order of decision.
     pub picks: Vec<PickReport>,
-    /// Attempts that failed, in order of decision.
+    /// Failed attempts, in order of decision.
     pub failures: Vec<FailureReport>,
     /// Items that were not picked, downstream first.
     pub missed: Vec<MissReport>,
-    /// How many items were missed for which reason.
+    /// Number of items missed for each reason.
     pub missed_by_reason: BTreeMap<&'static str, usize>,
-    /// Whether the independent checker confirmed the run; absent when not asked.
+    /// Whether the independent checker confirmed the run; omitted if not requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub checked: Option<bool>,
-    /// How far it is at most from the best that any strategy can do; absent when not
-    /// asked.
+    /// How far the run is at most from the best of any strategy; omitted if not requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bound: Option<CertifiedReport>,
-    /// The closest that two arms came; absent when not asked, and for a single robot.
+    /// The smallest distance between two arms; omitted if not requested and for a single robot.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub clearance: Option<ClearanceReport>,
-    /// How it was made.
+    /// Where the result comes from.
     pub made: Provenance,
-    /// Whether items have attributes, so that weights say more than picks.
+    /// Whether items have attributes, so that weight differs from the count.
     #[serde(rename = "items_have_attributes")]
     pub weighs: bool,
 }
@@ -65,16 +64,16 @@ pub struct RobotReport {
     pub name: String,
     /// Number of picks.
     pub picked: usize,
-    /// Sum of the rewards of its items.
+    /// Sum of the rewards of the items it picked.
     pub weight: f64,
-    /// Number of attempts that failed.
+    /// Number of failed attempts.
     pub failed: usize,
-    /// Sum of its processing times, those of failed attempts included [s].
+    /// Sum of its processing times, including those of failed attempts [s].
     pub busy_s: f64,
     /// Busy time over the end of the run.
     pub utilisation: f64,
-    /// Share of the time in which it is busy while the items of the steady state pass it;
-    /// none where there is no steady state.
+    /// Share of the time it is busy while the items of the steady state pass it; `None` without
+    /// a steady state.
     pub utilisation_steady: Option<f64>,
 }
 
@@ -95,10 +94,10 @@ pub struct PickReport {
     pub meet: [f64; 2],
 }
 
-/// One attempt that failed.
+/// One failed attempt.
 #[derive(Debug, Clone, Serialize)]
 pub struct FailureReport {
-    /// The pick that it would have been; `release_s` is when the robot was free again.
+    /// The attempt; `release_s` is when the robot was free again.
     #[serde(flatten)]
     pub attempt: PickReport,
     /// Why it failed.
@@ -110,7 +109,7 @@ pub struct FailureReport {
 pub struct MissReport {
     /// Id of the item.
     pub item: String,
-    /// Why.
+    /// Why it was not picked.
     pub reason: &'static str,
 }
 
@@ -186,7 +185,7 @@ impl RunReport {
         }
     }
 
-    /// The run for a terminal.
+    /// The run as text for the terminal.
     pub fn to_table(&self) -> String {
         let steady = self.throughput.throughput_per_min.is_some();
         let mut header = vec!["<robot", "picked", "busy [s]", "utilisation [%]"];
@@ -258,8 +257,8 @@ impl RunReport {
         )
     }
 
-    /// The picks and the attempts that failed as CSV, one line each, in order of decision;
-    /// `failure` is empty for a pick.
+    /// The picks and failed attempts as CSV, one per line, in order of decision; `failure` is
+    /// empty for a pick.
     pub fn to_csv(&self) -> String {
         let header = [
             "robot",
