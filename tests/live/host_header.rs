@@ -78,7 +78,7 @@ fn a_loopback_dashboard_answers_addresses_and_localhost_only() {
             let head = format!("Host: {}\r\n", host.replace("PORT", &port));
             let (status, answer) = ask(address, "/dashboard.css", &head);
             assert_eq!(status, expected, "{host}: {answer}");
-            let says_why = answer.ends_with("ask for this page by its address\n");
+            let says_why = answer.ends_with("open this page by its IP address or as localhost\n");
             assert_eq!(says_why, expected == 403, "{host}: {answer}");
         }
     }
@@ -108,7 +108,7 @@ fn nothing_of_the_line_is_sent_under_another_name() {
         let (head, body) = answer.split_once("\r\n\r\n").unwrap();
         assert_eq!(
             (status, body),
-            (403, "ask for this page by its address\n"),
+            (403, "open this page by its IP address or as localhost\n"),
             "{path}"
         );
         assert!(!head.to_lowercase().contains("access-control"), "{head}");

@@ -1,8 +1,8 @@
 //! The dashboard: a page over HTTP that shows a live line in any number of browsers.
 //!
-//! It only looks on. The line hands over a view now and then and never waits: a thread of
-//! its own writes it as JSON and sends it to whoever watches. Each browser is sent the
-//! newest view when it has taken the one before, so a slow one leaves views out.
+//! It is read-only. The line hands over a view now and then and never waits: a separate thread
+//! writes the view as JSON and sends it to all browsers. Each browser gets the newest view once it
+//! has received the previous one, so a slow browser skips views.
 
 mod metrics;
 mod page;
@@ -29,21 +29,21 @@ use tokio::sync::watch;
 #[derive(Debug)]
 pub struct Dashboard {
     views: watch::Sender<Option<Arc<View>>>,
-    /// Gone when the server has ended.
+    /// Dropped when the server has ended.
     texts: Weak<Texts>,
-    /// Whether somebody waits for the next view.
+    /// Whether a request is waiting for the next view.
     wanted: Arc<AtomicBool>,
     address: SocketAddr,
-    /// Hears when every browser has been sent the last view.
+    /// Receives a message once every browser has been sent the last view.
     ended: Receiver<()>,
 }
 
 impl Dashboard {
-    /// Opens it at `address`, for a line on `station` (as the user named it) under the
-    /// strategy of this name, for whoever shows what `access` asks for.
+    /// Starts the dashboard at `address`, for a line on `station` (`named` as the user wrote it)
+    /// under the strategy called `strategy`. Browsers must meet the requirements of `access`.
     ///
     /// # Errors
-    /// An address that is none, or cannot be listened at.
+    /// `address` is not a valid address, or the server cannot listen there.
     pub fn open(
         address: &str,
         station: &Station,
@@ -89,24 +89,24 @@ impl Dashboard {
         })
     }
 
-    /// Where it is.
+    /// The address that the server listens on.
     pub fn address(&self) -> SocketAddr {
         self.address
     }
 
-    /// Whether any browser watches, or somebody has asked for metrics.
+    /// Whether any browser is connected, or metrics were requested.
     pub fn is_watched(&self) -> bool {
         let texts = self.texts.upgrade();
         self.wanted.load(Ordering::Relaxed) || texts.is_some_and(|texts| texts.receiver_count() > 0)
     }
 
-    /// Shows a view, now or, to a browser that does not keep up, never.
+    /// Shows a view. A browser that lags behind may never get it.
     pub fn show(&self, view: View) {
         self.wanted.store(false, Ordering::Relaxed);
         self.views.send_replace(Some(Arc::new(view)));
     }
 
-    /// Ends it when all browsers have the last view, or `patience` is over.
+    /// Stops the server once all browsers have the last view, or after `patience`.
     pub fn close(self, patience: Duration) {
         drop(self.views);
         let _ = self.ended.recv_timeout(patience);

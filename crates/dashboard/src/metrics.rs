@@ -1,4 +1,4 @@
-//! The figures of a live line as Prometheus reads them: the text format 0.0.4
+//! The figures of a live line in Prometheus' text format 0.0.4
 //! (<https://prometheus.io/docs/instrumenting/exposition_formats/>).
 //!
 //! Each metric is one row of [`metrics`]; `docs/protocol.md` has the table of them.
@@ -7,10 +7,10 @@ use pickline_live::View;
 use pickline_live::protocol::SourceReport;
 use std::fmt::{Display, Write as _};
 
-/// The states that a robot can be in, as a status names them.
+/// The states of a robot, as named in a status.
 const ROBOT_STATES: [&str; 5] = ["idle", "busy", "fault", "silent", "unknown"];
 
-/// The figures of `view`, of a line under the strategy of this name.
+/// The page of metrics for `view`; `strategy` is the name of the line's strategy.
 pub fn metrics(view: &View, strategy: &str) -> String {
     let status = &view.status;
     let mut page = Page::default();
@@ -26,7 +26,7 @@ pub fn metrics(view: &View, strategy: &str) -> String {
     page.single(
         "pickline_belt_speed_metres_per_second",
         "gauge",
-        "Speed of the belt as measured last [m/s].",
+        "Last measured speed of the belt [m/s].",
         view.belt_speed,
     );
     page.single(
@@ -41,9 +41,9 @@ pub fn metrics(view: &View, strategy: &str) -> String {
         "Items picked.",
         status.picked,
     );
-    let missed = "Items not picked, by reason; a late result takes one back.";
+    let missed = "Items not picked, by reason; a late result may subtract one.";
     page.metric("pickline_items_missed", "gauge", missed);
-    // Whatever reasons there are: counts by name can always be written as JSON.
+    // Serializing covers every reason; counts by name always convert to JSON.
     let reasons = serde_json::to_value(status.missed).unwrap_or_default();
     for (reason, count) in reasons.as_object().into_iter().flatten() {
         page.sample(&[("reason", reason)], count);
@@ -56,27 +56,27 @@ pub fn metrics(view: &View, strategy: &str) -> String {
         ),
         (
             "pickline_items_claimed",
-            "Items that some robot is after.",
+            "Items that are assigned to a robot.",
             status.claimed,
         ),
         (
             "pickline_tasks_open",
-            "Tasks whose result is not known.",
+            "Tasks without a result yet.",
             status.open_tasks.len() as u64,
         ),
         (
             "pickline_messages_queued",
-            "Messages that wait to be sent.",
+            "Messages waiting to be sent.",
             status.queued,
         ),
     ] {
         page.single(name, "gauge", help, count);
     }
-    page.metric("pickline_robot_picks_total", "counter", "Picks of a robot.");
+    page.metric("pickline_robot_picks_total", "counter", "Successful picks of a robot.");
     for robot in &status.robots {
         page.sample(&[("robot", &robot.name)], robot.picked);
     }
-    let help = "Attempts of a robot that failed.";
+    let help = "Failed attempts of a robot.";
     page.metric("pickline_robot_failures_total", "counter", help);
     for robot in &status.robots {
         page.sample(&[("robot", &robot.name)], robot.failed);
@@ -97,7 +97,7 @@ pub fn metrics(view: &View, strategy: &str) -> String {
     for (reason, count) in &status.rejected {
         page.sample(&[("reason", reason)], count);
     }
-    let help = "What else was noted, by what it was.";
+    let help = "Unusual events, by kind.";
     page.metric("pickline_events_noted_total", "counter", help);
     for (event, count) in &status.noted {
         page.sample(&[("event", event)], count);
@@ -106,7 +106,7 @@ pub fn metrics(view: &View, strategy: &str) -> String {
     page.text
 }
 
-/// A page of metrics as it is written.
+/// A page of metrics that is being written.
 #[derive(Default)]
 struct Page {
     text: String,
@@ -116,24 +116,24 @@ struct Page {
 
 // Writing into a string never fails.
 impl Page {
-    /// Begins a metric.
+    /// Starts a metric: its help text and its type.
     fn metric(&mut self, name: &'static str, kind: &str, help: &str) {
         self.name = name;
         let _ = write!(self.text, "# HELP {name} {help}\n# TYPE {name} {kind}\n");
     }
 
-    /// A metric of one sample.
+    /// A metric with a single sample without labels.
     fn single(&mut self, name: &'static str, kind: &str, help: &str, value: impl Display) {
         self.metric(name, kind, help);
         self.sample(&[], value);
     }
 
-    /// A sample of the metric.
+    /// A sample of the current metric.
     fn sample(&mut self, labels: &[(&str, &str)], value: impl Display) {
         self.part("", labels, value);
     }
 
-    /// A sample under the metric's name with `suffix`.
+    /// A sample of the current metric, with `suffix` appended to its name.
     fn part(&mut self, suffix: &str, labels: &[(&str, &str)], value: impl Display) {
         let _ = write!(self.text, "{}{suffix}", self.name);
         for (i, (label, text)) in labels.iter().enumerate() {
@@ -144,23 +144,23 @@ impl Page {
         let _ = writeln!(self.text, "{end} {value}");
     }
 
-    /// How the messages and the clock of each source stand.
+    /// Age, clock offset and silence of each source.
     fn sources(&mut self, view: &View) {
         type Figure = fn(&SourceReport) -> Option<f64>;
         let figures: [(&str, &str, Figure); 3] = [
             (
                 "pickline_source_age_seconds",
-                "Time since a source was heard last [s].",
+                "Time since the last message of a source [s].",
                 |source| Some(source.age),
             ),
             (
                 "pickline_source_offset_seconds",
-                "Smallest time from a stamp of a source to when its message came [s].",
+                "Smallest time from a source's timestamp to the arrival of its message [s].",
                 |source| source.offset,
             ),
             (
                 "pickline_source_overdue",
-                "1 for a source that is silent for longer than expected.",
+                "1 if a source has been silent for longer than expected.",
                 |source| Some(f64::from(u8::from(source.overdue))),
             ),
         ];
@@ -176,10 +176,10 @@ impl Page {
         }
     }
 
-    /// How long decisions took.
+    /// The histogram of the decision times.
     fn histogram(&mut self, view: &View) {
         let times = &view.decision_times;
-        let help = "How long decisions took [s].";
+        let help = "Duration of decisions [s].";
         self.metric("pickline_decision_duration_seconds", "histogram", help);
         for (limit, count) in &times.within {
             self.part("_bucket", &[("le", &limit.to_string())], count);
@@ -190,7 +190,7 @@ impl Page {
     }
 }
 
-/// A label's value: names come from outside.
+/// Escapes a label's value, because names come from outside.
 fn escaped(text: &str) -> String {
     text.replace('\\', "\\\\")
         .replace('"', "\\\"")

@@ -1,10 +1,10 @@
-//! The page that shows a live line. Its sources lie in `page/`; its scripts share one
-//! scope with those of `drawing/`, which come first, in this order:
+//! The page that shows a live line. Its sources are in `page/`. Its scripts share one scope with
+//! those of `drawing/`, which are loaded first. The order is:
 //!
 //! | file | what it is |
 //! |---|---|
-//! | `now.js` | the line now: a view in, a state to draw out |
-//! | `trend.js` | the picking rate of the last minutes |
+//! | `now.js` | turns a view into the state to draw |
+//! | `trend.js` | the graph of the picking rate over the last minutes |
 //! | `panels.js` | the figures and tables around the drawing |
 //! | `dashboard.js` | the stream of views, the pointer, drawing |
 
@@ -12,7 +12,7 @@ use pickline::station::Station;
 use pickline_report::drawing::{self, RobotData, robots_data};
 use serde::Serialize;
 
-/// The page; it asks for `dashboard.css`, `dashboard.js` and the stream `events`.
+/// The page. It requests `dashboard.css`, `dashboard.js` and the stream `events`.
 pub const DASHBOARD_PAGE: &str = include_str!("page/page.html");
 
 const STYLE: &str = include_str!("page/style.css");
@@ -23,18 +23,18 @@ const SCRIPTS: [&str; 4] = [
     include_str!("page/dashboard.js"),
 ];
 
-/// The style of the page.
+/// The style sheet of the page.
 pub fn dashboard_style() -> String {
     [drawing::BASE_STYLE, drawing::STYLE, STYLE].concat()
 }
 
-/// The scripts of the page.
+/// The scripts of the page, joined into one.
 pub fn dashboard_script() -> String {
     let scripts = [drawing::SCRIPTS.concat(), SCRIPTS.concat()].concat();
     format!("(() => {{\n\"use strict\";\n{scripts}}})();\n")
 }
 
-/// What the page has to know of the line once: the event `line`, as JSON.
+/// What the page needs to know about the line once: the event `line`, as JSON.
 #[derive(Serialize)]
 struct LineData<'a> {
     program: String,
@@ -50,7 +50,8 @@ struct BeltData {
     width: f64,
 }
 
-/// The line on `station`, which the user knows as `named`, under the strategy of this name.
+/// The JSON of the event `line`, for `station` (`named` as the user wrote it) under the strategy
+/// called `strategy`.
 pub fn dashboard_line(station: &Station, named: &str, strategy: &str) -> String {
     let belt = station.belt();
     let line = LineData {
@@ -63,6 +64,6 @@ pub fn dashboard_line(station: &Station, named: &str, strategy: &str) -> String 
         },
         robots: robots_data(station),
     };
-    // Texts and finite numbers can always be written as JSON.
+    // Text and finite numbers always convert to JSON.
     serde_json::to_string(&line).unwrap_or_default()
 }

@@ -1,10 +1,10 @@
-//! The HTTP server: five things to get, and nothing to change.
+//! The HTTP server. It answers `GET` for these paths and nothing else.
 //!
 //! | path | what it is |
 //! |---|---|
 //! | `/` | the page |
-//! | `/dashboard.css`, `/dashboard.js` | its looks and its script |
-//! | `/events` | server-sent events: `line` once, then a view again and again |
+//! | `/dashboard.css`, `/dashboard.js` | its style and its script |
+//! | `/events` | server-sent events: `line` once, then every view |
 //! | `/metrics` | the figures of the next view, for Prometheus |
 
 use pickline_live::View;
@@ -31,52 +31,52 @@ use tokio::sync::{Semaphore, watch};
 use tokio_stream::StreamExt as _;
 use tokio_stream::wrappers::WatchStream;
 
-/// The events of the newest view, for all browsers.
+/// The newest view as the text of an event, for all browsers.
 pub type Texts = watch::Sender<Bytes>;
 
 type Body = BoxBody<Bytes, Infallible>;
 
-/// Connections at a time; more wait to be accepted.
+/// Simultaneous connections; further ones wait to be accepted.
 const MOST_CONNECTIONS: u32 = 64;
-/// Browsers that watch at a time; more are told to come back later.
+/// Browsers that can watch at a time; further ones get status 503.
 const MOST_WATCHERS: usize = 32;
-/// A request that has not come whole by then is not waited for.
+/// A request that is not complete after this time is dropped.
 const REQUEST_TIME: Duration = Duration::from_secs(10);
-/// How long whoever asks for metrics waits for a view: a line that works shows one at once.
+/// How long a request for metrics waits for a view. A working line shows one at once.
 const VIEW_TIME: Duration = Duration::from_secs(2);
-/// Pause after a connection that could not be accepted: too many files are open.
+/// Pause after a failed accept, which means that too many files are open.
 const PAUSE: Duration = Duration::from_millis(100);
 
-/// Nothing from anywhere else, no script or style inside the page.
+/// The content security policy: nothing from other sites, no inline script or style.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; \
                       connect-src 'self'; base-uri 'none'; form-action 'none'; \
                       frame-ancestors 'none'";
 
-/// What whoever asks for metrics is answered from.
+/// The data for requests for metrics.
 pub struct Scraped {
     /// The newest view.
     pub views: watch::Receiver<Option<Arc<View>>>,
-    /// To be set when the next one is wanted.
+    /// Set to request the next view.
     pub wanted: Arc<AtomicBool>,
     /// Name of the line's strategy.
     pub strategy: String,
 }
 
-/// What is the same for all connections.
+/// What all connections share.
 struct Site {
     scraped: Scraped,
     line: Bytes,
     script: Bytes,
     style: Bytes,
-    /// Gone when the last view has been shown.
+    /// Dropped once the last view has been shown.
     texts: Weak<Texts>,
-    /// Whether only this machine can connect.
+    /// Whether only this machine can connect, because the address is a loopback one.
     is_local: bool,
-    /// What a browser has to show.
+    /// The token that a browser must present, if any.
     token: Option<Token>,
 }
 
-/// Serves until no view comes any more and everybody has the last one.
+/// Serves until the views end and every browser has the last one.
 pub async fn serve(
     listener: TcpListener,
     access: Access,
@@ -109,16 +109,16 @@ pub async fn serve(
     ));
     write_texts(views, &texts).await;
     accepting.abort();
-    // Streams end when they have sent what is newest and nobody can send more.
+    // A stream ends once it has sent the newest text and there is no sender left.
     drop(texts);
     let _ = connections.acquire_many(MOST_CONNECTIONS).await;
 }
 
-/// Writes every view as an event, once for all browsers.
+/// Formats every view as an event, once for all browsers.
 async fn write_texts(mut views: watch::Receiver<Option<Arc<View>>>, texts: &Texts) {
     while views.changed().await.is_ok() {
         let view = views.borrow_and_update().clone();
-        // Numbers and texts can always be written as JSON.
+        // Numbers and text always convert to JSON.
         let json = view.and_then(|view| serde_json::to_string(&*view).ok());
         if let Some(json) = json {
             texts.send_replace(event("view", &json));
@@ -127,7 +127,7 @@ async fn write_texts(mut views: watch::Receiver<Option<Arc<View>>>, texts: &Text
 }
 
 fn event(name: &str, json: &str) -> Bytes {
-    // JSON has no line breaks, which would end the event.
+    // The JSON has no line breaks, which would end the event.
     Bytes::from(format!("event: {name}\ndata: {json}\n\n"))
 }
 
@@ -138,7 +138,7 @@ async fn accept_all(
     connections: Arc<Semaphore>,
 ) {
     loop {
-        // Never closed.
+        // The semaphore is never closed.
         let Ok(permit) = Arc::clone(&connections).acquire_owned().await else {
             return;
         };
@@ -147,7 +147,7 @@ async fn accept_all(
             continue;
         };
         if is_short_of_descriptors(&stream) {
-            // The journal needs some.
+            // The journal needs descriptors too.
             drop(stream);
             tokio::time::sleep(PAUSE).await;
             continue;
@@ -158,7 +158,7 @@ async fn accept_all(
                 None => Box::new(stream),
                 Some(tls) => match tokio::time::timeout(REQUEST_TIME, tls.accept(stream)).await {
                     Ok(Ok(stream)) => stream,
-                    // A browser without a certificate that is trusted hears of it by TLS.
+                    // TLS itself tells a browser that its certificate is not trusted.
                     Ok(Err(_)) | Err(_) => return,
                 },
             };
@@ -166,9 +166,9 @@ async fn accept_all(
                 let site = Arc::clone(&site);
                 async move { Ok::<_, Infallible>(site.answer(&request).await) }
             });
-            // A browser that has gone is no trouble.
+            // Ignore a browser that has disconnected.
             let _ = http1::Builder::new()
-                // One request each, so that nobody keeps an idle connection.
+                // One request per connection, so that no connection stays idle.
                 .keep_alive(false)
                 .timer(TokioTimer::new())
                 .header_read_timeout(REQUEST_TIME)
@@ -182,15 +182,16 @@ async fn accept_all(
 impl Site {
     async fn answer(&self, request: &Request<Incoming>) -> Response<Body> {
         if request.method() != Method::GET {
-            let mut response = words(StatusCode::METHOD_NOT_ALLOWED, "this page only shows\n");
+            let mut response = words(StatusCode::METHOD_NOT_ALLOWED, "this page is read-only\n");
             let headers = response.headers_mut();
             headers.insert(header::ALLOW, HeaderValue::from_static("GET"));
             return response;
         }
         let host = request.headers().get(header::HOST);
         if self.is_local && !host.is_some_and(names_this_machine) {
-            // Another site's name that has been made to mean this machine.
-            return words(StatusCode::FORBIDDEN, "ask for this page by its address\n");
+            // DNS rebinding: another site's name that resolves to this machine.
+            return words(StatusCode::FORBIDDEN, "open this page by its IP address or as \
+                                                 localhost\n");
         }
         if let Some(token) = &self.token
             && !shows(request.headers().get(header::AUTHORIZATION), token)
@@ -216,18 +217,18 @@ impl Site {
             "/favicon.ico" => words(StatusCode::NO_CONTENT, ""),
             _ => words(
                 StatusCode::NOT_FOUND,
-                "there is one page, at /, and /metrics\n",
+                "not found: there is one page, at /, and /metrics\n",
             ),
         }
     }
 
-    /// The figures as they are now. A line that shows nothing gives none: old figures would
-    /// hide that it stands still.
+    /// The current figures. If the line shows nothing, the answer is an error, because old figures
+    /// would hide that it has stalled.
     async fn metrics(&self) -> Response<Body> {
         let mut views = self.scraped.views.clone();
         views.mark_unchanged();
         self.scraped.wanted.store(true, Ordering::Relaxed);
-        // When the line ends, its last view counts.
+        // When the line ends, its last view is used.
         let waited = tokio::time::timeout(VIEW_TIME, views.changed()).await;
         let view = views.borrow().clone();
         match view.filter(|_| waited.is_ok()) {
@@ -237,7 +238,7 @@ impl Site {
             ),
             None => words(
                 StatusCode::SERVICE_UNAVAILABLE,
-                "the line does not say how it is\n",
+                "the line has sent no figures for 2 s\n",
             ),
         }
     }
@@ -245,10 +246,10 @@ impl Site {
     fn events(&self) -> Response<Body> {
         let texts = self.texts.upgrade();
         let Some(texts) = texts.filter(|texts| texts.receiver_count() < MOST_WATCHERS) else {
-            return words(StatusCode::SERVICE_UNAVAILABLE, "too many watch\n");
+            return words(StatusCode::SERVICE_UNAVAILABLE, "too many browsers are watching\n");
         };
         let line = tokio_stream::once(self.line.clone());
-        // Whatever it has not sent when the next view comes is left out.
+        // A view that is not sent by the time the next one comes is skipped.
         let views = WatchStream::new(texts.subscribe()).filter(|text| !text.is_empty());
         let frames = line.chain(views).map(|text| Ok(Frame::data(text)));
         response(
@@ -259,8 +260,8 @@ impl Site {
     }
 }
 
-/// Whether a request shows the token: as a bearer token (RFC 6750), or as the password of
-/// any user (RFC 7617), which browsers ask for.
+/// Whether a request presents the token: as a bearer token (RFC 6750), or as the password of any
+/// user (RFC 7617), for which browsers prompt.
 fn shows(authorization: Option<&HeaderValue>, token: &Token) -> bool {
     let Some((scheme, given)) = authorization
         .and_then(|value| value.to_str().ok())
@@ -283,8 +284,7 @@ fn shows(authorization: Option<&HeaderValue>, token: &Token) -> bool {
     scheme.eq_ignore_ascii_case("basic") && password.is_some_and(|given| token.is(given))
 }
 
-/// Whether a `Host` is an address or `localhost`: what a page of another site cannot be
-/// under.
+/// Whether a `Host` is an IP address or `localhost`, which no page of another site can have.
 fn names_this_machine(host: &HeaderValue) -> bool {
     let Ok(host) = host.to_str() else {
         return false;

@@ -1,14 +1,14 @@
 // The stream of views, drawing, and the pointer.
 
-// When the stream has ended it is asked for again after so long [ms].
+// Time before reconnecting when the stream has ended [ms].
 const AGAIN = 1000;
-// Without news for so long [s] the page says so.
+// The page reports silence after this time without news [s].
 const SILENCE = 3;
 
 const canvas = byName("scene");
 const trend = byName("trend");
 const dark = window.matchMedia("(prefers-color-scheme: dark)");
-// What is known: the line, the newest view, and when that came [ms].
+// What is known: the line, the newest view, and when that view came [ms].
 const seen = { line: null, view: null, came: 0, connected: false };
 let theme = {};
 let frame = null;
@@ -24,7 +24,7 @@ function fillLine() {
   document.title = `${line.station} - pickline`;
 }
 
-/** Fits the drawing to the page, the colours to its scheme. */
+/** Fits the drawing to the page and its colours to the page's colour scheme. */
 function layOut() {
   if (!seen.line) return;
   theme = pageTheme();
@@ -50,7 +50,7 @@ function draw() {
   return state;
 }
 
-/** Draws on as long as time goes on by itself. */
+/** Draws every frame while time runs by itself. */
 function drawOn() {
   if (seen.view?.steady && passed() <= CARRIED_ON) draw();
   requestAnimationFrame(drawOn);
@@ -76,14 +76,14 @@ function showLink() {
   let state = "live";
   let words = "live";
   if (view?.status.last) {
-    [state, words] = ["lost", "the run has ended; waiting for the next"];
+    [state, words] = ["lost", "the run has ended; waiting for the next one"];
   } else if (!connected) {
-    const at = view ? `; what is shown is ${silence.toFixed(0)} s old` : "";
+    const at = view ? `; this view is ${silence.toFixed(0)} s old` : "";
     [state, words] = ["lost", `no connection to the line${at}`];
   } else if (!view) {
-    [state, words] = ["waiting", "connected, waiting for news"];
+    [state, words] = ["waiting", "connected, waiting for data"];
   } else if (silence > SILENCE) {
-    [state, words] = ["silent", `no news for ${silence.toFixed(0)} s`];
+    [state, words] = ["silent", `no data for ${silence.toFixed(0)} s`];
   }
   link.dataset.link = state;
   if (link.textContent !== words) link.textContent = words;
@@ -98,7 +98,7 @@ function showTime(view) {
 
 function heedLine(event) {
   const line = JSON.parse(event.data);
-  // Another program has another page.
+  // Another version of the program may have another page.
   if (seen.line && seen.line.program !== line.program) {
     window.location.reload();
     return;
@@ -122,7 +122,7 @@ function connect() {
   stream.addEventListener("line", heedLine);
   stream.addEventListener("view", heedView);
   stream.addEventListener("error", () => {
-    // Browsers ask again by themselves after some ends and not after others.
+    // Browsers reconnect by themselves in some cases and not in others.
     stream.close();
     seen.connected = false;
     showLink();
@@ -145,7 +145,7 @@ dark.addEventListener("change", layOut);
 setInterval(showLink, 1000);
 connect();
 drawOn();
-// For tests and for whoever wants to look closer.
+// For tests and for debugging.
 window.pickline = {
   view: () => seen.view,
   state: () => seen.view && stateShown(),

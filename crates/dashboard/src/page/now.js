@@ -1,16 +1,16 @@
-// The line now. A view is what the node sends (src/live/view.rs); out of it comes a state
-// as scene.js draws it, at the moment that is shown.
+// The line now: turns a view, which the node sends (crates/live/src/view.rs), into a state for
+// scene.js to draw, at the moment shown.
 
-// With a clock that goes on by itself, how far a view is carried on at most [s]: what has
-// not been heard for longer is not made up.
+// How far a view is extrapolated at most [s] if the clock runs by itself. Beyond that, nothing
+// is made up.
 const CARRIED_ON = 1;
 
-/** The stamp [s] that is shown `passed` seconds after `view` came. */
+/** The timestamp [s] to show `passed` seconds after `view` came. */
 function stampNow(view, passed) {
   return view.status.stamp + (view.steady ? Math.min(Math.max(passed, 0), CARRIED_ON) : 0);
 }
 
-/** What each robot is after: its newest task that it was not told to drop. */
+/** The task that each robot is on: its newest one that is not being cancelled. */
 function newestClaims(line, view) {
   const newest = line.robots.map(() => null);
   for (const claim of view.claims) {
@@ -31,7 +31,7 @@ function armNow(robot, claim, report, now) {
   };
   const resting = armOnTrip(robot, null, now);
   if (!trip || down) return { ...resting, picked, down };
-  // It has not said that it sets out; where it is to go is known.
+  // The robot has not acknowledged the task, but its destination is known.
   if (claim.stage === "sent") return { ...resting, meet: trip.meet, picked, down };
   return { ...armOnTrip(robot, trip, now), picked, down };
 }
@@ -56,25 +56,25 @@ function stateNow(line, view, passed) {
   return { travel: view.belt_travel + moved, speed: view.belt_speed, items, arms };
 }
 
-/** What a robot does, in words. */
+/** What a robot is doing, in words. */
 function doing(report, claim, arm) {
   const item = claim ? `item ${claim.item}` : "";
   if (report.state === "fault") return "is out of service";
-  if (report.state === "unknown") return "was not heard of yet";
-  if (report.state === "silent") return "owes a result";
-  if (!claim) return report.state === "busy" ? "is at work" : "waits";
-  if (claim.stage === "sent") return `is told to take ${item}`;
+  if (report.state === "unknown") return "has not been heard yet";
+  if (report.state === "silent") return "has not reported its result";
+  if (!claim) return report.state === "busy" ? "is busy" : "is waiting";
+  if (claim.stage === "sent") return `has been sent to ${item}`;
   const words = {
     out: "is on its way to",
-    grasp: "grasps",
-    back: "brings",
-    release: "puts down",
-    idle: "is to report on",
+    grasp: "is grasping",
+    back: "is bringing back",
+    release: "is releasing",
+    idle: "has yet to report on",
   };
   return `${words[arm.phase]} ${item}`;
 }
 
-/** The lines on an item; the first is its name. */
+/** The lines of text about an item; the first is its name. */
 function storyNow(line, item) {
   const kind = item.class === undefined ? "" : `, ${item.class}`;
   const lines = [

@@ -1,8 +1,8 @@
-// The figures and tables around the drawing. What has not changed is not made again.
+// The figures and tables around the drawing. Only what has changed is rebuilt.
 
 const filled = new Map();
 
-/** Has `fill` make what depends on `data`, if that has changed. */
+/** Calls `fill` if `data` has changed since the last call under this name. */
 function refresh(name, data, fill) {
   const key = JSON.stringify(data);
   if (filled.get(name) === key) return;
@@ -10,12 +10,12 @@ function refresh(name, data, fill) {
   fill();
 }
 
-/** All of `missed`, whatever the reasons. */
+/** The number of missed items, over all reasons. */
 function missedInAll(status) {
   return Object.values(status.missed).reduce((sum, count) => sum + count, 0);
 }
 
-/** Items picked of those that are neither on the belt nor claimed any more. */
+/** Share of items picked, of those that are no longer on the belt or claimed. */
 function settledShare(status) {
   const settled = status.seen - status.on_belt - status.claimed;
   return settled > 0 ? status.picked / settled : 0;
@@ -30,8 +30,8 @@ function showFigures(view) {
   const refused = Object.values(status.rejected).reduce((sum, count) => sum + count, 0);
   fillList(byName("figures"), [
     ["picked", [n("picked", 0), unit("of "), n("seen", 0)]],
-    // Of those whose fate is known: an item on the belt may still be picked.
-    ["picked share", [figure("settled_share", settledShare(status), 1, 100), unit("% of the settled")]],
+    // Only items whose fate is known count: one on the belt may still be picked.
+    ["picked share", [figure("settled_share", settledShare(status), 1, 100), unit("% of finished")]],
     ["rate, last minute", [figure("trend.picks_per_min", view.trend.picks_per_min, 1), unit("/min")]],
     ["rate, since the start", [n("picks_per_min", 2), unit("/min")]],
     ["missed", [figure("missed", missedInAll(status), 0)]],
@@ -41,7 +41,7 @@ function showFigures(view) {
     ["decision, median", [...milliseconds("p50_ms"), unit("of "), decisions]],
     ["decision, 99 %", milliseconds("p99_ms")],
     ["decision, slowest", milliseconds("max_ms")],
-    ["waiting to be sent", [n("queued", 0)]],
+    ["messages to send", [n("queued", 0)]],
     ["refused messages", [figure("refused", refused, 0)]],
   ]);
 }
@@ -49,7 +49,7 @@ function showFigures(view) {
 const ROBOT_COLUMNS = [
   "robot",
   "state",
-  "what it does",
+  "activity",
   "picked",
   "failed",
   "utilisation, last minute [%]",
@@ -102,7 +102,7 @@ function showCounts(name, header, counts) {
   });
 }
 
-/** Shows `view`, whose state is `state`. */
+/** Shows `view`; `state` is the state drawn from it. */
 function showPanels(line, view, state) {
   const { status } = view;
   const rate = view.trend.picks_per_min;
@@ -111,5 +111,5 @@ function showPanels(line, view, state) {
   showClaims(line, view);
   showCounts("missed", ["reason", "items"], status.missed);
   showCounts("rejected", ["reason", "messages"], status.rejected);
-  showCounts("noted", ["what", "times"], status.noted);
+  showCounts("noted", ["event", "count"], status.noted);
 }

@@ -1,4 +1,4 @@
-// The picking rate of the last minutes as a line.
+// A graph of the picking rate over the last minutes.
 
 const TREND_HEIGHT = 150;
 // The time that the trend shows [s].
@@ -19,7 +19,7 @@ function drawTrend(ctx, width, trend, theme) {
     line(ctx, left, y(value), right, y(value));
     text(ctx, label, left - 8, y(value), theme.faint, SMALL_FONT, "right");
   }
-  text(ctx, `picks/min over ${step} s each`, left, 8, theme.faint, SMALL_FONT, "left");
+  text(ctx, `picks/min, mean over ${step} s`, left, 8, theme.faint, SMALL_FONT, "left");
   ctx.strokeStyle = theme.faint;
   line(ctx, left, bottom + 0.5, right, bottom + 0.5);
   for (let minutes = 0; minutes <= TREND_SPAN / 60; minutes += 2) {
@@ -31,7 +31,7 @@ function drawTrend(ctx, width, trend, theme) {
   ctx.strokeStyle = theme.ink;
   ctx.lineWidth = 1.8;
   ctx.beginPath();
-  // A step for each rate, from where it begins to where it ends.
+  // Each rate is a horizontal step over its interval.
   rates.forEach((rate, i) => {
     const ago = step * (rates.length - i);
     ctx.lineTo(x(ago), y(rate));
