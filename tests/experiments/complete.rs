@@ -216,7 +216,7 @@ fn tables_tell_everything_from_nearly_everything() {
         assert_eq!(row[place("to 99 % [%]")], "100.0", "{table}");
     }
     assert!(
-        table.contains("limit     robust_gt: misses items from the first value on\n"),
+        table.contains("limit     robust_gt: misses items already at the first value\n"),
         "{table}"
     );
     let proven =

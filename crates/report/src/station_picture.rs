@@ -1,4 +1,4 @@
-//! The station as a picture: belt, items, robots, workspaces, bins.
+//! A picture of the station: belt, items, robots, workspaces, bins.
 
 use super::charts::short;
 use super::palette::ROBOT_COLOURS;
@@ -10,30 +10,30 @@ use svg::node::element::{
     Circle, ClipPath, Definitions, Group, Line, Path, Rectangle, Style, Text, Title, Use,
 };
 
-/// Width of the drawing area [px], and its height at most in one row and in all.
+/// Width of the drawing area [px], and its maximum height in one row and in total.
 const WIDTH: f64 = 900.0;
 const HEIGHT: f64 = 560.0;
-/// Left and right of the drawing area, for the axis across and the belt's width [px].
+/// Space left and right of the drawing area, for the axis across and the belt's width [px].
 const LEFT: f64 = 56.0;
 const RIGHT: f64 = 58.0;
 /// From the belt down to the end of the camera's label [px].
 const CAMERA: f64 = 22.0;
-/// For the axis below a row and the head above all of them [px].
+/// Space for the axis below a row and the header above all rows [px].
 const AXIS: f64 = 46.0;
 const HEAD: f64 = 46.0;
 /// Height of a robot's name and reach, and their distance from the base [px].
 const LABEL: f64 = 30.0;
 const TO_LABEL: f64 = 12.0;
-/// Levels of labels where robots stand close to each other.
+/// Levels of labels for robots that stand close to each other.
 const LEVELS: usize = 3;
-/// Share of the line's length that is kept free before and after it.
+/// Share of the line's length kept free before and after it.
 const ROOM: f64 = 0.04;
-/// A line that would be lower than this [px] is broken into rows, this many at most, which
-/// overlap by so much [px].
+/// A line lower than this [px] is broken into rows, at most this many, which overlap by this
+/// much [px].
 const LOWEST: f64 = 110.0;
 const MOST_ROWS: f64 = 6.0;
 const OVERLAP: f64 = 36.0;
-/// Characters of a robot's name.
+/// Maximum number of characters of a robot's name.
 const NAME: usize = 20;
 
 const STYLE: &str = "
@@ -54,10 +54,9 @@ text { font: 13px system-ui, sans-serif; fill: #24292f; }
   .line { stroke: #9198a1; }
 }";
 
-/// The station as an SVG that follows the reader's light or dark scheme. The items
-/// are drawn where they are when the first one is about to leave the belt; `camera` is
-/// where a camera looks at the belt [m], if there is one. A line that is long for its width
-/// is broken into rows.
+/// The station as an SVG that follows the reader's light or dark scheme. Items are drawn where
+/// they are when the first one is about to leave the belt. `camera` is where a camera looks at
+/// the belt [m], if there is one. A line that is long for its width is broken into rows.
 pub fn station_picture(station: &Station, pattern: &Pattern, camera: Option<f64>) -> String {
     let frame = Frame::around(station, camera);
     let (width, height) = frame.size();
@@ -133,8 +132,8 @@ fn drawn(frame: &Frame, station: &Station, pattern: &Pattern, camera: Option<f64
     group
 }
 
-/// The labels of the robots that a row names. They are not cut where the row ends: of two
-/// rows that show a base, the first that has room for its label names it.
+/// The labels of the robots that a row names. Labels are not cut where the row ends: if two
+/// rows show a base, the first with room for the label names it.
 fn names(frame: &Frame, station: &Station, row: usize) -> Group {
     let mut group = Group::new();
     for (robot, (middle, y)) in station.robots().iter().zip(&frame.labels) {
@@ -146,8 +145,8 @@ fn names(frame: &Frame, station: &Station, row: usize) -> Group {
     group
 }
 
-/// Belt frame [m] to picture [px]: x to the right, y upwards. Where the line is broken into
-/// rows, this is the first of them, as long as the whole line.
+/// From the belt frame [m] to the picture [px]: x to the right, y upwards. If the line is
+/// broken into rows, this is the first row, as long as the whole line.
 struct Frame {
     left: f64,
     right: f64,
@@ -155,9 +154,9 @@ struct Frame {
     top: f64,
     scale: f64,
     rows: usize,
-    /// Room for labels above and below the line [px].
+    /// Space for labels above and below the line [px].
     room: [f64; 2],
-    /// Where the label of each robot stands: middle and upper base line [px].
+    /// Position of each robot's label: middle and upper baseline [px].
     labels: Vec<(f64, f64)>,
 }
 
@@ -197,9 +196,9 @@ impl Frame {
         frame
     }
 
-    /// Names stand beyond the bases, in as many levels as keep them apart.
+    /// Places names beyond the bases, on as many levels as needed to keep them apart.
     fn place_labels(&mut self, station: &Station, with_camera: bool) {
-        // Ends of what stands in each level, above and below.
+        // Ends of the labels on each level, above and below.
         let mut ends = [[f64::NEG_INFINITY; LEVELS]; 2];
         let mut places = Vec::new();
         for robot in station.robots() {
@@ -212,9 +211,9 @@ impl Frame {
             self.room[side] = self.room[side].max((level + 1) as f64 * LABEL + TO_LABEL);
             places.push((middle, side, level));
         }
-        // The arrow of travel stands above the belt in any case.
+        // The arrow of travel is always above the belt.
         self.room[0] = self.room[0].max(LABEL);
-        // The camera's label stands below the belt.
+        // The camera's label is below the belt.
         let below = if with_camera { CAMERA } else { TO_LABEL };
         self.room[1] = self.room[1].max(below);
         let (upper, lower) = (self.y(self.top), self.y(self.bottom));
@@ -239,13 +238,13 @@ impl Frame {
         HEAD + row as f64 * (self.row_height() + AXIS)
     }
 
-    /// How far a row is moved to the left against the first [px].
+    /// Shift of a row to the left, relative to the first [px].
     fn shift(&self, row: usize) -> f64 {
         row as f64 * (WIDTH - 2.0 * OVERLAP)
     }
 
-    /// The row that names a robot whose label has its middle there in the first row, as long
-    /// as the whole line, and is so wide [px].
+    /// The row that names a robot. `middle` is the middle of its label in the first row (as
+    /// long as the whole line) and `width` the label's width [px].
     fn row_of_label(&self, middle: f64, width: f64) -> usize {
         let inside = |row: &usize, room: f64| {
             let x = middle - self.shift(*row);
@@ -258,7 +257,7 @@ impl Frame {
             .unwrap_or(first)
     }
 
-    /// From where to where a row shows the line [m].
+    /// The part of the line that a row shows [m].
     fn span(&self, row: usize) -> [f64; 2] {
         let left = self.left + self.shift(row) / self.scale;
         [left, (left + WIDTH / self.scale).min(self.right)]
@@ -269,7 +268,7 @@ impl Frame {
     }
 
     fn x(&self, x: f64) -> f64 {
-        // A short line stands in the middle.
+        // A short line is centred.
         let free = match self.rows {
             1 => 0.5 * (WIDTH - (self.right - self.left) * self.scale),
             _ => 0.0,
@@ -282,7 +281,7 @@ impl Frame {
     }
 }
 
-/// About how wide the label of a robot is [px].
+/// Approximate width of a robot's label [px].
 fn label_width(robot: &Robot) -> f64 {
     let name = short(&robot.name, NAME).chars().count() as f64;
     (7.5 * name).max(6.0 * reach_words(robot).chars().count() as f64)
@@ -310,7 +309,7 @@ fn rectangle(x: f64, y: f64, width: f64, height: f64) -> Rectangle {
         .set("height", px(height))
 }
 
-/// A length without what rounding has left behind its sixth digit [m].
+/// A length without rounding errors after its sixth decimal [m].
 fn rounded(length: f64) -> f64 {
     (length * 1e6).round() / 1e6
 }
@@ -336,7 +335,7 @@ fn belt_rectangle(frame: &Frame, station: &Station) -> Rectangle {
 
 fn belt(frame: &Frame, station: &Station) -> Group {
     let belt = station.belt();
-    // Beside the belt, where no item can lie under it.
+    // Beside the belt, where no item can be below it.
     let (x, y) = (frame.x(0.0), frame.y(belt.width / 2.0) - 12.0);
     let arrow = format!("M{0} {1}h44m-8 -5l8 5l-8 5", px(x), px(y));
     // The belt's width, after its end.
@@ -509,7 +508,7 @@ fn axes(frame: &Frame, row: usize) -> Group {
     )
 }
 
-/// Round values from `low` to `high`, `most` of them at most.
+/// Round values from `low` to `high`, at most `most` of them.
 fn ticks(low: f64, high: f64, most: f64) -> impl Iterator<Item = f64> {
     let least = (high - low) / most;
     let power = 10f64.powf(least.log10().floor());
@@ -520,7 +519,7 @@ fn ticks(low: f64, high: f64, most: f64) -> impl Iterator<Item = f64> {
     (first as i64..=last as i64).map(move |tick| tick as f64 * step)
 }
 
-/// What the line is, and what its signs mean.
+/// A summary of the line, and the legend.
 fn head(station: &Station, camera: bool) -> Group {
     let y = 37.0;
     let entry = |x: f64, text: &str| label(x + 14.0, y, text).set("class", "small");

@@ -1,4 +1,4 @@
-//! A sweep: figures over one varied quantity, and how far up everything is picked.
+//! A sweep: figures over one varied quantity, and up to which value everything is picked.
 
 use super::bound::rounded_up;
 use super::provenance::Provenance;
@@ -10,32 +10,32 @@ use pickline::stats::{self, Interval};
 use pickline::throughput::UnsteadyReason;
 use serde::Serialize;
 
-/// A sweep as it is printed and written; the JSON field names are the product's format.
+/// A sweep as printed and written; the JSON field names are the product's format.
 #[derive(Debug, Clone, Serialize)]
 pub struct SweepReport {
-    /// What is varied.
+    /// The varied quantity.
     pub sweep: &'static str,
-    /// Its unit.
+    /// Unit of the varied quantity.
     pub unit: &'static str,
-    /// How many patterns.
+    /// Number of patterns.
     pub patterns: usize,
-    /// All points, value by value, methods in their order.
+    /// All points, ordered by value, then by method.
     pub points: Vec<PointReport>,
-    /// How far up each method picks everything.
+    /// Up to which value each method picks everything.
     pub limits: Vec<LimitReport>,
-    /// What no strategy can do better, value by value; absent when not asked.
+    /// What no strategy can exceed, for each value; omitted if not requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bounds: Option<BoundsReport>,
-    /// The paper's own limits, where they belong beside ours.
+    /// The paper's limits, if they are comparable with ours.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub paper: Option<PaperLimits>,
-    /// What a reader should know.
+    /// Remarks for the reader.
     pub notes: Vec<String>,
-    /// How it was made.
+    /// Where the result comes from.
     pub made: Provenance,
     /// The values at which arms can meet.
     pub arms_can_meet: Vec<f64>,
-    /// How many values there are in all; more than were run where the user stopped.
+    /// Number of planned values; more than were run if the user stopped the sweep.
     #[serde(skip)]
     planned: usize,
     #[serde(skip)]
@@ -53,55 +53,52 @@ pub struct PointReport {
     pub method: String,
     /// Its name in tables at this value.
     pub title: String,
-    /// What is picked per minute in the steady state.
+    /// Picks per minute in the steady state.
     #[serde(flatten)]
     pub throughput: ThroughputReport,
-    /// Throughput minus that at the value before, a robot; absent elsewhere than in a sweep
-    /// of robots.
+    /// Throughput minus that at the previous value, per robot; omitted unless robots are swept.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub added_per_robot_per_min: Option<f64>,
     /// Mean share of the items picked.
     pub picked_share: f64,
-    /// Lower end of its 95 % interval; none of a single pattern, as of the rate.
+    /// Lower end of its 95 % interval; `None` for a single pattern, as for the rate.
     pub picked_share_low: Option<f64>,
-    /// Upper end.
+    /// Upper end of its 95 % interval.
     pub picked_share_high: Option<f64>,
     /// Mean picks per minute.
     pub picking_rate_per_min: f64,
     /// Lower end of its 95 % interval.
     pub picking_rate_low: Option<f64>,
-    /// Upper end.
+    /// Upper end of its 95 % interval.
     pub picking_rate_high: Option<f64>,
     /// Mean reward-weighted picks per minute.
     pub weighted_rate_per_min: f64,
-    /// Share of the patterns of which everything was picked.
+    /// Share of the patterns that were picked completely.
     pub complete_share: f64,
     /// Share of the patterns of which at least 99 % was picked.
     pub nearly_complete_share: f64,
-    /// What it picks over all patterns as a proven share of the optimum [%]; absent when
-    /// not asked.
+    /// Picks over all patterns as a proven share of the optimum [%]; omitted if not requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certified_percent: Option<f64>,
 }
 
-/// What no strategy can do better along a sweep.
+/// What no strategy can exceed, along a sweep.
 #[derive(Debug, Clone, Serialize)]
 pub struct BoundsReport {
-    /// The values at which it is proven that no strategy picks everything of every
-    /// pattern.
+    /// The values at which no strategy picks every item of every pattern (proven).
     pub impossible: Vec<f64>,
-    /// Value by value.
+    /// One point per value.
     pub points: Vec<BoundPoint>,
 }
 
-/// What no strategy can do better at one value.
+/// What no strategy can exceed at one value.
 #[derive(Debug, Clone, Serialize)]
 pub struct BoundPoint {
     /// The value.
     pub value: f64,
     /// Mean of the most items that can be picked, as a share of the items.
     pub picked_share: f64,
-    /// Mean of the highest rates [1/min]; none where some pattern has no finite bound.
+    /// Mean of the highest possible rates [1/min]; `None` if some pattern has no finite bound.
     pub picking_rate_per_min: Option<f64>,
 }
 
@@ -124,7 +121,7 @@ impl BoundsReport {
         }
     }
 
-    /// What is proven of the limits, in words; `helps` where more of the value helps.
+    /// What is proven about the limits, in words; `helps`: larger values make picking easier.
     pub(super) fn words(&self, helps: bool, unit: &str) -> String {
         let nearest = if helps {
             self.impossible.last()
@@ -158,7 +155,7 @@ impl BoundsReport {
     }
 }
 
-/// The word for so many of `unit`.
+/// `unit` in the singular or plural, as `value` requires.
 fn unit_of(value: f64, unit: &str) -> &str {
     match unit {
         "robots" if value == 1.0 => "robot",
@@ -166,30 +163,30 @@ fn unit_of(value: f64, unit: &str) -> &str {
     }
 }
 
-/// How far up one method picks everything.
+/// Up to which value one method picks everything.
 #[derive(Debug, Clone, Serialize)]
 pub struct LimitReport {
     /// The method's name in files.
     pub method: String,
-    /// Highest value up to which everything of every pattern is picked.
+    /// Highest value up to which every item of every pattern is picked.
     pub highest: Option<f64>,
-    /// First value that misses an item.
+    /// First value at which an item is missed.
     pub first_miss: Option<f64>,
     /// Values above that at which everything is picked again.
     pub again: Vec<f64>,
-    /// Least value from which on everything of every pattern is picked.
+    /// Lowest value from which every item of every pattern is picked.
     pub lowest: Option<f64>,
-    /// Highest value up to which 95 % of the patterns are picked to at least 99 %.
+    /// Highest value up to which at least 99 % is picked of 95 % of the patterns.
     pub highest_95_99: Option<f64>,
-    /// Least, median and greatest of the patterns' own limits; 0 is below the sweep.
+    /// Minimum, median and maximum of the limits of single patterns; 0 is below the sweep.
     pub of_patterns: [f64; 3],
-    /// All of the patterns' own limits, in ascending order, where there are several.
+    /// The limits of single patterns in ascending order, if there are several.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub all_of_patterns: Vec<f64>,
-    /// How much higher than the first method's limit [%].
+    /// Excess over the first method's limit [%].
     pub benefit_percent: Option<f64>,
-    /// The value to choose; none in a sweep of the belt speed, where there is no throughput,
-    /// and where arms can meet at every value.
+    /// The recommended value; `None` in a sweep of the belt speed, without a throughput, and if
+    /// arms can meet at every value.
     pub recommended: Option<f64>,
 }
 
@@ -200,11 +197,11 @@ pub struct PaperLimits {
     pub robust_gt: f64,
     /// The RL policy [m/s].
     pub rl: f64,
-    /// How much higher [%].
+    /// Excess of the RL policy's limit over robust GT's [%].
     pub benefit_percent: f64,
 }
 
-/// That a limit on short patterns is not that of the line, where they are.
+/// A note that limits on short patterns are not limits of the line, if there are any.
 fn short_limit(sweep: &Sweep) -> Option<String> {
     let mut points = sweep.points.iter().flatten();
     let enough = points
@@ -231,8 +228,8 @@ fn short_limit(sweep: &Sweep) -> Option<String> {
 }
 
 impl SweepReport {
-    /// The report of `sweep` over `axis`; `ids` are the methods' names in files,
-    /// `with_paper` says that this is the paper's case.
+    /// The report of `sweep` over `axis`. `ids` are the methods' names in files; `with_paper`:
+    /// this is the paper's case.
     pub fn new(
         sweep: &Sweep,
         axis: Axis,
@@ -246,7 +243,7 @@ impl SweepReport {
             let of = |place: usize| &sweep.points[place][method].throughput;
             let robots = sweep.values[place] - sweep.values[before];
             let (here, before) = (of(place), of(before));
-            // The flow is the same unless the patterns with a steady state are others.
+            // The flow differs only if other patterns have a steady state.
             let share = here.share()? - before.share()?;
             Some(share * here.flow? / robots)
         };
@@ -344,7 +341,7 @@ impl SweepReport {
         }
     }
 
-    /// All points and limits for a terminal.
+    /// All points and limits for the terminal.
     pub fn to_table(&self) -> String {
         let varied = match self.unit {
             "1" => self.sweep.to_owned(),
@@ -396,7 +393,7 @@ impl SweepReport {
             }
             let first = before != Some(point.value);
             if let Some(bounds) = &mut bounds {
-                // It is the same for all methods, so it stands in the line of the first.
+                // It is the same for all methods, so only the first one's row shows it.
                 let bound = if first { bounds.next() } else { None };
                 let rate = bound.and_then(|bound| bound.picking_rate_per_min);
                 row.extend([
@@ -437,26 +434,26 @@ impl SweepReport {
         text + &self.made.lines()
     }
 
-    /// Whether there is a throughput somewhere.
+    /// Whether there is a throughput at some point.
     pub(super) fn is_steady(&self) -> bool {
         let mut points = self.points.iter();
         points.any(|point| point.throughput.throughput_per_min.is_some())
     }
 
-    /// Whether it is known what a further robot adds.
+    /// Whether it is known how much a further robot adds.
     pub(super) fn adds(&self) -> bool {
         let mut points = self.points.iter();
         points.any(|point| point.added_per_robot_per_min.is_some())
     }
 
-    /// What to choose, in words, a sentence for each method; none in a sweep of the belt
-    /// speed, which is for the user to choose. `named` says how a method is called there.
+    /// Recommended values, one sentence per method; empty in a sweep of the belt speed, which
+    /// is the user's choice. `named` gives the name of a method.
     pub(super) fn recommendations(&self, named: impl Fn(&str) -> String) -> Vec<String> {
         if self.sweep == "speed" {
             return Vec::new();
         }
         let unit = self.unit_word();
-        // What was not run may be better.
+        // Values that were not run may be better.
         let values = self.points.len() / self.limits.len();
         let gaps = || {
             let points = self.points.iter().step_by(self.limits.len());
@@ -489,11 +486,11 @@ impl SweepReport {
                 )
             }
             None if !self.is_steady() => format!(
-                "{}: nothing is recommended without a throughput (see the note)",
+                "{}: no recommendation, because there is no throughput (see the note)",
                 named(&limit.method)
             ),
             None => format!(
-                "{}: nothing is recommended, arms can come too near at every value",
+                "{}: no recommendation, because arms can come too close at every value",
                 named(&limit.method)
             ),
         };
@@ -510,11 +507,11 @@ impl SweepReport {
         };
         let unit = self.unit_word();
         // The belt's speed moves no arm.
-        let words = format!("{range} {unit}: arms can meet, or come nearer than {MARGIN} m");
+        let words = format!("{range} {unit}: arms can meet, or come closer than {MARGIN} m");
         (self.sweep != "speed").then_some(words)
     }
 
-    /// The unit as it stands behind a value.
+    /// The unit as written after a value.
     pub(super) fn unit_word(&self) -> &'static str {
         match self.unit {
             "1" => self.sweep,
@@ -557,7 +554,7 @@ impl SweepReport {
                 limit.method
             ),
             None => format!(
-                "limit     {}: misses items from the first value on{again}\n",
+                "limit     {}: misses items already at the first value{again}\n",
                 limit.method
             ),
         };

@@ -2,7 +2,7 @@
 
 use comfy_table::{Cell, CellAlignment, ContentArrangement};
 
-/// A table that is built row by row.
+/// A table, built row by row.
 #[derive(Debug)]
 pub struct Table {
     table: comfy_table::Table,
@@ -10,14 +10,13 @@ pub struct Table {
 }
 
 impl Table {
-    /// A table with this header; a column whose header begins with `<` is set flush
-    /// left, all others flush right.
+    /// A table with this header. Columns whose header begins with `<` are left-aligned, all
+    /// others right-aligned.
     pub fn new(header: &[&str]) -> Self {
         let mut table = comfy_table::Table::new();
-        // Plain enough for any terminal, and a table still when pasted into Markdown.
+        // Plain enough for any terminal, and still a table when pasted into Markdown.
         table.load_style(comfy_table::presets::ASCII_MARKDOWN);
-        // Every row on one line whatever the terminal's width, so that two runs give
-        // the same bytes.
+        // One line per row whatever the terminal's width, so that equal runs give equal bytes.
         table.set_content_arrangement(ContentArrangement::Disabled);
         table.set_header(header.iter().map(|name| name.trim_start_matches('<')));
         for (i, name) in header.iter().enumerate() {
@@ -50,7 +49,7 @@ impl Table {
         pickline::files::csv_text(&self.rows)
     }
 
-    /// The finished table, with a line end.
+    /// The finished table, ending with a line break.
     pub fn render(&self) -> String {
         let text = self.table.to_string();
         let lines = text.lines().map(|line| format!("{}\n", line.trim_end()));
@@ -58,7 +57,7 @@ impl Table {
     }
 }
 
-/// A number with so many digits behind the point, never `-0`.
+/// A number with `digits` decimals, never `-0`.
 pub fn fixed(value: f64, digits: usize) -> String {
     let text = format!("{value:.digits$}");
     match text.strip_prefix('-') {
@@ -67,14 +66,14 @@ pub fn fixed(value: f64, digits: usize) -> String {
     }
 }
 
-/// An interval with so many digits behind the point; a dash where there is none.
+/// An interval with `digits` decimals; a dash for `None`.
 pub fn interval(ends: Option<(f64, f64)>, digits: usize) -> String {
     ends.map_or("-".to_owned(), |(low, high)| {
         format!("{} to {}", fixed(low, digits), fixed(high, digits))
     })
 }
 
-/// The name of a column of a CSV file: the figure's in snake case, its unit behind it.
+/// The name of a column of a CSV file: the figure in snake case, followed by its unit.
 pub fn column(figure: &str, unit: &str) -> String {
     let suffix = match unit {
         "1/min" => "_per_min",
@@ -86,7 +85,7 @@ pub fn column(figure: &str, unit: &str) -> String {
     format!("{figure}{suffix}")
 }
 
-/// The rows of a CSV file, header first, without the columns that are empty in all rows.
+/// The rows of a CSV file, header first, without columns that are empty in every row.
 pub fn without_empty_columns(rows: impl IntoIterator<Item = Vec<String>>) -> Vec<Vec<String>> {
     let mut rows: Vec<Vec<String>> = rows.into_iter().collect();
     let columns = rows.first().map_or(0, Vec::len);
@@ -99,7 +98,7 @@ pub fn without_empty_columns(rows: impl IntoIterator<Item = Vec<String>>) -> Vec
     rows
 }
 
-/// A number as a field of a CSV file, empty where there is none.
+/// A number as a field of a CSV file; `None` gives an empty field.
 pub fn cell(value: Option<f64>) -> String {
     value.map_or(String::new(), |value| value.to_string())
 }

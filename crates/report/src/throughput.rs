@@ -1,33 +1,32 @@
-//! Throughput as it stands in the reports of all verbs.
+//! Throughput as shown in the reports of all commands.
 
 use super::table::{cell, fixed, interval};
 use pickline::stats::Interval;
 use pickline::throughput::Throughput;
 use serde::Serialize;
 
-/// What is picked per minute in the steady state; the JSON field names are the product's
-/// format.
+/// Picks per minute in the steady state; the JSON field names are the product's format.
 #[derive(Debug, Clone, Serialize)]
 pub struct ThroughputReport {
-    /// Mean picks per minute in the steady state; none where there is no steady state.
+    /// Mean picks per minute in the steady state; `None` without a steady state.
     pub throughput_per_min: Option<f64>,
     /// Lower end of its 95 % interval.
     pub throughput_low: Option<f64>,
-    /// Upper end.
+    /// Upper end of its 95 % interval.
     pub throughput_high: Option<f64>,
     /// Items that arrive per minute.
     pub flow_per_min: Option<f64>,
-    /// For each robot, upstream first, the share of the time in which it is busy while the
-    /// items of the steady state pass it.
+    /// For each robot, upstream first: the share of the time it is busy while the items of the
+    /// steady state pass it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub utilisation_steady: Vec<f64>,
-    /// Patterns on which the run has a steady state.
+    /// Number of patterns on which the run has a steady state.
     pub steady_patterns: usize,
-    /// Why there is no throughput, and the cure.
+    /// Why there is no throughput, and what to do about it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub no_throughput: Option<String>,
-    /// Whether the flow changes over the pattern, so that the throughput is the mean over it;
-    /// absent where not.
+    /// Whether the flow changes over the pattern, so that the throughput is a mean over it;
+    /// omitted if not.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub flow_changes: bool,
     #[serde(skip)]
@@ -35,7 +34,7 @@ pub struct ThroughputReport {
 }
 
 impl ThroughputReport {
-    /// The columns of CSV files.
+    /// The column names in CSV files.
     pub const COLUMNS: [&'static str; 4] = [
         "throughput_per_min",
         "throughput_low_per_min",
@@ -82,7 +81,7 @@ impl ThroughputReport {
         }
     }
 
-    /// Both ends of the interval.
+    /// Both ends of the 95 % interval.
     pub(crate) fn ends(&self) -> Option<(f64, f64)> {
         self.throughput_low.zip(self.throughput_high)
     }
@@ -98,13 +97,13 @@ impl ThroughputReport {
         .map(cell)
     }
 
-    /// The figure in a table; a dash where there is none.
+    /// The figure in a table; a dash for `None`.
     pub(crate) fn shown(&self, digits: usize) -> String {
         let value = self.throughput_per_min;
         value.map_or("-".to_owned(), |value| fixed(value, digits))
     }
 
-    /// The interval in a table.
+    /// The 95 % interval in a table.
     pub(crate) fn interval(&self, digits: usize) -> String {
         interval(self.ends(), digits)
     }
@@ -120,7 +119,7 @@ impl ThroughputReport {
         [self.shown(digits), self.interval(digits), self.flow(digits)]
     }
 
-    /// One line for a terminal.
+    /// One line for the terminal.
     pub(crate) fn line(&self) -> String {
         let flow = self.flow_per_min.map(|flow| fixed(flow, 1));
         match (self.throughput_per_min, &self.no_throughput) {
@@ -144,7 +143,7 @@ impl ThroughputReport {
         }
     }
 
-    /// What a reader of a table with these should know of those without a figure: a note.
+    /// A note about the figures that are missing from a table.
     pub(crate) fn note<'r>(of: impl IntoIterator<Item = &'r Self>) -> Option<String> {
         let note = of.into_iter().find_map(|report| report.note.as_ref());
         note.map(|note| format!("throughput: {note}"))

@@ -1,25 +1,25 @@
 //! A chart as data, without pixels and colours.
 
 use super::draw;
-use pickline::error::{Error, Result, known_names, shown};
 use crate::provenance::Provenance;
+use pickline::error::{Error, Result, known_names, shown};
 
-/// One of the charts of a report `R`; the first of a report's kinds is its main one.
+/// A kind of chart for a report `R`; the first of a report's kinds is its main chart.
 #[derive(Debug)]
 pub struct ChartKind<R> {
     /// The name after `--chart`.
     pub name: &'static str,
-    /// The chart; none where the report has nothing for it.
+    /// Makes the chart; `None` if the report lacks the data.
     pub(crate) chart: fn(&R) -> Option<Chart>,
-    /// What the report needs for it, in words.
+    /// What the report needs for this chart, in words.
     pub needs: &'static str,
 }
 
 impl<R> ChartKind<R> {
-    /// The kind of that name, the first when there is none.
+    /// The kind with this name; the first if there is none.
     ///
     /// # Errors
-    /// An unknown name, with the nearest known one.
+    /// The name is unknown; the message suggests the nearest known one.
     pub fn named<'a>(kinds: &'a [Self], name: Option<&str>) -> Result<&'a Self> {
         let wanted = name.unwrap_or(kinds[0].name);
         let found = kinds.iter().find(|kind| kind.name == wanted);
@@ -27,17 +27,17 @@ impl<R> ChartKind<R> {
             let names: Vec<&str> = kinds.iter().map(|kind| kind.name).collect();
             Error::input(
                 "--chart",
-                format!("there is no chart `{}` here", shown(wanted)),
+                format!("this report has no chart `{}`", shown(wanted)),
                 known_names(wanted, &names),
             )
         })
     }
 
-    /// The error of a report that has nothing for this chart.
+    /// The error for a report that lacks the data for this chart.
     pub fn missing(&self) -> Error {
         Error::input(
             "--chart",
-            format!("there is nothing for the chart `{}`", self.name),
+            format!("there is no data for the chart `{}`", self.name),
             format!("it needs {}", self.needs),
         )
     }
@@ -45,7 +45,7 @@ impl<R> ChartKind<R> {
     /// The chart of `report` as an SVG file for a paper.
     ///
     /// # Errors
-    /// A report that has nothing for this chart.
+    /// The report lacks the data for this chart.
     pub fn svg(&self, report: &R, made: &Provenance) -> Result<String> {
         let chart = (self.chart)(report).ok_or_else(|| self.missing())?;
         Ok(draw::for_paper(&chart, made))
@@ -55,19 +55,19 @@ impl<R> ChartKind<R> {
 /// A chart.
 #[derive(Debug)]
 pub(crate) struct Chart {
-    /// What it shows, in a few words.
+    /// A short title.
     pub title: String,
-    /// What a reader has to know to read it.
+    /// What a reader must know to understand the chart.
     pub caption: String,
-    /// Across.
+    /// The horizontal axis.
     pub x: Scale,
-    /// Upwards; categories go downwards.
+    /// The vertical axis, upwards; for names, downwards.
     pub y: Scale,
     /// What is drawn, in this order.
     pub layers: Vec<Layer>,
     /// Lines across the whole chart.
     pub marks: Vec<Mark>,
-    /// What the inks and shapes mean.
+    /// The meaning of the inks and shapes.
     pub legend: Vec<Entry>,
 }
 
@@ -76,11 +76,11 @@ pub(crate) struct Chart {
 pub(crate) enum Scale {
     /// Numbers from `low` to `high`.
     Numbers {
-        /// What is measured, with its unit in brackets.
+        /// The measured quantity, with its unit in brackets.
         title: String,
         low: f64,
         high: f64,
-        /// Between two ticks.
+        /// Distance between two ticks.
         step: f64,
     },
     /// Names; the first is at 0, the next at 1.
@@ -88,8 +88,8 @@ pub(crate) enum Scale {
 }
 
 impl Scale {
-    /// An axis with round ends that holds all `values`, and 0 if `from_zero`. Values
-    /// that are not finite are left out.
+    /// An axis with round ends that includes all `values`, and 0 if `from_zero`. Values that
+    /// are not finite are ignored.
     pub fn around(
         title: impl Into<String>,
         values: impl IntoIterator<Item = f64>,
@@ -102,7 +102,7 @@ impl Scale {
         };
         let finite = values.into_iter().filter(|value| value.is_finite());
         let (low, high) = finite.fold(start, |(low, high), v| (v.min(low), v.max(high)));
-        // Nothing, or a single value, still needs an axis around it.
+        // No values, or a single one, still need an axis around them.
         let (low, high) = match (low < high, low.is_finite()) {
             (true, _) => (low, high),
             (false, true) => {
@@ -120,8 +120,8 @@ impl Scale {
         }
     }
 
-    /// An axis of whole numbers from `first` to `last`: robots, places. Its ticks are whole
-    /// numbers too, none of them below `first`.
+    /// An axis of whole numbers from `first` to `last`, such as robots or places. Its ticks are
+    /// whole numbers as well, none below `first`.
     pub fn counted(title: impl Into<String>, first: f64, last: f64) -> Self {
         let step = round_step(((last - first) / 15.0).max(1.0));
         Self::Numbers {
@@ -132,8 +132,8 @@ impl Scale {
         }
     }
 
-    /// Whether the axis begins or ends before 0, so that lengths along it do not compare:
-    /// then it is drawn with a break.
+    /// Whether the axis does not include 0, so that lengths along it cannot be compared. Such
+    /// an axis is drawn with a break.
     pub fn is_cut(&self) -> bool {
         match self {
             Self::Numbers { low, high, .. } => *low > 0.0 || *high < 0.0,
@@ -150,7 +150,7 @@ impl Scale {
     }
 }
 
-/// The least of 1, 2 and 5 times a power of ten that is `least` or more.
+/// The smallest of 1, 2 and 5 times a power of ten that is at least `least`.
 fn round_step(least: f64) -> f64 {
     let power = 10f64.powf(least.log10().floor());
     let factor = [1.0, 2.0, 5.0].into_iter();
@@ -164,7 +164,7 @@ fn round_step(least: f64) -> f64 {
 /// Something drawn inside the axes.
 #[derive(Debug)]
 pub(crate) enum Layer {
-    /// Bars to the right, side by side within each name of the y axis.
+    /// Horizontal bars, side by side within each name of the y axis.
     Bars(Vec<Vec<Bar>>),
     /// Points with their intervals.
     Points {
@@ -177,15 +177,15 @@ pub(crate) enum Layer {
 /// How points are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Style {
-    /// A marker and its interval each.
+    /// A marker and an interval for each point.
     Dots,
-    /// The intervals alone, over what stands for the points already.
+    /// Intervals only, for points that are already shown.
     Intervals,
-    /// Markers and intervals, joined by a line.
+    /// Markers and intervals, connected by a line.
     Line,
     /// The same with the intervals along y as one area.
     Area,
-    /// A line alone.
+    /// A line only.
     Bare,
 }
 
@@ -193,10 +193,10 @@ pub(crate) enum Style {
 #[derive(Debug)]
 pub(crate) struct Bar {
     pub value: f64,
-    /// The value as it stands at the right end of the bar's row.
+    /// The value as printed at the right end of the bar's row.
     pub words: String,
     pub ink: Ink,
-    /// Said when the pointer rests on it.
+    /// Shown when the pointer rests on it.
     pub tip: String,
 }
 
@@ -205,24 +205,24 @@ pub(crate) struct Bar {
 pub(crate) struct Point {
     pub x: f64,
     pub y: f64,
-    /// Its interval along x, where there is one.
+    /// Its interval along x, if there is one.
     pub across: Option<(f64, f64)>,
-    /// Its interval along y.
+    /// Its interval along y, if there is one.
     pub along: Option<(f64, f64)>,
-    /// Said when the pointer rests on it; nothing when empty.
+    /// Shown when the pointer rests on it; nothing if empty.
     pub tip: String,
 }
 
 /// A line from edge to edge.
 #[derive(Debug)]
 pub(crate) struct Mark {
-    /// On the x axis if upright, otherwise on the y axis.
+    /// Position on the x axis if upright, otherwise on the y axis.
     pub at: f64,
     pub upright: bool,
     pub ink: Ink,
-    /// Shaded from the line to here.
+    /// The area from the line to here is shaded.
     pub shade_to: Option<f64>,
-    /// Stands above an upright line.
+    /// Printed above an upright line.
     pub label: String,
 }
 
@@ -234,7 +234,7 @@ pub(crate) struct Entry {
     pub swatch: Swatch,
 }
 
-/// What stands before a legend's words.
+/// The sign before the words of a legend entry.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Swatch {
     Bar,
@@ -242,25 +242,25 @@ pub(crate) enum Swatch {
     Dot,
     /// A line with its marker.
     Line,
-    /// A line alone.
+    /// A line only.
     Bare,
     /// A dashed line from edge to edge.
     Mark,
 }
 
-/// What something is drawn with; what colour and shape that is, the look says.
+/// What something is drawn with; the look defines its colour and shape.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Ink {
     /// The n-th series.
     Series(usize),
-    /// The colour of the text, for what stands beside the series.
+    /// The colour of the text, for what is not a series.
     Text,
-    /// Set back.
+    /// Less prominent than the rest.
     Faint,
 }
 
 impl Chart {
-    /// What a reader has to know to read it, with what the axes call for.
+    /// The caption, with remarks that the axes require.
     pub fn note(&self) -> String {
         let cut = [&self.x, &self.y]
             .iter()
@@ -275,7 +275,7 @@ impl Chart {
     }
 }
 
-/// `text` cut to what a label can hold.
+/// `text` cut to at most `most` characters.
 pub(crate) fn short(text: &str, most: usize) -> String {
     if text.chars().count() <= most {
         return text.to_owned();
@@ -284,13 +284,13 @@ pub(crate) fn short(text: &str, most: usize) -> String {
     format!("{}\u{2026}", kept.trim_end())
 }
 
-/// Where the `i`-th of `count` series side by side stands about a name of the y axis:
-/// the first uppermost.
+/// Position of the `i`-th of `count` side-by-side series relative to a name of the y axis; the
+/// first is uppermost.
 pub(crate) fn beside(i: usize, count: usize) -> f64 {
     GROUP * ((i as f64 + 0.5) / count as f64 - 0.5)
 }
 
-/// Share of a name's room that its series take.
+/// Share of a name's space that its series occupy.
 pub(crate) const GROUP: f64 = 0.78;
 
 #[cfg(test)]

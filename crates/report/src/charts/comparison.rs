@@ -17,7 +17,7 @@ pub const COMPARISON_CHARTS: &[ChartKind<ComparisonReport>] = &[
     ChartKind {
         name: "difference",
         chart: difference,
-        needs: "a second method: greedy GT or a --strategy",
+        needs: "a second method: greedy GT (game theory) or a --strategy",
     },
     ChartKind {
         name: "throughput",
@@ -95,8 +95,8 @@ struct Figure {
     interval: Option<(f64, f64)>,
 }
 
-/// A bar a method for every case, with intervals, what the paper printed and what no
-/// strategy can do better.
+/// One bar per method for every case, with intervals, the paper's figures and the bound for
+/// every strategy.
 fn bars(
     report: &ComparisonReport,
     title: &str,
@@ -275,7 +275,7 @@ fn difference(report: &ComparisonReport) -> Option<Chart> {
     };
     let mut ends: Vec<f64> = report.cases.iter().flat_map(ends_of).collect();
     ends.push(0.0);
-    // The title names the first; a name of a long line would not fit here.
+    // The title names the first method; the name of a long line would not fit here.
     let axis = "picking rate minus that of the first method [1/min]".to_owned();
     Some(Chart {
         title: format!("Difference to {}", first.title),
@@ -297,7 +297,7 @@ fn difference(report: &ComparisonReport) -> Option<Chart> {
     })
 }
 
-/// How much more is picked than by the first method [1/min].
+/// Excess over the first method's picking rate [1/min].
 fn difference_of(case: &CaseReport, result: &ResultReport) -> f64 {
     result.picking_rate_per_min - case.results[0].picking_rate_per_min
 }

@@ -1,4 +1,4 @@
-//! The learning curve of a training.
+//! The learning curve of a training run.
 
 use super::chart::{Chart, Entry, Ink, Layer, Mark, Point, Scale, Style, Swatch};
 use super::draw::for_paper;

@@ -1,6 +1,6 @@
-//! A chart as SVG, drawn with kuva. It draws axes, bars, lines, areas, markers and their
-//! intervals; what it has no notion of (a legend of dashed lines with their markers, a
-//! grid behind bars that lie, marks that make way for each other) is added to its scene.
+//! A chart as SVG, drawn with kuva, which draws axes, bars, lines, areas, markers and
+//! intervals. What kuva lacks is added to its scene: a legend of dashed lines with markers, a
+//! grid behind horizontal bars, marks that avoid each other.
 
 use super::chart::{Bar, Chart, GROUP, Ink, Layer, Point, Scale, Style, beside, short};
 use super::legend;
@@ -20,24 +20,24 @@ use kuva::render::render::{Primitive, Scene, TextAnchor, render_multiple};
 
 /// Width of every chart [px]: shown across a printed page of 170 mm its text is 9 point.
 pub(super) const WIDTH: f64 = 720.0;
-/// Height between the axes where y is a number [px].
+/// Height between the axes if y is a number [px].
 const HEIGHT: f64 = 330.0;
-/// Height of one bar or one row of points, and between two names [px].
+/// Height of one bar or one row of points, and of the space between two names [px].
 const ROW: f64 = 15.0;
 const GAP: f64 = 12.0;
 /// Size of all text [px].
 pub(super) const TEXT: u32 = 13;
 /// Radius of markers [px].
 const MARKER: f64 = 3.6;
-/// Characters of a name beside the axis.
+/// Maximum number of characters of a name beside the axis.
 const NAME: usize = 44;
-/// Height of the title of a chart by itself [px], and its characters.
+/// Height of a chart's own title [px], and its maximum number of characters.
 const TITLE: f64 = 24.0;
 const TITLE_CHARACTERS: usize = 84;
-/// Between the axes and the numbers of bars to the right of them [px].
+/// Distance between the axes and the bars' numbers to the right of them [px].
 const TO_NUMBERS: f64 = 8.0;
 
-/// The chart as an SVG file of its own, saying how it was made.
+/// The chart as a standalone SVG file that states how it was made.
 pub(crate) fn for_paper(chart: &Chart, made: &Provenance) -> String {
     let about = format!("{} {}", chart.note(), made.one_line());
     svg(chart, Look::Paper, &about)
@@ -51,7 +51,7 @@ pub(crate) fn for_page(chart: &Chart) -> String {
 fn svg(chart: &Chart, look: Look, about: &str) -> String {
     let scene = scene(chart, look);
     let text = SvgBackend::new().with_pretty(true).render_scene(&scene);
-    // Scalable, and with words for who cannot see it.
+    // Scalable, and with a text for readers who cannot see it.
     let head = format!(
         "<svg role=\"img\" aria-label=\"{}\" viewBox=\"0 0 {} {}\" ",
         escape(&clean(&chart.title)),
@@ -60,7 +60,8 @@ fn svg(chart: &Chart, look: Look, about: &str) -> String {
     );
     let text = text.replacen("<svg ", &head, 1);
     let (open, rest) = text.split_once('>').unwrap_or((&text, ""));
-    // On a page a title would pop up over all of the chart, and stands above it anyway.
+    // On a page, a title would pop up over the whole chart, and the page prints it above
+    // anyway.
     let title = match look {
         Look::Paper => format!("\n<title>{}</title>", escape(&clean(&chart.title))),
         Look::Page => String::new(),
@@ -75,9 +76,9 @@ fn svg(chart: &Chart, look: Look, about: &str) -> String {
     )
 }
 
-/// Takes out kuva's clip path. It would cut markers on the edges in half, and kuva
-/// numbers its paths through the whole process, where equal charts are to be equal
-/// bytes; the axes hold all that is drawn anyway.
+/// Removes kuva's clip path. It would cut markers on the edges in half. Besides, kuva numbers
+/// its paths throughout the process, but equal charts must give equal bytes. The axes contain
+/// everything that is drawn anyway.
 fn unclip(scene: &mut Scene) {
     let clip =
         |element: &Primitive| matches!(element, Primitive::ClipStart { .. } | Primitive::ClipEnd);
@@ -85,12 +86,12 @@ fn unclip(scene: &mut Scene) {
     scene.defs.retain(|text| !text.starts_with("<clipPath"));
 }
 
-/// Text that an XML file can hold: names come from users' files.
+/// Text that an XML file can contain: names come from users' files.
 fn clean(text: &str) -> String {
     text.replace(char::is_control, " ")
 }
 
-/// Text that kuva does not take for mathematics between dollar signs.
+/// Text that kuva does not interpret as mathematics between dollar signs.
 pub(super) fn label(text: &str) -> String {
     clean(text).replace('$', "\\$")
 }
@@ -117,7 +118,7 @@ fn scene(chart: &Chart, look: Look) -> Scene {
     let rows = marks::rows(&chart.marks, |x| free.map_x(x));
     let title = match look {
         Look::Paper => TITLE,
-        // A page has it as a heading.
+        // On a page, it is a heading.
         Look::Page => 0.0,
     };
     let top = title + marks::room(&rows);
@@ -138,7 +139,7 @@ fn scene(chart: &Chart, look: Look) -> Scene {
         behind.extend(grid(chart, look, &computed));
     }
     behind.extend(marks::drawn(&chart.marks, &rows, look, &computed));
-    // The data begin where kuva begins to clip.
+    // The data start where kuva starts to clip.
     let data = scene
         .elements
         .iter()
@@ -170,7 +171,7 @@ fn words(content: String, (x, y): (f64, f64), anchor: TextAnchor, bold: bool) ->
     }
 }
 
-/// The title of a chart that stands by itself.
+/// The title of a standalone chart.
 fn heading(title: &str) -> Primitive {
     let title = label(&short(title, TITLE_CHARACTERS));
     words(title, (0.5 * WIDTH, 18.0), TextAnchor::Middle, true)
@@ -190,7 +191,7 @@ fn bars(chart: &Chart) -> impl Iterator<Item = (usize, usize, usize, &Bar)> {
     })
 }
 
-/// Width of the numbers that stand beside the bars [px]; 0 without bars.
+/// Width of the numbers beside the bars [px]; 0 without bars.
 fn widest_number(chart: &Chart) -> f64 {
     bars(chart)
         .map(|(.., bar)| legend::width(&bar.words))
@@ -211,10 +212,10 @@ fn bar_numbers(chart: &Chart, computed: &ComputedLayout) -> Vec<Primitive> {
     bars(chart).map(number).collect()
 }
 
-/// Two strokes over each axis that does not begin at 0, near where it begins.
+/// Two strokes over each axis that does not begin at 0, near its beginning.
 fn breaks(chart: &Chart, look: Look, computed: &ComputedLayout) -> Vec<Primitive> {
-    /// From the corner of the axes to the middle of the break, half the gap between the
-    /// strokes, and half their length across and along [px].
+    /// Distance from the corner of the axes to the middle of the break, half the gap between
+    /// the strokes, and half their length across and along [px].
     const AWAY: f64 = 13.0;
     const GAP: f64 = 2.5;
     const ACROSS: f64 = 5.0;
@@ -240,7 +241,7 @@ fn breaks(chart: &Chart, look: Look, computed: &ComputedLayout) -> Vec<Primitive
         if !scale.is_cut() {
             continue;
         }
-        // As along the axis and across it, and as it lies in the picture.
+        // Along the axis and across it, then as positions in the picture.
         let place = |along: f64, across: f64| match upright {
             true => (left + across, bottom - AWAY - along),
             false => (left + AWAY + along, bottom + across),
@@ -258,14 +259,14 @@ fn breaks(chart: &Chart, look: Look, computed: &ComputedLayout) -> Vec<Primitive
     drawn
 }
 
-/// Most bars or points that a name has beside each other.
+/// The largest number of bars or points beside each other for one name.
 fn rows_a_name(chart: &Chart) -> usize {
     let layer = |layer: &Layer| match layer {
         Layer::Bars(groups) => groups.iter().map(Vec::len).max().unwrap_or(1),
         Layer::Points { .. } => 1,
     };
     let bars = chart.layers.iter().map(layer).max().unwrap_or(1);
-    // Rows of points are layers of their own, each at its distance from the name.
+    // Rows of points are layers of their own, each at its own distance from the name.
     let mut distances: Vec<i64> = chart
         .layers
         .iter()
@@ -299,7 +300,7 @@ fn axes(chart: &Chart, look: Look) -> Layout {
     if let Scale::Numbers { title, step, .. } = &chart.x {
         layout = layout
             .with_x_label(label(title))
-            // Nearer to the ticks that it belongs to than to the legend.
+            // Closer to its ticks than to the legend.
             .with_x_label_offset(0.0, -7.0)
             .with_x_tick_step(*step)
             .with_x_tick_format(TickFormat::Fixed(decimals(*step)));
@@ -317,13 +318,13 @@ fn axes(chart: &Chart, look: Look) -> Layout {
     }
 }
 
-/// Digits behind the point that tell ticks apart.
+/// Number of decimals needed to distinguish ticks.
 fn decimals(step: f64) -> usize {
     (-step.log10()).ceil().max(0.0) as usize
 }
 
-/// The lines that kuva leaves out where an axis has names: upright ones at its ticks,
-/// and between the names where each has several rows.
+/// The lines that kuva omits if an axis has names: upright ones at its ticks, and lines between
+/// names that have several rows.
 fn grid(chart: &Chart, look: Look, computed: &ComputedLayout) -> Vec<Primitive> {
     let Scale::Numbers {
         low, high, step, ..
@@ -359,8 +360,8 @@ fn grid(chart: &Chart, look: Look, computed: &ComputedLayout) -> Vec<Primitive> 
     lines
 }
 
-/// For each layer, how many of the lines that are drawn over it could hide it, at most as
-/// many as its size has room for.
+/// For each layer, how many of the lines drawn over it could hide it, limited by the space
+/// available.
 fn under(layers: &[Layer]) -> Vec<usize> {
     const MOST: usize = 4;
     let is_line = |layer: &Layer| {
@@ -389,8 +390,8 @@ fn under(layers: &[Layer]) -> Vec<usize> {
     .collect()
 }
 
-/// How the layer is drawn; a line under others is wider and its markers are larger, so that
-/// lines which coincide all show.
+/// How the layer is drawn. A line below others is wider and its markers are larger, so that
+/// lines which coincide all remain visible.
 fn plots(layer: &Layer, names: usize, look: Look, under: usize) -> Vec<Plot> {
     match layer {
         Layer::Bars(groups) => {
@@ -421,12 +422,12 @@ fn points_plots(
     look: Look,
     under: usize,
 ) -> Vec<Plot> {
-    /// By how much more a line is wide and a marker large for each line over it [px].
+    /// How much wider a line and its markers become for each line over it [px].
     const WIDER: f64 = 1.4;
     const LARGER: f64 = 1.2;
     let under = under as f64;
     let colour = look.colour(ink);
-    // Names are counted downwards from 0, kuva counts them upwards to their number.
+    // Names are counted downwards from 0; kuva counts them upwards to their number.
     let y = |point: &Point| match names {
         0 => point.y,
         _ => names as f64 - point.y,
@@ -468,7 +469,7 @@ fn points_plots(
         .with_size(match style {
             Style::Dots => MARKER,
             Style::Intervals => 0.0,
-            // Those on a line are close to each other.
+            // Points on a line are close to each other.
             Style::Line | Style::Area | Style::Bare => MARKER - 0.9 + LARGER * under,
         });
     for (dot, point) in dots.data.iter_mut().zip(points) {

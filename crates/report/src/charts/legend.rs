@@ -9,17 +9,17 @@ use kuva::render::render::{Primitive, Scene, TextAnchor, render_legend_at};
 
 /// Height of a line [px].
 const LINE: f64 = 21.0;
-/// Width of a line and of a bar or marker, from there to the words, and between columns
-/// [px].
+/// Width of a line and of a bar or marker, distance from there to the words, and distance
+/// between columns [px].
 const LONG: f64 = 26.0;
 const SHORT: f64 = 14.0;
 const TO_WORDS: f64 = 8.0;
 const BETWEEN: f64 = 22.0;
-/// Characters of an entry.
+/// Maximum number of characters of an entry.
 const WORDS: usize = 64;
 
-/// The legend of a chart that ends at `top` and whose axis begins at `left`, and how
-/// much higher it makes the chart [px].
+/// The legend of a chart that ends at `top` and whose axis begins at `left`, and the height it
+/// adds to the chart [px].
 pub(super) fn drawn(entries: &[Entry], look: Look, left: f64, top: f64) -> (Vec<Primitive>, f64) {
     if entries.is_empty() {
         return (Vec::new(), 0.0);
@@ -31,7 +31,7 @@ pub(super) fn drawn(entries: &[Entry], look: Look, left: f64, top: f64) -> (Vec<
     };
     let mut drawn = Vec::new();
     let mut lines = 0;
-    // Marks are said in long words, which are not to widen the columns of the series.
+    // Marks have long labels, which must not widen the columns of the series.
     for marks in [false, true] {
         let part = entries
             .iter()
@@ -65,7 +65,7 @@ pub(super) fn drawn(entries: &[Entry], look: Look, left: f64, top: f64) -> (Vec<
     (drawn, 8.0 + LINE * lines as f64)
 }
 
-/// About how wide `text` is [px]: the reader's font is not known here, so rather more.
+/// Approximate width of `text` [px]. The reader's font is unknown, so this is a high estimate.
 pub(super) fn width(text: &str) -> f64 {
     let per_character = |c: char| match c {
         'i' | 'j' | 'l' | 't' | 'f' | 'r' | 'I' | ' ' | '.' | ',' | ';' | ':' | '[' | ']' | '('
@@ -112,10 +112,10 @@ fn swatch(entry: &Entry, look: Look, (x, y): (f64, f64), size: f64) -> Vec<Primi
     }
 }
 
-/// The marker of `ink` about a place: that of a legend of kuva's, which it draws for one
-/// shape after another but not with a line through it.
+/// The marker of `ink` around a position. kuva's legends draw the same markers, one shape after
+/// another, but not with a line through them.
 pub(super) fn sign(ink: Ink, look: Look, x: f64, y: f64) -> Vec<Primitive> {
-    // Where kuva puts the middle of a marker in its legend.
+    // kuva centres a marker here in its legend.
     const MIDDLE: (f64, f64) = (10.0, 6.0);
     let only = LegendEntry {
         label: String::new(),

@@ -1,4 +1,4 @@
-//! What inks are: colours, markers and dashes, for a paper and for a page.
+//! The colours, markers and dashes of inks, for a paper and for a page.
 
 use super::chart::Ink;
 use crate::palette::{PAPER, SERIES, mixed};
@@ -8,14 +8,14 @@ use kuva::render::theme::Theme;
 /// Where a chart is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Look {
-    /// In print: black on white, whatever shows it.
+    /// In print: black on white.
     Paper,
-    /// On a page whose style sheet defines the colours, and so follows the reader's
-    /// light or dark scheme.
+    /// On a page whose style sheet defines the colours and follows the reader's light or dark
+    /// scheme.
     Page,
 }
 
-/// Share of the colour in what is drawn in its light tint.
+/// Share of the colour in its light tint.
 const TINT: f64 = 0.5;
 
 impl Look {
@@ -31,8 +31,8 @@ impl Look {
         }
     }
 
-    /// The colour of a bar of `ink`: where the series outnumber the colours, the second
-    /// round has lighter tints, as a bar has no shape to be told apart by.
+    /// The colour of a bar of `ink`. If there are more series than colours, the second round
+    /// has lighter tints, because bars have no shape to distinguish them.
     pub fn bar_colour(self, ink: Ink) -> String {
         let colour = self.colour(ink);
         match (self, ink) {
@@ -45,7 +45,7 @@ impl Look {
         }
     }
 
-    /// The colour of the ground.
+    /// The background colour.
     pub fn ground(self) -> &'static str {
         match self {
             Self::Paper => PAPER[0],
@@ -53,7 +53,7 @@ impl Look {
         }
     }
 
-    /// Axes, grid, text and ground.
+    /// Colours of axes, grid, text and background.
     pub fn theme(self) -> Theme {
         let of = |paper: &str, page: &str| match self {
             Self::Paper => paper.to_owned(),
@@ -74,8 +74,8 @@ impl Look {
     }
 }
 
-/// What makes a chart for a paper follow a dark scheme on a screen: rules that win over the
-/// colours of the elements. What knows no style sheets, or prints, leaves it as it is.
+/// Rules that make a chart for a paper follow a dark scheme on a screen. They override the
+/// colours of the elements. Programs without style sheets, and printers, ignore them.
 pub(super) fn dark_style() -> String {
     let [light, dark] = SERIES;
     let [paper, night] = PAPER;
@@ -102,8 +102,8 @@ fn tinted(series: usize) -> bool {
     (series / SERIES[0].len()) % 2 == 1
 }
 
-/// The marker of `ink`. There are as many as leave no common factor with the number of
-/// colours, so that no two of 56 series look alike.
+/// The marker of `ink`. The number of markers and the number of colours have no common factor,
+/// so no two of 56 series look alike.
 pub(super) fn marker(ink: Ink) -> MarkerShape {
     const SHAPES: [MarkerShape; 8] = [
         MarkerShape::Circle,
@@ -122,7 +122,7 @@ pub(super) fn marker(ink: Ink) -> MarkerShape {
     }
 }
 
-/// The dashes of a line of `ink`, so that lines which lie on each other both show.
+/// The dashes of a line of `ink`, so that lines which coincide both remain visible.
 pub(super) fn dashes(ink: Ink) -> Option<&'static str> {
     const DASHES: [Option<&str>; 4] = [None, Some("7 4"), Some("2 3"), Some("9 3 2 3")];
     match ink {

@@ -1,4 +1,5 @@
-//! Lines across a chart, with their labels above it in as many rows as keep them apart.
+//! Lines across a chart, with their labels above it in as many rows as needed to keep them
+//! apart.
 
 use super::chart::{Ink, Mark};
 use super::draw::{TEXT, WIDTH, label};
@@ -11,24 +12,24 @@ use kuva::render::render::{Primitive, TextAnchor};
 /// Dash and gap of a mark [px].
 const ON: f64 = 5.0;
 const OFF: f64 = 3.0;
-/// Height of a row of labels, and what is kept free above the chart [px].
+/// Height of a row of labels, and space kept free above the chart [px].
 const ROW: f64 = 16.0;
 const TOP: f64 = 14.0;
-/// Between the lowest row and the chart, whose markers may stand on its upper edge [px].
+/// Distance between the lowest row and the chart, whose markers may touch its upper edge [px].
 const ABOVE: f64 = 9.0;
-/// Between two labels [px].
+/// Distance between two labels [px].
 const APART: f64 = 8.0;
-/// Between lines in the same place, and how far they are spread at most [px].
+/// Distance between lines at the same position, and the maximum spread [px].
 const BESIDE: f64 = 3.0;
 const SPREAD: f64 = 18.0;
-/// Width of the marker of a series before a label that several share [px].
+/// Width of a series' marker before a label shared by several [px].
 const SIGN: f64 = 13.0;
 
-/// Where a mark's label stands [px]; none for a mark without one, or where the label of
-/// another says the same in the same place.
+/// Position of a mark's label [px]; `None` without a label, or if another mark shows the same
+/// label at the same position.
 pub(super) type Place = Option<(f64, usize)>;
 
-/// Places the labels from left to right, each in the lowest row that has room.
+/// Places the labels from left to right, each in the lowest row with room.
 pub(super) fn rows(marks: &[Mark], x: impl Fn(f64) -> f64) -> Vec<Place> {
     let alike = |a: &Mark, b: &Mark| a.at == b.at && a.label == b.label;
     let mut order: Vec<usize> = (0..marks.len())
@@ -52,8 +53,8 @@ pub(super) fn rows(marks: &[Mark], x: impl Fn(f64) -> f64) -> Vec<Place> {
     places
 }
 
-/// The series whose marks stand where the `i`-th does, with the same label: where there
-/// are several, their markers stand before it.
+/// The series whose marks share the position and label of the `i`-th; if there are several,
+/// their markers are drawn before the label.
 fn sharing(marks: &[Mark], i: usize) -> Vec<Ink> {
     let alike = marks
         .iter()
@@ -65,13 +66,13 @@ fn sharing(marks: &[Mark], i: usize) -> Vec<Ink> {
     }
 }
 
-/// Half of what the label of the `i`-th mark takes, with the markers before it [px].
+/// Half the width of the `i`-th mark's label and the markers before it [px].
 fn half_width(marks: &[Mark], i: usize) -> f64 {
     0.5 * (width(&marks[i].label) + SIGN * sharing(marks, i).len() as f64)
 }
 
-/// How far the `i`-th mark is moved aside [px]: marks in the same place stand side by side,
-/// so that all of them show.
+/// How far the `i`-th mark is moved aside [px]: marks at the same position are drawn side by
+/// side, so that all of them are visible.
 fn aside(marks: &[Mark], i: usize) -> f64 {
     let same = |mark: &&Mark| mark.at == marks[i].at && mark.upright == marks[i].upright;
     let before = marks[..i].iter().filter(same).count() as f64;
@@ -79,13 +80,13 @@ fn aside(marks: &[Mark], i: usize) -> f64 {
     BESIDE.min(SPREAD / others.max(1.0)) * (before - 0.5 * others)
 }
 
-/// What the labels need above the chart [px].
+/// Space that the labels need above the chart [px].
 pub(super) fn room(places: &[Place]) -> f64 {
     let rows = places.iter().flatten().map(|(_, row)| row + 1).max();
     TOP + rows.map_or(0.0, |rows| ABOVE + ROW * (rows - 1) as f64)
 }
 
-/// The dashes of a mark by itself.
+/// The dashes of a standalone mark.
 pub(super) fn dash() -> String {
     format!("{ON} {OFF}")
 }
@@ -188,12 +189,12 @@ mod tests {
         assert_eq!([row(0), row(1), row(2), row(3)], [0, 1, 0, 2]);
         assert_eq!(room(&places), TOP + ABOVE + 2.0 * ROW);
         assert_eq!(room(&[]), TOP);
-        // Equal ones are said once, with the marker of each, and stand side by side.
+        // Equal labels are shown once, with the marker of each, and the lines side by side.
         let twice = [mark(0.5), mark(0.5)];
         assert_eq!(rows(&twice, |x| x)[1], None);
         assert_eq!((aside(&twice, 0), aside(&twice, 1)), (-1.5, 1.5));
         assert_eq!((sharing(&twice, 0).len(), aside(&twice[..1], 0)), (2, 0.0));
-        // At the very edge a label stays inside the picture.
+        // At the very edge, a label stays inside the picture.
         let (middle, _) = rows(&[mark(1.1)], |x| 700.0 * x)[0].unwrap();
         assert!(middle + 0.5 * width("0.042") <= WIDTH);
     }

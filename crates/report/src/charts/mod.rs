@@ -1,12 +1,12 @@
-//! Charts of results: what a chart shows is said here and in one file a report, how it
-//! is drawn in `draw.rs`, which alone knows the drawing library.
+//! Charts of results. Each report's file says what its charts show; `draw.rs` draws them and is
+//! the only file that uses the drawing library.
 //!
 //! | file | what it is |
 //! |---|---|
 //! | `chart.rs` | a chart as data: axes, layers, marks, legend |
 //! | `comparison.rs`, `sweep.rs`, `optimum.rs`, `curve.rs` | the charts of each report |
 //! | `draw.rs` | a chart as SVG |
-//! | `legend.rs`, `marks.rs` | what stands below and above a chart |
+//! | `legend.rs`, `marks.rs` | what is below and above a chart |
 //! | `look.rs` | colours and fonts, for a paper and for a page |
 
 mod chart;

@@ -23,10 +23,10 @@ pub const OPTIMUM_CHARTS: &[ChartKind<OptimumReport>] = &[
     },
 ];
 
-/// Lines of the ranking that a chart names.
+/// Maximum number of lines of the ranking that a chart names.
 const MOST_NAMES: usize = 20;
 
-/// Points of a line, and those of them that have markers.
+/// Maximum number of points of a line, and of points with markers.
 const MOST_POINTS: usize = 600;
 const MOST_MARKERS: usize = 120;
 
@@ -52,7 +52,7 @@ fn value_words(report: &OptimumReport) -> String {
     format!("{} {}", report.risk, report.objective.replace('-', " "))
 }
 
-/// How far each assignment is proven to fall short of the best.
+/// How far each assignment is proven to be below the best.
 fn difference(report: &OptimumReport) -> Option<Chart> {
     let best = report.ranking.first()?;
     let digits = report.digits();
@@ -60,12 +60,12 @@ fn difference(report: &OptimumReport) -> Option<Chart> {
         (Ink::Series(0), "the best", 0..1),
         (
             Ink::Series(1),
-            "tied with the best: the interval holds 0",
+            "tied with the best: the interval contains 0",
             1..usize::MAX,
         ),
         (
             Ink::Faint,
-            "told apart from the best: the interval leaves out 0",
+            "proven below the best: the interval excludes 0",
             1..usize::MAX,
         ),
     ];
@@ -141,7 +141,7 @@ fn difference(report: &OptimumReport) -> Option<Chart> {
     })
 }
 
-/// Mean and worst pattern of each assignment, and the best on fresh patterns.
+/// Mean and worst pattern of each assignment, and the best one on fresh patterns.
 fn spread(report: &OptimumReport) -> Option<Chart> {
     let digits = report.digits();
     let mut all = Vec::new();
@@ -223,16 +223,16 @@ fn spread(report: &OptimumReport) -> Option<Chart> {
     })
 }
 
-/// The figures of all assignments in their order: how much the choice matters.
+/// The figures of all assignments in order: how much the choice matters.
 fn ranking(report: &OptimumReport) -> Option<Chart> {
     let mut values: Vec<(f64, &RankedReport)> = report
         .ranking
         .iter()
         .map(|line| (line.value, line))
         .collect();
-    // By the figure itself: ties may have been broken by another.
+    // Ordered by the figure itself: another figure may have broken ties.
     values.sort_by(|a, b| b.0.total_cmp(&a.0));
-    // A point a pixel is all that a picture holds, and shows the same.
+    // A picture has room for one point per pixel, so more would not show.
     let every = values.len().div_ceil(MOST_POINTS);
     let some = values.iter().enumerate().step_by(every);
     let points = some.map(|(i, (value, line))| Point {

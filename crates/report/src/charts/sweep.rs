@@ -1,10 +1,10 @@
 //! The charts of a sweep.
 
 use super::chart::{Chart, ChartKind, Entry, Ink, Layer, Mark, Point, Scale, Style, Swatch};
-use pickline::experiment::policy_title;
 use crate::bound::rounded_up;
 use crate::sweep::{BoundPoint, PointReport, SweepReport};
 use crate::table::{fixed, interval};
+use pickline::experiment::policy_title;
 use pickline::stats;
 use pickline::strategies::POLICY;
 
@@ -32,12 +32,12 @@ pub const SWEEP_CHARTS: &[ChartKind<SweepReport>] = &[
     },
 ];
 
-/// Intervals of more points than this are drawn as an area.
+/// With more points than this, intervals are drawn as an area.
 const MOST_BARS: usize = 12;
-/// With more methods than this their shades would run into each other.
+/// With more methods than this, their shades would merge.
 const MOST_SHADES: usize = 4;
-/// Share of the way to the next value over which the methods' intervals are spread, so
-/// that each shows.
+/// Share of the distance to the next value over which the methods' intervals are spread, so
+/// that each is visible.
 const SPREAD: f64 = 0.12;
 
 fn picked(report: &SweepReport) -> Option<Chart> {
@@ -45,7 +45,7 @@ fn picked(report: &SweepReport) -> Option<Chart> {
         let ends = point.picked_share_low.zip(point.picked_share_high);
         Some((
             100.0 * point.picked_share,
-            // An interval of a mean may pass 1, shares cannot.
+            // The interval of a mean may exceed 1, a share cannot.
             ends.map(|(low, high)| (100.0 * low, 100.0 * high.min(1.0))),
         ))
     };
@@ -145,10 +145,10 @@ fn throughput(report: &SweepReport) -> Option<Chart> {
     report.is_steady().then_some(chart)
 }
 
-/// A figure and its interval.
+/// A figure and its 95 % interval.
 type Measured = (f64, Option<(f64, f64)>);
 
-/// A line a method of a figure with its interval, and one of its bound.
+/// One line per method for a figure with its interval, and one for its bound.
 fn lines(
     report: &SweepReport,
     axis: &str,
@@ -241,12 +241,12 @@ fn lines(
     }
 }
 
-/// The swept values as an axis, and how points over it are drawn.
+/// The axis of the swept values, and how points over it are drawn.
 fn across(report: &SweepReport) -> (Scale, Style) {
     let values = || report.points.iter().map(|point| point.value);
     let counts = report.unit == "1";
     let mut x = if counts {
-        // There are no halves of robots.
+        // Robots come in whole numbers.
         let first = values().fold(f64::INFINITY, f64::min);
         Scale::counted(axis_title(report), first, values().fold(first, f64::max))
     } else {
@@ -264,13 +264,13 @@ fn across(report: &SweepReport) -> (Scale, Style) {
         && style == Style::Line
         && !counts
     {
-        // So that no interval stands on the axis.
+        // So that no interval is drawn on the axis.
         (*low, *high) = (*low - 0.3 * *step, *high + 0.3 * *step);
     }
     (x, style)
 }
 
-/// How far to the side each method's points stand.
+/// How far each method's points are moved aside.
 fn aside(report: &SweepReport, style: Style) -> impl Fn(usize) -> f64 + use<> {
     let methods = report.limits.len();
     let next = report.points.get(methods).map(|point| point.value);
@@ -294,7 +294,7 @@ fn axis_title(report: &SweepReport) -> String {
 fn legend(report: &SweepReport) -> Vec<Entry> {
     let methods = report.limits.len();
     let entry = |(j, first): (usize, &PointReport)| {
-        // Where each value is a line of its own, the assignment may differ along it.
+        // If each value is a line of its own, the assignment may differ along it.
         let mut own = report.points.iter().skip(j).step_by(methods);
         let label = if own.all(|point| point.title == first.title) {
             first.title.clone()
@@ -316,7 +316,7 @@ fn legend(report: &SweepReport) -> Vec<Entry> {
         .collect()
 }
 
-/// A method's name in files as a reader writes it.
+/// A method's name in files in readable form.
 pub(crate) fn method_words(id: &str) -> String {
     match id {
         "robust_gt" => "robust GT".into(),
@@ -326,7 +326,7 @@ pub(crate) fn method_words(id: &str) -> String {
     }
 }
 
-/// Up to which value how many of the patterns are picked completely.
+/// How many of the patterns are picked completely, up to each value.
 fn limits(report: &SweepReport) -> Option<Chart> {
     if report.helps || report.patterns < 2 {
         return None;

@@ -1,8 +1,8 @@
-// Where an arm is on its way: out along a straight line, grasp, back along the same line,
+// An arm's position during a trip: out along a straight line, grasp, back along the same line,
 // release.
 
 /** The arm of `robot` at `time` [s] of a trip { decide_s, grasp_s, release_s, meet, item },
- * or at rest when there is none or it is over. */
+ * or at rest if there is no trip or it is over. */
 function armOnTrip(robot, trip, time) {
   const [binX, binY] = robot.bin;
   if (!trip || time >= trip.release_s) {

@@ -1,8 +1,8 @@
-// Canvases, the page's colours, and what every drawing is made of.
+// Canvases, the page's colours, and basic shapes.
 
 const SCENE_FONT = "13px system-ui, sans-serif";
 const SMALL_FONT = "11px system-ui, sans-serif";
-/** Makes `canvas` that large [px] at the screen's resolution. */
+/** Resizes `canvas` [px], at the screen's resolution. */
 function sized(canvas, width, height) {
   const ratio = window.devicePixelRatio || 1;
   canvas.width = Math.round(width * ratio);
@@ -47,7 +47,7 @@ function text(ctx, string, x, y, colour, font, align) {
   ctx.fillText(string, x, y);
 }
 
-/** `string`, cut where it is wider than `most` [px] in the context's font. */
+/** `string`, cut to a width of at most `most` [px] in the context's font. */
 function shortened(ctx, string, most) {
   if (ctx.measureText(string).width <= most) return string;
   const letters = [...string];

@@ -1,6 +1,6 @@
-// What pages are made of. Texts are put in as text, never as HTML: names and ids may hold
-// anything. Every figure is a <data> element: rounded for people, its exact value in the
-// attribute.
+// Building blocks of pages. Texts are inserted as text, never as HTML: names and ids may
+// contain anything. Every figure is a <data> element: rounded for people, with its exact value
+// in the attribute.
 
 const byName = (id) => document.getElementById(id);
 
@@ -11,7 +11,7 @@ function element(name, content, className) {
   return made;
 }
 
-/** `value` x `factor`, shown with `digits` behind the point, exact as the data's value. */
+/** `value` x `factor` with `digits` decimals; the element's `value` is exact. */
 function figure(name, value, digits, factor = 1) {
   const data = element("data", (factor * value).toFixed(digits));
   data.value = String(value);

@@ -1,6 +1,6 @@
-// The legend of the scene, drawn by what draws the scene.
+// The legend of the scene, drawn by the functions that draw the scene.
 
-/** A legend's entry: a small drawing and words. */
+/** A legend entry: a small drawing and words. */
 function entry(words, draw) {
   const canvas = document.createElement("canvas");
   canvas.setAttribute("aria-hidden", "true");
@@ -8,7 +8,7 @@ function entry(words, draw) {
   return element("li", [canvas, words]);
 }
 
-// What missed items are called, in the order of a report's reasons.
+// Names of missed items, in the order of a report's reasons.
 const MISSED_WORDS = {
   passed_over: "missed: passed over",
   busy: "missed: robots busy",
@@ -19,8 +19,8 @@ const MISSED_WORDS = {
   unreachable: "missed: unreachable",
 };
 
-/** The entries for a station whose first robot has this colour: with these reasons, and
- * with robots that may be out of service, with a camera. */
+/** The entries for a station whose first robot has this colour. `reasons`: why items can be
+ * missed; `faults`: robots can be out of service; `camera`: there is a camera. */
 function sceneLegend(colour, theme, reasons, faults, camera) {
   const item = (words, fate, reason) =>
     entry(words, (ctx) =>

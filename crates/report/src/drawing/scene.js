@@ -1,47 +1,47 @@
-// Draws the station in one state. Pure: all it knows it is given, so the replay and the
-// dashboard draw with it alike.
+// Draws the station in one state. Pure: it depends on its arguments only, so the replay and
+// the dashboard both use it.
 //
-// A state, and all that it needs:
+// The fields of a state that are used:
 //   { travel, speed, items: [{ x, y, fate, robot, reason }], arms: [{ phase, x, y, meet,
 //     dwell, picked, down }] }
 // with one arm in the order of the station; travel [m] and speed [m/s] are the belt's.
 // Fates:
-//   coming   not on the belt yet            waiting  on it, claimed by nobody
+//   coming   not on the belt yet            waiting  on it, not claimed
 //   claimed  a robot is on its way, or      carried  in the robot's gripper
 //            fails to grasp it
-//   picked   in its bin                     missed   no robot can leave for it any more
-// Phases: idle, out, grasp, back, release; what is `down` does not work.
+//   picked   in its bin                     missed   no robot can leave for it any longer
+// Phases: idle, out, grasp, back, release; a robot that is `down` is out of service.
 //
 // `station` is { belt: { length, width }, camera, robots: [{ name, base, bin, reach,
-// colour }] }, in m; `camera`, where there is one, is the x at which it looks at the belt;
+// colour }] }, in m; `camera`, if there is one, is the x at which it looks at the belt;
 // `theme` the colours { ink, faint, paper, belt, edge, item }.
 
-// Share of the line's length that is kept free before and after it, where items come and go.
+// Share of the line's length kept free before and after it, where items appear and leave.
 const ROOM = 0.05;
-// Left of the line for the y axis, and right of it for the belt's width [px].
+// Space left of the line for the y axis, and right of it for the belt's width [px].
 const AXIS_LEFT = 62;
 const AXIS_RIGHT = 50;
-// For the x axis below each row [px].
+// Space for the x axis below each row [px].
 const AXIS_SPACE = 38;
-// Height of a robot's name and reach, their distance from the base [px], and the levels they
-// have where robots stand close to each other.
+// Height of a robot's name and reach, their distance from the base [px], and the levels for
+// robots that stand close to each other.
 const LABEL = 30;
 const TO_LABEL = 11;
 const LEVELS = 3;
 // From the belt down to the end of the camera's label [px].
 const CAMERA = 24;
-// A line that would be lower than this [px] is broken into rows, which overlap by so much.
+// A line lower than this [px] is broken into rows, which overlap by this much.
 const LOWEST = 110;
 const MOST_ROWS = 6;
 const OVERLAP = 36;
 
-/** A length without what rounding has left behind its sixth digit. */
+/** A length without rounding errors after its sixth decimal. */
 const metres = (length) => `${Number(length.toFixed(6))} m`;
 const reachWords = (robot) => `reach ${metres(robot.reach)}`;
 
-/** Belt frame [m] to canvas [px]: x to the right, y upwards. Where the line is broken into
- * rows, `x` and `y` lead to the first of them, as long as the whole line; each next one is
- * `shift` further along it and stands `stride` below. */
+/** From the belt frame [m] to the canvas [px]: x to the right, y upwards. If the line is broken
+ * into rows, `x` and `y` lead to the first row, as long as the whole line; each next row is
+ * `shift` further along it and `stride` lower. */
 function sceneView(station, width, mostHeight) {
   const { belt, robots } = station;
   const places = robots.flatMap((robot) => [robot.base, robot.bin]);
@@ -85,12 +85,12 @@ function sceneView(station, width, mostHeight) {
   };
 }
 
-/** Where the robots' labels stand: the side, and how far from there, beyond the bases. */
+/** Positions of the robots' labels beyond the bases: the side, and the distance from it. */
 function placeLabels(robots, x, camera) {
-  // Ends of what stands in each level, above and below.
+  // Ends of the labels on each level, above and below.
   const ends = [new Array(LEVELS).fill(-Infinity), new Array(LEVELS).fill(-Infinity)];
-  // The arrow of travel stands above the belt in any case.
-  // The camera's label stands below it.
+  // The arrow of travel is always above the belt.
+  // The camera's label is below it.
   const spaces = [LABEL, camera ? CAMERA : TO_LABEL];
   const labels = robots.map((robot) => {
     const side = robot.base[1] < 0 ? 1 : 0;
@@ -152,9 +152,9 @@ function drawBelt(ctx, view, station, state, theme) {
   ctx.fillStyle = theme.belt;
   ctx.fill();
   ctx.clip();
-  // Seams that travel with the belt, so that it is seen to move.
+  // Seams that travel with the belt, to make its motion visible.
   const step = belt.length / Math.min(60, Math.max(2, Math.round(belt.length / 0.5)));
-  // Also where the belt has run backwards.
+  // Also if the belt has run backwards.
   const shift = ((state.travel % step) + step) % step;
   ctx.strokeStyle = theme.edge;
   ctx.globalAlpha = 0.3;
@@ -167,7 +167,7 @@ function drawBelt(ctx, view, station, state, theme) {
   ctx.strokeStyle = theme.edge;
   ctx.lineWidth = 1;
   ctx.stroke();
-  // The direction of travel, beside the belt where no item lies under it.
+  // The direction of travel, beside the belt where no item is below it.
   const x = view.x(0);
   const y = view.y(belt.width / 2) - 12;
   ctx.strokeStyle = theme.faint;
@@ -192,7 +192,7 @@ function drawBelt(ctx, view, station, state, theme) {
   text(ctx, metres(belt.width), end + 6, middle, theme.faint, SMALL_FONT, "left");
 }
 
-/** Whether a camera looks at the belt at a known place. */
+/** Whether a camera looks at the belt at a known position. */
 const hasCamera = ({ camera }) => camera !== undefined && camera !== null;
 
 /** Where the camera looks at the belt. */
@@ -229,7 +229,7 @@ function drawWorkspace(ctx, view, belt, robot) {
 
 function drawItems(ctx, view, station, items, theme) {
   for (const item of items) {
-    // What lies in a bin is counted beside it.
+    // Items in a bin are counted beside it.
     if (item.fate === "picked" || item.x < view.left || item.x > view.right) continue;
     const onBelt = item.x >= 0 && item.x <= station.belt.length;
     ctx.globalAlpha = onBelt || item.fate === "carried" ? 1 : 0.45;
@@ -318,7 +318,7 @@ function drawArm(ctx, view, robot, arm, theme) {
   ctx.lineWidth = 3;
   line(ctx, baseX, baseY, x, y);
   drawBase(ctx, baseX, baseY, robot.colour, arm.down, theme);
-  // The gripper; full when it carries, with a clock round it while it dwells.
+  // The gripper: filled while it carries, with a clock around it while it dwells.
   ctx.strokeStyle = robot.colour;
   circle(ctx, x, y, view.radius + 1.5);
   ctx.fillStyle = arm.phase === "back" || arm.phase === "grasp" ? robot.colour : theme.paper;
@@ -346,7 +346,7 @@ function drawBase(ctx, x, y, colour, down, theme) {
   line(ctx, x - 4, y + 4, x + 4, y - 4);
 }
 
-/** Names, picks so far and reach of the robots whose label stands whole in this row first. */
+/** Names, picks so far and reach of the robots for which this row is the first with room. */
 function drawNames(ctx, view, station, arms, theme, row) {
   const [upper, lower] = [view.y(view.top), view.y(view.bottom)];
   station.robots.forEach((robot, i) => {

@@ -6,10 +6,10 @@ use super::table::{Cell, Figure, PageTable};
 use crate::charts::COMPARISON_CHARTS;
 use crate::comparison::{CaseReport, ComparisonReport, MethodReport, ResultReport};
 
-/// The page of `report`.
+/// The page for `report`.
 pub fn comparison_page(report: &ComparisonReport) -> String {
     let mut sections = charts(COMPARISON_CHARTS, report);
-    // The first figure of the page, as in the tables.
+    // The page's first figure, as in the tables.
     let is_first = |section: &Section| matches!(section, Section::Chart("throughput", _));
     if let Some(place) = sections.iter().position(is_first) {
         sections[..=place].rotate_right(1);
@@ -72,12 +72,12 @@ pub fn comparison_page(report: &ComparisonReport) -> String {
     page.html(report)
 }
 
-/// Over the cases, what each method makes of them.
+/// How each method performs, summarized over the cases.
 fn answer(report: &ComparisonReport) -> Vec<String> {
     let methods = report.methods.iter().enumerate();
     let line = |(j, method): (usize, &MethodReport)| {
         let title = escape(&method.title);
-        // The case with the least and the one with the greatest figure.
+        // The cases with the lowest and highest figure.
         let ends = |of: &dyn Fn(&CaseReport) -> f64| {
             let order =
                 |a: &usize, b: &usize| of(&report.cases[*a]).total_cmp(&of(&report.cases[*b]));
@@ -153,8 +153,8 @@ fn answer(report: &ComparisonReport) -> Vec<String> {
     methods.map(line).collect()
 }
 
-/// A row for every method from the `first` on, case by case; `cells` are told the case,
-/// the method and the path of its figures, and leave out what there is no row for.
+/// One row per method from `first` on, case by case. `cells` gets the case, the method and the
+/// path of its figures, and returns `None` to omit the row.
 fn rows(
     report: &ComparisonReport,
     first: usize,

@@ -1,4 +1,4 @@
-//! A page as a whole: one HTML file without a network, a build step or a script.
+//! A page as a whole: one HTML file that needs no network, no build step and no script.
 
 use super::html::{escape, fill, inert};
 use super::table::PageTable;
@@ -8,40 +8,39 @@ use crate::palette::series_css;
 use crate::provenance::Provenance;
 use serde::Serialize;
 
-/// The style that all pages share.
 /// The style that every page begins with.
 pub const BASE_STYLE: &str = include_str!("base.css");
 
 const PAGE: &str = include_str!("report.html");
 const STYLE: &str = include_str!("report.css");
 
-/// What a page says.
+/// The content of a page.
 pub(super) struct Page<'a> {
-    /// What was done, in a few words.
+    /// A short title.
     pub title: String,
-    /// On what.
+    /// The station.
     pub subtitle: String,
-    /// What came out, one sentence a line, as HTML.
+    /// The answer, one sentence per line, as HTML.
     pub answer: Vec<String>,
     /// Charts and tables from top to bottom.
     pub sections: Vec<Section>,
-    /// How it was made.
+    /// Where the result comes from.
     pub made: &'a Provenance,
 }
 
 /// A part of a page.
 pub(super) enum Section {
-    /// A chart; the name is its own on the page.
+    /// A chart; its name is unique on the page.
     Chart(&'static str, Chart),
-    /// A table with its heading and what is to be known of it.
+    /// A table with its heading and a remark.
     Table(String, PageTable, String),
-    /// A table too long to show at once, and what it holds.
+    /// A table too long to show at once, and its summary.
     Long(String, PageTable),
     /// A list with its heading.
     List(String, Vec<String>),
 }
 
-/// All charts that `report` has something for.
+/// All charts for which `report` has the data.
 pub(super) fn charts<R>(kinds: &[ChartKind<R>], report: &R) -> Vec<Section> {
     let charts = kinds.iter();
     charts
@@ -50,9 +49,9 @@ pub(super) fn charts<R>(kinds: &[ChartKind<R>], report: &R) -> Vec<Section> {
 }
 
 impl Page<'_> {
-    /// The page, with `report` as JSON inside.
+    /// The page as HTML, with `report` embedded as JSON.
     pub fn html(&self, report: &impl Serialize) -> String {
-        // Reports can always be written as JSON.
+        // Reports can always be serialized as JSON.
         let data = serde_json::to_string(report).unwrap_or_default();
         let style = [BASE_STYLE, &series_css(), STYLE].concat();
         let answer = self.answer.iter().map(|line| format!("<p>{line}</p>\n"));
@@ -169,7 +168,7 @@ mod tests {
             assert!(place > last);
             last = place;
         }
-        // Nothing that would end the element that the style is put into.
+        // Nothing that would close the element that contains the style.
         assert!(![BASE_STYLE, STYLE].concat().contains("</"));
     }
 }

@@ -1,6 +1,6 @@
 //! Text and data inside HTML.
 
-/// `text` without any character that HTML or XML gives a meaning.
+/// `text` without characters that are special in HTML or XML.
 pub(crate) fn escape(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
@@ -9,8 +9,8 @@ pub(crate) fn escape(text: &str) -> String {
         .replace('\'', "&#39;")
 }
 
-/// `page` with each of its markers, in the order in which they stand, replaced. What is
-/// filled in is not searched for markers.
+/// `page` with its markers replaced, in the order in which they occur. Inserted text is not
+/// searched for markers.
 pub(crate) fn fill(page: &str, parts: &[(&str, &str)]) -> String {
     let mut filled = String::new();
     let mut rest = page;
@@ -23,8 +23,8 @@ pub(crate) fn fill(page: &str, parts: &[(&str, &str)]) -> String {
     filled + rest
 }
 
-/// The same JSON without any character that HTML gives a meaning. They occur inside
-/// strings only, where JSON has escapes for them.
+/// The same JSON without characters that are special in HTML. They occur only inside strings,
+/// where JSON has escapes for them.
 pub(crate) fn inert(json: &str) -> String {
     json.replace('<', "\\u003c")
         .replace('>', "\\u003e")

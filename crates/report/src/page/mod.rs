@@ -5,7 +5,7 @@
 //! | `document.rs`, `report.html`, `report.css` | a page as a whole |
 //! | `base.css` | the style that the replay shares |
 //! | `table.rs` | tables whose figures name their field of the JSON report |
-//! | `comparison.rs`, `sweep.rs`, `optimum.rs` | what the page of each report says |
+//! | `comparison.rs`, `sweep.rs`, `optimum.rs` | the page of each report |
 //! | `html.rs` | text and data inside HTML |
 
 mod comparison;

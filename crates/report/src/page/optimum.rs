@@ -7,7 +7,7 @@ use crate::charts::OPTIMUM_CHARTS;
 use crate::optimum::{OptimumReport, RankedReport, ValidationReport, bracketed};
 use crate::rivals::{RivalReport, RivalsReport};
 
-/// The page of `report`, with the first `top` lines of the ranking.
+/// The page for `report`, with the first `top` lines of the ranking.
 pub fn optimum_page(report: &OptimumReport, top: usize) -> String {
     let mut sections = charts(OPTIMUM_CHARTS, report);
     let all = report.ranking.len();

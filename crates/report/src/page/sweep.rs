@@ -6,14 +6,14 @@ use super::table::{Cell, Figure, PageTable};
 use crate::charts::{SWEEP_CHARTS, method_words};
 use crate::sweep::{LimitReport, SweepReport};
 
-/// The page of `report`.
+/// The page for `report`.
 pub fn sweep_page(report: &SweepReport) -> String {
     let mut sections = charts(SWEEP_CHARTS, report);
     sections.push(Section::Table(
         "Limits".into(),
         limits(report),
         match report.limits.iter().any(|limit| lacks(report, limit)) {
-            true => "A dash: at no value of this sweep.".into(),
+            true => "A dash means: at no value of this sweep.".into(),
             false => String::new(),
         },
     ));
@@ -40,7 +40,7 @@ pub fn sweep_page(report: &SweepReport) -> String {
     page.html(report)
 }
 
-/// Whether some limit lies outside the sweep.
+/// Whether some limit is outside the sweep.
 fn lacks(report: &SweepReport, limit: &LimitReport) -> bool {
     match report.helps {
         true => limit.lowest.is_none(),

@@ -1,5 +1,5 @@
-//! Tables of a page. Every figure says which field of the JSON report it is and carries
-//! its exact value, so that a test, or a reader's script, can hold the two together.
+//! Tables of a page. Every figure names its field of the JSON report and carries its exact
+//! value, so that a test or a reader's script can compare the two.
 
 use super::html::escape;
 use crate::table::fixed;
@@ -9,27 +9,27 @@ use std::fmt::Write as _;
 /// A cell.
 #[derive(Debug)]
 pub(super) enum Cell {
-    /// Words, flush left.
+    /// Words, left-aligned.
     Words(String),
-    /// A figure, flush right.
+    /// A figure, right-aligned.
     Figure(Figure),
-    /// An interval, flush right.
+    /// An interval, right-aligned.
     Interval(Figure, Figure),
-    /// Text, flush right.
+    /// Text, right-aligned.
     Text(String),
 }
 
 /// A figure of the JSON report.
 #[derive(Debug)]
 pub(super) struct Figure {
-    /// Where in the report it stands, as `cases.0.items`.
+    /// Its path in the report, such as `cases.0.items`.
     path: String,
     value: f64,
     shown: String,
 }
 
 impl Figure {
-    /// The figure at `path` with so many digits behind the point.
+    /// The figure at `path` with `digits` decimals.
     pub fn new(path: impl Into<String>, value: f64, digits: usize) -> Self {
         Self {
             path: path.into(),
@@ -38,7 +38,7 @@ impl Figure {
         }
     }
 
-    /// A share, shown in percent.
+    /// A share, shown as a percentage.
     pub fn percent(path: impl Into<String>, share: f64) -> Self {
         Self {
             shown: fixed(100.0 * share, 1),
@@ -54,7 +54,7 @@ impl Figure {
         }
     }
 
-    /// As an element.
+    /// The figure as an HTML element.
     pub fn html(&self) -> String {
         format!(
             "<data data-name=\"{}\" value=\"{}\">{}</data>",
@@ -85,7 +85,7 @@ impl Cell {
     /// The headers of [`Cell::throughput`].
     pub const THROUGHPUT: [&'static str; 3] = ["throughput [1/min]", "95 %", "flow [1/min]"];
 
-    /// Throughput, its interval and the flow, at `path`; a dash for what there is not.
+    /// Throughput, its interval and the flow at `path`; a dash for missing figures.
     pub fn throughput(of: &ThroughputReport, path: &dyn Fn(&str) -> String) -> Vec<Self> {
         let figure = |field: &str, value| Figure::new(path(field), value, 1);
         let or_dash = |field: &str, value: Option<f64>| match value {
@@ -99,8 +99,8 @@ impl Cell {
         ]
     }
 
-    /// The interval from figures that are named `low` and `high`, or a dash where there is
-    /// none; `figure` makes a figure of a name and a value.
+    /// The interval of the figures named `low` and `high`, or a dash for `None`; `figure` makes
+    /// a figure from a name and a value.
     pub fn interval(
         (low, high): (&str, &str),
         ends: Option<(f64, f64)>,
@@ -125,14 +125,14 @@ impl Cell {
 /// A table.
 #[derive(Debug)]
 pub(super) struct PageTable {
-    /// Those that begin with `<` stand flush left.
+    /// The headers; those that begin with `<` are left-aligned.
     pub header: Vec<String>,
-    /// Its rows; `true` where a new group begins.
+    /// The rows; `true` marks the beginning of a group.
     pub rows: Vec<(bool, Vec<Cell>)>,
 }
 
 impl PageTable {
-    /// As an element, which scrolls where it is too wide.
+    /// As an HTML element that scrolls if it is too wide.
     pub fn html(&self) -> String {
         let mut text = "<div class=\"scroll\"><table>\n<thead><tr>".to_owned();
         for name in &self.header {

@@ -33,7 +33,7 @@ function fillFigures(run) {
     const [one, other] = clearance.robots;
     const words = clearance.distance_m > 0 ? "m between" : "m: collision of";
     const where = element("small", [` ${words} ${one} and ${other} at `, time, " s "]);
-    rows.push(["smallest distance of arms", [distance, where, show]]);
+    rows.push(["smallest distance between arms", [distance, where, show]]);
   }
   const { bound } = report;
   if (bound) {
@@ -98,7 +98,7 @@ function fillTables(run) {
   );
 }
 
-/** The legends, drawn by what draws the scene. */
+/** The legends, drawn by the functions that draw the scene. */
 function fillLegends(run, theme) {
   const colour = run.robots[0].colour;
   const sometimes = run.report.made.conditions ? ["grasp_failed", "unseen"] : [];
@@ -110,7 +110,7 @@ function fillLegends(run, theme) {
       ctx.fillStyle = colour;
       ctx.fillRect(3, 3, 16, 12);
     });
-  const failed = entry("attempt that failed", (ctx) => drawFailed(ctx, 3, 3, 19, 12, colour));
+  const failed = entry("failed attempt", (ctx) => drawFailed(ctx, 3, 3, 19, 12, colour));
   const stroke = (words, shade, width) =>
     entry(words, (ctx) => {
       ctx.strokeStyle = shade;

@@ -1,10 +1,10 @@
-// The replay: which time is shown, and everything that changes it.
+// The replay: the time shown, and everything that changes it.
 
 const run = makeRun(JSON.parse(byName("data").textContent));
 const canvases = { scene: byName("scene"), strips: byName("strips") };
 const slider = byName("time");
 const speed = byName("speed");
-// The strips without their cursor, kept as long as they show the same.
+// The strips without their cursor, kept until their content changes.
 const kept = { canvas: document.createElement("canvas"), key: "" };
 const dark = window.matchMedia("(prefers-color-scheme: dark)");
 const replay = { time: 0, playing: false, last: 0, pointer: null, found: -1 };
@@ -13,7 +13,7 @@ let theme = {};
 let sceneFrame = null;
 let stripFrame = null;
 
-/** Fits the drawings to the page, the colours to its scheme. */
+/** Fits the drawings to the page and the colours to its scheme. */
 function layOut() {
   theme = pageTheme();
   fillLegends(run, theme);
@@ -26,7 +26,7 @@ function layOut() {
   draw();
 }
 
-/** The span of time that the strips show: it turns like a page, so it can be read. */
+/** The span of time that the strips show. It advances page by page, to stay readable. */
 function shownSpan() {
   const span = Number(byName("span").value);
   if (span === 0 || span >= run.end) return [0, run.end];
@@ -67,7 +67,7 @@ function drawStripsNow() {
   stripFrame.view = view;
 }
 
-/** The item that the pointer is on, else the one that was asked for by its id. */
+/** The item under the pointer, or else the one requested by its id. */
 function markedItem(state) {
   const { pointer } = replay;
   if (pointer) {
@@ -116,9 +116,9 @@ function step(now) {
   else requestAnimationFrame(step);
 }
 
-/** The decision after (1) or before (-1) the time shown. */
+/** Jumps to the decision after (1) or before (-1) the time shown. */
 function seekDecision(direction) {
-  // Decisions at the time shown itself, up to rounding, are neither.
+  // Decisions at the time shown, up to rounding, are skipped.
   const after = countUpTo(run.decisions, replay.time + direction * 1e-9);
   const index = direction > 0 ? after : after - 1;
   const time = run.decisions[index];
@@ -146,7 +146,7 @@ function onKey(event) {
     "+": () => changeSpeed(1),
     "-": () => changeSpeed(-1),
   };
-  // A button presses itself on Space.
+  // A focused button already handles Space.
   if (!Object.hasOwn(actions, key) || (key === " " && target.tagName === "BUTTON")) return;
   event.preventDefault();
   actions[key]();
@@ -190,5 +190,5 @@ fillFigures(run);
 fillTables(run);
 layOut();
 listen();
-// For tests and for whoever wants to steer the page from its console.
+// For tests, and to control the page from the browser's console.
 window.pickline = { seek, state: (time = replay.time) => stateAt(run, time) };

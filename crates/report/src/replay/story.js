@@ -1,10 +1,10 @@
-// What is told of one item: lines of text, never HTML, as ids may hold anything.
+// The story of one item: lines of text, never HTML, because ids may contain anything.
 
 const REASONS = {
-  unreachable: "unreachable: no robot can ever meet it",
-  grasp_failed: "grasp failed: it was attempted, never with success",
-  passed_over: "passed over: a robot could have taken it and chose otherwise",
-  unseen: "unseen: when the camera knew of it, and where, no robot could leave for it",
+  unreachable: "unreachable: no robot can reach it",
+  grasp_failed: "grasp failed: every attempt failed",
+  passed_over: "passed over: a robot could have taken it but chose otherwise",
+  unseen: "unseen: once the camera had located it, no robot could leave for it",
   busy: "busy: whenever a robot could have taken it, that robot was busy",
 };
 const FATE_WORDS = {
@@ -15,14 +15,14 @@ const FATE_WORDS = {
   picked: "picked",
   missed: "missed",
 };
-// Names and robots listed before the rest is only counted.
+// Maximum numbers of names and robots to list; the others are only counted.
 const MOST_NAMES = 3;
 const MOST_WINDOWS = 6;
 
 const seconds = (time) => `${time.toFixed(2)} s`;
 const place = (x, y) => `(${x.toFixed(3)}, ${y.toFixed(3)}) m`;
 
-/** The lines on `item`, whose state now is `now`; the first is its name. */
+/** The lines about `item`, whose current state is `now`; the first is its name. */
 function storyOf(run, item, now) {
   const kind = item.class === undefined ? "" : `, ${item.class}`;
   const where = now.fate === "picked" ? "" : ` at ${place(now.x, now.y)}`;
@@ -55,12 +55,12 @@ function storyOf(run, item, now) {
 
 function failureLine(run, failure) {
   const name = run.robots[failure.robot].name;
-  const how = failure.cause === "grasp" ? "the grasp failed" : "it was not there";
+  const how = failure.cause === "grasp" ? "the grasp failed" : "the item was not there";
   const over = seconds(claimEnds(run.robots, failure));
   return `attempted by ${name} at ${seconds(failure.decide_s)}: ${how}, over at ${over}`;
 }
 
-/** When a robot could leave for the item, and what it took then instead. */
+/** When a robot could leave for the item, and what it took instead. */
 function windowLine(run, window, until) {
   const robot = run.robots[window.robot];
   const last = Math.min(window.close, until);
@@ -73,6 +73,6 @@ function windowLine(run, window, until) {
   }
   const names = others.slice(0, MOST_NAMES).join(", ");
   const more = others.length > MOST_NAMES ? ` and ${others.length - MOST_NAMES} more` : "";
-  const took = others.length ? `took ${names}${more} then` : "took nothing else then";
+  const took = others.length ? `took ${names}${more} instead` : "took nothing else";
   return `${robot.name} could leave for it from ${seconds(window.open)} to ${seconds(last)}, ${took}`;
 }

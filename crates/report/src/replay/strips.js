@@ -1,16 +1,16 @@
-// Draws a strip a robot, and the running picking rate below them, over a span of time.
-// What does not change while time goes on is drawn once and kept.
+// Draws one strip per robot, and the running picking rate below them, over a span of time.
+// What does not change with time is drawn once and kept.
 
 const STRIP_TOP = 4;
 const RATE_HEIGHT = 84;
 const RATE_GAP = 22;
 const TIME_AXIS = 38;
-// Over how long the short-term rate is taken [s].
+// Averaging time of the short-term rate [s].
 const RATE_WIDTH = 30;
-// How strongly the robot's colour covers each phase.
+// Opacity of the robot's colour in each phase.
 const PHASE_ALPHA = { out: 0.35, grasp: 1, back: 0.65, release: 1 };
 
-/** Where things lie on the strips' canvas [px] while `from` to `to` [s] are shown. */
+/** Positions on the strips' canvas [px] while `from` to `to` [s] are shown. */
 function stripView(run, width, from, to) {
   const robots = run.robots.length;
   const row = Math.max(7, Math.min(24, 240 / robots));
@@ -39,7 +39,7 @@ function drawStrips(ctx, view, run, theme) {
   drawTimeAxis(ctx, view, theme);
 }
 
-/** The part of a pick that is `phase`, from when to when [s]. */
+/** The phases of a pick, with their start and end [s]. */
 function phases(robot, pick) {
   const travel = pick.grasp_s - pick.decide_s;
   const back = pick.grasp_s + robot.grasp_time;
@@ -78,14 +78,14 @@ function drawStrip(ctx, view, robot, index, theme) {
       const right = view.x(trip.release_s);
       drawFailed(ctx, view.x(trip.decide_s), top, right, height, robot.colour);
     }
-    // A seam, so that trips that follow at once can be told apart.
+    // A seam that separates consecutive trips.
     ctx.globalAlpha = 1;
     ctx.clearRect(view.x(trip.release_s) - 0.5, top, 0.5, height);
   }
   ctx.restore();
 }
 
-/** A trip that brought nothing: a hollow block with a cross in it. */
+/** A failed attempt: a hollow block with a cross in it. */
 function drawFailed(ctx, left, top, right, height, colour) {
   const [x, y] = [left + 1, top + 1];
   const [width, depth] = [Math.max(1, right - left - 2), height - 2];
@@ -99,7 +99,7 @@ function drawFailed(ctx, left, top, right, height, colour) {
   line(ctx, middle - arm, centre + arm, middle + arm, centre - arm);
 }
 
-/** The rates at as many times as there are pixels. */
+/** The rates, one per pixel. */
 function drawRate(ctx, view, run, theme) {
   const bottom = view.rateTop + RATE_HEIGHT;
   const times = [];
@@ -152,7 +152,7 @@ function drawCursor(ctx, view, time, theme) {
   ctx.fill();
 }
 
-/** The trip whose part of a strip lies under (`x`, `y`) [px], or none. */
+/** The trip in a strip under (`x`, `y`) [px], if there is one. */
 function tripUnder(view, run, x, y) {
   const robot = run.robots[Math.floor((y - STRIP_TOP) / view.row)];
   if (!robot || x < view.left || x > view.right) return undefined;

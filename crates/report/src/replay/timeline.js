@@ -1,12 +1,12 @@
-// The run as a function of time: states as scene.js draws them, and `time` [s] besides, with
-// one item in the order of the pattern. Nothing here draws or knows of the page.
+// The run as a function of time: states as scene.js draws them, plus `time` [s], with items in
+// the order of the pattern. Nothing here draws or depends on the page.
 
 const FATES = ["coming", "waiting", "claimed", "carried", "picked", "missed"];
 
-/** The page's data, with what every moment needs found once. */
+/** The page's data, with everything precomputed that each moment needs. */
 function makeRun(data) {
   const { report, belt, station, camera, clearance } = data;
-  // A robot's trips are its picks and its attempts that failed, in order of time.
+  // A robot's trips are its picks and failed attempts, in order of time.
   const robots = data.robots.map((robot) => ({ ...robot, picks: [], trips: [] }));
   const items = data.items.map((item, index) => ({
     ...item,
@@ -41,7 +41,7 @@ function makeRun(data) {
   return { report, clearance, station, camera, belt, robots, items, byId, releases, decisions, end: report.end_s };
 }
 
-/** When the grasp that fails is over, and with it the claim on the item [s]. */
+/** When the failing grasp ends, and with it the claim on the item [s]. */
 function claimEnds(robots, failure) {
   return failure.grasp_s + robots[failure.robot].grasp_time;
 }
@@ -109,7 +109,7 @@ function stateAt(run, time) {
   return { time, travel: speed * time, speed, items, arms };
 }
 
-/** How many items of `state` have which fate. */
+/** The number of items of `state` with each fate. */
 function countFates(state) {
   const counts = Object.fromEntries(FATES.map((fate) => [fate, 0]));
   for (const item of state.items) counts[item.fate] += 1;
