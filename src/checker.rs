@@ -1,31 +1,30 @@
-//! Independent re-verification of any run, simulated or live.
+//! Independent verification of any run, simulated or live.
 //!
-//! It asks of the picks only whether physics and the rules of the game allow them:
-//! it shares no code with the engines, the windows or the closed form of the meeting
-//! point, so an error there shows here.
+//! The checker only asks whether physics and the rules of the game allow the picks. It shares no
+//! code with the engines, the windows or the closed form of the meeting point, so it exposes errors
+//! there.
 
 use crate::decision::{Failure, FailureCause, MissReason, Outcome, Pick, RobotFigures};
 use crate::error::{Error, Result, counted};
 use crate::pattern::{Item, Pattern};
 use crate::station::{Robot, Station};
 
-/// Largest deviation from the model [m or s] that is put down to rounding, per unit
-/// of the times and lengths involved.
+/// Largest deviation from the model [m or s] that is attributed to rounding, per unit of the times
+/// and lengths involved.
 const TOLERANCE: f64 = 1e-9;
 
-/// Checks `outcome` against the model: every pick meets its item where the item is,
-/// within reach and on the belt; no robot is in two places; no item is claimed by two at
-/// once, nor again once it is picked; times, figures and the list of missed items add up.
-///
-/// Where things go wrong (`docs/model.md`, disturbances), failed attempts take their
-/// robots as long as picks and claim their items until the grasp is over. Whether a grasp
-/// had to fail is luck, which is not checked.
+/// Checks `outcome` against the model: every pick meets its item where the item is, within reach
+/// and on the belt. No robot is in two places at once. No two robots claim an item at the same
+/// time, and no robot claims one that is already picked. Times, figures and the list of missed
+/// items are consistent.
+/// With disturbances (`docs/model.md`), a failed attempt occupies its robot as long as a pick and
+/// claims its item until the end of the grasp. Whether a grasp fails is random and is not checked.
 ///
 /// # Errors
-/// [`Error::Refuted`] with the first thing that is wrong.
+/// [`Error::Refuted`] with the first violation.
 pub fn check(station: &Station, pattern: &Pattern, outcome: &Outcome) -> Result<()> {
     let mut free_at = vec![0.0; station.robots().len()];
-    // Who has, or had, a claim on the item, and when it ends.
+    // Who holds or held a claim on each item, and when the claim ends.
     let mut claims: Vec<Option<(usize, f64)>> = vec![None; pattern.len()];
     for (pick, cause) in attempts(outcome)? {
         match cause {
@@ -63,7 +62,7 @@ pub fn check(station: &Station, pattern: &Pattern, outcome: &Outcome) -> Result<
     check_figures(station, pattern, outcome)
 }
 
-/// Picks and failed attempts, each with the cause, in order of decision.
+/// Picks and failed attempts, the latter with their cause, in order of decision.
 fn attempts(outcome: &Outcome) -> Result<Vec<(&Pick, Option<FailureCause>)>> {
     let order = |a: &Pick, b: &Pick| a.decide.total_cmp(&b.decide).then(a.robot.cmp(&b.robot));
     let picks: Vec<_> = outcome.picks.iter().map(|pick| (pick, None)).collect();
@@ -92,9 +91,9 @@ fn slack(size: f64) -> f64 {
     TOLERANCE * (1.0 + size.abs())
 }
 
-/// That the robot went straight to the meeting point and back, took its time, and did not
-/// go past its reach or off the belt.
-/// Returns the robot, the item and how far lengths may be from the model [m].
+/// Checks that the robot travels straight to the meeting point and back, takes the right time, and
+/// stays within its reach and on the belt. Returns the robot, the item and the tolerance for
+/// lengths [m].
 fn check_way<'a>(
     station: &'a Station,
     pattern: &'a Pattern,
@@ -109,7 +108,7 @@ fn check_way<'a>(
     let belt = station.belt();
     let times = [pick.decide, pick.grasp, pick.release];
     if !times.iter().all(|t| t.is_finite()) || pick.decide < 0.0 {
-        return refute(pick, format!("the times {times:?} are not times of a run"));
+        return refute(pick, format!("the times {times:?} are not possible in a run"));
     }
     let tolerance = slack(pick.release) * (1.0 + belt.speed + robot.speed);
     let near = |a: f64, b: f64| is_near(a, b, tolerance);
@@ -118,7 +117,7 @@ fn check_way<'a>(
         return refute(
             pick,
             format!(
-                "the way of {way} m does not take {} s at {} m/s",
+                "travelling {way} m does not take {} s at {} m/s",
                 pick.grasp - pick.decide,
                 robot.speed
             ),
@@ -128,7 +127,7 @@ fn check_way<'a>(
     if !near(pick.release, back) {
         return refute(
             pick,
-            format!("it is back at {back} s, not {} s", pick.release),
+            format!("it returns at {back} s, not {} s", pick.release),
         );
     }
     let off_base = nalgebra::distance(&pick.meet, &robot.base);
@@ -136,7 +135,7 @@ fn check_way<'a>(
         return refute(
             pick,
             format!(
-                "its meeting point is {off_base} m from the base, past its reach of {} m",
+                "its meeting point is {off_base} m from the base, beyond its reach of {} m",
                 robot.reach
             ),
         );
@@ -163,7 +162,7 @@ fn check_pick(station: &Station, pattern: &Pattern, pick: &Pick) -> Result<()> {
         return refute(
             pick,
             format!(
-                "it meets at ({}, {}) while the item is at ({at_grasp}, {})",
+                "it grasps at ({}, {}) while the item is at ({at_grasp}, {})",
                 pick.meet.x, pick.meet.y, item.y
             ),
         );
@@ -171,13 +170,13 @@ fn check_pick(station: &Station, pattern: &Pattern, pick: &Pick) -> Result<()> {
     Ok(())
 }
 
-/// That a robot which found nothing went its way, and could indeed not have met the item
-/// where it really is.
+/// Checks an attempt that found nothing: the robot made its move, and could not have met the item
+/// at its true position.
 fn check_vain_way(station: &Station, pattern: &Pattern, pick: &Pick) -> Result<()> {
     let (robot, item, tolerance) = check_way(station, pattern, pick)?;
     let belt = station.belt();
-    // The gripper gains on the item, so the distance falls through zero once; halving
-    // finds where.
+    // The gripper gains on the item, so the distance crosses zero exactly once; bisection finds
+    // where.
     let position = |t: f64| nalgebra::Point2::new(item.x0 + belt.speed * t, item.y);
     let ahead =
         |t: f64| nalgebra::distance(&position(t), &robot.bin) - robot.speed * (t - pick.decide);
@@ -201,7 +200,7 @@ fn check_vain_way(station: &Station, pattern: &Pattern, pick: &Pick) -> Result<(
         return refute(
             pick,
             format!(
-                "it found nothing, but the item could be met at ({}, {})",
+                "it found nothing, but it could have met the item at ({}, {})",
                 meet.x, meet.y
             ),
         );
@@ -222,7 +221,7 @@ fn check_missed(
     let listed: Vec<u32> = outcome.missed.iter().map(|miss| miss.item).collect();
     if missing != listed {
         return Err(Error::Refuted(format!(
-            "{} items were not picked, {} are listed as missed, or others",
+            "the missed items do not match: {} items were not picked, {} are listed as missed",
             missing.len(),
             listed.len()
         )));
@@ -235,7 +234,7 @@ fn check_missed(
             .any(|robot| can_be_met(station, robot, item.x0, item.y));
         if reachable == (miss.reason == MissReason::Unreachable) {
             return Err(Error::Refuted(format!(
-                "item {} is listed as {} but {} robot can meet it",
+                "item {} is listed as {}, but {} robot can meet it",
                 miss.item,
                 miss.reason.name(),
                 if reachable { "a" } else { "no" }
@@ -244,7 +243,7 @@ fn check_missed(
         let attempted = claims[miss.item as usize].is_some();
         if reachable && attempted != (miss.reason == MissReason::GraspFailed) {
             return Err(Error::Refuted(format!(
-                "item {} is listed as {} but was {}attempted",
+                "item {} is listed as {}, but was {}attempted",
                 miss.item,
                 miss.reason.name(),
                 if attempted { "" } else { "not " }
@@ -254,8 +253,8 @@ fn check_missed(
     Ok(())
 }
 
-/// Whether the robot, leaving at some time >= 0, meets the item within reach and on
-/// the belt: looks for the furthest downstream place where it could be met.
+/// Whether the robot can meet the item within reach and on the belt if it leaves at some time >= 0.
+/// Considers the meeting point furthest downstream.
 fn can_be_met(station: &Station, robot: &Robot, x0: f64, y: f64) -> bool {
     let belt = station.belt();
     let dy = (y - robot.base.y).abs();
@@ -273,11 +272,11 @@ fn check_figures(station: &Station, pattern: &Pattern, outcome: &Outcome) -> Res
     let (given, there) = (outcome.robots.len(), station.robots().len());
     if given != there {
         return Err(Error::Refuted(format!(
-            "figures of {} are given but there are {there}",
+            "there are figures for {}, but the station has {there}",
             counted(given, "robot")
         )));
     }
-    // What each robot did, from its picks and failed attempts.
+    // Figures recomputed from each robot's picks and failed attempts.
     let mut robots = vec![RobotFigures::default(); there];
     let mut end: f64 = 0.0;
     for pick in &outcome.picks {
@@ -318,12 +317,12 @@ fn check_figures(station: &Station, pattern: &Pattern, outcome: &Outcome) -> Res
     Ok(())
 }
 
-/// That a figure is given as what it is; one that is not a number is not.
+/// Checks that the reported figure equals the recomputed one; NaN never does.
 fn agree(name: &str, given: f64, value: f64) -> Result<()> {
     if (given - value).abs() <= slack(value) {
         return Ok(());
     }
     Err(Error::Refuted(format!(
-        "{name} is given as {given} but is {value}"
+        "{name} is reported as {given}, but is {value}"
     )))
 }

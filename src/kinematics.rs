@@ -1,18 +1,16 @@
-//! Meeting point, processing time and departure window of one robot and one
-//! item: the exact geometry that everything else stands on.
+//! Meeting point, processing time and departure window of one robot and one item: the exact
+//! geometry on which everything else is built.
 //!
-//! Frame and symbols are those of `docs/model.md`: the belt moves along +x at
-//! `v` [m/s], the end effector at `u > v` [m/s], both in the belt frame [m].
-//! Source: Jermann et al., "An Efficient Multi-Robot Arm Coordination Strategy
-//! for Pick-and-Place Tasks using Reinforcement Learning" (extended workspace and
-//! meeting point); the closed forms follow from equating the travel times.
+//! Frame and symbols are those of `docs/model.md`: the belt moves along +x at `v` [m/s], the end
+//! effector at `u > v` [m/s]; positions are in the belt frame [m]. Source of the extended workspace
+//! and the meeting point: Jermann et al., "An Efficient Multi-Robot Arm Coordination Strategy for
+//! Pick-and-Place Tasks using Reinforcement Learning". The closed forms follow from equating the
+//! travel times.
 
-/// Time [s] that an end effector needs from its bin to an item that moves away
-/// with the belt.
+/// Time [s] that an end effector needs to travel from its bin to an item that moves with the belt.
 ///
-/// `dx`, `dy` [m] lead from the bin to the item at the moment of departure. The
-/// result is the positive root of `|d + (v tau, 0)| = u tau`; it exists for every
-/// `d` because `u > v`.
+/// (`dx`, `dy`) [m] is the vector from the bin to the item at departure. The result is the positive
+/// root of `|d + (v tau, 0)| = u tau`, which exists for every `d` because `u > v`.
 #[inline(always)]
 pub fn travel_time(dx: f64, dy: f64, belt_speed: f64, arm_speed: f64) -> f64 {
     let k = arm_speed * arm_speed - belt_speed * belt_speed;
@@ -20,21 +18,21 @@ pub fn travel_time(dx: f64, dy: f64, belt_speed: f64, arm_speed: f64) -> f64 {
     (vdx + (vdx * vdx + k * (dx * dx + dy * dy)).sqrt()) / k
 }
 
-/// Whole time [s] of a pick: out, grasp, back along the same line, release.
+/// Total time [s] of a pick: out, grasp, back along the same line, release.
 #[inline(always)]
 pub fn processing_time(travel: f64, grasp_time: f64, release_time: f64) -> f64 {
     2.0 * travel + grasp_time + release_time
 }
 
-/// Straight-line distance [m] over the components `dx`, `dy` [m].
+/// Length [m] of the vector (`dx`, `dy`) [m].
 #[inline(always)]
 pub fn distance(dx: f64, dy: f64) -> f64 {
     (dx * dx + dy * dy).sqrt()
 }
 
-/// Where a robot can meet an item that travels along the line `y`: the range of
-/// x [m] within `reach` of the base at (`base_x`, `base_y`) and on the belt
-/// `0 <= x <= belt_length`; none when the line is out of reach.
+/// The range of x [m] in which a robot can meet an item that travels along the line `y`: within
+/// `reach` of the base at (`base_x`, `base_y`) and on the belt, `0 <= x <= belt_length`. `None` if
+/// the line is out of reach.
 pub fn meeting_range(
     base_x: f64,
     base_y: f64,
@@ -53,10 +51,10 @@ pub fn meeting_range(
     (x_in <= x_out).then_some((x_in, x_out))
 }
 
-/// Time [s] at which a robot must leave its bin at (`bin_x`, `bin_y`) to meet, at
-/// `meet_x`, the item that was at (`x0`, `y`) at time 0.
+/// Time [s] at which a robot must leave its bin at (`bin_x`, `bin_y`) to meet, at `meet_x`, the
+/// item that was at (`x0`, `y`) at time 0.
 ///
-/// It increases in `meet_x` because the arm is faster than the belt.
+/// It increases with `meet_x` because the arm is faster than the belt.
 pub fn departure_time(
     meet_x: f64,
     x0: f64,
@@ -95,7 +93,7 @@ mod tests {
         assert_eq!(meeting_range(0.5, 0.0, 1.0, 0.0, 1.2), Some((0.0, 1.2)));
         assert_eq!(meeting_range(0.5, 0.0, 1.0, 1.1, 1.2), None);
         assert_eq!(meeting_range(3.0, 0.0, 1.0, 0.0, 1.5), None);
-        // Touching the circle in one point still counts: both ends are included.
+        // Touching the circle at one point still counts: both ends are included.
         assert_eq!(meeting_range(2.0, 0.0, 1.0, 1.0, 3.0), Some((2.0, 2.0)));
     }
 

@@ -1,4 +1,4 @@
-//! Which robot picks what from a moving belt.
+//! Decides which robot picks which item from a moving belt.
 //!
 //! # The problem
 //!
@@ -11,15 +11,15 @@
 //! | p + (v tau, 0) - g | = u tau
 //! ```
 //!
-//! and is free again after `P = 2 tau + grasp time + release time`. It may leave exactly
-//! while the departure time lies in the item's window `[open, close]`, that is while the
-//! meeting point lies within reach and on the belt. Whenever a robot is free and has
-//! candidates, a *strategy* says which item it takes. A run is judged by its picking rate
-//! `60 k / T`, with `k` of `n` items picked when the run ends at `T`.
+//! and is free again after `P = 2 tau + grasp time + release time`. It may leave only while the
+//! departure time lies in the item's window `[open, close]`, that is, while the meeting point is
+//! within reach and on the belt. Whenever a robot is free and has candidates, a *strategy* chooses
+//! the item that it takes. A run is judged by its picking rate `60 k / T`: `k` of `n` items are
+//! picked, and the run ends at `T`.
 //!
-//! The *combinatorial strategy* of Jermann et al. gives each robot one dispatching rule
-//! (FIFO, SPT, LPT, SD, LD, PP) and searches the assignment that is best over many
-//! patterns. `docs/model.md` in the repository states everything exactly.
+//! The *combinatorial strategy* of Jermann et al. gives each robot one dispatching rule (FIFO, SPT,
+//! LPT, SD, LD, PP) and searches for the assignment that performs best over many patterns.
+//! `docs/model.md` in the repository gives the exact definitions.
 //!
 //! # Example
 //!
@@ -37,11 +37,11 @@
 //!
 //! # Where to look
 //!
-//! Modules may use those above them in this list, never those below
+//! A module may use the modules above it in this list, never those below it
 //! (`docs/architecture.md`).
 
 #![warn(missing_docs)]
-// Units stand in brackets, [m] or [s]; rustdoc takes those for links.
+// Units are in brackets, [m] or [s], which rustdoc would treat as links.
 #![allow(rustdoc::broken_intra_doc_links)]
 
 pub mod error;

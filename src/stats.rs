@@ -1,23 +1,23 @@
-//! The few statistics that results are reported with.
+//! The statistics used to report results.
 
 use crate::pattern::random_stream;
 use rand::RngExt;
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
-/// Coverage of every interval that is reported.
+/// Coverage of every reported interval.
 pub const CONFIDENCE: f64 = 0.95;
 
-/// An interval `[low, high]`.
+/// A closed interval `[low, high]`.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Interval {
-    /// Lower end.
+    /// Lower end, included.
     pub low: f64,
-    /// Upper end.
+    /// Upper end, included.
     pub high: f64,
 }
 
 impl Interval {
-    /// The interval of one point.
+    /// The interval that contains only `value`.
     pub fn point(value: f64) -> Self {
         Self {
             low: value,
@@ -25,12 +25,12 @@ impl Interval {
         }
     }
 
-    /// Both ends, where there is an interval.
+    /// The two ends of an interval, or `None` for both if there is no interval.
     pub fn ends(interval: Option<Self>) -> (Option<f64>, Option<f64>) {
         (interval.map(|i| i.low), interval.map(|i| i.high))
     }
 
-    /// Cut to what is possible, `low` to `high`.
+    /// The interval clamped to the possible range, `low` to `high`.
     pub fn within(self, low: f64, high: f64) -> Self {
         Self {
             low: self.low.max(low).min(high),
@@ -38,7 +38,7 @@ impl Interval {
         }
     }
 
-    /// Both ends times `factor`.
+    /// The interval with both ends multiplied by `factor`.
     pub fn times(self, factor: f64) -> Self {
         Self {
             low: factor * self.low,
@@ -46,37 +46,38 @@ impl Interval {
         }
     }
 
-    /// Whether `value` lies in it, ends included.
+    /// Whether `value` lies in the interval, ends included.
     pub fn contains(&self, value: f64) -> bool {
         self.low <= value && value <= self.high
     }
 }
 
-/// Arithmetic mean; summed in order, so the same on any number of threads.
+/// Arithmetic mean. The values are summed in order, so the result does not depend on the number of
+/// threads.
 pub fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// 95 % interval of the mean by Student's t; the point itself for values that are all
-/// equal, none for a single one, which says nothing of how others would scatter.
+/// 95 % interval of the mean by Student's t. If all values are equal, the interval is that point.
+/// `None` for a single value, which does not show how others would scatter.
 pub fn mean_interval(values: &[f64]) -> Option<Interval> {
     let centre = mean(values);
     let squares: f64 = values.iter().map(|v| (v - centre) * (v - centre)).sum();
     interval_of(values.len(), centre, squares)
 }
 
-/// 95 % interval of the mean of shares, within 0 and 1.
+/// 95 % interval of the mean of shares, clamped to 0 to 1.
 pub fn share_mean_interval(shares: &[f64]) -> Option<Interval> {
     mean_interval(shares).map(|interval| interval.within(0.0, 1.0))
 }
 
-/// 95 % interval of the mean of rates, which are not negative.
+/// 95 % interval of the mean of rates, clamped to 0 and above.
 pub fn rate_mean_interval(rates: &[f64]) -> Option<Interval> {
     mean_interval(rates).map(|interval| interval.within(0.0, f64::INFINITY))
 }
 
-/// 95 % interval by Student's t about the mean `centre` of `count` values, of which the
-/// squared distances to it sum to `squares`; none of fewer than two.
+/// 95 % interval by Student's t of the mean of `count` values with mean `centre` and sum of squared
+/// deviations `squares`; `None` for fewer than two values.
 pub fn interval_of(count: usize, centre: f64, squares: f64) -> Option<Interval> {
     if count < 2 {
         return None;
@@ -85,7 +86,7 @@ pub fn interval_of(count: usize, centre: f64, squares: f64) -> Option<Interval> 
     if squares <= 0.0 {
         return Some(Interval::point(centre));
     }
-    // With one degree of freedom or more the distribution always exists.
+    // With at least one degree of freedom the distribution always exists.
     let t = StudentsT::new(0.0, 1.0, n - 1.0)
         .map_or(f64::INFINITY, |t| t.inverse_cdf(0.5 + CONFIDENCE / 2.0));
     let half = t * (squares / (n - 1.0) / n).sqrt();
@@ -95,17 +96,17 @@ pub fn interval_of(count: usize, centre: f64, squares: f64) -> Option<Interval> 
     })
 }
 
-/// How many of the first `values` belong to the run-in by the marginal standard error rule,
-/// MSER (White 1997, DOI 10.1177/003754979706900601): the cut d among those up to half of them
-/// with the least squared standard error of what is left, sum((v - mean)^2) / (n - d)^2, the
-/// first of equal ones. None where that is half of them, which says that they have not
-/// settled.
+/// How many of the first `values` belong to the run-in by the marginal standard error rule, MSER
+/// (White 1997, DOI 10.1177/003754979706900601). The rule cuts off the first d values, for d up to
+/// half of them, and chooses the d that minimises the squared standard error of the rest, sum((v -
+/// mean)^2) / (n - d)^2; on a tie the smallest d. `None` if d is half of the values, which means
+/// that they have not settled.
 pub fn mser(values: &[f64]) -> Option<usize> {
     let n = values.len();
     if n < 2 {
         return (n == 1).then_some(0);
     }
-    // Welford's sums from the last value back, so that each cut takes one step.
+    // Welford's sums, from the last value backwards, so that each cut takes one step.
     let (mut mean, mut squares) = (0.0, 0.0);
     let mut best: Option<(usize, f64)> = None;
     for cut in (0..n).rev() {
@@ -122,27 +123,26 @@ pub fn mser(values: &[f64]) -> Option<usize> {
         .filter(|&cut| cut < n / 2 || cut == 0)
 }
 
-/// Mean of the worst `share` of the values (conditional value at risk; Rockafellar
-/// and Uryasev 2000, DOI 10.21314/JOR.2000.038), the number of them rounded up.
-/// `values` comes back in another order.
+/// Mean of the worst `share` of the values (conditional value at risk; Rockafellar and Uryasev
+/// 2000, DOI 10.21314/JOR.2000.038); their number is rounded up. Reorders `values`.
 pub fn worst_mean(values: &mut [f64], share: f64) -> f64 {
     let count = ((share * values.len() as f64).ceil() as usize).clamp(1, values.len());
     if count < values.len() {
         values.select_nth_unstable_by(count - 1, f64::total_cmp);
     }
     let worst = &mut values[..count];
-    // Selection leaves them in no particular order; sorted, the sum has one value.
+    // Selection leaves them in an unspecified order; sorting makes the sum reproducible.
     worst.sort_unstable_by(f64::total_cmp);
     mean(worst)
 }
 
-/// The value below which `share` of the sorted values lie, to the nearest of them.
+/// The value below which `share` of the sorted values lie, rounded to the nearest of them.
 pub fn quantile(sorted: &[f64], share: f64) -> f64 {
     sorted[(share * (sorted.len() - 1) as f64).round() as usize]
 }
 
-/// Wilson's 95 % score interval of a share, `hits` of `trials` (Wilson 1927,
-/// DOI 10.1080/01621459.1927.10502953).
+/// Wilson's 95 % score interval of the share of `hits` in `trials` (Wilson 1927, DOI
+/// 10.1080/01621459.1927.10502953).
 pub fn share_interval(hits: usize, trials: usize) -> Interval {
     let n = trials as f64;
     let p = hits as f64 / n;
@@ -155,15 +155,15 @@ pub fn share_interval(hits: usize, trials: usize) -> Interval {
     }
 }
 
-/// Resamples of `n` indices for a paired bootstrap (Efron 1979,
-/// DOI 10.1214/aos/1176344552): every comparison sees the same ones.
+/// Index resamples for a paired bootstrap (Efron 1979, DOI 10.1214/aos/1176344552). Every
+/// comparison uses the same resamples.
 #[derive(Debug)]
 pub struct Bootstrap {
     resamples: Vec<Vec<u32>>,
 }
 
 impl Bootstrap {
-    /// `count` resamples of `n` values, from `seed`.
+    /// Draws `count` resamples of `n` indices from `seed`.
     pub fn new(n: usize, count: usize, seed: u64) -> Self {
         let mut rng = random_stream(seed, 0);
         let resamples = (0..count)
@@ -172,8 +172,7 @@ impl Bootstrap {
         Self { resamples }
     }
 
-    /// 95 % percentile interval of `statistic(a) - statistic(b)` when both are
-    /// resampled alike.
+    /// 95 % percentile interval of `statistic(a) - statistic(b)`, with the same resamples for both.
     pub fn difference(
         &self,
         a: &[f64],
@@ -244,7 +243,7 @@ mod tests {
 
     #[test]
     fn wilson_interval_of_a_known_share() {
-        // 994 of 1000: computed by hand from the formula with z = 1.959964.
+        // 994 of 1000, computed by hand from the formula with z = 1.959964.
         let interval = share_interval(994, 1000);
         assert!((interval.low - 0.986_97).abs() < 1e-4, "{interval:?}");
         assert!((interval.high - 0.997_25).abs() < 1e-4, "{interval:?}");
@@ -306,7 +305,7 @@ mod tests {
         assert_eq!(interval_of(2, 0.5, -1e-18), Some(Interval::point(0.5)));
     }
 
-    /// The rule by its definition: every cut by itself.
+    /// The rule computed from its definition, each cut separately.
     #[test]
     fn the_truncation_rule_is_the_best_of_all_cuts() {
         let mut rng = random_stream(3, 0);
@@ -379,7 +378,7 @@ mod tests {
         );
     }
 
-    /// From 40 resamples of one value each the second lowest and the second highest difference.
+    /// From 40 resamples of one value each, the second lowest and the second highest difference.
     #[test]
     fn a_bootstrap_takes_the_middle_of_the_resamples() {
         let bootstrap = Bootstrap {

@@ -1,5 +1,5 @@
-//! Throughput: what a line picks per minute in its steady state, without run-in, run-out
-//! and idle belt. `docs/model.md` states the rule that is coded here.
+//! Throughput: the picks per minute of a line in its steady state, without run-in, run-out and idle
+//! belt. `docs/model.md` defines the rule implemented here.
 
 use crate::decision::{Outcome, Pick};
 use crate::pattern::Item;
@@ -12,82 +12,80 @@ use std::ops::Range;
 /// The steady state of one run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SteadyState {
-    /// Its items, as indices of the pattern.
+    /// Its items, as indices into the pattern.
     pub items: Range<usize>,
-    /// When the first of them passes the belt's start [s].
+    /// When the first of these items passes the start of the belt [s].
     pub start: f64,
-    /// When the first item behind them does [s].
+    /// When the first item after them does [s].
     pub end: f64,
-    /// How many of them are picked.
+    /// How many of these items are picked.
     pub picked: usize,
     /// Picks per minute: the picked share of these items times the flow [1/min].
     pub throughput: f64,
-    /// Its 95 % interval by batch means [1/min]; none of a single batch.
+    /// Its 95 % interval by batch means [1/min]; `None` if there is only one batch.
     pub interval: Option<Interval>,
-    /// Items that arrive per minute over the whole pattern [1/min], whatever the line picks.
+    /// Items that arrive per minute over the whole pattern [1/min], picked or not.
     pub flow: f64,
-    /// Whether the flow changes over the pattern, so that there is no steady state proper and
-    /// these items are all of the pattern but its ends.
+    /// Whether the flow changes over the pattern. There is then no true steady state, and `items`
+    /// is the whole pattern except its ends.
     pub flow_changes: bool,
-    /// For each robot, upstream first, the share of the time in which it is busy while these
-    /// items pass its base.
+    /// For each robot, upstream first, the share of the time that it is busy while these items pass
+    /// its base.
     pub utilisation: Vec<f64>,
 }
 
-/// A run that shows no steady state.
+/// A run without a steady state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Unsteady {
-    /// Items that arrive per minute over the whole pattern [1/min]; none where all arrive at
-    /// once.
+    /// Items that arrive per minute over the whole pattern [1/min]; `None` if all arrive at once.
     pub flow: Option<f64>,
-    /// Why.
+    /// Why there is no steady state.
     pub reason: UnsteadyReason,
 }
 
-/// Why a run shows no steady state. Displays as a sentence with the cure.
+/// Why a run has no steady state. Displays as a sentence with the cure.
 #[derive(Debug, Clone, PartialEq)]
 pub enum UnsteadyReason {
-    /// All of the pattern belongs to run-in and run-out, as its items arrive within
-    /// `lasts` [s] and the longest departure window is `window` [s]; as many `items` of
-    /// this density are enough, where there is a density.
+    /// The whole pattern belongs to run-in and run-out: its items arrive within `lasts` [s], too
+    /// short compared with the longest departure window of `window` [s].
     Short {
-        /// From the first arrival to the last [s].
+        /// Time from the first arrival to the last [s].
         lasts: f64,
         /// The longest departure window [s].
         window: f64,
-        /// A number of items that is enough.
+        /// Number of items of this density that is enough; `None` if there is no density.
         items: Option<usize>,
     },
-    /// Run-in or run-out take half of what is left of the pattern or more.
+    /// Run-in or run-out takes half or more of the remaining pattern.
     Drifting {
-        /// A number of items that may be enough.
+        /// Number of items that may be enough.
         items: usize,
     },
 }
 
-/// The pattern must last this many of the longest departure windows: one is left out at
-/// either end, and two is the least that batches can be made of.
+/// The pattern must last this many times the longest departure window: one window is cut off at
+/// each end, and batches need at least two.
 const WINDOWS: f64 = 4.0;
-/// A pattern that lasts this many is recommended.
+/// Recommended duration of a pattern, as a multiple of the longest departure window.
 const ENOUGH_WINDOWS: f64 = 12.0;
-/// Most batches that the interval is computed from: more would be shorter, and with that
-/// correlated, and narrow it by little (Schmeiser 1982, DOI 10.1287/opre.30.3.556).
+/// Maximum number of batches for the interval. More batches would be shorter and therefore
+/// correlated, and would hardly narrow the interval (Schmeiser 1982, DOI 10.1287/opre.30.3.556).
 const MOST_BATCHES: usize = 20;
 /// Items in a batch of the truncation rule (the 5 in MSER-5).
 const MSER_BATCH: usize = 5;
-/// The flow is judged over this many stretches of the pattern that last equally long, fewer
-/// where there are fewer than [`STRETCH`] arrivals for each, and not over fewer than 8.
+/// Number of stretches of equal duration over which the flow is judged: as many as have on average
+/// at least [`STRETCH`] arrivals each. With fewer than 8, the flow is not judged.
 const STRETCHES: std::ops::RangeInclusive<usize> = 8..=20;
-/// Arrivals in a stretch, on average, at least: the columns of a grid then fall evenly.
+/// Minimum mean number of arrivals per stretch, so that the columns of a grid spread evenly.
 const STRETCH: usize = 10;
-/// A flow that scatters by less than this share over the stretches does not change.
+/// The flow counts as constant if it varies by less than this share over the stretches.
 const EVEN: f64 = 0.1;
-/// One that scatters by more than this share is uneven, whether or not in an order.
+/// The flow counts as uneven if it varies by more than this share without a recognisable order.
 const UNEVEN: f64 = 0.25;
-/// Where the truncation rule leaves items of a flow that is further than this share from that
-/// of the pattern, what it found is a change of the flow.
+/// If the flow of the items that the truncation rule keeps differs from that of the pattern by more
+/// than this share, the rule has found a change of the flow.
 const ELSEWHERE: f64 = 0.2;
-/// One-sided 0.5 % point of the normal distribution.
+/// One-sided 0.5 % critical value of the standard normal distribution.
 const SIGNIFICANT: f64 = 2.576;
 
 impl fmt::Display for UnsteadyReason {
@@ -119,14 +117,14 @@ impl fmt::Display for UnsteadyReason {
 
 /// The steady state of the run `outcome` on `scene`.
 ///
-/// Left out are the items that arrive within the longest departure window of the first or of
-/// the last one, since some robot has its window not yet or no longer full when it meets
-/// them; then what MSER-5 truncates at either end of what is left (White 1997,
-/// DOI 10.1177/003754979706900601). Where the flow changes over the pattern nothing of what is
-/// left is truncated: there is no steady state to be found, only a mean.
+/// First, the items that arrive within one longest departure window of the first or the last item
+/// are left out: when the line meets them, some robot's window is not yet full or no longer full.
+/// Then MSER-5 truncates the rest at both ends (White 1997, DOI 10.1177/003754979706900601). If the
+/// flow changes over the pattern, nothing more is truncated: there is no steady state to find, only
+/// a mean.
 ///
 /// # Errors
-/// A run that is too short or has not settled.
+/// If the run is too short or has not settled.
 pub fn steady_state(scene: &Scene, outcome: &Outcome) -> Result<SteadyState, Unsteady> {
     let arrivals = Arrivals::of(scene);
     let unsteady = |reason| {
@@ -161,7 +159,7 @@ pub fn steady_state(scene: &Scene, outcome: &Outcome) -> Result<SteadyState, Uns
         return summarise(begin..end, true);
     }
     let left = truncate(whole, &pick_series(scene, outcome)).and_then(|left| {
-        // The cuts fall on times of arrival, so that items that arrive together stay together.
+        // Cuts fall between arrival times, so that items that arrive together stay together.
         let begin = arrivals.starts.partition_point(|&start| start < left.start);
         let end = arrivals.starts.partition_point(|&start| start <= left.end) - 1;
         (begin < end).then_some(begin..end)
@@ -175,8 +173,8 @@ pub fn steady_state(scene: &Scene, outcome: &Outcome) -> Result<SteadyState, Uns
     }
 }
 
-/// A number of items, of the density of the pattern on `scene`, that is enough for a steady
-/// state; none where there is no density.
+/// A number of items, at the density of the pattern on `scene`, that is enough for a steady state;
+/// `None` if there is no density.
 pub fn enough_items(scene: &Scene) -> Option<usize> {
     let arrivals = Arrivals::of(scene);
     let flow = arrivals.flow(0..arrivals.starts.len() - 1);
@@ -186,22 +184,22 @@ pub fn enough_items(scene: &Scene) -> Option<usize> {
 /// How the flow changes over a pattern.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Changes {
-    /// Not, or by little.
+    /// Constant, or nearly so.
     None,
-    /// By chance as much as not, as clusters and gaps do.
+    /// Changes no larger than chance produces, as with clusters and gaps.
     Little,
-    /// By much, in no order that shows.
+    /// Large changes without a recognisable order.
     Uneven,
-    /// Neighbouring stretches have like flows: a shift's profile, a ramp.
+    /// Neighbouring stretches have similar flows, as in a shift profile or a ramp.
     InOrder,
 }
 
-/// The items by their times of arrival at the belt's start; those of one column of a grid
-/// arrive together.
+/// The items grouped by arrival time at the start of the belt; those of one grid column arrive
+/// together.
 struct Arrivals<'s> {
     items: &'s [Item],
     speed: f64,
-    /// The first item of each time of arrival.
+    /// Index of the first item of each arrival time.
     starts: Vec<usize>,
 }
 
@@ -216,23 +214,23 @@ impl<'s> Arrivals<'s> {
         }
     }
 
-    /// When the items of `group` arrive [s].
+    /// Arrival time of `group` [s].
     fn time(&self, group: usize) -> f64 {
         -self.items[self.starts[group]].x0 / self.speed
     }
 
-    /// How long it takes the groups to arrive, until the one behind them does [s].
+    /// Time from the arrival of the first of these groups to that of the group after them [s].
     fn lasts(&self, groups: &Range<usize>) -> f64 {
         self.time(groups.end) - self.time(groups.start)
     }
 
-    /// The flow of these groups [1/min]; the one behind them must exist.
+    /// The flow of these groups [1/min]; there must be a group after them.
     fn flow(&self, groups: Range<usize>) -> Option<f64> {
         let items = self.starts[groups.end] - self.starts[groups.start];
         (items > 0).then(|| 60.0 * items as f64 / self.lasts(&groups))
     }
 
-    /// How the flow changes, a property of the pattern alone. The order is judged by the serial
+    /// How the flow changes, which depends only on the pattern. Order is judged by the serial
     /// correlation of the stretches (von Neumann 1941, DOI 10.1214/aoms/1177731677).
     fn changes(&self) -> Changes {
         let last = self.starts.len() - 1;
@@ -265,7 +263,7 @@ impl<'s> Arrivals<'s> {
         }
     }
 
-    /// Whether the flow of these groups is far from that of the pattern.
+    /// Whether the flow of these groups differs much from that of the pattern.
     fn elsewhere(&self, groups: &Range<usize>) -> bool {
         let whole = self.flow(0..self.starts.len() - 1);
         let here = self.flow(groups.clone());
@@ -295,8 +293,8 @@ impl<'s> Arrivals<'s> {
         let flow = self.flow(0..self.starts.len() - 1).unwrap_or_default();
         let share = picked(&groups) as f64 / count(&groups) as f64;
         let batches = self.batches(&groups, window);
-        // The share is a ratio of two sums: its batches differ by what they pick more or less
-        // than it says of their items, over the mean number of items.
+        // The share is a ratio of two sums. A batch's deviation is therefore its picks minus the
+        // share of its items, divided by the mean number of items.
         let mean = count(&groups) as f64 / batches.len() as f64;
         let squares = batches.iter().map(|batch| {
             let distance = (picked(batch) as f64 - share * count(batch) as f64) / mean;
@@ -328,14 +326,14 @@ impl<'s> Arrivals<'s> {
             flow,
             flow_changes,
             utilisation: robots
-                // A sum of nothing is -0.
+                // An empty sum is -0.
                 .map(|robot| (busy(robot) / (end - start)).min(1.0) + 0.0)
                 .collect(),
         }
     }
 
-    /// Batches of the groups that last about equally long, each at least `window` [s] as far
-    /// as there is time for two.
+    /// Splits the groups into batches of about equal duration, each at least `window` [s] if there
+    /// is time for two.
     fn batches(&self, groups: &Range<usize>, window: f64) -> Vec<Range<usize>> {
         let lasts = self.lasts(groups);
         let count = ((lasts / window) as usize)
@@ -349,13 +347,13 @@ impl<'s> Arrivals<'s> {
             })
             .collect();
         cuts.push(groups.end);
-        // Where gaps in the pattern put two cuts onto one group.
+        // Gaps in the pattern can put two cuts at the same group.
         cuts.dedup();
         cuts.windows(2).map(|pair| pair[0]..pair[1]).collect()
     }
 }
 
-/// The longest departure window of any robot and item [s].
+/// The longest departure window over all robots and items [s].
 fn longest_window(scene: &Scene) -> f64 {
     let robots = 0..scene.station().robots().len();
     let windows = robots.flat_map(|robot| scene.queue(robot));
@@ -364,9 +362,9 @@ fn longest_window(scene: &Scene) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// What shows whether a run has settled, item by item: whether it is picked [1], and where it
-/// leaves the belt [m], at the end of the last workspace at the latest. The second
-/// grows as long as a queue does, also on a line that still picks everything.
+/// Series per item that show whether a run has settled: whether the item is picked [1], and where
+/// it leaves the belt [m], at most the end of the last workspace. The second grows with a queue,
+/// even on a line that still picks everything.
 fn pick_series(scene: &Scene, outcome: &Outcome) -> [Vec<f64>; 2] {
     let items = scene.pattern().len();
     let station = scene.station();
@@ -381,15 +379,14 @@ fn pick_series(scene: &Scene, outcome: &Outcome) -> [Vec<f64>; 2] {
     [picked, left]
 }
 
-/// What the truncation rule leaves of the items `whole`: first it cuts the run-in, then the
-/// run-out of what is left. None where less than half of them is left, or where it does not
-/// come to an end.
+/// The items of `whole` that the truncation rule keeps. It first cuts the run-in, then the run-out
+/// of the rest. `None` if less than half is left or the rule finds no cut.
 fn truncate(whole: Range<usize>, series: &[Vec<f64>]) -> Option<Range<usize>> {
-    // The longest cut of any series, in batches from the front or from the back.
+    // The longest cut of any series, in batches from the front or the back.
     let cut = |items: &Range<usize>, backwards: bool| -> Option<usize> {
         let cuts = series.iter().map(|values| {
             let values = &values[items.clone()];
-            // A remainder belongs to no batch.
+            // A remainder does not form a batch.
             let batches: Vec<f64> = match backwards {
                 false => values.chunks_exact(MSER_BATCH).map(stats::mean).collect(),
                 true => values.rchunks_exact(MSER_BATCH).map(stats::mean).collect(),
@@ -404,48 +401,49 @@ fn truncate(whole: Range<usize>, series: &[Vec<f64>]) -> Option<Range<usize>> {
     (2 * left.len() >= whole.len()).then_some(left)
 }
 
-/// A count that a user would write: rounded up to two digits.
+/// Rounds up to two significant digits, as a user would write the count.
 fn round_up(count: f64) -> usize {
     let unit = 10f64.powf((count.max(10.0).log10()).floor() - 1.0);
     ((count / unit).ceil() * unit) as usize
 }
 
-/// Throughput over several runs, one a pattern.
+/// Throughput over several runs, one per pattern.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Throughput {
-    /// Mean [1/min]; none where fewer than half of the runs have a steady state.
+    /// Mean [1/min]; `None` if fewer than half of the runs have a steady state.
     pub mean: Option<f64>,
     /// Its 95 % interval: over the patterns, or by batch means where there is only one.
     pub interval: Option<Interval>,
-    /// Mean of the items that arrive per minute [1/min], over the same patterns; over all of
-    /// them where there is no throughput.
+    /// Mean number of arriving items per minute [1/min] over the same patterns, or over all
+    /// patterns if there is no throughput.
     pub flow: Option<f64>,
-    /// For each robot the mean share of the time in which it is busy while the items of the
-    /// steady state pass it; empty where there is none.
+    /// For each robot, the mean share of the time that it is busy while the items of the steady
+    /// state pass it; empty if there is no steady state.
     pub utilisation: Vec<f64>,
-    /// How many runs have a steady state and are counted.
+    /// Number of runs that have a steady state and are counted.
     pub steady: usize,
-    /// How many of them have a flow that changes over the pattern.
+    /// Number of counted runs whose flow changes over the pattern.
     pub changing: usize,
-    /// How many runs there are.
+    /// Number of runs.
     pub runs: usize,
-    /// Why there is none, said of the first run that has none.
+    /// Reason that the first run without a steady state has none.
     pub missing: Option<UnsteadyReason>,
 }
 
-/// What a run says of its steady state.
+/// The steady state of a run, or why there is none.
 pub type Steadiness = Result<SteadyState, Unsteady>;
 
 impl Throughput {
-    /// Of these runs.
+    /// The throughput over `runs`.
     pub fn of<'r>(runs: impl IntoIterator<Item = &'r Steadiness>) -> Self {
         let runs: Vec<_> = runs.into_iter().collect();
         Self::on(&runs, |_| true)
     }
 
-    /// Of several lines or methods on the same patterns, `runs` of each in the patterns' order.
-    /// They are compared on the patterns on which all of them have a steady state, as far as
-    /// these are half of the patterns; those that have fewer of their own do not take part.
+    /// The throughput of several lines or methods on the same patterns; each entry of `runs` holds
+    /// the runs of one of them, in the order of the patterns. They are compared on the patterns on
+    /// which all have a steady state, provided that these are at least half. Those with fewer
+    /// steady patterns are excluded.
     pub fn beside(runs: &[Vec<&Steadiness>]) -> Vec<Self> {
         let enough = |steady: usize, all: usize| steady > 0 && 2 * steady >= all;
         let takes_part = |runs: &&Vec<&Steadiness>| {
@@ -461,7 +459,7 @@ impl Throughput {
             .collect()
     }
 
-    /// Of the runs on the patterns of which `counts` holds.
+    /// The throughput over the runs on the patterns for which `counts` is true.
     fn on(runs: &[&Steadiness], counts: impl Fn(usize) -> bool) -> Self {
         let counted = runs.iter().enumerate().filter(|(p, _)| counts(*p));
         let steady = counted.filter_map(|(_, run)| run.as_ref().ok());
@@ -488,7 +486,7 @@ impl Throughput {
         let interval = match (&steady[..], flow) {
             ([one], _) => one.interval,
             (_, Some(flow)) => {
-                // Of the picked share, as with batches: how the flows scatter says nothing of
+                // Of the picked share, as for batches: the scatter of the flows says nothing about
                 // the line.
                 let mean = stats::mean(&rates);
                 let distances = steady
@@ -515,7 +513,7 @@ impl Throughput {
         }
     }
 
-    /// Picks per arriving item, by which lines on other sets of patterns are compared.
+    /// Picks per arriving item, which makes lines on different pattern sets comparable.
     pub fn share(&self) -> Option<f64> {
         let flow = self.flow.filter(|flow| *flow > 0.0)?;
         Some(self.mean? / flow)

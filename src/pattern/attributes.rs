@@ -1,4 +1,4 @@
-//! Item areas and probabilities drawn from stated distributions.
+//! Item areas and probabilities drawn from given distributions.
 
 use super::item::{Item, Pattern, is_amount, is_share};
 use crate::error::{Error, Result, known_names, shown, shown_number};
@@ -8,21 +8,20 @@ use rand_distr::{Beta, Distribution as _, LogNormal};
 use std::fmt;
 use std::str::FromStr;
 
-/// A distribution as it is written on the command line, for example
-/// `lognormal:80,0.5`.
+/// A distribution in the form used on the command line, for example `lognormal:80,0.5`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Distribution {
     /// `const:V`: always V.
     Constant(f64),
-    /// `uniform:A,B`: evenly from A to B.
+    /// `uniform:A,B`: uniform from A to B.
     Uniform(f64, f64),
     /// `lognormal:M,S`: median M, standard deviation S of the logarithm.
     LogNormal(f64, f64),
-    /// `beta:A,B`: on 0 to 1, with the two shape parameters.
+    /// `beta:A,B`: on 0 to 1, with shape parameters A and B.
     Beta(f64, f64),
 }
 
-/// How every distribution is written, for help texts and messages.
+/// The form of every distribution, for help texts and messages.
 const FORMS: &[(&str, &str)] = &[
     ("const", "const:V"),
     ("uniform", "uniform:LOW,HIGH"),
@@ -49,15 +48,15 @@ impl FromStr for Distribution {
             .split(',')
             .map(|part| part.trim().parse().ok().filter(|n: &f64| n.is_finite()))
             .collect::<Option<_>>()
-            .ok_or_else(|| wrong(format!("`{}` are not numbers", shown(rest))))?;
+            .ok_or_else(|| wrong(format!("`{}` is not a list of numbers", shown(rest))))?;
         match (name, numbers.as_slice()) {
             ("const", &[v]) => Ok(Self::Constant(v)),
             ("uniform", &[a, b]) if a <= b => Ok(Self::Uniform(a, b)),
-            ("uniform", &[a, b]) => Err(wrong(format!("{a} is above {b}"))),
+            ("uniform", &[a, b]) => Err(wrong(format!("{a} is greater than {b}"))),
             ("lognormal", &[m, s]) if m > 0.0 && s >= 0.0 => Ok(Self::LogNormal(m, s)),
             ("beta", &[a, b]) if a > 0.0 && b > 0.0 => Ok(Self::Beta(a, b)),
             (known, _) if FORMS.iter().any(|f| f.0 == known) => Err(wrong(
-                "wrong number of parameters, or one out of range".into(),
+                "wrong number of parameters, or a parameter out of range".into(),
             )),
             _ => {
                 let names: Vec<_> = FORMS.iter().map(|f| f.0).collect();
@@ -84,10 +83,10 @@ impl fmt::Display for Distribution {
 }
 
 impl Distribution {
-    /// One draw.
+    /// Draws one value.
     fn draw(&self, rng: &mut ChaCha8Rng) -> f64 {
-        // The parameters were checked when the text was read, so the fall-backs of
-        // the two library distributions never come to pass.
+        // The parameters were checked when the text was parsed, so the fallbacks of the two library
+        // distributions are never used.
         match *self {
             Self::Constant(v) => v,
             Self::Uniform(a, b) => a + (b - a) * rng.random::<f64>(),
@@ -101,7 +100,7 @@ impl Distribution {
     }
 }
 
-/// What drawn values may be.
+/// The valid range of drawn values.
 struct Range {
     holds: fn(f64) -> bool,
     name: &'static str,
@@ -111,12 +110,12 @@ struct Range {
 const AREA: Range = Range {
     holds: is_amount,
     name: "an area",
-    cure: "choose one that stays at 0 cm^2 or more, below 1e12",
+    cure: "choose a distribution within 0 to 1e12 cm^2",
 };
 const SHARE: Range = Range {
     holds: is_share,
     name: "a probability",
-    cure: "choose one that stays within 0 to 1: a beta, or a uniform from and to there",
+    cure: "choose a distribution within 0 to 1: beta, or uniform between these limits",
 };
 
 impl Range {
@@ -132,7 +131,7 @@ impl Range {
     }
 }
 
-/// What generated items carry besides their position; `None` leaves the field out.
+/// What generated items have besides their position; `None` leaves the field empty.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Attributes {
     /// Area [cm^2].
@@ -147,7 +146,7 @@ impl Attributes {
     /// The pattern with these attributes drawn for every item, in index order.
     ///
     /// # Errors
-    /// A distribution that gives a value which is no area or no probability.
+    /// If a distribution gives a value that is not a valid area or probability.
     pub fn apply(&self, pattern: Pattern, rng: &mut ChaCha8Rng) -> Result<Pattern> {
         if *self == Self::default() {
             return Ok(pattern);
@@ -170,7 +169,7 @@ impl Attributes {
         Pattern::new(items.collect::<Result<_>>()?)
     }
 
-    /// For provenance: `area lognormal:80,0.5, p_grasp beta:8,2`.
+    /// Description for provenance: `area lognormal:80,0.5, p_grasp beta:8,2`.
     pub fn describe(&self) -> String {
         let named = [
             ("area", &self.area_cm2),
@@ -202,14 +201,14 @@ mod tests {
         for (bad, problem) in [
             ("", "no `:` between name and numbers"),
             ("const", "no `:` between name and numbers"),
-            ("const:x", "`x` are not numbers"),
-            ("uniform:2,1", "2 is above 1"),
+            ("const:x", "`x` is not a list of numbers"),
+            ("uniform:2,1", "2 is greater than 1"),
             (
                 "beta:0,1",
-                "wrong number of parameters, or one out of range",
+                "wrong number of parameters, or a parameter out of range",
             ),
             ("betta:1,2", "unknown name; did you mean `beta`"),
-            ("const:nan", "`nan` are not numbers"),
+            ("const:nan", "`nan` is not a list of numbers"),
         ] {
             let message = bad.parse::<Distribution>().unwrap_err().to_string();
             assert!(message.contains(problem), "{bad}: {message}");

@@ -7,15 +7,15 @@ use rand::RngExt;
 use rand::rngs::ChaCha8Rng;
 use rand_distr::{Exp1, StandardNormal};
 
-/// An item further from its cluster's centre than this many standard deviations is one in
-/// a thousand million.
+/// An item is further downstream or upstream of its cluster's centre than this many standard
+/// deviations only with a probability of one in a billion.
 const TAIL: f64 = 6.0;
 
-/// `count` items of `density` [1/m] in clusters: the centres are a Poisson process, the
-/// number of items in a cluster is Poisson, their distances from its centre are normal
-/// (Thomas, "A generalization of Poisson's binomial limit for use in ecology", Biometrika
-/// 36, 1949, DOI 10.1093/biomet/36.1-2.18). An item beside the belt is reflected at its
-/// edge, which keeps the density even across. The first is at x0 = 0.
+/// `count` items of `density` [1/m] in clusters. The centres form a Poisson process, the number of
+/// items in a cluster is Poisson, and the distances from the centre are normal (Thomas, "A
+/// generalization of Poisson's binomial limit for use in ecology", Biometrika 36, 1949, DOI
+/// 10.1093/biomet/36.1-2.18). An item outside the belt is reflected at the edge, which keeps the
+/// density across the belt uniform. The first item is at x0 = 0.
 pub(super) fn clustered(
     width: f64,
     density: f64,
@@ -23,12 +23,12 @@ pub(super) fn clustered(
     shape: &FeedShape,
     rng: &mut ChaCha8Rng,
 ) -> Result<Pattern> {
-    // All clusters that reach the start are drawn, however few items are kept.
+    // All clusters that reach the start are drawn, even if few items are kept.
     if density * 2.0 * TAIL * shape.cluster_spread > MOST_ITEMS as f64 {
         return Err(Error::input(
             "--cluster-spread",
             format!(
-                "{} m is too wide for {} items a metre",
+                "{} m is too wide for {} items per metre",
                 shown_number(shape.cluster_spread),
                 shown_number(density)
             ),
@@ -36,14 +36,14 @@ pub(super) fn clustered(
         ));
     }
     let per_metre = density / shape.cluster_size;
-    // Clusters downstream of the start reach into the pattern, too.
+    // Clusters downstream of the start also reach into the pattern.
     let mut centre = TAIL * shape.cluster_spread;
     let mut places: Vec<(f64, f64)> = Vec::with_capacity(count);
     let mut end = f64::NEG_INFINITY;
     while centre > end {
         centre -= rng.sample::<f64, _>(Exp1) / per_metre;
         let middle = across(width, rng);
-        // Arrivals of a Poisson process of rate 1 up to the mean: a Poisson number.
+        // The arrivals of a Poisson process with rate 1 up to the mean are a Poisson number.
         let mut sum = rng.sample::<f64, _>(Exp1);
         while sum <= shape.cluster_size {
             let along = centre + shape.cluster_spread * rng.sample::<f64, _>(StandardNormal);
@@ -54,7 +54,7 @@ pub(super) fn clustered(
             sum += rng.sample::<f64, _>(Exp1);
         }
         if end == f64::NEG_INFINITY && places.len() >= count {
-            // Clusters further upstream than this add nothing to the first `count`.
+            // Clusters further upstream do not contribute to the first `count` items.
             let (_, last, _) = places.select_nth_unstable_by(count - 1, |a, b| b.0.total_cmp(&a.0));
             end = last.0 - TAIL * shape.cluster_spread;
         }
@@ -66,7 +66,7 @@ pub(super) fn clustered(
     numbered(places)
 }
 
-/// `y` [m] reflected at the edges of a belt of `width` [m] until it lies between them.
+/// Reflects `y` [m] at the edges of a belt of `width` [m] until it lies between them.
 fn reflected(y: f64, width: f64) -> f64 {
     let turn = (y / width + 0.5).rem_euclid(2.0);
     width * (if turn > 1.0 { 2.0 - turn } else { turn } - 0.5)

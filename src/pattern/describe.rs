@@ -1,45 +1,45 @@
-//! What a pattern looks like in figures.
+//! Summary figures of a pattern.
 
 use super::item::Pattern;
 use rstar::RTree;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Figures of one pattern.
+/// Summary figures of one pattern.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Description {
     /// Number of items.
     pub items: usize,
-    /// From the first item to the last along the belt [m].
+    /// Distance from the first item to the last along the belt [m].
     pub length_m: f64,
-    /// Between the outermost items across the belt [m].
+    /// Distance between the outermost items across the belt [m].
     pub width_m: f64,
     /// Smallest and largest position across the belt [m].
     pub y_range_m: [f64; 2],
-    /// Items per metre of belt [1/m], those at the last place not counted, so that whole
-    /// columns over whole distances give a grid's density; none for a single place.
+    /// Items per metre of belt [1/m]; `None` if all items have the same x. The items at the last x
+    /// are not counted, so that a grid of whole columns gives its exact density.
     pub items_per_m: Option<f64>,
-    /// Smallest distance between two items [m]; none for a single item.
+    /// Smallest distance between two items [m]; `None` for a single item.
     pub nearest_min_m: Option<f64>,
-    /// Mean distance from an item to its nearest neighbour [m].
+    /// Mean distance from an item to its nearest neighbour [m]; `None` for a single item.
     pub nearest_mean_m: Option<f64>,
     /// Smallest, mean and largest object-specific reward.
     pub reward: [f64; 3],
     /// Sum of the rewards.
     pub reward_sum: f64,
-    /// How many items carry an area, a detection and a grasp probability, a weight.
+    /// Number of items with an area.
     pub with_area: usize,
-    /// How many carry a detection probability.
+    /// Number of items with a detection probability.
     pub with_p_detection: usize,
-    /// How many carry a grasp probability.
+    /// Number of items with a grasp probability.
     pub with_p_grasp: usize,
-    /// How many carry an explicit weight.
+    /// Number of items with an explicit weight.
     pub with_weight: usize,
-    /// Items per class, where there are classes.
+    /// Number of items per class; empty if there are no classes.
     pub classes: BTreeMap<String, usize>,
 }
 
-/// The figures of `pattern`. Takes O(n log n) steps.
+/// Computes the figures of `pattern` in O(n log n).
 pub fn describe(pattern: &Pattern) -> Description {
     let items = pattern.items();
     let n = items.len() as f64;
@@ -86,7 +86,7 @@ fn nearest_neighbours(pattern: &Pattern) -> Vec<f64> {
     }
     let places = pattern.items().iter().map(|item| [item.x0, item.y]);
     let tree = RTree::bulk_load(places.clone().collect());
-    // The first neighbour of a place is the item there, the second the next one.
+    // The nearest neighbour of a point is the item itself, the second is the next one.
     let nearest = |place| tree.nearest_neighbor_iter_with_distance_2(place).nth(1);
     places
         .filter_map(nearest)
@@ -135,8 +135,8 @@ mod tests {
         }
     }
 
-    /// A column is the worst case of a search along the belt: 100,000 items in one would
-    /// take it ten thousand million steps.
+    /// A single column is the worst case of a search along the belt: with 100,000 items it would
+    /// take ten billion steps.
     #[test]
     fn many_items_in_one_column_are_described() {
         let items = (0..100_000).map(|i| Item::at(i.to_string(), 0.0, f64::from(i)));

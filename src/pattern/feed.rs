@@ -1,8 +1,8 @@
-//! Feeds: ways in which items arrive, each set by its flow.
+//! Feeds: ways in which items arrive, each with a given flow.
 //!
-//! The flow [1/min] is how many items pass a place beside the belt in a minute. On a belt
-//! of speed V [m/s] it is 60 V times the density, the items per metre of belt [1/m]; a
-//! pattern is fixed in space, so at another speed its flow is another.
+//! The flow [1/min] is the number of items that pass a fixed point beside the belt per minute. On a
+//! belt with speed V [m/s] it is 60 V times the density, the items per metre of belt [1/m]. A
+//! pattern is fixed in space, so its flow changes with the belt speed.
 
 use super::clustered::clustered;
 use super::gaps::gaps;
@@ -21,13 +21,13 @@ use std::path::{Path, PathBuf};
 /// A way in which items arrive.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Feed {
-    /// Rows and columns, as near to a square lattice as the flow allows.
+    /// Rows and columns, as close to a square lattice as the flow allows.
     Grid,
-    /// A maximal Poisson disk sample of the radius that gives the flow.
+    /// A maximal Poisson disk sample with the radius that gives the flow.
     PoissonDisk,
-    /// A Poisson process: no item knows of another, so they may overlap.
+    /// A Poisson process: items are independent and may overlap.
     Random,
-    /// Clusters at random places: a Thomas process.
+    /// Clusters at random positions: a Thomas process.
     Clustered,
     /// Random items with stretches of empty belt: an interrupted Poisson process.
     Gaps,
@@ -36,7 +36,7 @@ pub enum Feed {
     Profile(PathBuf),
 }
 
-/// Every feed as it is written, with what it is. A profile has its file besides.
+/// Every feed by name, with a description. A profile also needs a file.
 pub const FEEDS: [(&str, &str); 6] = [
     ("grid", "rows and columns"),
     ("poisson", "Poisson disk, no two items close"),
@@ -47,7 +47,7 @@ pub const FEEDS: [(&str, &str); 6] = [
 ];
 
 impl Feed {
-    /// The feed of this name; none of one that is unknown or needs a file.
+    /// The feed with this name; `None` if the name is unknown or the feed needs a file.
     pub fn named(name: &str) -> Option<Self> {
         Some(match name {
             "grid" => Self::Grid,
@@ -59,7 +59,7 @@ impl Feed {
         })
     }
 
-    /// How it is written in [`FEEDS`].
+    /// The feed's name in [`FEEDS`].
     pub fn name(&self) -> &'static str {
         match self {
             Self::Grid => "grid",
@@ -71,12 +71,12 @@ impl Feed {
         }
     }
 
-    /// Whether another seed gives another pattern.
+    /// Whether a different seed gives a different pattern.
     pub fn is_random(&self) -> bool {
         *self != Self::Grid
     }
 
-    /// The file that it reads.
+    /// The file that the feed reads, if any.
     pub fn file(&self) -> Option<&Path> {
         match self {
             Self::Profile(path) => Some(path),
@@ -94,7 +94,7 @@ impl fmt::Display for Feed {
     }
 }
 
-/// What shapes feeds besides their flow.
+/// Parameters of the feeds other than the flow.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FeedShape {
     /// Mean number of items in a cluster.
@@ -104,7 +104,7 @@ pub struct FeedShape {
     pub cluster_spread: f64,
     /// Mean length of an empty stretch [m].
     pub gap_length: f64,
-    /// Share of the belt that lies in empty stretches.
+    /// Share of the belt in empty stretches.
     pub gap_share: f64,
 }
 
@@ -120,10 +120,10 @@ impl Default for FeedShape {
 }
 
 impl FeedShape {
-    /// Refuses what no feed has, named by its flag.
+    /// Rejects parameters out of range; the error names the flag.
     ///
     /// # Errors
-    /// A figure out of its range.
+    /// If a parameter is out of range.
     pub fn check(&self) -> Result<()> {
         let within = |flag: &str, value: f64, low: f64, high: f64, what: &str| {
             if (low..=high).contains(&value) {
@@ -131,8 +131,8 @@ impl FeedShape {
             }
             Err(Error::input(
                 flag,
-                format!("{} is not {what}", shown_number(value)),
-                format!("give {} to {}", shown_number(low), shown_number(high)),
+                format!("{} is not a valid {what}", shown_number(value)),
+                format!("give a value from {} to {}", shown_number(low), shown_number(high)),
             ))
         };
         within(
@@ -140,33 +140,33 @@ impl FeedShape {
             self.cluster_size,
             1.0,
             1e6,
-            "a number of items",
+            "number of items",
         )?;
         within(
             "--cluster-spread",
             self.cluster_spread,
             0.0,
             100.0,
-            "a distance [m]",
+            "distance [m]",
         )?;
         within(
             "--gap-length",
             self.gap_length,
             0.01,
             1e4,
-            "a length of belt [m]",
+            "length of belt [m]",
         )?;
         within(
             "--gap-share",
             self.gap_share,
             1e-3,
             0.999,
-            "a share of the belt",
+            "share of the belt",
         )
     }
 }
 
-/// A feed with everything that it needs but the random numbers: the profile is read.
+/// A feed with all inputs except the random numbers: the profile has been read.
 #[derive(Debug, Clone)]
 pub struct Feeder {
     feed: Feed,
@@ -177,11 +177,11 @@ pub struct Feeder {
 }
 
 impl Feeder {
-    /// `feed` of `flow` [1/min] on `belt`. A profile needs no flow; with one it is scaled
-    /// to that mean.
+    /// Prepares `feed` with `flow` [1/min] on `belt`. A profile needs no flow; if one is given, the
+    /// profile is scaled to that mean.
     ///
     /// # Errors
-    /// A flow that is none or missing, a shape out of range, a profile that cannot be read.
+    /// If the flow is missing or invalid, the shape is out of range, or the profile cannot be read.
     pub fn new(feed: &Feed, flow: Option<f64>, belt: &Belt, shape: FeedShape) -> Result<Self> {
         shape.check()?;
         let profile = feed.file().map(Profile::load).transpose()?;
@@ -209,12 +209,12 @@ impl Feeder {
         })
     }
 
-    /// The flow asked for [1/min].
+    /// The requested flow [1/min].
     pub fn flow(&self) -> f64 {
         self.flow
     }
 
-    /// How pattern number `place` of a set is called.
+    /// Label of pattern number `place` of a set.
     pub(super) fn label(&self, place: usize) -> String {
         let (name, flow) = (self.feed.name(), shown_number(self.flow));
         match self.feed.is_random() {
@@ -223,16 +223,16 @@ impl Feeder {
         }
     }
 
-    /// How many items a pattern has, of at most `count`: a profile ends.
+    /// Expected number of items in a pattern of at most `count`; a profile may end earlier.
     pub fn expected_items(&self, count: usize) -> f64 {
         let minutes = self.profile.as_ref().map(|p| p.duration() / 60.0);
         (count as f64).min(minutes.map_or(f64::INFINITY, |minutes| minutes * self.flow))
     }
 
-    /// A pattern of `count` items, of a profile as many as it brings and at most that.
+    /// Draws a pattern of `count` items, or at most `count` items of a profile.
     ///
     /// # Errors
-    /// No items or too many, more belt than a pattern may take, a profile that brings no
+    /// If there are no items or too many, the pattern is too long, or the profile yields no item.
     /// item.
     pub fn draw(&self, count: usize, rng: &mut ChaCha8Rng) -> Result<Pattern> {
         let width = self.belt.width;
@@ -241,7 +241,7 @@ impl Feeder {
             return self.draw_profile(profile, count.min(MOST_ITEMS), rng);
         }
         check_count(count)?;
-        // Clusters and gaps put some patterns further apart than the mean.
+        // Clusters and gaps make some patterns longer than the mean.
         check_length(count, 2.0 * count as f64 / density)?;
         match self.feed {
             Feed::Grid => lattice(width, density, count),
@@ -274,7 +274,7 @@ impl Feeder {
         if items.is_empty() {
             return Err(Error::input(
                 profile.name(),
-                "the profile brought no item",
+                "the profile yields no items",
                 "give a higher flow, a longer profile or another --seed",
             ));
         }
@@ -282,32 +282,32 @@ impl Feeder {
     }
 }
 
-/// The flow, if it is one.
+/// Checks the flow [1/min] and returns it.
 pub(super) fn check_flow(flow: f64) -> Result<f64> {
     if (1e-3..=1e6).contains(&flow) {
         return Ok(flow);
     }
     Err(Error::input(
         "--flow",
-        format!("{} is not a flow", shown_number(flow)),
+        format!("{} is not a valid flow", shown_number(flow)),
         "give items per minute, from 0.001 to 1000000, for example 60",
     ))
 }
 
-/// Items at (along, across) [m], numbered as given.
+/// Items at the given (along, across) positions [m], numbered in order.
 pub(super) fn numbered(places: Vec<(f64, f64)>) -> Result<Pattern> {
     let item = |(i, (x, y)): (usize, (f64, f64))| Item::at((i + 1).to_string(), x, y);
     Pattern::new(places.into_iter().enumerate().map(item).collect())
 }
 
-/// A place across a belt of `width` [m], evenly.
+/// A uniformly random position across a belt of `width` [m].
 pub(super) fn across(width: f64, rng: &mut ChaCha8Rng) -> f64 {
     width * (rng.random::<f64>() - 0.5)
 }
 
-/// Items of a Poisson process of `density` [1/m]: the distances along the belt are
-/// exponential, so the arrival times are those of a Poisson process too, and the places
-/// across are even. The first is at x0 = 0.
+/// Items of a Poisson process of `density` [1/m]: distances along the belt are exponential, so that
+/// the arrival times also form a Poisson process. Positions across the belt are uniform. The first
+/// item is at x0 = 0.
 fn random(width: f64, density: f64, count: usize, rng: &mut ChaCha8Rng) -> Result<Pattern> {
     let mut along = 0.0;
     let places = (0..count).map(|i| {

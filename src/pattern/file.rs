@@ -1,4 +1,4 @@
-//! The pattern file: CSV with a header, one item a line.
+//! The pattern file: CSV with a header and one item per line.
 
 use super::item::{Item, Pattern};
 use crate::csv_file::CsvFile;
@@ -17,20 +17,20 @@ const COLUMNS: [&str; 8] = [
     "class",
 ];
 
-/// The place of the area in [`COLUMNS`].
+/// Index of the area in [`COLUMNS`].
 const AREA: usize = 3;
 
-/// A pattern, and what of its file was not used.
+/// A pattern and the columns of its file that were ignored.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Loaded {
-    /// The pattern.
+    /// The pattern that was read.
     pub pattern: Pattern,
-    /// Columns that mean nothing here, by name.
+    /// Names of the columns that were ignored.
     pub ignored: Vec<String>,
 }
 
 impl Loaded {
-    /// For provenance: `hash 0123456789abcdef, column timestamp ignored`.
+    /// Description for provenance: `hash 0123456789abcdef, column timestamp ignored`.
     pub fn describe(&self) -> String {
         let hash = crate::files::fingerprint(to_csv(&self.pattern));
         match self.ignored.as_slice() {
@@ -44,36 +44,36 @@ impl Loaded {
 /// Reads a pattern file.
 ///
 /// # Errors
-/// A file that cannot be read, or whatever [`parse`] finds.
+/// If the file cannot be read, or for any error of [`parse`].
 pub fn load(path: &Path) -> Result<Loaded> {
     read(&crate::files::read_text(path)?, &path.display().to_string())
 }
 
-/// The pattern that `text` holds, as [`read`] reads it.
+/// Parses `text` as [`read`] does and returns only the pattern.
 ///
 /// # Errors
-/// Whatever is wrong, with its line and column, the value found and the cure.
+/// The first problem, with its line and column, the value found and the cure.
 pub fn parse(text: &str, name: &str) -> Result<Pattern> {
     Ok(read(text, name)?.pattern)
 }
 
-/// Reads the text of a pattern file as `CsvFile` reads CSV; `name` is how messages call
-/// it. Columns are known by their names in any case. `x`, `y` and `area` may carry their unit,
-/// `x_mm`, `y [cm]` or `area [mm^2]`. Columns of other names are ignored.
+/// Parses the text of a pattern file in any CSV variant that `CsvFile` accepts; messages call it
+/// `name`. Column names are case-insensitive. `x`, `y` and `area` may include a unit: `x_mm`, `y
+/// [cm]` or `area [mm^2]`. Columns with other names are ignored.
 ///
 /// # Errors
-/// Whatever is wrong, with its line and column, the value found and the cure. A column
-/// whose name is nearly that of a known one is wrong.
+/// The first problem, with its line and column, the value found and the cure. A column whose name
+/// is similar to a known one is an error.
 pub fn read(text: &str, name: &str) -> Result<Loaded> {
     let mut file = CsvFile::new(text, name);
     let header = file.header();
     let columns = header.and_then(|(header, line)| read_header(&header, name, line));
-    // Columns of a tracker's file may be called as a pattern's, and mean something else.
+    // A tracker's file may have columns with the names of pattern columns but other meanings.
     if let Some(form) = super::tracking::recognised(text) {
         return Err(Error::input(
             name,
-            format!("no pattern, but a recording of a tracker or detector ({form})"),
-            "make a pattern of it with `pickline pattern import tracks`",
+            format!("not a pattern, but the recording of a tracker or detector ({form})"),
+            "convert it to a pattern with `pickline pattern import tracks`",
         ));
     }
     let (columns, ignored) = columns?;
@@ -101,11 +101,11 @@ pub fn read(text: &str, name: &str) -> Result<Loaded> {
     Ok(Loaded { pattern, ignored })
 }
 
-/// For each known column, its place in this file and what its unit is in ours.
+/// For each known column, its index in this file and the factor to our unit.
 type Columns = [Option<(usize, f64)>; COLUMNS.len()];
 
-/// The known column that is called `name`, and what one of its unit is in ours: metres, or
-/// cm^2 of an area.
+/// The known column called `name`, and the factor from its unit to ours: metres, or cm^2 for an
+/// area.
 fn known_column(name: &str) -> Option<(usize, f64)> {
     if let Some(known) = COLUMNS.iter().position(|&column| column == name) {
         return Some((known, 1.0));
@@ -158,7 +158,7 @@ fn read_header(
     let mut ignored = Vec::new();
     for (place, column) in header.iter().enumerate() {
         let Some((known, metres)) = known_column(column) else {
-            // One letter is near to `x` and `y` whatever it is.
+            // A single letter is always similar to `x` and `y`.
             let meant = nearest(column, COLUMNS).filter(|_| column.chars().count() > 1);
             if meant.is_some() {
                 let problem = format!("unknown column `{}`", shown(column));
@@ -170,7 +170,7 @@ fn read_header(
         if columns[known].replace((place, metres)).is_some() {
             return Err(wrong(
                 place,
-                format!("the column `{}` is there twice", COLUMNS[known]),
+                format!("duplicate column `{}`", COLUMNS[known]),
                 "keep one of them".into(),
             ));
         }
@@ -178,7 +178,7 @@ fn read_header(
     for (known, column) in REQUIRED.iter().enumerate() {
         if columns[known].is_none() {
             let cure = "the header needs id, x [m] and y [m]";
-            // Of a file of something else, the first name says most.
+            // If the file is something else, its first column name is the most telling.
             return Err(match ignored.first() {
                 Some((place, other)) if columns.iter().all(Option::is_none) => wrong(
                     *place,
@@ -214,7 +214,7 @@ fn read_item(
             return Ok(None);
         }
         match file.number(text) {
-            // Not even by 1: a metre stays the number that was written.
+            // Skip the multiplication by 1, so that metres stay exactly as written.
             Some(number) => Ok(Some(match columns[column] {
                 Some((_, metres)) if metres != 1.0 => number * metres,
                 _ => number,
@@ -249,8 +249,8 @@ fn read_item(
     })
 }
 
-/// The pattern as CSV, with the columns that some item uses; [`parse`] reads it
-/// back to an equal pattern.
+/// The pattern as CSV with the columns that at least one item uses. [`parse`] reads it back as an
+/// equal pattern.
 pub fn to_csv(pattern: &Pattern) -> String {
     type Column<'a> = (&'static str, Box<dyn Fn(&Item) -> String + 'a>);
     let number = |value: Option<f64>| value.map(|v| v.to_string()).unwrap_or_default();

@@ -7,11 +7,11 @@ use rand::RngExt;
 use rand::rngs::ChaCha8Rng;
 use rand_distr::Exp1;
 
-/// `count` items of `density` [1/m] on a belt that is fed and empty in turn, both for
-/// exponential lengths, fed as a Poisson process: an interrupted Poisson process (Kuczura,
-/// "The interrupted Poisson process as an overflow process", Bell System Technical Journal
-/// 52, 1973, DOI 10.1002/j.1538-7305.1973.tb01971.x). The density is that of the whole
-/// belt, empty stretches included. The first item is at x0 = 0.
+/// `count` items of `density` [1/m] on a belt that alternates between fed and empty stretches, both
+/// of exponential length. The fed stretches are a Poisson process; together this is an interrupted
+/// Poisson process (Kuczura, "The interrupted Poisson process as an overflow process", Bell System
+/// Technical Journal 52, 1973, DOI 10.1002/j.1538-7305.1973.tb01971.x). The density is that of the
+/// whole belt, empty stretches included. The first item is at x0 = 0.
 pub(super) fn gaps(
     width: f64,
     density: f64,
@@ -30,7 +30,7 @@ pub(super) fn gaps(
         places.push((along, across(width, rng)));
         let mut step = exponential(1.0 / fed_density, rng);
         while step > left {
-            // The process does not remember: what was left of the step starts again.
+            // The process is memoryless: the rest of the step can be redrawn.
             along -= left + exponential(shape.gap_length, rng);
             left = exponential(fed_length, rng);
             step = exponential(1.0 / fed_density, rng);

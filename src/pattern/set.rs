@@ -65,7 +65,12 @@ impl FromStr for PatternSource {
             part.parse()
                 .ok()
                 .filter(|value: &f64| value.is_finite() && *value > 0.0)
-                .ok_or_else(|| wrong(format!("`{}` is not a length [m]", shown(part)), forms()))
+                .ok_or_else(|| {
+                    wrong(
+                        format!("`{}` is not a valid length [m]", shown(part)),
+                        forms(),
+                    )
+                })
         };
         let count = |part: &str| {
             part.parse()
@@ -78,7 +83,7 @@ impl FromStr for PatternSource {
             let flow = number
                 .and_then(|n| n.ok())
                 .filter(|&f| check_flow(f).is_ok());
-            flow.ok_or_else(|| wrong(format!("`{}` is not a flow", shown(part)), forms()))
+            flow.ok_or_else(|| wrong(format!("`{}` is not a valid flow", shown(part)), forms()))
         };
         let parts: Vec<&str> = text.split(':').collect();
         if let ["profile", file @ ..] = parts.as_slice() {
@@ -627,14 +632,14 @@ mod tests {
             ("balanced:0", "`0` is not a valid count"),
             ("grid:600/min:7", "too many parts for grid"),
             ("random:0.2", "`0.2` is not a valid count"),
-            ("random:600:7", "`600` is not a flow"),
-            ("random:0/min", "`0/min` is not a flow"),
+            ("random:600:7", "`600` is not a valid flow"),
+            ("random:0/min", "`0/min` is not a valid flow"),
             ("profile", "profile needs a file"),
             ("profile:", "profile needs a file"),
-            ("grid:-1", "`-1` is not a length [m]"),
+            ("grid:-1", "`-1` is not a valid length [m]"),
             ("gird:0.1", "did you mean `grid`"),
             ("no-such.csv", nothing),
-            ("poisson:x", "`x` is not a length [m]"),
+            ("poisson:x", "`x` is not a valid length [m]"),
         ] {
             let message = bad.parse::<PatternSource>().unwrap_err().to_string();
             assert!(message.contains(problem), "{bad}: {message}");

@@ -1,25 +1,24 @@
-//! The built-in stations: geometries fitted to the paper's figures.
+//! The built-in stations, whose geometries are fitted to the figures in the paper.
 //!
-//! Jermann et al. print reach, end-effector speed and belt speed but no belt width,
-//! spacing, bin or dwell. Both geometries are given in `docs/model.md` with the
-//! figures that they reproduce.
+//! Jermann et al. state reach, end-effector speed and belt speed, but not belt width, spacing, bins
+//! or dwell times. `docs/model.md` gives both geometries and the figures that they reproduce.
 
 use super::geometry::Station;
 use super::line::Line;
 use crate::error::{Error, Result, known_names};
 
-/// A station that needs no file.
+/// A station that is available without a file.
 #[derive(Debug)]
 pub struct BuiltIn {
-    /// Name for `--station`.
+    /// The name to give with `--station`.
     pub name: &'static str,
-    /// One line for help texts.
+    /// One-line description for help texts.
     pub summary: &'static str,
     /// Belt speed [m/s].
     pub belt_speed: f64,
     /// Belt width [m].
     pub belt_width: f64,
-    /// The robots; `robots` is the default number.
+    /// The robots; `line.robots` is their default number.
     pub line: Line,
 }
 
@@ -64,10 +63,10 @@ pub const BUILT_INS: &[BuiltIn] = &[
 ];
 
 impl BuiltIn {
-    /// The station with its default or another number of robots.
+    /// The station with the given number of robots, or the default number.
     ///
     /// # Errors
-    /// A number of robots that makes no station.
+    /// If the number of robots is not allowed.
     pub fn station(&self, robots: Option<usize>) -> Result<Station> {
         let line = Line {
             robots: robots.unwrap_or(self.line.robots),
@@ -81,10 +80,10 @@ impl BuiltIn {
     }
 }
 
-/// The built-in station of that name.
+/// The built-in station with this name.
 ///
 /// # Errors
-/// An unknown name, with the nearest known one.
+/// If the name is unknown; the error suggests the most similar one.
 pub fn built_in(name: &str) -> Result<&'static BuiltIn> {
     BUILT_INS.iter().find(|b| b.name == name).ok_or_else(|| {
         let names: Vec<_> = BUILT_INS.iter().map(|b| b.name).collect();

@@ -1,14 +1,14 @@
-//! Changes to a station file that leave its comments and its layout as they are.
+//! Edits station files without changing their comments and layout.
 
 use super::file::Overrides;
 use crate::error::{Error, Result};
 use toml_edit::{DocumentMut, Item, Value, value};
 
-/// The text of a station file with `strategy` as its strategy and what `overrides` say. What
-/// it says otherwise, its comments and its layout stay.
+/// The text of a station file with `strategy` as its strategy and the values of `overrides`.
+/// Everything else stays as it is, including comments and layout.
 ///
 /// # Errors
-/// A text that is no TOML; `name` is how messages call it.
+/// If the text is not valid TOML; messages call the file `name`.
 pub fn edited(text: &str, name: &str, strategy: &str, overrides: Overrides) -> Result<String> {
     let (mark, body) = match text.strip_prefix('\u{feff}') {
         Some(body) => ("\u{feff}", body),
@@ -16,7 +16,7 @@ pub fn edited(text: &str, name: &str, strategy: &str, overrides: Overrides) -> R
     };
     let mut document: DocumentMut = body.parse().map_err(|error: toml_edit::TomlError| {
         let problem = format!("not valid TOML: {}", error.message().replace('\n', "; "));
-        Error::input(name, problem, "mend the file, then save again")
+        Error::input(name, problem, "fix the file, then save again")
     })?;
     if let Some(robots) = overrides.robots {
         replace(&mut document["line"]["robots"], Value::from(robots as i64));
@@ -40,7 +40,7 @@ pub fn edited(text: &str, name: &str, strategy: &str, overrides: Overrides) -> R
     Ok(mark.to_owned() + &text)
 }
 
-/// Sets a value, with the comment behind it left where it is.
+/// Sets a value and keeps the comment after it.
 fn replace(item: &mut Item, mut new: Value) {
     if let Some(old) = item.as_value() {
         *new.decor_mut() = old.decor().clone();
@@ -48,8 +48,8 @@ fn replace(item: &mut Item, mut new: Value) {
     *item = Item::Value(new);
 }
 
-/// Takes the comment at the file's head from its first table, so that a key can be put
-/// between the two; what stands right above the table stays there.
+/// Detaches the comment at the head of the file from the first table, so that a key can be inserted
+/// between them. A comment directly above the table stays there.
 fn split_head(document: &mut DocumentMut) -> String {
     let first = document.iter().map(|(key, _)| key.to_owned()).next();
     let Some(Item::Table(table)) = first.and_then(|key| document.get_mut(&key)) else {
@@ -61,7 +61,7 @@ fn split_head(document: &mut DocumentMut) -> String {
         Some(end) => above.split_at(end + 1),
         None => ("", above.as_str()),
     };
-    // One empty line on either side of the new key.
+    // One empty line before and after the new key.
     let head = if head.is_empty() {
         String::new()
     } else {
@@ -82,7 +82,8 @@ mod tests {
         belt_speed: None,
     };
 
-    /// All lines of `text` are in `other`, in their order, and a byte order mark stays first.
+    /// Checks that `other` contains all lines of `text` in order, and that a byte order mark stays
+    /// first.
     fn keeps(text: &str, other: &str) -> bool {
         let mark = '\u{feff}';
         let mut lines = other.trim_start_matches(mark).lines();
@@ -133,6 +134,6 @@ mod tests {
         .unwrap();
         let expected = parse(commented_example(), "t", overrides).unwrap();
         assert_eq!(parse(&saved, "t", NONE).unwrap(), expected);
-        assert!(saved.contains("# constant; every arm must be faster"));
+        assert!(saved.contains("# constant; every arm must be faster than this"));
     }
 }

@@ -1,4 +1,4 @@
-//! The station file: TOML, SI units, unknown keys are errors.
+//! The station file: TOML with SI units. Unknown keys are errors.
 
 use super::builtin::built_in;
 use super::geometry::{Belt, Robot, Station, outruns};
@@ -8,44 +8,44 @@ use crate::toml_file::{File, Section};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-/// The strategy that a station file names by its key `strategy`.
+/// The strategy in the `strategy` key of a station file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SavedStrategy {
-    /// As it is written after `--strategy`.
+    /// The text, in the form that `--strategy` takes.
     pub text: String,
-    /// Where it stands, for messages.
+    /// Where it was found, for messages.
     pub place: String,
 }
 
-/// Flags that win over what a file or a built-in station says.
+/// Flags that override the values of a station file or a built-in station.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Overrides {
-    /// `--robots`: how many like robots the line has.
+    /// `--robots`: the number of identical robots on the line.
     pub robots: Option<usize>,
     /// `--belt-speed` [m/s].
     pub belt_speed: Option<f64>,
 }
 
-/// Reads the station named on the command line: a file if there is one of that
-/// name, else a built-in station.
+/// Loads the station named on the command line: the file with that name if there is one, otherwise
+/// the built-in station.
 ///
 /// # Errors
-/// A file that cannot be read or breaks the schema, naming file, line and key; an
-/// unknown built-in name.
+/// If the file cannot be read or breaks the schema; the error names the file, line and key. If
+/// there is neither a file nor a built-in station with that name.
 pub fn load(name: &str, overrides: Overrides) -> Result<Station> {
     load_with_strategy(name, overrides).map(|(station, _)| station)
 }
 
-/// Whether `name` stands for a file, not for a built-in station.
+/// Whether `name` refers to a file rather than a built-in station.
 pub fn is_file(name: &str) -> bool {
     name.contains(['/', '\\', '.']) || Path::new(name).exists()
 }
 
-/// As [`load`], with the strategy that the file names, which is not looked at here: what
-/// strategies there are is none of the station's business.
+/// Like [`load`], but also returns the strategy that the file names. It is not validated here,
+/// because this module does not know the strategies.
 ///
 /// # Errors
-/// As for [`load`].
+/// See [`load`].
 pub fn load_with_strategy(
     name: &str,
     overrides: Overrides,
@@ -56,7 +56,7 @@ pub fn load_with_strategy(
             return Err(Error::input(
                 name,
                 "the file does not exist",
-                format!("write `{station}` for the built-in station, or check the path"),
+                format!("use `{station}` for the built-in station, or check the path"),
             ));
         }
         let text = crate::files::read_text(path)?;
@@ -102,7 +102,7 @@ fn is_toml(file: &Path) -> bool {
         .is_some_and(|extension| extension == "toml")
 }
 
-/// The built-in station that a file which is not there is named after.
+/// The built-in station that a nonexistent file is probably meant to be.
 fn meant_built_in(path: &Path) -> Option<&'static str> {
     if path.exists() || nearest_file(path).is_some() {
         return None;
@@ -111,18 +111,18 @@ fn meant_built_in(path: &Path) -> Option<&'static str> {
     built_in(stem).ok().map(|station| station.name)
 }
 
-/// Parses a station file; `name` is how messages call it.
+/// Parses a station file; messages call it `name`.
 ///
 /// # Errors
-/// Whatever is wrong, with its line and key, the value found and the cure.
+/// The first problem, with its line and key, the value found and the cure.
 pub fn parse(text: &str, name: &str, overrides: Overrides) -> Result<Station> {
     parse_with_strategy(text, name, overrides).map(|(station, _)| station)
 }
 
-/// As [`parse`], with the strategy that the file names.
+/// Like [`parse`], but also returns the strategy that the file names.
 ///
 /// # Errors
-/// As for [`parse`].
+/// See [`parse`].
 pub fn parse_with_strategy(
     text: &str,
     name: &str,
@@ -153,7 +153,7 @@ fn read(root: &Section, overrides: Overrides) -> Result<Station> {
     };
     let (belt, robots) = read_station(root, overrides, &place)?;
     if overrides.belt_speed.is_some() {
-        // The file may well be right; it is the flag that asks for too much.
+        // The file itself may be right, so blame the flag.
         for robot in robots.iter().filter(|robot| robot.speed > 0.0) {
             outruns(&|| "--belt-speed".to_owned(), robot, &belt)?;
         }
@@ -181,7 +181,7 @@ fn read_station(
                 return Err(Error::input(
                     "--robots",
                     format!("`{}` lists its robots one by one", root.file.name),
-                    "drop the flag, or describe like robots by a [line] table",
+                    "drop the flag, or describe identical robots with a [line] table",
                 ));
             }
             let robots = read_robots(root)?;
@@ -190,7 +190,7 @@ fn read_station(
         (None, Some(_)) => {
             let line = read_line(&root.section("line")?, overrides)?;
             line.check(place)?;
-            // What follows from the line is blamed on its keys.
+            // Errors in derived values are reported at the keys of the line.
             for i in 0..line.robots {
                 root.file.alias(&format!("robot[{i}].speed"), "line.speed");
                 root.file.alias(&format!("robot[{i}].base"), "line");
@@ -213,7 +213,7 @@ fn read_station(
             return Err(Error::input(
                 root.file.name,
                 "the file has no robots",
-                "add [[robot]] tables, or a [line] of like robots",
+                "add [[robot]] tables, or a [line] table for identical robots",
             ));
         }
     };
@@ -282,8 +282,7 @@ fn read_line(line: &Section, overrides: Overrides) -> Result<Line> {
     })
 }
 
-/// The station as TOML, every value resolved; [`parse`] reads it back to an equal
-/// station.
+/// The station as TOML with every value resolved. [`parse`] reads it back as an equal station.
 pub fn to_toml(station: &Station) -> String {
     let belt = station.belt();
     let mut text = format!(
@@ -310,7 +309,7 @@ pub fn to_toml(station: &Station) -> String {
     text
 }
 
-/// A station file with every key explained, equal to the built-in `paper`.
+/// A station file that explains every key, equivalent to the built-in `paper`.
 pub fn commented_example() -> &'static str {
     include_str!("example.toml")
 }
@@ -404,13 +403,13 @@ mod tests {
             ("robots", "1000000000", "1000000000 robots"),
             ("robots", "2.5", "2.5 is not a valid count"),
             ("first_base_x", "nan", "NaN"),
-            ("spacing", "-1", "-1 is not a length"),
+            ("spacing", "-1", "-1 is not a valid length"),
             ("base_offset", "1e300", "1e300 is not a position"),
-            ("tail", "inf", "inf is not a length"),
+            ("tail", "inf", "inf is not a valid length"),
             ("reach", "0", "0 is not a usable size"),
             ("speed", "1e400", "1e400 is not a number"),
             ("speed", "0.05", "not faster than the belt"),
-            ("grasp_time", "-0.1", "-0.1 is not a dwell time"),
+            ("grasp_time", "-0.1", "-0.1 is not a valid dwell time"),
         ] {
             let line = line_of(key);
             let mut lines: Vec<_> = good.lines().map(str::to_owned).collect();

@@ -1,30 +1,30 @@
-//! Belt, robot and the validated station.
+//! The belt, the robots and the validated station.
 
 use crate::error::{Error, Result, shown, shown_number};
 use crate::kinematics;
 use crate::names::check_name;
 use nalgebra::{Point2, Vector2};
 
-/// Lengths and times past this [m, s, m/s] are refused: no real line has them, and
-/// the closed forms square them.
+/// Larger lengths, times and speeds [m, s, m/s] are rejected: no real line has them, and the closed
+/// forms square them.
 const LARGEST: f64 = 1e6;
-/// Speeds and lengths below this are refused, for the same reason.
+/// Smaller speeds and lengths are rejected for the same reason.
 const SMALLEST: f64 = 1e-6;
-/// How much faster than the belt an arm must be. The closed forms divide by the
-/// difference of the squared speeds, and need a few of its digits; no real arm is
-/// closer to its belt than this.
+/// Minimum ratio of arm speed to belt speed. The closed forms divide by the difference of the
+/// squared speeds and need a few significant digits of it; no real arm is this close to the speed
+/// of its belt.
 const LEAD: f64 = 1.0 + 1e-6;
-/// More robots than this on one belt are taken for a slip of the pen.
+/// More robots than this on one belt are treated as a typing mistake.
 const MOST_ROBOTS: usize = 100;
 
-/// The conveyor: it covers `0 <= x <= length`, `|y| <= width / 2` and moves along +x.
+/// The conveyor. It covers `0 <= x <= length`, `|y| <= width / 2` and moves along +x.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Belt {
     /// Speed along +x [m/s].
     pub speed: f64,
     /// Length along x [m].
     pub length: f64,
-    /// Width across [m].
+    /// Width along y [m].
     pub width: f64,
 }
 
@@ -39,20 +39,20 @@ pub struct Robot {
     pub bin: Point2<f64>,
     /// Radius of the workspace around the base [m].
     pub reach: f64,
-    /// End-effector speed [m/s], above the belt's.
+    /// End-effector speed [m/s], greater than that of the belt.
     pub speed: f64,
-    /// Dwell at the grasp [s].
+    /// Dwell time at the grasp [s].
     pub grasp_time: f64,
-    /// Dwell at the release [s].
+    /// Dwell time at the release [s].
     pub release_time: f64,
 }
 
 impl Robot {
-    /// Departure window `[open, close]` [s] of an item that was at (`x0`, `y`) [m]
-    /// at time 0: the departures at which this robot still meets it inside its
-    /// workspace, ends included. The item is in the robot's *extended workspace*
-    /// (Jermann et al., section on the custom environment) exactly while the
-    /// departure time lies in it. None when the robot can never reach the item.
+    /// Departure window `[open, close]` [s] of an item that was at (`x0`, `y`) [m] at time 0: the
+    /// departure times at which this robot still meets it inside its workspace, ends included. The
+    /// item is in the robot's *extended workspace* (Jermann et al., section on the custom
+    /// environment) exactly while the departure time lies in the window. `None` if the robot can
+    /// never reach the item.
     pub fn departure_window(&self, belt: &Belt, x0: f64, y: f64) -> Option<(f64, f64)> {
         let (x_in, x_out) =
             kinematics::meeting_range(self.base.x, self.base.y, self.reach, y, belt.length)?;
@@ -62,13 +62,13 @@ impl Robot {
             return None;
         }
         let open = kinematics::departure_time(x_in, x0, y, bin, belt.speed, self.speed).max(0.0);
-        // Rounding can turn a window of hardly more than a point inside out; the model
-        // knows no such window, so it is the point.
+        // Rounding can swap the ends of a window that is barely more than a point. The model has no
+        // such window, so it becomes a point.
         Some((open.min(close), close))
     }
 }
 
-/// A validated station: belt and robots, upstream to downstream.
+/// A validated station: the belt and its robots, from upstream to downstream.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Station {
     belt: Belt,
@@ -76,17 +76,17 @@ pub struct Station {
 }
 
 impl Station {
-    /// Checks belt and robots and makes a station of them.
+    /// Creates a station after validating the belt and the robots.
     ///
     /// # Errors
-    /// Anything that the model forbids: a size that is not a positive, finite number,
-    /// an arm that is not faster than the belt, robots out of order, a name twice.
+    /// If the model forbids a value: a size that is not a positive finite number, an arm that is
+    /// not faster than the belt, robots out of order, or a duplicate name.
     pub fn new(belt: Belt, robots: Vec<Robot>) -> Result<Self> {
         Self::checked(belt, robots, &|key| key.to_owned())
     }
 
-    /// As [`Station::new`]; `place` turns a key such as `robot[1].reach` into the
-    /// place that messages name (a file adds its name and line).
+    /// Like [`Station::new`]; `place` turns a key such as `robot[1].reach` into the place that
+    /// messages name, for example with the file name and line.
     pub(super) fn checked(
         belt: Belt,
         robots: Vec<Robot>,
@@ -106,7 +106,7 @@ impl Station {
         Ok(Self { belt, robots })
     }
 
-    /// The belt.
+    /// The belt under the robots.
     pub fn belt(&self) -> &Belt {
         &self.belt
     }
@@ -116,7 +116,7 @@ impl Station {
         &self.robots
     }
 
-    /// Whether every arm outruns a belt of this speed [m/s].
+    /// Whether every arm is faster than a belt with this speed [m/s].
     pub fn outruns(&self, belt_speed: f64) -> bool {
         self.robots.iter().all(|robot| has_lead(robot, belt_speed))
     }
@@ -124,7 +124,7 @@ impl Station {
     /// The same station with another belt speed [m/s].
     ///
     /// # Errors
-    /// A speed that is not positive or that some arm does not exceed.
+    /// If the speed is not positive or not below that of every arm.
     pub fn with_belt_speed(&self, speed: f64) -> Result<Self> {
         let belt = Belt { speed, ..self.belt };
         Self::checked(belt, self.robots.clone(), &|key| match key {
@@ -133,10 +133,10 @@ impl Station {
         })
     }
 
-    /// The same line with this reach [m] for every robot; the belt stays as it is.
+    /// The same station with this reach [m] for every robot. The belt does not change.
     ///
     /// # Errors
-    /// A reach that is no length.
+    /// If the reach is not a valid length.
     pub fn with_reach(&self, reach: f64) -> Result<Self> {
         let robot = |robot: &Robot| Robot {
             reach,
@@ -145,11 +145,12 @@ impl Station {
         Self::new(self.belt, self.robots.iter().map(robot).collect())
     }
 
-    /// The same robots with their bases this far apart along the belt [m], the first
-    /// where it is; bins move with their robots and the belt's end with the last one.
+    /// The same robots with their bases this far apart along the belt [m]. The first robot stays
+    /// where it is, the bins move with their robots, and the end of the belt moves with the last
+    /// robot.
     ///
     /// # Errors
-    /// A spacing that is no distance.
+    /// If the spacing is not a valid distance.
     pub fn with_spacing(&self, spacing: f64) -> Result<Self> {
         let first = self.robots[0].base.x;
         let mut moved = 0.0;
@@ -169,7 +170,7 @@ impl Station {
         Self::new(belt, robots)
     }
 
-    /// The end-effector speed [m/s] of the slowest arm: belt speeds must stay below.
+    /// The end-effector speed [m/s] of the slowest arm; the belt must be slower.
     pub fn slowest_arm(&self) -> f64 {
         self.robots
             .iter()
@@ -201,7 +202,7 @@ fn check_robot(
     outruns(&|| place(&key("speed")), robot, belt)?;
     if let Err(bad) = check_name(&robot.name) {
         let cure = format!(
-            "give every robot a name of its own; expected {}",
+            "give every robot a unique name; expected {}",
             bad.expected
         );
         return Err(Error::input(place(&key("name")), bad.problem, cure));
@@ -210,7 +211,7 @@ fn check_robot(
         return Err(Error::input(
             place(&key("name")),
             format!("two robots are named `{}`", shown(&robot.name)),
-            "give every robot a name of its own",
+            "give every robot a unique name",
         ));
     }
     if let Some(before) = upstream.last()
@@ -219,20 +220,20 @@ fn check_robot(
         return Err(Error::input(
             place(&key("base")),
             format!(
-                "robot `{}` at x = {} m stands upstream of `{}` at x = {} m, which is listed before it",
+                "robot `{}` at x = {} m is upstream of `{}` at x = {} m, which is listed before it",
                 shown(&robot.name),
                 shown_number(robot.base.x),
                 shown(&before.name),
                 shown_number(before.base.x)
             ),
-            "list robots upstream to downstream, that is by base x",
+            "list the robots from upstream to downstream, by base x",
         ));
     }
     Ok(())
 }
 
-/// A number of robots that a station can have. To be asked before that many are made:
-/// a slip such as 1000000000 must not fill the memory.
+/// Checks the number of robots. Call it before the robots are created: a typing mistake such as
+/// 1000000000 must not fill the memory.
 pub(super) fn check_count(place: &dyn Fn(&str) -> String, robots: usize) -> Result<()> {
     if (1..=MOST_ROBOTS).contains(&robots) {
         return Ok(());
@@ -240,7 +241,7 @@ pub(super) fn check_count(place: &dyn Fn(&str) -> String, robots: usize) -> Resu
     Err(Error::input(
         place("robot"),
         if robots == 0 {
-            "0 robots: the station has no robot".to_owned()
+            "the station has no robots".to_owned()
         } else {
             format!("{robots} robots on one line")
         },
@@ -252,7 +253,7 @@ fn has_lead(robot: &Robot, belt_speed: f64) -> bool {
     robot.speed >= belt_speed * LEAD
 }
 
-/// The model needs every arm to be faster than the belt.
+/// Checks that the arm is faster than the belt, as the model requires.
 pub(super) fn outruns(place: &dyn Fn() -> String, robot: &Robot, belt: &Belt) -> Result<()> {
     if has_lead(robot, belt.speed) {
         return Ok(());
@@ -260,16 +261,16 @@ pub(super) fn outruns(place: &dyn Fn() -> String, robot: &Robot, belt: &Belt) ->
     Err(Error::input(
         place(),
         format!(
-            "the arm of robot `{}` moves at {} m/s, not faster than the belt at {} m/s",
+            "the arm of robot `{}` moves at {} m/s, which is not faster than the belt at {} m/s",
             shown(&robot.name),
             shown_number(robot.speed),
             shown_number(belt.speed)
         ),
-        "an arm must outrun the belt: slow the belt or give a faster arm",
+        "every arm must be faster than the belt; use a slower belt or a faster arm",
     ))
 }
 
-/// A speed or length that the closed forms can square.
+/// Checks a speed or length that the closed forms square.
 pub(super) fn positive(place: &dyn Fn(&str) -> String, key: &str, value: f64) -> Result<()> {
     if (SMALLEST..=LARGEST).contains(&value) {
         return Ok(());
@@ -281,38 +282,38 @@ pub(super) fn positive(place: &dyn Fn(&str) -> String, key: &str, value: f64) ->
     ))
 }
 
-/// A coordinate.
+/// Checks a coordinate.
 pub(super) fn position(place: &dyn Fn(&str) -> String, key: &str, value: f64) -> Result<()> {
     if (-LARGEST..=LARGEST).contains(&value) {
         return Ok(());
     }
     Err(Error::input(
         place(key),
-        format!("{} is not a position on any line", shown_number(value)),
+        format!("{} is not a valid position", shown_number(value)),
         format!("give metres, within +/-{LARGEST:e}"),
     ))
 }
 
-/// A length that may be 0.
+/// Checks a length that may be 0.
 pub(super) fn distance(place: &dyn Fn(&str) -> String, key: &str, value: f64) -> Result<()> {
     if (0.0..=LARGEST).contains(&value) {
         return Ok(());
     }
     Err(Error::input(
         place(key),
-        format!("{} is not a length", shown_number(value)),
+        format!("{} is not a valid length", shown_number(value)),
         format!("give metres, from 0 to {LARGEST:e}"),
     ))
 }
 
-/// A time that may be 0.
+/// Checks a time that may be 0.
 pub(super) fn dwell(place: &dyn Fn(&str) -> String, key: &str, value: f64) -> Result<()> {
     if (0.0..=LARGEST).contains(&value) {
         return Ok(());
     }
     Err(Error::input(
         place(key),
-        format!("{} is not a dwell time", shown_number(value)),
+        format!("{} is not a valid dwell time", shown_number(value)),
         format!("give seconds, from 0 to {LARGEST:e}"),
     ))
 }
@@ -354,7 +355,7 @@ mod tests {
     fn no_window_for_what_is_out_of_reach_or_past() {
         let robot = robot("a", 1.3);
         assert!(robot.departure_window(&BELT, 0.0, 0.3).is_none());
-        // Placed past the workspace: it could only have been met before time 0.
+        // Beyond the workspace: the robot could only have met it before time 0.
         assert!(robot.departure_window(&BELT, 5.0, 0.0).is_none());
     }
 
@@ -408,7 +409,7 @@ mod tests {
         }
         let station = Station::new(BELT, vec![robot("a", 1.0)]).unwrap();
         assert!(station.with_belt_speed(0.4999).is_ok());
-        // Here the difference of the squares has lost all its digits.
+        // Here the difference of the squares has lost all significant digits.
         for speed in [
             0.5f64.next_down(),
             0.5,

@@ -1,43 +1,41 @@
-//! A line of like robots on alternating sides of the belt.
+//! A line of identical robots on alternating sides of the belt.
 
 use super::geometry::{Belt, Robot, check_count, distance, dwell, position, positive};
 use crate::error::Result;
 use nalgebra::Point2;
 
-/// Like robots at equal spacing, alternating sides, the first at y < 0
-/// (Jermann et al.: identical agents "lined up on both sides of the conveyor belt in
-/// alternating fashion").
+/// Identical robots at equal spacing on alternating sides, the first at y < 0 (Jermann et al.:
+/// identical agents "lined up on both sides of the conveyor belt in alternating fashion").
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Line {
-    /// How many.
+    /// Number of robots.
     pub robots: usize,
     /// x of the first base [m].
     pub first_base_x: f64,
-    /// Between neighbouring bases along x [m].
+    /// Distance between neighbouring bases along x [m].
     pub spacing: f64,
-    /// Base behind the belt's edge [m].
+    /// Distance of the bases from the belt's edge, outwards [m].
     pub base_offset: f64,
-    /// Bin behind the belt's edge, at the base's x [m].
+    /// Distance of the bins from the belt's edge, outwards, at the base's x [m].
     pub bin_offset: f64,
-    /// Belt after the last base x + reach [m].
+    /// Length of belt after the last base x + reach [m].
     pub tail: f64,
-    /// Reach of each [m].
+    /// Reach of each robot [m].
     pub reach: f64,
-    /// End-effector speed of each [m/s].
+    /// End-effector speed of each robot [m/s].
     pub speed: f64,
-    /// Dwell at the grasp [s].
+    /// Dwell time at the grasp [s].
     pub grasp_time: f64,
-    /// Dwell at the release [s].
+    /// Dwell time at the release [s].
     pub release_time: f64,
 }
 
 impl Line {
-    /// Checks the line's own values, so that errors name them and not what follows
-    /// from them; `place` turns a key such as `line.reach` into the place that
-    /// messages name.
+    /// Checks the line's own values, so that errors name them rather than the values derived from
+    /// them. `place` turns a key such as `line.reach` into the place that messages name.
     ///
     /// # Errors
-    /// The first value that makes no line.
+    /// The first invalid value.
     pub(super) fn check(&self, place: &dyn Fn(&str) -> String) -> Result<()> {
         check_count(place, self.robots)?;
         position(place, "line.first_base_x", self.first_base_x)?;
@@ -51,12 +49,12 @@ impl Line {
         dwell(place, "line.release_time", self.release_time)
     }
 
-    /// x of the base of robot `index` [m].
+    /// x of the base of the robot with this index [m].
     fn base_x(&self, index: usize) -> f64 {
         self.first_base_x + index as f64 * self.spacing
     }
 
-    /// Belt length that follows from the line [m].
+    /// Belt length derived from the line [m].
     pub fn belt_length(&self) -> f64 {
         self.base_x(self.robots.saturating_sub(1)) + self.reach + self.tail
     }
@@ -81,7 +79,7 @@ impl Line {
             .collect()
     }
 
-    /// The belt under this line.
+    /// The belt of this line, with the given speed [m/s] and width [m].
     pub fn belt(&self, speed: f64, width: f64) -> Belt {
         Belt {
             speed,

@@ -1,6 +1,6 @@
 //! The station: a belt and the robots along it.
 //!
-//! A [`Station`] can only be had validated; nothing downstream re-checks it.
+//! A [`Station`] is always valid; code that receives one need not check it again.
 
 mod builtin;
 mod edit;

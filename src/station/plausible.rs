@@ -1,4 +1,4 @@
-//! What of a station is not plausible, though the model allows it.
+//! Warnings about station values that the model allows but that are implausible.
 
 use super::geometry::{Robot, Station};
 use crate::error::{shown, shown_number};
@@ -8,12 +8,12 @@ use crate::plausible::{
     question,
 };
 
-/// A camera further upstream than this [m] belongs to another line.
+/// A camera further upstream than this [m] does not belong to this line.
 const FURTHEST_UPSTREAM: f64 = 25.0;
 
 impl Station {
-    /// What is most likely wrong, `name` being how the user knows the station. Every kind
-    /// of warning is given for the first robot that it concerns.
+    /// The implausible values of the station, which the user knows as `name`. Each kind of warning
+    /// is given only for the first robot that it concerns.
     pub fn warnings(&self, name: &str) -> Vec<Warning> {
         let belt = self.belt();
         let place = |key: &str| format!("{name}: {key}");
@@ -53,7 +53,7 @@ impl Station {
         list
     }
 
-    /// A robot that reaches no part of the belt.
+    /// Warns about a robot that cannot reach the belt.
     fn check_base(&self, robot: &Robot, at: &str) -> Option<Warning> {
         let belt = self.belt();
         let touches = |x: f64, y: f64, reach: f64| {
@@ -66,7 +66,7 @@ impl Station {
         }
         let size = x.abs().max(y.abs());
         let problem = format!(
-            "its base at ({}, {}) m is further from the belt than its reach of {} m{}",
+            "its base at ({}, {}) m is farther from the belt than its reach of {} m{}",
             shown_number(x),
             shown_number(y),
             shown_number(robot.reach),
@@ -74,12 +74,12 @@ impl Station {
                 size > 5.0 && slips(x, y, factor).any(|(x, y)| touches(x, y, robot.reach))
             }),
         );
-        let cure = "give base and reach in metres, y from the belt's centre line; or leave the \
-                    robot out, as it picks nothing";
+        let cure = "give base and reach in metres, y from the belt's centre line; or remove the \
+                    robot, which cannot pick anything";
         Some(Warning::new(format!("{at}, base"), problem, cure))
     }
 
-    /// What is most likely wrong with a camera at `x` [m], which `place` asks for.
+    /// Warns about an implausible camera position `x` [m], which comes from `place`.
     pub fn check_camera(&self, place: &str, x: f64) -> Option<Warning> {
         let length = self.belt().length;
         let fits = |x: f64| (-FURTHEST_UPSTREAM..=length).contains(&x);
@@ -92,13 +92,13 @@ impl Station {
             shown_number(length),
             question(x, "m", LENGTHS, |factor| fits(x * factor)),
         );
-        let cure = "give the place along the belt in metres, negative upstream of its start; \
-                    beyond its end no item is ever seen";
+        let cure = "give the position along the belt in metres, negative upstream of its start; \
+                    a camera beyond its end never sees an item";
         Some(Warning::new(place, problem, cure))
     }
 }
 
-/// The place (x, y) with both coordinates in another unit, or with the larger one alone.
+/// The point (x, y) with both coordinates converted from another unit, or only the larger one.
 fn slips(x: f64, y: f64, factor: f64) -> impl Iterator<Item = (f64, f64)> {
     let one = match x.abs() > y.abs() {
         true => (x * factor, y),
@@ -107,18 +107,18 @@ fn slips(x: f64, y: f64, factor: f64) -> impl Iterator<Item = (f64, f64)> {
     [(x * factor, y * factor), one].into_iter()
 }
 
-/// A bin that its robot cannot reach.
+/// Warns about a bin that its robot cannot reach.
 fn check_bin(robot: &Robot, at: &str) -> Option<Warning> {
     let away = |bin: (f64, f64)| distance(bin.0 - robot.base.x, bin.1 - robot.base.y);
     let bin = (robot.bin.x, robot.bin.y);
-    // Rounding must not make a warning of a bin at the edge.
+    // Rounding must not cause a warning about a bin exactly at the limit.
     let within = |bin| away(bin) <= robot.reach * (1.0 + 1e-9);
     if within(bin) {
         return None;
     }
     let size = bin.0.abs().max(bin.1.abs());
     let problem = format!(
-        "its bin is {:.3} m from its base, further than its reach of {} m{}",
+        "its bin is {:.3} m from its base, beyond its reach of {} m{}",
         away(bin),
         shown_number(robot.reach),
         question(size, "m", LENGTHS, |factor| {
@@ -139,7 +139,7 @@ mod tests {
         BUILT_INS[0].station(None).unwrap()
     }
 
-    /// The station with its belt or its first robot changed.
+    /// Warnings for the station with its belt or its first robot changed.
     fn changed(belt: impl Fn(&mut Belt), robot: impl Fn(&mut Robot)) -> Vec<Warning> {
         let (mut its_belt, mut robots) = (*paper().belt(), paper().robots().to_vec());
         belt(&mut its_belt);

@@ -75,7 +75,7 @@ fn what_is_not_certain_is_refused() {
         ),
         (
             "id,x,x_mm,y\na,0,0,0\n",
-            &["t:1: column 3", "`x` is there twice"],
+            &["t:1: column 3", "duplicate column `x`"],
         ),
         (
             "id,x,y\n#1,0,0.1\nb,-1,0\n",

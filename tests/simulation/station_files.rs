@@ -24,8 +24,8 @@ fn with_line(key: &str, value: &str) -> String {
 
 #[test]
 fn every_value_of_a_line_is_held_to_its_limits() {
-    let (size, length) = ("is not a usable size", "is not a length");
-    let (place, time) = ("is not a position on any line", "is not a dwell time");
+    let (size, length) = ("is not a usable size", "is not a valid length");
+    let (place, time) = ("is not a valid position", "is not a valid dwell time");
     for (key, good, bad, words) in [
         ("robots", ["1", "100"], ["0", "101"], "robots"),
         ("first_base_x", ["-1e4", "1e4"], ["-2e6", "2e6"], place),
@@ -179,8 +179,8 @@ fn what_follows_from_a_line_is_blamed_on_it() {
     assert!(with_length != far && wide.contains("1000.0"));
     for (text, words) in [
         (far, "is not a usable size"),
-        (with_length, "is not a position on any line"),
-        (wide, "is not a position on any line"),
+        (with_length, "is not a valid position"),
+        (wide, "is not a valid position"),
     ] {
         let message = parse(&text, "t", PLAIN).unwrap_err().to_string();
         assert!(

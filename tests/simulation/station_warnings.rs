@@ -35,14 +35,14 @@ fn bases_that_reach_no_belt_are_warned_of() {
             4.3,
             0.9,
             0.49,
-            Some("is further from the belt than its reach"),
+            Some("is farther from the belt than its reach"),
         ),
         (-0.3, -0.9, 0.51, None),
         (
             -0.3,
             -0.9,
             0.49,
-            Some("is further from the belt than its reach"),
+            Some("is farther from the belt than its reach"),
         ),
     ] {
         let warning = warned(x, y, reach);

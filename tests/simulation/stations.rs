@@ -40,8 +40,8 @@ fn with(change: impl Fn(&mut Belt, &mut Robot)) -> Result<Station> {
 fn every_value_of_a_station_is_held_to_its_limits() {
     type Set = fn(&mut Belt, &mut Robot, f64);
     let size = "is not a usable size";
-    let place = "is not a position on any line";
-    let time = "is not a dwell time";
+    let place = "is not a valid position";
+    let time = "is not a valid dwell time";
     let none = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
     // Key, how it is set, values at the limits, values past them, and what is said of those.
     type Limits = (&'static str, Set, [f64; 2], [f64; 2], &'static str);

@@ -30,7 +30,7 @@ fn ways_that_are_not_gone_are_refuted() {
         (
             "a grasp that never comes",
             |_, d| d.picks[0].grasp = f64::INFINITY,
-            "inf, 5.633333333333333] are not times of a run",
+            "inf, 5.633333333333333] are not possible in a run",
         ),
         (
             "a decision at no time",
@@ -40,12 +40,12 @@ fn ways_that_are_not_gone_are_refuted() {
         (
             "too quick a way",
             |_, d| d.picks[0].decide += 1e-6,
-            "the way of 0.3 m does not take",
+            "travelling 0.3 m does not take",
         ),
         (
             "too slow a way",
             |_, d| d.picks[0].decide -= 1e-6,
-            "the way of 0.3 m does not take",
+            "travelling 0.3 m does not take",
         ),
         (
             "too quick a way to a grasp that fails",
@@ -55,27 +55,27 @@ fn ways_that_are_not_gone_are_refuted() {
         (
             "an early release",
             |_, d| d.picks[0].release -= 1e-6,
-            "it is back at 5.633333333333333 s, not 5.6333323333",
+            "it returns at 5.633333333333333 s, not 5.6333323333",
         ),
         (
             "a late release",
             |_, d| d.picks[0].release += 1e-6,
-            "it is back at 5.633333333333333 s, not 5.6333343333",
+            "it returns at 5.633333333333333 s, not 5.6333343333",
         ),
         (
             "a late release after a grasp that fails",
             |_, d| d.failures[0].attempt.release += 1e-6,
-            "it is back at",
+            "it returns at",
         ),
         (
             "a meeting point ahead of the item",
             |b, d| d.picks[0] = b.trip(0, 0, Point2::new(1.51, -0.2), 5.0),
-            "it meets at (1.51, -0.2) while the item is at (1.5, -0.2)",
+            "it grasps at (1.51, -0.2) while the item is at (1.5, -0.2)",
         ),
         (
             "a meeting point beside the item",
             |b, d| d.picks[0] = b.trip(0, 0, Point2::new(1.5, -0.21), 5.0),
-            "it meets at (1.5, -0.21) while the item is at (1.5, -0.2)",
+            "it grasps at (1.5, -0.21) while the item is at (1.5, -0.2)",
         ),
         (
             "a grasp beside the item that fails",
@@ -83,7 +83,7 @@ fn ways_that_are_not_gone_are_refuted() {
                 let grasp = d.failures[0].attempt.grasp;
                 d.failures[0].attempt = b.trip(1, 4, Point2::new(1.1, 0.01), grasp);
             },
-            "it meets at (1.1, 0.01) while the item is at",
+            "it grasps at (1.1, 0.01) while the item is at",
         ),
     ];
     assert_refuted(&bends);
@@ -168,7 +168,7 @@ fn a_decision_before_the_start_is_refuted() {
     };
     with(0.41).unwrap();
     let message = with(0.2).unwrap_err().to_string();
-    assert!(message.contains("are not times of a run"), "{message}");
+    assert!(message.contains("are not possible in a run"), "{message}");
 }
 
 /// Infinite times would be within any tolerance.
@@ -179,7 +179,7 @@ fn a_release_that_never_comes_is_refuted() {
     outcome.failures[2].attempt.release = f64::INFINITY;
     let message = check(&bench.station, &bench.pattern, &outcome);
     let message = message.unwrap_err().to_string();
-    assert!(message.contains("inf] are not times of a run"), "{message}");
+    assert!(message.contains("inf] are not possible in a run"), "{message}");
 }
 
 #[test]

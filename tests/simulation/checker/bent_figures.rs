@@ -30,62 +30,62 @@ fn wrong_figures_are_refuted() {
         (
             "an item more",
             |o| o.figures.items += 1,
-            "items is given as 8 but is 7",
+            "items is reported as 8, but is 7",
         ),
         (
             "an item less",
             |o| o.figures.items -= 1,
-            "items is given as 6 but is 7",
+            "items is reported as 6, but is 7",
         ),
         (
             "a pick more",
             |o| o.figures.picked += 1,
-            "picked is given as 6 but is 5",
+            "picked is reported as 6, but is 5",
         ),
         (
             "a pick less",
             |o| o.figures.picked -= 1,
-            "picked is given as 4 but is 5",
+            "picked is reported as 4, but is 5",
         ),
         (
             "more weight",
             |o| o.figures.weight += 1e-6,
-            "weight is given as 3.750001 but is 3.75",
+            "weight is reported as 3.750001, but is 3.75",
         ),
         (
             "less weight",
             |o| o.figures.weight -= 1e-6,
-            "weight is given as 3.749999 but is 3.75",
+            "weight is reported as 3.749999, but is 3.75",
         ),
         (
             "no weight",
             |o| o.figures.weight = f64::NAN,
-            "weight is given as NaN but is 3.75",
+            "weight is reported as NaN, but is 3.75",
         ),
         (
             "a late end",
             |o| o.figures.end += 1e-6,
-            "end is given as 30.000001 but is 30",
+            "end is reported as 30.000001, but is 30",
         ),
         (
             "an early end",
             |o| o.figures.end -= 1e-6,
-            "end is given as 29.999999 but is 30",
+            "end is reported as 29.999999, but is 30",
         ),
         (
             "no end",
             |o| o.figures.end = f64::NAN,
-            "end is given as NaN but is 30",
+            "end is reported as NaN, but is 30",
         ),
         (
             "a robot less",
             |o| o.robots.truncate(1),
-            "figures of 1 robot are given but there are 2",
+            "there are figures for 1 robot, but the station has 2",
         ),
         (
             "a robot more",
             |o| o.robots.push(RobotFigures::default()),
-            "figures of 3 robots are given but there are 2",
+            "there are figures for 3 robots, but the station has 2",
         ),
         // The sums stay as they are.
         (
@@ -94,7 +94,7 @@ fn wrong_figures_are_refuted() {
                 o.robots[0].picked -= 1;
                 o.robots[1].picked += 1;
             },
-            "picks of robot 0 is given as 2 but is 3",
+            "picks of robot 0 is reported as 2, but is 3",
         ),
         (
             "a failure of the other robot",
@@ -102,7 +102,7 @@ fn wrong_figures_are_refuted() {
                 o.robots[0].failed += 1;
                 o.robots[1].failed -= 1;
             },
-            "failed attempts of robot 0 is given as 2 but is 1",
+            "failed attempts of robot 0 is reported as 2, but is 1",
         ),
         (
             "a weight of the other robot",
@@ -110,7 +110,7 @@ fn wrong_figures_are_refuted() {
                 o.robots[0].weight += 0.5;
                 o.robots[1].weight -= 0.5;
             },
-            "weight of robot 0 is given as 2.75 but is 2.25",
+            "weight of robot 0 is reported as 2.75, but is 2.25",
         ),
         (
             "time of the other robot",
@@ -118,48 +118,48 @@ fn wrong_figures_are_refuted() {
                 o.robots[0].busy += 0.5;
                 o.robots[1].busy -= 0.5;
             },
-            "busy time of robot 0 is given as",
+            "busy time of robot 0 is reported as",
         ),
         (
             "all swapped",
             |o| o.robots.swap(0, 1),
-            "picks of robot 0 is given as 2 but is 3",
+            "picks of robot 0 is reported as 2, but is 3",
         ),
         // Each robot's, the last too.
         (
             "picks",
             |o| o.robots[1].picked -= 1,
-            "picks of robot 1 is given as 1 but is 2",
+            "picks of robot 1 is reported as 1, but is 2",
         ),
         (
             "failures",
             |o| o.robots[1].failed -= 1,
-            "failed attempts of robot 1 is given as 1 but is 2",
+            "failed attempts of robot 1 is reported as 1, but is 2",
         ),
         (
             "weight",
             |o| o.robots[1].weight -= 0.5,
-            "weight of robot 1 is given as 1 but is 1.5",
+            "weight of robot 1 is reported as 1, but is 1.5",
         ),
         (
             "weight that is not a number",
             |o| o.robots[1].weight = f64::NAN,
-            "weight of robot 1 is given as NaN but is 1.5",
+            "weight of robot 1 is reported as NaN, but is 1.5",
         ),
         (
             "more busy",
             |o| o.robots[1].busy += 1e-6,
-            "busy time of robot 1 is given as",
+            "busy time of robot 1 is reported as",
         ),
         (
             "less busy",
             |o| o.robots[1].busy -= 1e-6,
-            "busy time of robot 1 is given as",
+            "busy time of robot 1 is reported as",
         ),
         (
             "never free",
             |o| o.robots[1].busy = f64::INFINITY,
-            "busy time of robot 1 is given as inf but is",
+            "busy time of robot 1 is reported as inf, but is",
         ),
         (
             "without the failed attempts",
@@ -169,7 +169,7 @@ fn wrong_figures_are_refuted() {
                     o.robots[of.robot].busy -= of.release - of.decide;
                 }
             },
-            "busy time of robot 0 is given as",
+            "busy time of robot 0 is reported as",
         ),
     ];
     for (name, bend, words) in bends {
@@ -221,7 +221,7 @@ fn the_end_is_that_of_the_last_event() {
             outcome.figures.end += bent;
             let refuted = check(&bench.station, &bench.pattern, &outcome);
             let message = refuted.expect_err(name).to_string();
-            assert!(message.contains("end is given as"), "{name}: {message}");
+            assert!(message.contains("end is reported as"), "{name}: {message}");
         }
     }
 }

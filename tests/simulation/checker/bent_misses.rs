@@ -13,7 +13,7 @@ const fn miss(item: u32, reason: MissReason) -> Miss {
 
 #[test]
 fn lists_of_other_items_are_refuted() {
-    let words = "2 items were not picked, 2 are listed as missed, or others";
+    let words = "the missed items do not match: 2 items were not picked, 2 are listed as missed";
     let bends: [Bent; 6] = [
         (
             "a miss left out",
@@ -45,32 +45,32 @@ fn wrong_reasons_are_refuted() {
         (
             "an item in reach",
             |_, d| d.missed[1].reason = MissReason::Unreachable,
-            "item 6 is listed as unreachable but a robot can meet it",
+            "item 6 is listed as unreachable, but a robot can meet it",
         ),
         (
             "an attempted item in reach",
             |_, d| d.missed[0].reason = MissReason::Unreachable,
-            "item 5 is listed as unreachable but a robot can meet it",
+            "item 5 is listed as unreachable, but a robot can meet it",
         ),
         (
             "failures where there were none",
             |_, d| d.missed[1].reason = MissReason::GraspFailed,
-            "item 6 is listed as grasp_failed but was not attempted",
+            "item 6 is listed as grasp_failed, but was not attempted",
         ),
         (
             "failures that are not a reason: busy",
             |_, d| d.missed[0].reason = MissReason::Busy,
-            "item 5 is listed as busy but was attempted",
+            "item 5 is listed as busy, but was attempted",
         ),
         (
             "failures that are not a reason: passed over",
             |_, d| d.missed[0].reason = MissReason::PassedOver,
-            "item 5 is listed as passed_over but was attempted",
+            "item 5 is listed as passed_over, but was attempted",
         ),
         (
             "failures that are not a reason: unseen",
             |_, d| d.missed[0].reason = MissReason::Unseen,
-            "item 5 is listed as unseen but was attempted",
+            "item 5 is listed as unseen, but was attempted",
         ),
         (
             "one attempt is enough",
@@ -78,7 +78,7 @@ fn wrong_reasons_are_refuted() {
                 d.failures.truncate(2);
                 d.missed[0].reason = MissReason::Busy;
             },
-            "item 5 is listed as busy but was attempted",
+            "item 5 is listed as busy, but was attempted",
         ),
     ];
     assert_refuted(&bends);
@@ -240,12 +240,12 @@ fn unreachable_is_what_no_robot_can_meet() {
             true => (
                 listed(MissReason::Busy),
                 listed(MissReason::Unreachable),
-                "item 0 is listed as unreachable but a robot can meet it",
+                "item 0 is listed as unreachable, but a robot can meet it",
             ),
             false => (
                 listed(MissReason::Unreachable),
                 listed(MissReason::Busy),
-                "item 0 is listed as busy but no robot can meet it",
+                "item 0 is listed as busy, but no robot can meet it",
             ),
         };
         right.expect(place.name);
@@ -282,7 +282,7 @@ fn what_nobody_can_meet_is_unreachable_even_if_attempted() {
     listed(MissReason::Unreachable).unwrap();
     let message = listed(MissReason::GraspFailed).unwrap_err().to_string();
     assert!(
-        message.contains("item 0 is listed as grasp_failed but no robot can meet it"),
+        message.contains("item 0 is listed as grasp_failed, but no robot can meet it"),
         "{message}"
     );
 }

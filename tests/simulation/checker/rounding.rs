@@ -55,7 +55,7 @@ fn ways_and_meeting_points_may_be_off_by_rounding_alone() {
             })
         });
         let limit = sign * (places + slack(plain.release));
-        assert_limit("back", &bench, limit, "it is back at", |off| {
+        assert_limit("back", &bench, limit, "it returns at", |off| {
             with(Pick {
                 release: plain.release + off,
                 ..plain
@@ -81,8 +81,8 @@ fn the_reach_and_the_belts_ends_may_be_passed_by_rounding_alone() {
         ..front()
     };
     for (name, base, x, sign, words) in [
-        ("reach", 1.5, 2.4, 1.0, "past its reach"),
-        ("reach", 1.5, 0.6, -1.0, "past its reach"),
+        ("reach", 1.5, 2.4, 1.0, "beyond its reach"),
+        ("reach", 1.5, 0.6, -1.0, "beyond its reach"),
         ("start", 0.5, 0.0, -1.0, "is off the belt"),
         ("end", 2.5, 3.0, 1.0, "is off the belt"),
     ] {
@@ -201,7 +201,7 @@ fn the_least_reach_and_belt_are_confirmed() {
     let (reach, length) = (least(0.75), least(2.25));
     with(reach, length).unwrap();
     let message = with(reach.next_down(), length).unwrap_err().to_string();
-    assert!(message.contains("past its reach"), "{message}");
+    assert!(message.contains("beyond its reach"), "{message}");
     let message = with(reach, length.next_down()).unwrap_err().to_string();
     assert!(message.contains("is off the belt"), "{message}");
 }
@@ -212,12 +212,12 @@ fn figures_may_be_off_by_rounding_alone() {
     let outcome = bench.finish(bench.run());
     type Number = fn(&mut Outcome) -> &mut f64;
     let numbers: [(Number, &str); 4] = [
-        (|o| &mut o.figures.weight, "weight is given as"),
-        (|o| &mut o.figures.end, "end is given as"),
-        (|o| &mut o.robots[1].weight, "weight of robot 1 is given as"),
+        (|o| &mut o.figures.weight, "weight is reported as"),
+        (|o| &mut o.figures.end, "end is reported as"),
+        (|o| &mut o.robots[1].weight, "weight of robot 1 is reported as"),
         (
             |o| &mut o.robots[0].busy,
-            "busy time of robot 0 is given as",
+            "busy time of robot 0 is reported as",
         ),
     ];
     for (number, words) in numbers {
@@ -245,5 +245,5 @@ fn the_slack_of_nothing_is_exact() {
     };
     with(1e-9).unwrap();
     let message = with(1e-9f64.next_up()).unwrap_err().to_string();
-    assert!(message.contains("weight is given as"), "{message}");
+    assert!(message.contains("weight is reported as"), "{message}");
 }

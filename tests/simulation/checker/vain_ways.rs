@@ -49,12 +49,12 @@ fn vain_ways_are_held_to_their_times() {
                 d.failures[2] = in_vain(b);
                 d.failures[2].attempt.release -= 1e-6;
             },
-            "it is back at",
+            "it returns at",
         ),
         (
             "an item that is just in reach",
             |b, d| d.failures[2] = b.vain_way(1, 5, 2.17, Point2::new(2.0, 0.1)),
-            "it found nothing, but the item could be met at (2.1",
+            "it found nothing, but it could have met the item at (2.1",
         ),
     ];
     assert_refuted(&bends);
@@ -156,7 +156,7 @@ fn a_way_is_in_vain_where_the_item_could_not_be_met() {
             checked.expect(way.name);
         } else {
             let message = checked.expect_err(way.name).to_string();
-            let words = "it found nothing, but the item could be met at (";
+            let words = "it found nothing, but it could have met the item at (";
             let (_, place) = message.split_once(words).expect(&message);
             let x: f64 = place.split(',').next().unwrap().parse().unwrap();
             assert!((x - way.meets).abs() < 1e-8, "{}: {message}", way.name);
