@@ -45,33 +45,33 @@ use clap::{CommandFactory as _, Parser as _};
 use session::Session;
 use std::process::ExitCode;
 
-/// Everything was done.
+/// Exit code: success.
 pub const DONE: u8 = 0;
-/// Something failed that the input is not to blame for.
+/// Exit code: a failure that the input did not cause.
 pub const FAILED: u8 = 1;
-/// Wrong usage, configuration or input.
+/// Exit code: invalid usage, configuration or input.
 pub const USAGE: u8 = 2;
-/// Interrupted; what was found so far has been printed.
+/// Exit code: interrupted; the results so far have been printed.
 pub const INTERRUPTED: u8 = 130;
 
-/// The command line as clap knows it: every verb with its options.
+/// The clap definition of the command line: every verb with its options.
 pub fn command() -> clap::Command {
     Cli::command()
 }
 
-/// Parses the command line, runs the verb, reports an error once.
+/// Parses the command line, runs the verb, and reports an error once.
 pub fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
-        // It names neither the argument nor a cure.
+        // clap's own message names neither the argument nor a cure.
         Err(error) if error.kind() == clap::error::ErrorKind::InvalidUtf8 => {
             session::tell(&format!("pickline: {}", not_text(std::env::args_os())));
             return ExitCode::from(USAGE);
         }
-        // Prints help, version and usage errors itself, the last with exit code 2.
+        // clap prints help, version and usage errors itself, the last with exit code 2.
         Err(error) => error.exit(),
     };
-    // A path need not be Unicode; in the record of the call it is shown as well as can be.
+    // A path need not be Unicode; the recorded command line shows it lossily.
     let arguments = std::env::args_os().skip(1);
     let arguments = arguments.map(|word| word.to_string_lossy().into_owned());
     let session = Session::new(arguments.collect());
@@ -89,7 +89,7 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// What is said of the first argument that is no Unicode text.
+/// The error for the first argument that is not valid Unicode.
 fn not_text(arguments: impl Iterator<Item = std::ffi::OsString>) -> Error {
     let found = arguments
         .enumerate()
@@ -97,9 +97,9 @@ fn not_text(arguments: impl Iterator<Item = std::ffi::OsString>) -> Error {
     let (place, word) = found.unwrap_or_default();
     Error::input(
         format!("argument {place}"),
-        format!("{word:?} is not UTF-8 text, which this argument must be"),
-        "rename the file, or give a folder or a link to it with a name in UTF-8; patterns are \
-         also read from stdin (-)",
+        format!("{word:?} is not valid UTF-8, which this argument requires"),
+        "rename the file, or give a folder or a link to it with a valid UTF-8 name; a pattern \
+         can also be read from stdin (-)",
     )
 }
 

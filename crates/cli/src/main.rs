@@ -1,4 +1,4 @@
-//! The `pickline` program: parse, run, exit code. Everything else is in the library.
+//! The `pickline` program: parse, run, exit. Everything else is in the library.
 
 use std::process::ExitCode;
 

@@ -34,7 +34,7 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
     check_range("--tolerance", args.tolerance, 0.0, 1.0, "m")?;
     check_range("--ack-timeout", args.ack_timeout, 1e-3, 1e3, "s")?;
     check_range("--result-timeout", args.result_timeout, 1e-3, 1e4, "s")?;
-    let or_never = "s, or 0 for never";
+    let or_never = "s, or 0 to disable it";
     for (flag, value) in [
         ("--belt-timeout", args.belt_timeout),
         ("--robot-timeout", args.robot_timeout),
@@ -47,10 +47,10 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
     if args.status_every != 0.0 {
         let least = match args.transport.clock() {
             ClockKind::System => 0.01,
-            // An hour may pass at once, and all its statuses with it; of more, the last one's.
+            // Time may jump by an hour, which sends all its statuses at once.
             ClockKind::Messages => 0.1,
         };
-        let unit = "s, or 0 for the last one only";
+        let unit = "s, or 0 for only the last one";
         check_range("--status-every", args.status_every, least, 1e6, unit)?;
     }
     check_range("--stop-margin", args.stop_margin, 0.0, 1e3, "s")?;
@@ -66,10 +66,10 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
     access.check(Side::Node, &args.transport, dashboard)?;
     #[cfg(feature = "ros2")]
     if args.may_stop_belt && args.transport.ros2.ros2 {
-        let cure = "leave it out, or talk over TCP or MQTT, which carry belt_request";
+        let cure = "leave it out, or use TCP or MQTT, which support belt_request";
         return Err(Error::input(
             "--may-stop-belt",
-            "ROS 2 has no topic for it",
+            "there is no ROS 2 topic for it",
             cure,
         ));
     }
@@ -138,16 +138,16 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
         status_every: args.status_every,
     };
     let gone = node.go(&stop_flag());
-    // What was said so far is in the journal and leaves, whatever went wrong since.
+    // Messages already in the journal are still sent, even after an error.
     node.hub.close(PATIENCE)?;
     node.screen.close(&node.controller);
     gone.and(node.kept.finish())
 }
 
-/// How lines are written.
+/// The dialect of protocol lines.
 ///
 /// # Errors
-/// A station that the dialect has no room for.
+/// A station that the dialect cannot represent.
 fn dialect(args: &RunArgs, station: &Station) -> Result<Dialect> {
     match args.dialect {
         DialectArg::Json => Ok(Dialect::Json),
@@ -162,17 +162,17 @@ fn dialect(args: &RunArgs, station: &Station) -> Result<Dialect> {
 /// The lead time of each robot [s], from `S` for all and `NAME=S` for one.
 ///
 /// # Errors
-/// A value that is no time, a robot that the station does not have.
+/// A value that is not a time, or a robot that the station does not have.
 fn lead_times(given: &[String], station: &Station) -> Result<Vec<f64>> {
     let robots = station.robots();
     let mut lead = vec![0.0; robots.len()];
-    // What is said of one robot counts more than what is said of all, wherever it stands.
+    // A value for one robot overrides a value for all robots, whatever their order.
     let (one, all): (Vec<&String>, Vec<&String>) = given.iter().partition(|t| t.contains('='));
     for text in all.into_iter().chain(one) {
         let (name, time) = text.rsplit_once('=').unwrap_or(("", text));
         let seconds: f64 = time.trim().parse().map_err(|_| {
             let problem = format!("`{}` is not a time", shown(text));
-            let cure = "give seconds for all robots, as in 0.1, or for one, as in r1=0.1";
+            let cure = "give seconds for all robots, such as 0.1, or for one robot, such as r1=0.1";
             Error::input("--lead", problem, cure)
         })?;
         check_range("--lead", seconds, 0.0, 60.0, "s")?;
@@ -194,10 +194,10 @@ fn lead_times(given: &[String], station: &Station) -> Result<Vec<f64>> {
     Ok(lead)
 }
 
-/// Checks that the dashboard has an address of its own.
+/// Checks that the dashboard has a separate address.
 ///
 /// # Errors
-/// Two flags that name one address.
+/// Two flags with the same address.
 fn check_addresses(args: &RunArgs) -> Result<()> {
     let places = [
         ("--listen", &args.transport.listen),
@@ -210,33 +210,33 @@ fn check_addresses(args: &RunArgs) -> Result<()> {
             return Err(Error::input(
                 "--dashboard",
                 format!("{} is also the address of {flag}", shown(address)),
-                "give each a port of its own, for example --dashboard 127.0.0.1:8090",
+                "give each a different port, for example --dashboard 127.0.0.1:8090",
             ));
         }
     }
     Ok(())
 }
 
-/// What a decision of a live line may cost.
+/// The time or work budget of each decision on a live line.
 ///
 /// # Errors
-/// A time that is none.
+/// An invalid time.
 pub fn allowance(ms: Option<f64>, clock: ClockKind) -> Result<Allowance> {
     Ok(Allowance {
         asked: budget(ms)?,
         otherwise: match clock {
             // The belt does not wait.
             ClockKind::System => Budget::LIVE,
-            // So that a stream gives the same output on every machine.
+            // The same stream gives the same output on every machine.
             ClockKind::Messages => Budget::EXPERIMENT,
         },
     })
 }
 
-/// The strategy of a live line, as it is written in `text`.
+/// The strategy of a live line, parsed from `text`.
 ///
 /// # Errors
-/// A text that is none.
+/// A text that is not a valid strategy.
 pub fn blueprint(
     text: &str,
     seed: u64,

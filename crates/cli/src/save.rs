@@ -1,4 +1,4 @@
-//! `--save`: the winner of a search becomes the strategy of a station file.
+//! `--save`: stores the winner of a search as the strategy in a station file.
 
 use super::args::StationChoice;
 use pickline::error::{Error, Result};
@@ -6,23 +6,23 @@ use pickline::files;
 use pickline::station::{self, Overrides, Station, edited, parse_with_strategy, to_toml};
 use std::path::{Path, PathBuf};
 
-/// Where a strategy is to be saved, checked before the search.
+/// The file to save a strategy in, checked before the search.
 pub struct Target {
     path: PathBuf,
-    /// The station file that it was found for; none of a built-in station.
+    /// The station file that the search is for; `None` for a built-in station.
     source: Option<PathBuf>,
-    /// What a new file says otherwise than that.
+    /// Settings that a new file changes relative to `source`.
     overrides: Overrides,
 }
 
 const FLAG: &str = "--save";
 
 impl Target {
-    /// Where `file`, or the file of the station where there is none, is.
+    /// Saves to `file`, or to the station's own file if that is `None`.
     ///
     /// # Errors
-    /// A built-in station with no file to save to, a station that the flags make another
-    /// than its file's, a file that exists.
+    /// A built-in station without a file to save to, a station that the flags make differ
+    /// from its file, or a file that exists.
     pub fn new(choice: &StationChoice, file: Option<&Path>) -> Result<Self> {
         let name = &choice.station;
         let source = station::is_file(name).then(|| PathBuf::from(name));
@@ -38,15 +38,15 @@ impl Target {
                 return Err(Error::input(
                     FLAG,
                     format!(
-                        "--robots and --belt-speed make another line than that of {name}, which \
-                         would get its strategy"
+                        "--robots and --belt-speed change the line, so the strategy would not \
+                         be for the line in {name}"
                     ),
-                    "drop them, or save the other line as a new file: --save new.toml",
+                    "leave them out, or save the changed line as a new file: --save new.toml",
                 ));
             }
             files::check_target(&source)?;
             files::check_not_read_only(FLAG, &source)?;
-            // The search may take minutes.
+            // Fail now rather than after a search of minutes.
             files::try_target(&source)?;
             return Ok(Self {
                 path: source.clone(),
@@ -57,9 +57,8 @@ impl Target {
         if path.exists() {
             return Err(Error::input(
                 FLAG,
-                format!("{} exists", path.display()),
-                "name a new file; without a name the strategy is written into the file of \
-                 --station",
+                format!("{} already exists", path.display()),
+                "name a new file; without a name, the strategy is written to the --station file",
             ));
         }
         files::check_target(path)?;
@@ -70,10 +69,10 @@ impl Target {
         })
     }
 
-    /// Writes `station`'s file with `strategy` as its strategy, and says what was done.
+    /// Writes `station`'s file with `strategy` as its strategy, and returns a message about it.
     ///
     /// # Errors
-    /// A file that has become another since it was read, or that cannot be written.
+    /// A file that has changed since it was read, or that cannot be written.
     pub fn write(&self, station: &Station, strategy: &str) -> Result<String> {
         let name = self.path.display().to_string();
         let before = match &self.source {
@@ -85,13 +84,13 @@ impl Target {
             None => Overrides::default(),
         };
         let text = edited(&before, &name, strategy, overrides)?;
-        // Nothing is written that would not be read back as what was searched for.
+        // The new text must read back as the line that was searched for.
         let (again, saved) = parse_with_strategy(&text, &name, Overrides::default())?;
         if again != *station || saved.is_none_or(|saved| saved.text != strategy) {
             return Err(Error::input(
                 FLAG,
-                format!("{name} is no longer the line that was searched for"),
-                "search again with the file as it is now",
+                format!("{name} has changed during the search"),
+                "run the search again",
             ));
         }
         files::write_whole(&self.path, text.as_bytes())?;

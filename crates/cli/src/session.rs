@@ -1,4 +1,4 @@
-//! What every verb is handed: the command line, the stop flag, stdout.
+//! What every verb needs: the command line, the stop flag, stdout.
 
 use super::log::{Level, Log};
 use pickline::error::{Error, Result};
@@ -12,12 +12,12 @@ use std::sync::{Arc, OnceLock};
 pub struct Session {
     arguments: Vec<String>,
     stop: Arc<AtomicBool>,
-    /// Where errors go while a line runs.
+    /// Where errors are written while a line runs.
     log: OnceLock<Arc<Log>>,
 }
 
-/// Flags that cannot change a result, and whether they take a value; they are left
-/// out of the recorded command line.
+/// Flags that cannot change a result, and whether they take a value. They are omitted from
+/// the recorded command line.
 const WITHOUT_EFFECT: [(&str, bool); 17] = [
     ("--threads", true),
     ("--format", true),
@@ -39,7 +39,7 @@ const WITHOUT_EFFECT: [(&str, bool); 17] = [
 ];
 
 impl Session {
-    /// The session of a call with these arguments (the program's name left out).
+    /// The session of a call with these arguments, without the program's name.
     pub fn new(arguments: Vec<String>) -> Self {
         Self {
             arguments,
@@ -48,24 +48,24 @@ impl Session {
         }
     }
 
-    /// Makes Ctrl-C ask the work to end with the best so far; pressed again, it ends
-    /// the program.
+    /// Makes Ctrl-C ask the work to stop with the best result so far; pressing it again
+    /// exits the program.
     pub fn catch_interrupts(&self) {
         let stop = Arc::clone(&self.stop);
         let handler = move || {
             if !stop.swap(true, Ordering::Relaxed) {
                 tell(
-                    "stopping, with what there is so far where that is a result; press Ctrl-C again to quit at once",
+                    "stopping with the results so far, if any; press Ctrl-C again to quit now",
                 );
             } else {
                 std::process::exit(i32::from(super::INTERRUPTED));
             }
         };
-        // Without a handler Ctrl-C just ends the program, as it does everywhere.
+        // If no handler can be set, Ctrl-C ends the program, as usual.
         let _ = ctrlc::set_handler(handler);
     }
 
-    /// The stop flag.
+    /// The flag that asks the work to stop.
     pub fn stop(&self) -> &AtomicBool {
         &self.stop
     }
@@ -75,12 +75,12 @@ impl Session {
         self.stop.load(Ordering::Relaxed)
     }
 
-    /// Has errors go into this log, so that they wait for nobody either.
+    /// Sends errors to this log, so that they do not block either.
     pub fn log_into(&self, log: &Arc<Log>) {
         let _ = self.log.set(Arc::clone(log));
     }
 
-    /// Says what was wrong.
+    /// Reports an error.
     pub fn complain(&self, text: &str) {
         match self.log.get() {
             Some(log) => log.say(Level::Error, text, text),
@@ -88,7 +88,7 @@ impl Session {
         }
     }
 
-    /// The command line for provenance.
+    /// The command line, as recorded in results.
     pub fn command(&self) -> String {
         let mut words = vec!["pickline".to_owned()];
         let mut arguments = self.arguments.iter();
@@ -109,10 +109,10 @@ impl Session {
         words.join(" ")
     }
 
-    /// Writes `content` to stdout. A reader that has gone away is not an error.
+    /// Writes `content` to stdout. A closed pipe is not an error.
     ///
     /// # Errors
-    /// Anything else that keeps stdout from being written.
+    /// Any other failure to write to stdout.
     pub fn print(&self, content: &[u8]) -> Result<()> {
         let mut stdout = std::io::stdout().lock();
         match stdout.write_all(content).and_then(|()| stdout.flush()) {
@@ -123,7 +123,7 @@ impl Session {
         }
     }
 
-    /// Writes `content` to `file`, or to stdout when there is none or it is `-`.
+    /// Writes `content` to `file`, or to stdout if `file` is `None` or `-`.
     ///
     /// # Errors
     /// A file that cannot be written.
@@ -135,13 +135,13 @@ impl Session {
     }
 }
 
-/// Writes a line to stderr. Unlike `eprintln!` it does not panic where stderr is full
-/// or closed: nothing is left to do then, and the result still counts.
+/// Writes a line to stderr. Unlike `eprintln!`, it does not panic if stderr is full or
+/// closed: nothing can be done about that, and the result is still valid.
 pub fn tell(text: &str) {
     let _ = writeln!(std::io::stderr(), "{text}");
 }
 
-/// An argument as a shell would need it.
+/// An argument, quoted for a shell.
 fn quoted(argument: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./:,=+@%".contains(c);
     if !argument.is_empty() && argument.chars().all(plain) {

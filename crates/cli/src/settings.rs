@@ -1,4 +1,4 @@
-//! Arguments resolved to what the library works with.
+//! Turns arguments into the library's settings.
 
 use super::args::{
     AttributeArgs, Common, ConditionArgs, FeedArgs, Format, LimitArgs, StationChoice,
@@ -21,13 +21,13 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 impl StationChoice {
-    /// Where the station comes from, as a file.
+    /// The flag and file that the station comes from.
     pub fn file(&self) -> (&str, Option<&Path>) {
         ("--station", Some(Path::new(&self.station)))
     }
 
-    /// What the station is called: a built-in by its name, a file by its own without folder
-    /// and extension.
+    /// The station's name: that of the built-in, or the file name without folder and
+    /// extension.
     pub fn title(&self) -> String {
         let stem = Path::new(&self.station).file_stem();
         stem.map_or_else(
@@ -36,7 +36,7 @@ impl StationChoice {
         )
     }
 
-    /// What the flags change.
+    /// The station settings that the flags override.
     pub fn overrides(&self) -> Overrides {
         Overrides {
             robots: self.robots,
@@ -44,7 +44,7 @@ impl StationChoice {
         }
     }
 
-    /// The station, of which nothing is said.
+    /// The station, without remarks or warnings.
     ///
     /// # Errors
     /// As for [`StationChoice::resolve_with_strategy`].
@@ -53,12 +53,12 @@ impl StationChoice {
             .map(|(station, _)| station)
     }
 
-    /// The station and the strategy that its file names. One for another number of robots
-    /// than `--robots` asks for is none, which `remark` is told.
+    /// The station, and the strategy that its file names. If `--robots` sets another number
+    /// of robots than that strategy is for, it is ignored, and `remark` is called.
     ///
     /// # Errors
-    /// As for [`station::load`], a strategy that is none or that does not fit the file's own
-    /// robots.
+    /// As for [`station::load`]; a strategy that is invalid or does not fit the robots in the
+    /// file.
     pub fn resolve_with_strategy(
         &self,
         remark: &dyn Fn(&str),
@@ -67,7 +67,7 @@ impl StationChoice {
         let Some(mut saved) = saved else {
             return Ok((station, None));
         };
-        // A policy is looked for beside the station file that names it.
+        // A policy's path is relative to the station file that names it.
         if let Some(policy) = strategies::policy_file(&saved.text)
             && let Some(folder) = Path::new(&self.station).parent()
         {
@@ -79,7 +79,7 @@ impl StationChoice {
             Ok(_) => Ok((station, Some(saved.text))),
             Err(_) if self.robots.is_some() => {
                 remark(&format!(
-                    "{}: {} is not used, as it does not fit --robots {robots}",
+                    "{}: ignoring {}, which does not fit --robots {robots}",
                     saved.place,
                     shown(&saved.text)
                 ));
@@ -91,11 +91,11 @@ impl StationChoice {
 }
 
 impl FeedArgs {
-    /// The shape of feeds, of which the call makes those of `feeds`.
+    /// The shape of feeds, when the call generates `feeds`.
     ///
     /// # Errors
-    /// A figure out of its range, or a flag that has no meaning for any of them; with
-    /// `--strict` what is not plausible.
+    /// A value out of range, or a flag that applies to none of `feeds`; with `--strict`, an
+    /// implausible value.
     pub fn shape(&self, feeds: &[&Feed], station: &StationChoice) -> Result<FeedShape> {
         for (flag, given, own) in [
             ("--cluster-size", self.cluster_size, Feed::Clustered),
@@ -106,7 +106,7 @@ impl FeedArgs {
             if given.is_some() && !feeds.contains(&&own) {
                 return Err(Error::input(
                     flag,
-                    format!("has a meaning for the feed {own} only"),
+                    format!("applies only to the feed {own}"),
                     format!("leave it out, or use the feed {own}"),
                 ));
             }
@@ -130,7 +130,7 @@ impl FeedArgs {
     /// The patterns that `--patterns` and `--flow` name, and the shape of their feeds.
     ///
     /// # Errors
-    /// A text that is no source, flags that have no meaning for it.
+    /// A text that is not a pattern source, or flags that do not apply to it.
     pub fn source(
         &self,
         patterns: &str,
@@ -144,10 +144,10 @@ impl FeedArgs {
 }
 
 impl AttributeArgs {
-    /// The distributions.
+    /// The distributions of the item attributes.
     ///
     /// # Errors
-    /// A text that is no distribution.
+    /// A text that is not a distribution.
     pub fn resolve(&self) -> Result<Attributes> {
         let read = |text: &Option<String>, flag: &str| -> Result<Option<Distribution>> {
             let read = |text: &String| {
@@ -165,7 +165,7 @@ impl AttributeArgs {
 }
 
 impl ConditionArgs {
-    /// Says what of the conditions is not plausible on `station`.
+    /// Warns about conditions that are implausible on `station`.
     ///
     /// # Errors
     /// As for [`warn`].
@@ -182,19 +182,19 @@ impl ConditionArgs {
         warn(choice.strict, camera.into_iter().chain(noise).chain(rate))
     }
 
-    /// The conditions, their luck under the master seed.
+    /// The conditions, with the master seed for their random events.
     ///
     /// # Errors
-    /// Values that are none.
+    /// Invalid values.
     pub fn resolve(&self, common: &Common) -> Result<Conditions> {
         if let Some(given) = &self.grasp_failures {
             let number = if given.is_empty() { "" } else { " " };
             return Err(Error::input(
                 "--grasp-failures",
-                "is now called --grasp-success: its number is the probability that a grasp \
-                 succeeds",
+                "has been renamed to --grasp-success, whose number is the probability that a \
+                 grasp succeeds",
                 format!(
-                    "write --grasp-success{number}{} if that is what the number means",
+                    "use --grasp-success{number}{} if this number is the probability of success",
                     shown(given)
                 ),
             ));
@@ -215,11 +215,11 @@ impl ConditionArgs {
 }
 
 impl Common {
-    /// Checks the settings that do not concern the verb's own work, before it begins:
-    /// a long computation must not end in a folder that cannot be written.
+    /// Checks the settings that all verbs share before the work begins: a long computation
+    /// must not end with an output folder that cannot be written.
     ///
     /// # Errors
-    /// A number of threads that cannot be had, a folder that cannot be made.
+    /// An invalid number of threads, or a folder that cannot be created.
     pub fn check(&self) -> Result<()> {
         match self.threads {
             Some(threads) if !(1..=1024).contains(&threads) => Err(Error::input(
@@ -234,9 +234,9 @@ impl Common {
     /// Runs `work` on the chosen number of threads.
     ///
     /// # Errors
-    /// Threads that cannot be had, or what `work` returns.
+    /// Threads that cannot be started, or what `work` returns.
     pub fn on_threads<T: Send>(&self, work: impl FnOnce() -> Result<T> + Send) -> Result<T> {
-        // 0 stands for all cores.
+        // 0 means all cores.
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(self.threads.unwrap_or(0))
             .build()
@@ -266,7 +266,7 @@ impl Common {
     }
 }
 
-/// The strategy that `text` names; says how it was read, unless `quiet`.
+/// Parses the strategy in `text`; prints how it was interpreted, unless `quiet`.
 ///
 /// # Errors
 /// As for [`strategies::parse`].
@@ -278,21 +278,20 @@ pub fn parse_strategy(text: &str, quiet: bool) -> Result<Parsed> {
     Ok(strategy)
 }
 
-/// `value` as JSON text with a line end.
+/// `value` as JSON text with a trailing newline.
 ///
 /// # Errors
-/// Never for the reports of this crate; passed on so that nothing panics.
+/// Never for the reports of this crate; returned so that nothing panics.
 pub fn json(value: &impl Serialize) -> Result<String> {
     let text = serde_json::to_string_pretty(value)
-        .map_err(|error| Error::Refuted(format!("the result is no JSON: {error}")))?;
+        .map_err(|error| Error::Refuted(format!("cannot write the result as JSON: {error}")))?;
     Ok(text + "\n")
 }
 
-/// The pattern that the user named, `-` for stdin, or the built-in grid; and what it
-/// is, in words.
+/// The pattern in `file` (`-` for stdin), or the built-in grid; and its description.
 ///
 /// # Errors
-/// A file that cannot be read or is no pattern.
+/// A file that cannot be read or is not a pattern.
 pub fn load_pattern(file: Option<&str>, width: f64) -> Result<(Pattern, String)> {
     match file {
         None => {
@@ -321,8 +320,8 @@ pub fn load_pattern(file: Option<&str>, width: f64) -> Result<(Pattern, String)>
     }
 }
 
-/// The strategy to run where `--strategy` is not given, and words for where it is from: the
-/// station file's own, else the paper's.
+/// The strategy to run without `--strategy`, and a text saying where it comes from: the
+/// station file if it names one, otherwise the paper.
 pub fn default_strategy(saved: Option<String>, robots: usize) -> (String, &'static str) {
     match saved {
         Some(text) => (text, ", the strategy of the station file"),
@@ -330,19 +329,19 @@ pub fn default_strategy(saved: Option<String>, robots: usize) -> (String, &'stat
     }
 }
 
-/// Spacing [m] and number of items of the pattern that stands in where none is given.
+/// Spacing [m] and number of items of the default pattern, a grid.
 pub const DEFAULT_GRID: (f64, usize) = (0.15, 50);
 
-/// What is told where `--grasp-success` makes no difference.
+/// The remark printed when `--grasp-success` has no effect.
 pub const NOTHING_FAILS: &str = "no item has a p_grasp below 1, so no grasp fails; give \
      --grasp-success P for items without one";
 
-/// What turns the seed of one kind of luck into that of another, far from the seeds of
-/// sets of patterns that follow each other.
+/// Offset from one seed of random events to another, far from the consecutive seeds of
+/// pattern sets.
 const OTHER_LUCK: u64 = 1 << 32;
 
-/// The conditions with luck that a set judged under `conditions` never meets: for training
-/// and for fresh patterns.
+/// `conditions` with a seed that scoring under `conditions` never uses, for training and for
+/// fresh patterns.
 pub fn other_luck(conditions: &Conditions) -> Conditions {
     let seed = conditions.disturbances.seed;
     conditions.with_seed(seed.wrapping_add(OTHER_LUCK))
@@ -352,7 +351,7 @@ impl LimitArgs {
     /// The limits of a search.
     ///
     /// # Errors
-    /// A time that is none.
+    /// An invalid time.
     pub fn resolve(&self) -> Result<Limits> {
         let seconds = |limit: f64| {
             let time = Duration::try_from_secs_f64(limit).ok();
@@ -377,11 +376,11 @@ impl LimitArgs {
     }
 }
 
-/// Longer times than this [s] are taken for a slip of the pen.
+/// The longest accepted time limit [s]; a longer one is treated as a typing mistake.
 const LONGEST: f64 = 1e7;
 
-/// What a reader of a comparison under `conditions` should know. `generated` says that no
-/// pattern comes from a file.
+/// Notes for a comparison under `conditions`. `generated` means that no pattern comes from
+/// a file.
 pub fn condition_notes(conditions: &Conditions, generated: bool) -> Vec<String> {
     let nothing = generated && conditions.disturbances.never_fails(&[]);
     nothing

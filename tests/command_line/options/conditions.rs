@@ -45,8 +45,8 @@ pub const ROWS: &[Row] = &[
     row(&["bound"], "--position-noise", proven_for_any_luck),
     row(&SIX, "--grasp-failures", |rig, verb| {
         let words = [
-            "--grasp-failures: is now called --grasp-success",
-            "write --grasp-success 0.9",
+            "--grasp-failures: has been renamed to --grasp-success",
+            "use --grasp-success 0.9",
         ];
         rig.refused(&format!("{} --grasp-failures 0.9", one(verb)), &words);
     }),

@@ -1,13 +1,14 @@
-//! What `pickline bound` is given.
+//! The arguments of `pickline bound`.
 
 use super::{Common, ConditionArgs, StationChoice};
 use clap::{Args, ValueEnum};
 
-/// Bound what any strategy can pick from a pattern, waiting and clairvoyance included
+/// Bound what any strategy can pick from a pattern, even one that waits or knows the future
 ///
-/// Cuts time into slots, prices items and finds every robot's best day for itself; what
-/// that adds up to no strategy can exceed, whatever the prices and however few steps.
-/// Also bounds the rate and the end of a run, and looks for a schedule that comes near.
+/// Divides time into slots, puts a price on each item and finds the best schedule of each
+/// robot by itself. No strategy can exceed their sum, whatever the prices and however few
+/// the iterations. Also bounds the rate and the end of a run, and looks for a schedule that
+/// comes close.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
 Examples:
@@ -22,14 +23,14 @@ pub struct BoundArgs {
     pub common: Common,
     #[command(flatten)]
     pub conditions: ConditionArgs,
-    /// Pattern file (CSV), `-` for stdin; the grid of 0.15 m with 50 items when not given
+    /// Pattern file (CSV), or `-` for stdin [default: a 0.15 m grid of 50 items]
     #[arg(long, value_name = "FILE")]
     pub pattern: Option<String>,
-    /// What is bounded
+    /// What to bound
     #[arg(long, value_enum, default_value_t = ObjectiveArg::Picks, help_heading = "Bound")]
     pub objective: ObjectiveArg,
-    /// Length of the slots [s]; shorter is tighter and slower [default: about a fiftieth
-    /// of a pick]
+    /// Length of the time slots [s]; shorter is tighter but slower [default: about a
+    /// fiftieth of a pick]
     #[arg(
         long,
         value_name = "SECONDS",
@@ -37,7 +38,7 @@ pub struct BoundArgs {
         help_heading = "Bound"
     )]
     pub slot: Option<f64>,
-    /// Most steps of the prices; rate and end take as many again
+    /// Maximum number of price updates; the rate and the end take as many again
     #[arg(
         long,
         value_name = "N",
@@ -50,8 +51,8 @@ pub struct BoundArgs {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ObjectiveArg {
-    /// Items picked
+    /// The number of items picked
     Picks,
-    /// The sum of their weights
+    /// The sum of the picked items' weights
     Weight,
 }

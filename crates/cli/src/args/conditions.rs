@@ -1,4 +1,4 @@
-//! Under which conditions strategies are run.
+//! The arguments for the conditions under which strategies run.
 
 use clap::Args;
 
@@ -6,12 +6,12 @@ use clap::Args;
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Conditions")]
 pub struct ConditionArgs {
-    /// Only items that have passed this place are known [m], negative upstream of the
-    /// belt's start; a robot cannot leave for others [default: all are known]
+    /// Only items that have passed this position are known [m], negative upstream of the
+    /// belt's start; a robot cannot set out for others [default: all are known]
     #[arg(long, value_name = "X", allow_negative_numbers = true)]
     pub camera_x: Option<f64>,
-    /// Grasps may fail: each succeeds with the item's p_grasp, or with probability P where
-    /// the item has none, so 0.9 means that one in ten fails [default P: 1]
+    /// Grasps may fail: each succeeds with the item's p_grasp or, if it has none, with
+    /// probability P, so 0.9 means that one in ten fails [default P: 1]
     #[arg(
         long,
         value_name = "P",
@@ -20,7 +20,7 @@ pub struct ConditionArgs {
         allow_negative_numbers = true
     )]
     pub grasp_success: Option<f64>,
-    /// What the flag above was called; refused, as the name said the opposite of the number
+    /// The old name of the flag above; rejected, as it said the opposite of the number
     #[arg(
         long,
         hide = true,
@@ -29,7 +29,7 @@ pub struct ConditionArgs {
         allow_hyphen_values = true
     )]
     pub grasp_failures: Option<String>,
-    /// The camera reports each item off by normal errors of this deviation [m]
+    /// Standard deviation of the normal error in each reported position [m]
     #[arg(
         long,
         value_name = "SD",

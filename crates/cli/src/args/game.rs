@@ -1,14 +1,14 @@
-//! What `pickline game` is given.
+//! The arguments of `pickline game`.
 
 use super::{Common, ConditionArgs, PatternSetArgs, StationChoice};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
-/// Solve the line as a game: robots are players, rules their actions
+/// Solve the line as a game: robots are the players, rules are their actions
 ///
-/// Finds all pure Nash equilibria of a line of up to four robots, the social optimum,
-/// the prices of anarchy and of stability, where iterated best response ends from every
-/// start, and the rules that are dominated. `--nfg` writes the game for Gambit.
+/// For a line of up to four robots, finds all pure Nash equilibria, the social optimum, the
+/// prices of anarchy and of stability, where iterated best response ends from every start,
+/// and the dominated rules. `--nfg` writes the game for Gambit.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
 Examples:
@@ -25,14 +25,14 @@ pub struct GameArgs {
     pub conditions: ConditionArgs,
     #[command(flatten)]
     pub set: PatternSetArgs,
-    /// What each robot is paid
+    /// The payoff of each robot
     #[arg(long, value_enum, default_value_t = PayoffArg::Own, help_heading = "Game")]
     pub payoff: PayoffArg,
-    /// Write the game into this file, in Gambit's strategic game format; `-` prints it
-    /// instead of the result
+    /// Write the game to this file in Gambit's strategic game format; `-` prints it instead
+    /// of the result
     #[arg(long, value_name = "FILE", help_heading = "Game")]
     pub nfg: Option<PathBuf>,
-    /// Equilibria and cycles to print in the table
+    /// Number of equilibria and cycles to print in the table
     #[arg(
         long,
         value_name = "N",

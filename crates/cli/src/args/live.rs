@@ -1,4 +1,4 @@
-//! What `pickline run` and `pickline emulate` are given.
+//! The arguments of `pickline run` and `pickline emulate`.
 
 use super::super::log::Log;
 use super::{StationChoice, strategy_help};
@@ -6,50 +6,50 @@ use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
-/// Where the time comes from.
+/// Which clock is used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ClockArg {
     /// The machine's clock
     System,
-    /// The stamps of the messages: the same messages give the same output, to the bit
+    /// The timestamps of the messages: the same messages give bit-identical output
     Messages,
 }
 
-/// How lines are written.
+/// The encoding of protocol lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum DialectArg {
-    /// One JSON object a line
+    /// One JSON object per line
     Json,
-    /// Fixed fields, at most 80 characters, with sequence number and checksum: for controllers
-    /// without JSON
+    /// Fixed fields, at most 80 characters, with a sequence number and a checksum: for
+    /// controllers without JSON
     Csv,
 }
 
-/// How remarks are written on stderr.
+/// The format of remarks on stderr.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum LogFormatArg {
-    /// As journald where stderr leads there, else as text
+    /// `journald` if stderr is connected to the journal, otherwise `text`
     Auto,
-    /// The text alone
+    /// Only the text
     Text,
-    /// The level before each line, as journald reads it: <4>text
+    /// Each line prefixed with its level, as journald expects it: <4>text
     Journald,
-    /// Time [s] since 1970 and level before the text, for files
+    /// Each remark prefixed with the Unix time [s] and its level, for files
     Stamped,
 }
 
-/// How two programs talk to each other.
+/// How the two programs communicate.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Transport")]
 pub struct TransportArgs {
-    /// Where the time comes from; run and emulate need the same
+    /// Which clock to use; must be the same for run and emulate
     #[arg(long, value_enum, default_value_t = ClockArg::System)]
     pub clock: ClockArg,
-    /// Talk to whoever connects to this address instead of stdin and stdout; port 0 takes
-    /// a free one and says which
+    /// Listen for connections at this address instead of using stdin and stdout; port 0
+    /// picks a free port and prints it
     #[arg(long, value_name = "HOST:PORT", conflicts_with = "connect")]
     pub listen: Option<String>,
-    /// Talk to the program that listens at this address instead of stdin and stdout
+    /// Connect to the program listening at this address instead of using stdin and stdout
     #[arg(long, value_name = "HOST:PORT")]
     pub connect: Option<String>,
     #[command(flatten)]
@@ -60,22 +60,22 @@ pub struct TransportArgs {
     #[cfg(feature = "ros2")]
     #[command(flatten)]
     pub ros2: super::Ros2Args,
-    /// No remarks on stderr; refused messages are only counted
+    /// Print no remarks on stderr; refused messages are still counted
     #[arg(short, long)]
     pub quiet: bool,
-    /// How remarks are written on stderr
+    /// Format of remarks on stderr
     #[arg(long, value_enum, default_value_t = LogFormatArg::Auto)]
     pub log_format: LogFormatArg,
-    /// Where they go; not an argument, opened with the first of them.
+    /// The log for remarks; not an argument, but opened with the first remark.
     #[arg(skip)]
     pub log: OnceLock<Arc<Log>>,
 }
 
-/// Run a line: take detections, send tasks to the robots
+/// Run a line: receive detections, send tasks to the robots
 ///
-/// Takes what the camera, the belt and the robots tell, one JSON object a line, and sends
-/// pick-and-place tasks; docs/protocol.md describes the messages. Ctrl-C or SIGTERM ends
-/// it: no new task is given, the open ones are listed.
+/// Receives messages from the camera, the belt and the robots, one JSON object per line,
+/// and sends pick-and-place tasks; docs/protocol.md describes the messages. On Ctrl-C or
+/// SIGTERM it gives no new tasks, lists the open ones and exits.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
 Examples:
@@ -88,8 +88,8 @@ Examples:
   pickline run --listen 127.0.0.1:7400 --dialect csv
   pickline run --schema > protocol.schema.json")]
 pub struct RunArgs {
-    /// How lines are written over TCP, stdin and stdout; docs/dialect-csv.md has the fields. A
-    /// peer that begins in JSON is talked to in JSON
+    /// Encoding of lines over TCP, stdin and stdout; docs/dialect-csv.md lists the fields. A
+    /// peer whose first line is JSON is answered in JSON
     #[arg(long, value_enum, default_value_t = DialectArg::Json, help_heading = "Transport")]
     #[cfg_attr(feature = "tls", arg(conflicts_with_all = ["tls_cert", "tls_key", "tls_ca"]))]
     #[cfg_attr(feature = "mqtt", arg(conflicts_with = "mqtt"))]
@@ -99,15 +99,14 @@ pub struct RunArgs {
     pub station: StationChoice,
     #[arg(long, value_name = "STRATEGY", help = strategy_help(
         "Strategy, as `pickline simulate --help` lists them",
-        " [default: SPT for all but the last, FIFO for the last]",
+        " [default: FIFO for the last robot, SPT for all others]",
     ))]
     pub strategy: Option<String>,
-    /// Time for each decision of a strategy that looks ahead [ms] [default: 10 with the
-    /// system's clock; with that of the messages a budget that gives the same output on
-    /// every machine]
+    /// Time per decision for a strategy that looks ahead [ms] [default: 10 with --clock
+    /// system; with --clock messages, a budget that gives the same output on every machine]
     #[arg(long, value_name = "MS", allow_negative_numbers = true)]
     pub budget_ms: Option<f64>,
-    /// Master seed of everything random
+    /// Master seed for everything random
     #[arg(
         long,
         value_name = "S",
@@ -117,9 +116,9 @@ pub struct RunArgs {
     pub seed: u64,
     #[command(flatten)]
     pub transport: TransportArgs,
-    /// Detections within this distance of an item are of that item, as far as nothing else is
-    /// known [m]: five standard deviations of a position at least, and less than two items are
-    /// apart
+    /// Detections within this distance of an item are matched to it, unless other data says
+    /// otherwise [m]; use at least five standard deviations of a position, but less than the
+    /// distance between two items
     #[arg(
         long,
         value_name = "M",
@@ -127,7 +126,7 @@ pub struct RunArgs {
         allow_negative_numbers = true
     )]
     pub tolerance: f64,
-    /// A task that is not acknowledged for so long is sent again [s]
+    /// Resend a task that is not acknowledged within this time [s]
     #[arg(
         long,
         value_name = "S",
@@ -135,7 +134,7 @@ pub struct RunArgs {
         allow_negative_numbers = true
     )]
     pub ack_timeout: f64,
-    /// A result that is overdue for so long is not waited for [s]
+    /// Stop waiting for a result that is overdue by this time [s]
     #[arg(
         long,
         value_name = "S",
@@ -143,15 +142,17 @@ pub struct RunArgs {
         allow_negative_numbers = true
     )]
     pub result_timeout: f64,
-    /// Give no new task when the belt, once heard, has been silent for so long [s]; 0 is never
-    /// [default: ten times its period, and a second at least, where it reports regularly]
+    /// Give no new tasks once the belt, after its first report, has been silent for this
+    /// time [s]; 0 disables this [default: ten times its period but at least a second, if it
+    /// reports regularly]
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub belt_timeout: Option<f64>,
-    /// Give a robot no new task when it, once heard, has been silent for so long [s]; 0 is
-    /// never [default: ten times its period, and a second at least, where it reports regularly]
+    /// Give a robot no new tasks once it, after its first report, has been silent for this
+    /// time [s]; 0 disables this [default: ten times its period but at least a second, if it
+    /// reports regularly]
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub robot_timeout: Option<f64>,
-    /// Pictures are stamped so long after they were taken [ms]
+    /// Delay between taking a picture and its timestamp [ms]
     #[arg(
         long,
         value_name = "MS",
@@ -159,16 +160,16 @@ pub struct RunArgs {
         allow_negative_numbers = true
     )]
     pub camera_delay: f64,
-    /// Decide each task so long before the robot has to set out that it reaches the arm in
-    /// time [s]; NAME=S for one robot, also several times
+    /// Decide each task this long before the robot must start moving, so that the task
+    /// reaches the arm in time [s]; NAME=S for one robot. May be given several times
     #[arg(long, value_name = "[NAME=]S", allow_negative_numbers = true)]
     pub lead: Vec<String>,
-    /// Ask the belt's drive to stop while no robot takes tasks, and before an item would
+    /// Ask the belt's drive to stop while no robot accepts tasks, and before an item would
     /// leave the last robot's reach (belt_request in docs/protocol.md)
     #[arg(long)]
     pub may_stop_belt: bool,
-    /// With --may-stop-belt, so long before an item would be lost [s]: the belt takes a
-    /// while to stop
+    /// With --may-stop-belt, how long before an item would be lost to ask for the stop [s];
+    /// the belt takes a while to stop
     #[arg(
         long,
         value_name = "S",
@@ -177,7 +178,7 @@ pub struct RunArgs {
         allow_negative_numbers = true
     )]
     pub stop_margin: f64,
-    /// Send a status every so many seconds; 0 sends only the last one
+    /// Send a status at this interval [s]; 0 sends only the last one
     #[arg(
         long,
         value_name = "S",
@@ -185,35 +186,35 @@ pub struct RunArgs {
         allow_negative_numbers = true
     )]
     pub status_every: f64,
-    /// Show the line on a web page at this address; it only looks on. Port 0 takes a free
-    /// one and says which
+    /// Serve a read-only web page that shows the line at this address; port 0 picks a free
+    /// port and prints it
     #[arg(long, value_name = "HOST:PORT")]
     pub dashboard: Option<String>,
-    /// Print the JSON Schema of the protocol and end
+    /// Print the JSON Schema of the protocol and exit
     #[arg(long)]
     pub schema: bool,
     #[command(flatten)]
     pub kept: KeptArgs,
 }
 
-/// What a run keeps.
+/// What a run keeps on disk.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Recording and recovery")]
 pub struct KeptArgs {
-    /// Keep items, claims and figures in this file: a run that is started again with it
-    /// after a crash goes on where the last one was
+    /// Keep items, claims and counters in this file, so that a run restarted with it after
+    /// a crash resumes where the last one stopped
     #[arg(long, value_name = "FILE")]
     pub journal: Option<PathBuf>,
-    /// Have every record of the journal on the disk before a task leaves: it then outlives
-    /// the machine's power, not only the program
+    /// Sync the journal to disk before a task is sent, so that it survives a power failure
+    /// and not only a crash of the program
     #[arg(long, requires = "journal")]
     pub fsync: bool,
-    /// Record every message in and out into this new MCAP file, as Foxglove reads them
+    /// Record every incoming and outgoing message in this new MCAP file, which Foxglove reads
     #[cfg(feature = "mcap")]
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
-    /// Run a recording again, as it was or with another --strategy, and tell what differs;
-    /// --clock messages goes by its stamps where the system clock ruled
+    /// Replay a recording, unchanged or with another --strategy, and report what differs;
+    /// with --clock messages, use the recorded timestamps even if it used the system clock
     #[cfg(feature = "mcap")]
     #[arg(long, value_name = "FILE", conflicts_with_all = [
         "listen", "connect", "station", "robots", "belt_speed", "seed", "tolerance",
@@ -226,11 +227,11 @@ pub struct KeptArgs {
     pub replay: Option<PathBuf>,
 }
 
-/// Play the station: a camera, a belt and robots that are not there
+/// Emulate a station: its camera, belt and robots
 ///
 /// Puts a pattern on an emulated belt and talks to `pickline run` as the camera and the
-/// robots would. With `--clock messages` both go as fast as they can, and where nothing
-/// goes wrong the line picks exactly what `simulate` picks.
+/// robots would. With `--clock messages` both run as fast as they can, and if nothing goes
+/// wrong the line picks exactly what `simulate` picks.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
 Examples:
@@ -240,7 +241,7 @@ Examples:
 pub struct EmulateArgs {
     #[command(flatten)]
     pub station: StationChoice,
-    /// Pattern file (CSV); the grid of 0.15 m with 50 items when not given
+    /// Pattern file (CSV) [default: a 0.15 m grid of 50 items]
     #[arg(long, value_name = "FILE")]
     pub pattern: Option<PathBuf>,
     #[command(flatten)]
@@ -277,7 +278,7 @@ pub struct TroubleArgs {
         allow_negative_numbers = true
     )]
     pub duplicates: f64,
-    /// Share of detections that come up to a second late, and so out of order
+    /// Share of detections that arrive up to a second late, and so out of order
     #[arg(
         long,
         value_name = "P",
@@ -285,7 +286,7 @@ pub struct TroubleArgs {
         allow_negative_numbers = true
     )]
     pub out_of_order: f64,
-    /// Messages are up to this much late [ms]
+    /// Maximum random delay of each message [ms]
     #[arg(
         long,
         value_name = "MS",
@@ -293,13 +294,13 @@ pub struct TroubleArgs {
         allow_negative_numbers = true
     )]
     pub jitter_ms: f64,
-    /// A robot is down: its number (from 1, upstream first), from when and how long [s]
+    /// Take a robot down: its number (from 1, upstream first), when and for how long [s]
     #[arg(long, value_name = "ROBOT,FROM,SECONDS")]
     pub robot_down: Option<String>,
-    /// The belt stands: from when and how long [s]
+    /// Stop the belt: when and for how long [s]
     #[arg(long, value_name = "FROM,SECONDS")]
     pub belt_stop: Option<String>,
-    /// Seed of the luck
+    /// Seed for these random faults
     #[arg(
         long,
         value_name = "S",

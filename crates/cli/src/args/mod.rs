@@ -1,4 +1,4 @@
-//! The arguments as they are typed. Nothing below the command line ever sees clap.
+//! The arguments as typed. Only the command line depends on clap.
 
 mod access;
 mod bound;
@@ -44,19 +44,19 @@ pub use train::TrainArgs;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
-/// Decides which robot picks what from a moving belt: finds the robust dispatching
-/// rule for each robot of a line, and simulates any strategy exactly.
+/// Decides which robot picks what from a moving belt: finds a robust dispatching rule
+/// for each robot of a line, and simulates any strategy exactly.
 #[derive(Debug, Parser)]
 #[command(
     version,
     arg_required_else_help = true,
     after_long_help = "\
 Every verb runs without arguments on built-in defaults: the station `paper` with two
-robots and, where one pattern is needed, the grid of 0.15 m with 50 items.
+robots and, where a single pattern is needed, a 0.15 m grid of 50 items.
 
-Exit codes: 0 done, 1 failed, 2 wrong usage or input, 130 interrupted (searches, games
-and bounds print the best found so far; comparisons and sweeps the cases and values that
-are done, marked as partial)."
+Exit codes: 0 success, 1 failure, 2 invalid usage or input, 130 interrupted (searches,
+games and bounds print the best result so far; comparisons and sweeps print the cases or
+values that are finished, marked as partial)."
 )]
 pub struct Cli {
     #[command(subcommand)]
@@ -82,7 +82,7 @@ pub enum Command {
     /// Print a completion script for a shell
     #[command(after_help = "Example: pickline completions bash > /etc/bash_completion.d/pickline")]
     Completions {
-        /// The shell; found out from the environment when not given
+        /// The shell [default: taken from the environment]
         shell: Option<clap_complete::Shell>,
     },
 }
@@ -92,36 +92,35 @@ pub enum Command {
 pub enum Format {
     /// For people
     Table,
-    /// Everything, one object
+    /// Everything, as one object
     Json,
-    /// The main table, for other programs
+    /// The main table, for other programs to read
     Csv,
 }
 
-/// The line that a verb works on.
+/// The station that a verb works on.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Station")]
 pub struct StationChoice {
     /// Station file (TOML), or a built-in: paper, paper-narrow
     #[arg(long, value_name = "FILE|NAME", default_value = "paper")]
     pub station: String,
-    /// Number of robots; needs a built-in station or a file with a [line]
+    /// Number of robots; needs a built-in station or a station file with a [line] table
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub robots: Option<usize>,
-    /// Belt speed [m/s] instead of the station's
+    /// Belt speed [m/s], overriding the station's
     #[arg(long, value_name = "V", allow_negative_numbers = true)]
     pub belt_speed: Option<f64>,
-    /// Take warnings of values that are not plausible, such as those in millimetres, for
-    /// errors
+    /// Treat warnings about implausible values, such as lengths in millimetres, as errors
     #[arg(long)]
     pub strict: bool,
 }
 
-/// What every verb that computes has in common.
+/// Options shared by every verb that computes something.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Common")]
 pub struct Common {
-    /// Master seed of everything random
+    /// Master seed for everything random
     #[arg(
         long,
         value_name = "S",
@@ -129,7 +128,7 @@ pub struct Common {
         allow_negative_numbers = true
     )]
     pub seed: u64,
-    /// Decisions at multiples of 1/HZ seconds only; 0 is exact
+    /// Decide only at multiples of 1/HZ seconds; 0 decides at the exact time
     #[arg(
         long,
         value_name = "HZ",
@@ -137,49 +136,49 @@ pub struct Common {
         allow_negative_numbers = true
     )]
     pub update_hz: f64,
-    /// Threads; all cores when not given. Results do not depend on it
+    /// Number of threads; does not affect results [default: all cores]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub threads: Option<usize>,
-    /// How the result is printed on stdout
+    /// Output format on stdout
     #[arg(long, value_enum, default_value_t = Format::Table)]
     pub format: Format,
-    /// Also write the result files into this folder
+    /// Also write the result files to this folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Overwrite files that are not results of the same verb
+    /// Overwrite files even if they are not results of the same verb
     #[arg(long)]
     pub force: bool,
-    /// No progress and no remarks on stderr
+    /// Print no progress and no remarks on stderr
     #[arg(short, long)]
     pub quiet: bool,
 }
 
-/// Where pictures of a result go.
+/// Pictures of a result, and where to write them.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Pictures")]
 pub struct Pictures {
-    /// Write charts and tables as a page into this HTML file, to be opened in any browser
+    /// Write a page with charts and tables to this HTML file, which opens in any browser
     #[arg(long, value_name = "FILE")]
     pub html: Option<PathBuf>,
-    /// Draw one chart into this SVG file, fit for a paper
+    /// Write one chart to this SVG file, suitable for a paper
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
-    /// Which chart --svg draws; the main one when not given, all are named below
+    /// Which chart --svg draws, one of those listed below [default: the main one]
     #[arg(long, value_name = "NAME", requires = "svg")]
     pub chart: Option<String>,
 }
 
-/// What generated items carry besides their position.
+/// Attributes of generated items besides their position.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Item attributes")]
 pub struct AttributeArgs {
     /// Item areas [cm^2]: const:V, uniform:LOW,HIGH, lognormal:MEDIAN,SIGMA, beta:A,B
     #[arg(long, value_name = "DIST")]
     pub area: Option<String>,
-    /// Detection probabilities, a distribution as for --area
+    /// Detection probabilities, with a distribution as for --area
     #[arg(long, value_name = "DIST")]
     pub p_detection: Option<String>,
-    /// Grasp probabilities, a distribution as for --area
+    /// Grasp probabilities, with a distribution as for --area
     #[arg(long, value_name = "DIST")]
     pub p_grasp: Option<String>,
 }
@@ -189,25 +188,25 @@ pub struct AttributeArgs {
 #[command(next_help_heading = "Feed")]
 pub struct FeedArgs {
     /// Flow of the feed [items/min] at the station's belt speed; the pattern is fixed in
-    /// space, so at another belt speed it is another
+    /// space, so the flow changes with the belt speed
     #[arg(long, value_name = "F", allow_negative_numbers = true)]
     pub flow: Option<f64>,
-    /// clustered: mean number of items in a cluster [default: 5]
+    /// clustered: mean number of items per cluster [default: 5]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub cluster_size: Option<f64>,
-    /// clustered: standard deviation of an item's distance from its cluster's centre, along
-    /// and across [m] [default: 0.1]
+    /// clustered: standard deviation of an item's offset from its cluster's centre, along
+    /// and across the belt [m] [default: 0.1]
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     pub cluster_spread: Option<f64>,
     /// gaps: mean length of an empty stretch of belt [m] [default: 1]
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     pub gap_length: Option<f64>,
-    /// gaps: share of the belt that lies in empty stretches [default: 0.3]
+    /// gaps: share of the belt that is empty stretches [default: 0.3]
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
     pub gap_share: Option<f64>,
 }
 
-/// The patterns that assignments are judged on.
+/// The patterns on which assignments are scored.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Patterns")]
 pub struct PatternSetArgs {
@@ -217,7 +216,7 @@ pub struct PatternSetArgs {
     /// time_s,flow_per_min)
     #[arg(long, value_name = "SET", default_value = "balanced:120")]
     pub patterns: String,
-    /// Items in each generated pattern [default: 150; of a profile all]
+    /// Items in each generated pattern [default: 150; for a profile, all its items]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub items: Option<usize>,
     #[command(flatten)]
@@ -226,7 +225,7 @@ pub struct PatternSetArgs {
     pub attributes: AttributeArgs,
 }
 
-/// What an argument that takes a strategy is said to be: `what`, every way of writing one,
+/// The help text of an argument that takes a strategy: `what`, all strategy forms, then
 /// `more`.
 fn strategy_help(what: &str, more: &str) -> String {
     format!("{what}: {}{more}", pickline::strategies::forms())

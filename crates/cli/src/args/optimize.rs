@@ -1,13 +1,14 @@
-//! What `pickline optimize` is given.
+//! The arguments of `pickline optimize`.
 
 use super::{Common, ConditionArgs, PatternSetArgs, Pictures, StationChoice, strategy_help};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
-/// Find the rule for each robot that picks best whatever the pattern
+/// Find the rule for each robot that picks best across a set of patterns
 ///
-/// Scores assignments of the dispatching rules on the same set of patterns, ranks them with paired 95 % intervals, breaks ties by the highest belt
-/// speed at which everything is picked, and scores the winner again on fresh patterns.
+/// Scores assignments of dispatching rules on the same set of patterns, ranks them with
+/// paired 95 % intervals, breaks ties by the highest belt speed at which everything is
+/// picked, and scores the winner again on fresh patterns.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
 Examples:
@@ -22,8 +23,8 @@ Examples:
   pickline optimize --robots 3 --html optimize.html --svg ranking.svg
 
 Charts for --chart: difference (the main one), how far each of the first 20 assignments
-falls short of the best; spread, their mean and worst pattern; ranking, the figures of all
-assignments.")]
+falls short of the best; spread, their mean and their worst pattern; ranking, the results
+of all assignments.")]
 pub struct OptimizeArgs {
     #[command(flatten)]
     pub station: StationChoice,
@@ -41,7 +42,7 @@ pub struct OptimizeArgs {
         help_heading = "Search"
     )]
     pub objective: String,
-    /// Over the patterns: mean, worst, or cvar:A (mean of the worst share A)
+    /// How to combine patterns: mean, worst, or cvar:A (mean of the worst share A)
     #[arg(
         long,
         value_name = "RISK",
@@ -49,7 +50,7 @@ pub struct OptimizeArgs {
         help_heading = "Search"
     )]
     pub risk: String,
-    /// Resolution of speed limits [m/s]
+    /// Resolution of the speed limits [m/s]
     #[arg(
         long,
         value_name = "V",
@@ -58,8 +59,8 @@ pub struct OptimizeArgs {
         allow_negative_numbers = true
     )]
     pub speed_step: f64,
-    /// auto enumerates all 6^N assignments while that costs less than GRASP, and runs GRASP
-    /// beside it where that adds less than a tenth; both states GRASP's gap to the optimum
+    /// `auto` enumerates all 6^N assignments if that costs less than GRASP, and also runs
+    /// GRASP if that adds less than a tenth; `both` reports GRASP's gap to the optimum
     #[arg(long, value_enum, default_value_t = SearchArg::Auto, help_heading = "Search")]
     pub search: SearchArg,
     /// GRASP: number of starts
@@ -71,7 +72,7 @@ pub struct OptimizeArgs {
         allow_negative_numbers = true
     )]
     pub starts: usize,
-    /// GRASP: width of the restricted candidate list, 0 greedy to 1 random
+    /// GRASP: width of the restricted candidate list, from 0 (greedy) to 1 (random)
     #[arg(
         long,
         value_name = "A",
@@ -82,8 +83,8 @@ pub struct OptimizeArgs {
     pub alpha: f64,
     #[command(flatten)]
     pub limits: LimitArgs,
-    /// Fresh patterns (another seed) to score the winner on; 0 for none [default: 1000, of
-    /// patterns of more than 150 items fewer in proportion, at least 10]
+    /// Number of fresh patterns (another seed) to score the winner on; 0 for none
+    /// [default: 1000; proportionally fewer for patterns of more than 150 items, at least 10]
     #[arg(
         long,
         value_name = "K",
@@ -92,13 +93,13 @@ pub struct OptimizeArgs {
     )]
     pub validate: Option<usize>,
     #[arg(long, value_name = "STRATEGY", help_heading = "Search", help = strategy_help(
-        "Also score this strategy on the patterns that the winner is validated on, as \
-         `pickline simulate --help` lists them",
-        "; may be given several times. With --format csv only strategies.csv of --out has them",
+        "Also score this strategy on the patterns used to validate the winner (see \
+         `pickline simulate --help`)",
+        ". May be given several times. With --format csv, only strategies.csv in --out lists them",
     ))]
     pub strategy: Vec<String>,
-    /// Save the winner as the strategy of the station file, which the other verbs then use;
-    /// with FILE as a new station file, which a built-in station needs
+    /// Save the winner as the strategy in the station file, which the other verbs then use;
+    /// with FILE, write a new station file, as a built-in station requires
     #[arg(
         long,
         value_name = "FILE",
@@ -106,10 +107,10 @@ pub struct OptimizeArgs {
         help_heading = "Search"
     )]
     pub save: Option<Option<PathBuf>>,
-    /// Leave out how far the winner is at most from the best that any strategy can do
+    /// Do not bound how far the winner is from the best that any strategy can do
     #[arg(long, help_heading = "Search")]
     pub no_bound: bool,
-    /// Lines of the ranking to print in the table
+    /// Number of lines of the ranking to print in the table
     #[arg(
         long,
         value_name = "N",
@@ -124,11 +125,11 @@ pub struct OptimizeArgs {
 /// How long a search may take.
 #[derive(Debug, Clone, Args)]
 pub struct LimitArgs {
-    /// Most simulated runs of the search, ties included: one assignment on one pattern at one
-    /// belt speed; 0 for as many as it takes. The result is the best so far, the same on any
-    /// machine [default: 36000000 divided by the number of robots, 4000000 where
-    /// extended workspaces overlap or something can go wrong; fewer in proportion on patterns of
-    /// more than 150 items]
+    /// Maximum number of simulated runs in the search, tie-breaking included; a run is one
+    /// assignment on one pattern at one belt speed. 0 for no limit. The result is the best so
+    /// far, the same on any machine [default: 36000000 divided by the number of robots, or
+    /// 4000000 if extended workspaces overlap or something can go wrong; proportionally fewer
+    /// on patterns of more than 150 items]
     #[arg(
         long,
         value_name = "N",
@@ -136,8 +137,8 @@ pub struct LimitArgs {
         allow_negative_numbers = true
     )]
     pub max_runs: Option<u64>,
-    /// End the search after this time [s] with the best so far, which then depends on the
-    /// machine; then the winner is validated on a few patterns and not bounded
+    /// Stop the search after this time [s] with the best so far, which then depends on the
+    /// machine; the winner is then validated on only a few patterns and not bounded
     #[arg(
         long,
         value_name = "S",

@@ -1,4 +1,4 @@
-//! What `pickline pattern` is given.
+//! The arguments of `pickline pattern`.
 
 use super::{AttributeArgs, FeedArgs, Format, StationChoice};
 use clap::{Args, Subcommand, ValueEnum};
@@ -26,13 +26,13 @@ Example:
   pickline pattern generate clustered --flow 60 --count 300 | pickline simulate --pattern -
   pickline pattern generate profile --profile shift.csv --output p.csv")]
     Generate(Box<GenerateArgs>),
-    /// Print the figures of a pattern
+    /// Print the statistics of a pattern
     #[command(after_long_help = "\
 Examples:
   pickline pattern describe items.csv --format json
   pickline pattern describe items.csv --station my-line.toml")]
     Describe(DescribeArgs),
-    /// Turn a recording of another program into a pattern
+    /// Turn a recording from another program into a pattern
     #[command(subcommand)]
     Import(ImportCommand),
 }
@@ -60,7 +60,7 @@ pub enum PatternKind {
     Random,
     /// Clusters at random places
     Clustered,
-    /// Random items with stretches of empty belt
+    /// Random items with empty stretches of belt
     Gaps,
     /// Random items whose flow follows --profile
     Profile,
@@ -68,20 +68,20 @@ pub enum PatternKind {
 
 #[derive(Debug, Args)]
 pub struct GenerateArgs {
-    /// Which kind
+    /// Kind of pattern
     #[arg(value_enum, default_value_t = PatternKind::Grid)]
     pub kind: PatternKind,
-    /// Number of items [default: 50, of a Poisson disk pattern 29, of a profile all]
+    /// Number of items [default: 50; 29 for a Poisson disk pattern; all for a profile]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub count: Option<usize>,
     /// Grid: spacing [m] [default: 0.15]
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub spacing: Option<f64>,
-    /// Poisson disk: least distance between two items [m] [default: 0.2]
+    /// Poisson disk: minimum distance between two items [m] [default: 0.2]
     #[arg(long, value_name = "R", allow_negative_numbers = true)]
     pub radius: Option<f64>,
-    /// Profile: CSV with the flow over time, time_s,flow_per_min; straight lines between
-    /// its rows
+    /// Profile: CSV with the flow over time, columns time_s,flow_per_min; interpolated
+    /// linearly between rows
     #[arg(long, value_name = "FILE")]
     pub profile: Option<PathBuf>,
     #[command(flatten)]
@@ -93,7 +93,7 @@ pub struct GenerateArgs {
     pub station: StationChoice,
     #[command(flatten)]
     pub attributes: AttributeArgs,
-    /// Seed of everything random
+    /// Seed for everything random
     #[arg(
         long,
         value_name = "S",
@@ -107,39 +107,39 @@ pub struct GenerateArgs {
     /// Overwrite the file even if `pattern generate` did not write it
     #[arg(long)]
     pub force: bool,
-    /// Do not tell on stderr what is generated where that was left open
+    /// Do not report on stderr the defaults used for what was not given
     #[arg(short, long)]
     pub quiet: bool,
 }
 
 #[derive(Debug, Args)]
 pub struct DescribeArgs {
-    /// Pattern file (CSV), `-` for stdin; the grid of 0.15 m with 50 items when not given
+    /// Pattern file (CSV), or `-` for stdin [default: a 0.15 m grid of 50 items]
     pub file: Option<String>,
-    /// Also print the flow, on the belt of this station: file (TOML) or built-in
+    /// Also print the flow on the belt of this station: a file (TOML) or a built-in
     #[arg(long, value_name = "FILE|NAME")]
     pub station: Option<String>,
-    /// Also print the flow, on a belt of this speed [m/s]
+    /// Also print the flow at this belt speed [m/s]
     #[arg(long, value_name = "V", allow_negative_numbers = true)]
     pub belt_speed: Option<f64>,
-    /// How the figures are printed
+    /// Output format
     #[arg(long, value_enum, default_value_t = Format::Table)]
     pub format: Format,
-    /// Take warnings of values that are not plausible for errors
+    /// Treat warnings about implausible values as errors
     #[arg(long)]
     pub strict: bool,
 }
 
 #[derive(Debug, Subcommand)]
 pub enum ImportCommand {
-    /// From what a tracker or a detector wrote of a film
+    /// Import the output of a tracker or a detector on a video
     ///
-    /// One item a track: its belt position from all its frames, its area from the box, its
-    /// detection probability from the confidence, its class. Boxes without track ids are
-    /// linked by the belt's motion. The tracks show the belt's direction and speed, too: they
-    /// are compared with what is given here, and where the pattern would be wrong by
-    /// centimetres it is refused with the figures that would agree. What was read, dropped
-    /// and measured is printed on stderr.
+    /// Makes one item per track: its belt position from all frames, its area from the box,
+    /// its detection probability from the confidence, and its class. Boxes without track ids
+    /// are linked by the belt's motion. The tracks also show the belt's direction and speed.
+    /// These are compared with the values given here; if the pattern would be wrong by
+    /// centimetres, the import fails and prints the values that would fit. What was read,
+    /// dropped and measured is printed on stderr.
     #[command(
         visible_alias = "mot",
         after_long_help = "\
@@ -149,11 +149,11 @@ Examples:
   pickline pattern import tracks runs/track/labels --image-size 1280x720 --fps 25 \\
       --scale 0.002 --axis x --belt-speed 0.25 --angle 1.8
 
-Forms of files, recognised by what is in them:
+File formats, detected from the content:
   mot          frame,id,left,top,width,height,conf[,class,visibility] or [,x,y,z]
   supervision  CSV with a header, x_min,y_min,x_max,y_max,class_id,confidence,tracker_id,
                class_name,frame; also MOT columns under their names
-  ultralytics  a folder of labels, class xc yc w h [conf] [id], one file a frame
+  ultralytics  a folder of labels, class xc yc w h [conf] [id], one file per frame
   yolo         frame class x1 y1 x2 y2 xc yc
   coco         JSON detections, image_id (the frame), category_id, bbox, score"
     )]
@@ -180,16 +180,16 @@ pub enum AxisArg {
 
 #[derive(Debug, Args)]
 pub struct TracksArgs {
-    /// The file, or the folder of label files
+    /// The recording: a file, or a folder of label files
     pub file: PathBuf,
-    /// Form of the file: mot, supervision, ultralytics, yolo, coco [default: recognised]
+    /// File format: mot, supervision, ultralytics, yolo, coco [default: detected]
     #[arg(long = "as", value_name = "FORM")]
     pub form: Option<String>,
-    /// What the four figures of a box are, in MOT text and COCO JSON [default: sizes]; the
-    /// other forms say it themselves
+    /// Meaning of the four numbers of a box in MOT and COCO files; the other formats define
+    /// it themselves [default: sizes]
     #[arg(long, value_enum)]
     pub boxes: Option<BoxesArg>,
-    /// Width and height of the picture [px], for boxes given in shares of it
+    /// Image width and height [px], for boxes given as fractions of the image
     #[arg(long, value_name = "WxH")]
     pub image_size: Option<String>,
     /// Frames per second of the recording
@@ -204,8 +204,8 @@ pub struct TracksArgs {
     /// The belt travels towards smaller pixel values
     #[arg(long)]
     pub reverse: bool,
-    /// How far the travel is turned from that axis, positive towards larger pixels of the
-    /// other axis [degrees]; the import measures it
+    /// Angle between the belt's travel and that axis, positive towards larger pixel values
+    /// of the other axis [degrees]; the import measures it
     #[arg(
         long,
         value_name = "DEG",
@@ -216,11 +216,11 @@ pub struct TracksArgs {
     /// Belt speed during the recording [m/s]
     #[arg(long, value_name = "V", allow_negative_numbers = true)]
     pub belt_speed: f64,
-    /// Pixel of the belt's centre line across the travel [default: midway between the
-    /// outermost items]
+    /// Pixel coordinate of the belt's centre line, across the travel [default: midway
+    /// between the outermost items]
     #[arg(long, value_name = "PX", allow_negative_numbers = true)]
     pub centre_px: Option<f64>,
-    /// Tracks seen in fewer frames are dropped
+    /// Drop tracks seen in fewer frames
     #[arg(
         long,
         value_name = "N",
@@ -228,7 +228,7 @@ pub struct TracksArgs {
         allow_negative_numbers = true
     )]
     pub min_frames: usize,
-    /// An id that jumps by more along the belt is another item [m]
+    /// Split a track where it jumps by more than this along the belt [m]
     #[arg(
         long,
         value_name = "M",
@@ -236,7 +236,7 @@ pub struct TracksArgs {
         allow_negative_numbers = true
     )]
     pub split_distance: f64,
-    /// Tracks one after the other that agree this well are one item [m]
+    /// Merge consecutive tracks whose positions agree within this distance [m]
     #[arg(
         long,
         value_name = "M",
@@ -247,14 +247,14 @@ pub struct TracksArgs {
     /// Write to this file instead of stdout
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Make the pattern although the tracks contradict the figures given
+    /// Make the pattern even if the tracks contradict the given values
     #[arg(long)]
     pub accept_mismatch: bool,
-    /// Also write what was dropped, split, merged and measured, and why, into this JSON file
+    /// Also write what was dropped, split, merged and measured, and why, to this JSON file
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
-    /// Take warnings for errors: of values that are not plausible, and of tracks that do not
-    /// agree with the figures given
+    /// Treat warnings as errors: about implausible values, and about tracks that do not
+    /// agree with the given values
     #[arg(long)]
     pub strict: bool,
     /// Overwrite files even if `pattern import` did not write them

@@ -1,17 +1,17 @@
-//! Which ROS 2 graph, and how to find the others in it.
+//! The arguments for ROS 2: which graph to join, and how.
 
 use clap::Args;
 use std::net::IpAddr;
 
-/// Talking in a ROS 2 graph.
+/// Communication over a ROS 2 graph.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "ROS 2")]
 pub struct Ros2Args {
-    /// Talk in a ROS 2 graph (Jazzy, any DDS) instead of over stdin and stdout
+    /// Join a ROS 2 graph (Jazzy, any DDS) instead of using stdin and stdout
     #[arg(long, conflicts_with_all = ["listen", "connect"])]
     #[cfg_attr(feature = "mqtt", arg(conflicts_with = "mqtt"))]
     pub ros2: bool,
-    /// What all topics begin with
+    /// Prefix of all topics
     #[arg(
         long,
         value_name = "NAME",
@@ -19,7 +19,7 @@ pub struct Ros2Args {
         requires = "ros2"
     )]
     pub ros2_namespace: String,
-    /// DDS domain, 0 to 232 [default: ROS_DOMAIN_ID, else 0]
+    /// DDS domain, 0 to 232 [default: ROS_DOMAIN_ID, otherwise 0]
     #[arg(
         long,
         value_name = "N",
@@ -27,14 +27,14 @@ pub struct Ros2Args {
         allow_negative_numbers = true
     )]
     pub ros2_domain: Option<u16>,
-    /// Frame of the belt, `frame_id` of all places; messages in others are refused
+    /// The belt's frame, the `frame_id` of all positions; messages in other frames are refused
     #[arg(long, value_name = "FRAME", default_value = "belt", requires = "ros2")]
     pub ros2_frame: String,
-    /// Address of this machine in the network of the robots; may be given several times
+    /// Address of this machine in the robots' network; may be given several times
     /// [default: 127.0.0.1, this machine only]
     #[arg(long, value_name = "ADDRESS", requires = "ros2")]
     pub ros2_network: Vec<IpAddr>,
-    /// Hear publishers of detections that are not reliable, too; detections may get lost
+    /// Also accept best-effort publishers of detections; detections may get lost
     #[arg(long, requires = "ros2")]
     pub ros2_best_effort: bool,
 }

@@ -1,9 +1,9 @@
-//! What `pickline service` and `pickline man` are given.
+//! The arguments of `pickline service` and `pickline man`.
 
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
 
-/// Run lines as services of systemd: show the unit, install all that belongs to it
+/// Run lines as systemd services: show the unit, or install everything it needs
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
 Examples:
@@ -17,25 +17,25 @@ pub struct ServiceArgs {
 
 #[derive(Debug, Subcommand)]
 pub enum ServiceCommand {
-    /// Print the unit
+    /// Print the systemd unit
     #[command(after_long_help = "Example:\n  pickline service show --prefix /usr")]
     Show {
         #[command(flatten)]
         place: PlaceArgs,
     },
-    /// Install program, unit, manual pages, completions and examples of what goes into /etc
+    /// Install the program, unit, manual pages, completions and example files in /etc
     ///
-    /// What stands in /etc already is kept. Other files are replaced only if this command wrote
-    /// them and nobody has changed them since.
+    /// Existing files in /etc are kept. Other files are replaced only if this command wrote
+    /// them and they have not been changed since.
     #[command(after_long_help = "Example:\n  sudo pickline service install")]
     Install {
         #[command(flatten)]
         place: PlaceArgs,
-        /// Replace files whoever wrote them; not those in /etc
+        /// Replace files even if this command did not write them, except in /etc
         #[arg(long)]
         force: bool,
     },
-    /// Remove what install wrote and nobody has changed since; what is in /etc stays
+    /// Remove what `install` wrote, except changed files and everything in /etc
     #[command(after_long_help = "Example:\n  sudo pickline service uninstall")]
     Uninstall {
         #[command(flatten)]
@@ -43,19 +43,19 @@ pub enum ServiceCommand {
     },
 }
 
-/// Where it is installed.
+/// Where to install.
 #[derive(Debug, Clone, Args)]
 pub struct PlaceArgs {
-    /// The folder of bin, lib and share
+    /// The folder that holds bin, lib and share
     #[arg(long, value_name = "DIR", default_value = "/usr/local")]
     pub prefix: PathBuf,
-    /// Put all below this folder instead of /: for an image or a package
+    /// Install below this folder instead of /, for an image or a package
     #[arg(long, value_name = "DIR")]
     pub root: Option<PathBuf>,
 }
 
 impl Default for ServiceCommand {
-    /// What `pickline service` alone does.
+    /// The default of `pickline service` without a subcommand.
     fn default() -> Self {
         Self::Show {
             place: PlaceArgs {
@@ -66,14 +66,14 @@ impl Default for ServiceCommand {
     }
 }
 
-/// Print a manual page, as man reads it
+/// Print a manual page in the format that `man` reads
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
 Examples:
   pickline man run | man -l -
   pickline man station check > pickline-station-check.1")]
 pub struct ManArgs {
-    /// The command; the program itself when not given
+    /// The command [default: the program itself]
     #[arg(value_name = "COMMAND")]
     pub command: Vec<String>,
 }

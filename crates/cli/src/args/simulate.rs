@@ -1,4 +1,4 @@
-//! What `pickline simulate` is given.
+//! The arguments of `pickline simulate`.
 
 use super::{Common, ConditionArgs, StationChoice, strategy_help};
 use clap::Args;
@@ -6,9 +6,9 @@ use std::path::PathBuf;
 
 /// Run one strategy on one pattern, exactly
 ///
-/// Jumps from decision to decision; there is no time step. Prints the throughput, what is
-/// picked per minute in the steady state, where the pattern is long enough for one. Says for every item that
-/// was not picked why: unreachable, grasp_failed, passed_over, unseen or busy.
+/// Jumps from decision to decision; there is no time step. Prints the throughput (picks per
+/// minute in the steady state) if the pattern is long enough to reach one. Gives the reason
+/// for every item that was not picked: unreachable, grasp_failed, passed_over, unseen or busy.
 #[derive(Debug, Args)]
 #[command(after_long_help = simulate_help())]
 pub struct SimulateArgs {
@@ -18,38 +18,38 @@ pub struct SimulateArgs {
     pub common: Common,
     #[command(flatten)]
     pub conditions: ConditionArgs,
-    /// Pattern file (CSV), `-` for stdin; the grid of 0.15 m with 50 items when not given
+    /// Pattern file (CSV), or `-` for stdin [default: a 0.15 m grid of 50 items]
     #[arg(long, value_name = "FILE")]
     pub pattern: Option<String>,
     #[arg(long, value_name = "STRATEGY", help = strategy_help(
         "Strategy, as listed below",
-        " [default: SPT for all but the last, FIFO for the last]",
+        " [default: FIFO for the last robot, SPT for all others]",
     ))]
     pub strategy: Option<String>,
-    /// Time for each decision of a strategy that looks ahead [ms], instead of a number
-    /// of simulated decisions; the result then depends on the machine
+    /// Time per decision for a strategy that looks ahead [ms], instead of a number of
+    /// simulated decisions; the result then depends on the machine
     #[arg(long, value_name = "MS", allow_negative_numbers = true)]
     pub budget_ms: Option<f64>,
-    /// Have the independent checker verify the run, with exit code 1 if it refutes it, and
+    /// Verify the run with the independent checker, with exit code 1 if the check fails, and
     /// report the smallest distance between two arms (collisions are not avoided)
     #[arg(long)]
     pub check: bool,
-    /// Leave out how far the run is at most from the best that any strategy can do
+    /// Do not bound how far the run is from the best that any strategy can do
     #[arg(long)]
     pub no_bound: bool,
-    /// Write every event of the run into this CSV file
+    /// Write every event of the run to this CSV file
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
-    /// Write a replay of the run into this HTML file, to be opened in any browser
+    /// Write a replay of the run to this HTML file, which opens in any browser
     #[arg(long, value_name = "FILE")]
     pub html: Option<PathBuf>,
 }
 
-/// What can be simulated, from the registries, and examples.
+/// Help text listing the registered strategies, rules and stations, and examples.
 fn simulate_help() -> String {
     let mut help = "Strategies:\n".to_owned();
     help += &pickline::strategies::help();
-    help += "\nRules, each picking the candidate with the smallest key:\n";
+    help += "\nRules, each of which picks the candidate with the smallest key:\n";
     for rule in pickline::dispatch::RULES {
         help += &format!(
             "  {:<6}{:<26}{}\n",

@@ -1,10 +1,10 @@
-//! What `pickline station` is given.
+//! The arguments of `pickline station`.
 
 use super::StationChoice;
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
 
-/// Show, check or start a station file
+/// Show, check or create a station file
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
 Examples:
@@ -24,13 +24,13 @@ pub enum StationCommand {
     Show {
         #[command(flatten)]
         station: StationChoice,
-        /// Also draw the station into this SVG file
+        /// Also write a drawing of the station to this SVG file
         #[arg(long, value_name = "FILE")]
         svg: Option<PathBuf>,
-        /// With the items of this pattern file (CSV) on the belt instead of random ones
+        /// Draw the items of this pattern file (CSV) on the belt instead of random ones
         #[arg(long, value_name = "FILE", requires = "svg")]
         pattern: Option<String>,
-        /// With a camera that looks at the belt at this x [m]
+        /// Draw a camera over the belt at this x [m]
         #[arg(
             long,
             value_name = "X",
@@ -42,20 +42,20 @@ pub enum StationCommand {
         #[arg(long)]
         force: bool,
     },
-    /// Check a station file, and say what each robot reaches and which arms can collide
+    /// Check a station file, and print what each robot reaches and which arms can collide
     #[command(after_long_help = "Example:\n  pickline station check my-line.toml")]
     Check {
-        /// The file, or a built-in station
+        /// The station file, or a built-in station
         #[arg(default_value = "paper")]
         file: String,
-        /// Take warnings of values that are not plausible for errors
+        /// Treat warnings about implausible values as errors
         #[arg(long)]
         strict: bool,
     },
     /// Write a commented station file to start from
     #[command(after_long_help = "Example:\n  pickline station init my-line.toml")]
     Init {
-        /// Where to; stdout when not given
+        /// Output file [default: stdout]
         file: Option<PathBuf>,
         /// Overwrite the file if it exists
         #[arg(long)]
@@ -64,7 +64,7 @@ pub enum StationCommand {
 }
 
 impl Default for StationCommand {
-    /// What `pickline station` alone does.
+    /// The default of `pickline station` without a subcommand.
     fn default() -> Self {
         Self::Show {
             station: StationChoice {

@@ -1,33 +1,33 @@
-//! What `pickline train` is given.
+//! The arguments of `pickline train`.
 
 use super::strategy_help;
 use pickline::rl::PRESETS;
 use clap::Args;
 use std::path::PathBuf;
 
-/// Train a policy, the learned strategy, and export it as ONNX
+/// Train a policy (a learned strategy) and export it as ONNX
 ///
-/// Plays patterns drawn at random on the given stations and learns by masked PPO. Every
-/// so often the policy is judged on the built-in cases, under seeds kept apart, beside
-/// [SPT; FIFO] and greedy GT. The best so far is kept, on Ctrl-C too. Beside FILE.onnx
-/// stand FILE.json, the training record, FILE.csv and FILE.svg, the learning curve, and
-/// FILE.checkpoint.json to go on from with --resume.
+/// Plays random patterns on the given stations and learns by masked PPO. At intervals the
+/// policy is scored on the built-in cases, with separate seeds, next to [SPT; FIFO] and
+/// greedy GT (game theory). The best policy so far is kept, also on Ctrl-C. Next to FILE.onnx
+/// it writes FILE.json (the training record), FILE.csv and FILE.svg (the learning curve), and
+/// FILE.checkpoint.json, from which --resume continues.
 #[derive(Debug, Args)]
 #[command(after_long_help = train_help())]
 pub struct TrainArgs {
-    /// The policy's file, NAME.onnx
+    /// Output file for the policy, NAME.onnx
     #[arg(long, value_name = "FILE", default_value = "policy.onnx")]
     pub out: PathBuf,
-    /// Where to begin: default, paper [default: the plan's, or default]
+    /// Initial settings: default, paper [default: the plan's, otherwise default]
     #[arg(long, value_name = "NAME", conflicts_with_all = ["resume", "plan"])]
     pub preset: Option<String>,
-    /// What is to differ from the preset, as JSON with the keys of `plan` in a training
-    /// record, such as {"preset": "paper", "reward": {"pick": 2}}. Of a whole record the plan
-    /// alone is taken, not its stations and seed
+    /// Changes to the preset, as JSON with the keys of `plan` in a training record, such as
+    /// {"preset": "paper", "reward": {"pick": 2}}. From a whole training record, only the plan
+    /// is used, not the stations or the seed
     #[arg(long, value_name = "FILE", conflicts_with = "resume")]
     pub plan: Option<PathBuf>,
-    /// Station file (TOML) or built-in; with a number of robots as NAME:N. May be given
-    /// several times, and one several times to be trained on more often
+    /// Station file (TOML) or built-in, optionally with a number of robots as NAME:N. May be
+    /// given several times; repeat a station to train on it more often
     #[arg(
         long,
         value_name = "FILE|NAME[:N]",
@@ -35,7 +35,7 @@ pub struct TrainArgs {
         conflicts_with = "resume"
     )]
     pub station: Vec<String>,
-    /// Decisions to learn from [default: the preset's]
+    /// Number of decisions to learn from [default: the preset's]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub steps: Option<u64>,
     /// Learning rate [default: the preset's]
@@ -59,12 +59,12 @@ pub struct TrainArgs {
         value_name = "STRATEGY",
         conflicts_with = "resume",
         help = strategy_help(
-            "First learn from this strategy's decisions, as `pickline simulate --help` lists them",
+            "First learn to imitate this strategy (see `pickline simulate --help`)",
             "",
         )
     )]
     pub imitate: Option<String>,
-    /// Rounds of that: the strategy plays in the first, the network in the others
+    /// Rounds of imitation: the strategy plays in the first, the network in the others
     /// [default: 10]
     #[arg(
         long,
@@ -73,7 +73,7 @@ pub struct TrainArgs {
         allow_negative_numbers = true
     )]
     pub imitate_rounds: Option<usize>,
-    /// Patterns of each round [default: 500]
+    /// Patterns per round of imitation [default: 500]
     #[arg(
         long,
         value_name = "N",
@@ -81,11 +81,11 @@ pub struct TrainArgs {
         allow_negative_numbers = true
     )]
     pub imitate_patterns: Option<usize>,
-    /// Go on from a checkpoint, on its stations and with its plan and seed; with --steps to
-    /// another end
+    /// Resume from a checkpoint, with its stations, plan and seed; --steps sets another
+    /// number of decisions
     #[arg(long, value_name = "FILE")]
     pub resume: Option<PathBuf>,
-    /// Master seed of everything random
+    /// Master seed for everything random
     #[arg(
         long,
         value_name = "S",
@@ -94,16 +94,16 @@ pub struct TrainArgs {
         allow_negative_numbers = true
     )]
     pub seed: u64,
-    /// Take warnings of values that are not plausible for errors
+    /// Treat warnings about implausible values as errors
     #[arg(long)]
     pub strict: bool,
-    /// Overwrite files that `train` did not write
+    /// Overwrite files even if `train` did not write them
     #[arg(long)]
     pub force: bool,
-    /// Threads; all cores when not given. Results do not depend on it
+    /// Number of threads; does not affect results [default: all cores]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub threads: Option<usize>,
-    /// No progress and no remarks on stderr
+    /// Print no progress and no remarks on stderr
     #[arg(short, long)]
     pub quiet: bool,
 }
