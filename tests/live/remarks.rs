@@ -159,12 +159,12 @@ fn an_empty_journal_is_told_of() {
         assert_eq!(code, Some(0), "{remarks}");
         remarks
     };
-    let told = format!("{} is empty and is started over; ", journal.display());
+    let told = format!("{} is empty, so a new journal is started; ", journal.display());
     // One that does not exist yet is nothing to speak of.
     assert!(!run().contains(&told));
     std::fs::write(&journal, "").unwrap();
     assert!(run().contains(&told));
-    assert!(run().contains("going on from "));
+    assert!(run().contains("resuming from "));
 }
 
 /// An item in the gripper of a robot that breaks down is in no bin.
@@ -185,7 +185,7 @@ fn the_station_counts_what_is_in_its_bins() {
         let last = remarks.lines().last().unwrap();
         let bins = last.split(' ').next().unwrap();
         assert!(
-            last.contains(&format!("the node says: {bins} of 50 picked")),
+            last.contains(&format!("the node reports {bins} of 50 picked")),
             "{last}"
         );
         if last.contains("1 in the grippers of robots that broke down") {

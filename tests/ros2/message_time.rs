@@ -129,7 +129,7 @@ fn a_node_that_goes_early_leaves_nobody_waiting() {
     let (code, remarks) = station.finish();
     assert_eq!(code, Some(0), "{remarks}");
     assert!(
-        remarks.contains("the node went before the end"),
+        remarks.contains("the node left before the end"),
         "{remarks}"
     );
 }

@@ -19,8 +19,8 @@ pub fn run(args: &EmulateArgs, session: &Session) -> Result<()> {
     let width = station.belt().width;
     let file = args.pattern.as_ref().map(|file| file.to_string_lossy());
     if file.as_deref() == Some("-") {
-        let cure = "write the pattern into a file";
-        return Err(Error::input("--pattern", "stdin carries the tasks", cure));
+        let cure = "write the pattern to a file";
+        return Err(Error::input("--pattern", "stdin is used for the tasks", cure));
     }
     let (pattern, name) = load_pattern(file.as_deref(), width)?;
     let named = file.as_deref().unwrap_or(&name);
@@ -68,7 +68,7 @@ pub fn run(args: &EmulateArgs, session: &Session) -> Result<()> {
         true => Err(Error::input(
             "--station",
             format!("the node saw none of the {items} items"),
-            "see on its stderr why it refused the detections",
+            "its stderr says why it refused the detections",
         )),
         false => Ok(()),
     }
@@ -120,17 +120,17 @@ impl TroubleArgs {
     }
 }
 
-/// The emulated station with whoever controls it.
+/// The emulated station and its connection to the node.
 struct Play<'a> {
     emulator: Emulator,
     hub: Hub,
     transport: &'a TransportArgs,
-    /// Whether anybody may still answer.
+    /// Whether any peer may still answer.
     answers: bool,
-    /// With message time, whether the node has gone and nobody takes its turn.
+    /// With message time, whether the node has gone and no longer takes its turn.
     deserted: bool,
     status: Option<Status>,
-    /// Lines that are no messages from a node.
+    /// Number of lines that were not messages from a node.
     unread: u64,
 }
 
@@ -144,7 +144,7 @@ impl Play<'_> {
         Ok(())
     }
 
-    /// Takes turns with the node, as fast as both can.
+    /// Takes turns with the node, as fast as both can run.
     fn go_in_turns(&mut self, stop: &AtomicBool) -> Result<()> {
         let mut due = None;
         while !self.deserted && !stop.load(Ordering::Relaxed) {
@@ -167,7 +167,7 @@ impl Play<'_> {
         Ok(())
     }
 
-    /// Lets things happen when they are due.
+    /// Makes events happen when they are due.
     fn go_by_the_clock(&mut self, stop: &AtomicBool) -> Result<()> {
         self.emulator.start_at(unix_now());
         while !stop.load(Ordering::Relaxed) {
@@ -187,8 +187,8 @@ impl Play<'_> {
         Ok(())
     }
 
-    /// Sends messages. Where too many wait already the station stands still until there is
-    /// room: nothing is left out.
+    /// Sends messages. If too many are waiting, the station pauses until there is room, so
+    /// that no message is dropped.
     fn say(&mut self, messages: Vec<Incoming>, stop: &AtomicBool) -> Result<()> {
         for message in messages {
             while self.hub.is_full() && !self.deserted && !stop.load(Ordering::Relaxed) {
@@ -201,7 +201,7 @@ impl Play<'_> {
         Ok(())
     }
 
-    /// Takes in what is heard; returns the message, if it is one.
+    /// Handles what is received; returns it if it is a message.
     fn handle(&mut self, heard: Heard) -> Result<Option<Outgoing>> {
         match heard {
             Heard::Line(_, line) => {
@@ -228,10 +228,10 @@ impl Play<'_> {
                 let text = self.hub.foreign(number, &start);
                 self.transport.warn(&text);
             }
-            // Only a node disconnects whoever does not keep up.
+            // Only a node disconnects peers that do not keep up.
             Heard::Stalled(_) => {}
             Heard::Up(_) => self.answers = true,
-            // By the clock the station goes on, and tells when somebody is there again.
+            // With the system clock, the station continues and reports a reconnect.
             Heard::Down(_) if self.transport.clock() == ClockKind::System => {}
             Heard::Left(0) => self.answers = false,
             Heard::Ended(_) => {
@@ -248,14 +248,14 @@ impl Play<'_> {
         Ok(None)
     }
 
-    /// Takes in the node's answer to the hello, if it is one.
+    /// Handles the node's answer to the hello, if the line is one.
     fn hear_answer(&mut self, line: &[u8]) -> Result<()> {
         match decode_answer(line) {
             Some(answer) if answer.accepted => {}
             Some(answer) => {
                 let reason = answer.reason.unwrap_or_default();
-                let cure = "give the node's --token and --station here too";
-                let problem = format!("the node refuses this station: {}", shown(&reason));
+                let cure = "give the same --token and --station as for the node";
+                let problem = format!("the node refused this station: {}", shown(&reason));
                 return Err(Error::input("--connect", problem, cure));
             }
             None => self.unread += 1,
@@ -263,9 +263,9 @@ impl Play<'_> {
         Ok(())
     }
 
-    /// The node's last status comes after the stream to it has ended, or where the node
-    /// goes on, one that knows of the end. Stdout ends with the program only, so through
-    /// pipes it goes unheard.
+    /// Waits for the node's last status, which it sends after the stream to it has ended; a
+    /// node that keeps running sends one stamped after the end. Stdout closes only when the
+    /// program exits, so with pipes this status cannot be awaited.
     fn listen_to_the_end(&mut self, stop: &AtomicBool) -> Result<()> {
         if self.hub.is_stdio() {
             return Ok(());
@@ -296,21 +296,21 @@ impl Play<'_> {
         }
         if let Some(status) = &self.status {
             text += &format!(
-                "; the node says: {} of {} picked, {} missed",
+                "; the node reports {} of {} picked, {} missed",
                 status.picked,
                 status.seen,
                 status.missed.total()
             );
             let unknown = status.missed.no_result;
             if unknown > 0 {
-                text += &format!(", {unknown} of them without a result: some may be in the bins");
+                text += &format!(", {unknown} of them without a result (some may be in the bins)");
             }
         }
         if self.deserted {
-            text += "; the node went before the end";
+            text += "; the node left before the end";
         }
         if self.unread > 0 {
-            text += &format!("; {} lines were no messages of a node", self.unread);
+            text += &format!("; {} lines were not messages from a node", self.unread);
         }
         text
     }

@@ -23,43 +23,43 @@ use std::path::{Path, PathBuf};
 #[cfg(feature = "mcap")]
 use std::sync::Arc;
 
-/// The program and its version.
+/// The program's name and version, as recorded.
 const PROGRAM: &str = concat!("pickline ", env!("CARGO_PKG_VERSION"));
 
-/// Steps of which nothing is said that make one record together.
+/// Maximum number of silent steps (steps without output) combined into one record.
 const TOGETHER: u32 = 64;
 
-/// What a run keeps.
+/// The journal and recording of a run.
 #[derive(Default)]
 pub struct Kept {
-    /// Files that were not there before.
+    /// Files that this run created.
     created: Vec<PathBuf>,
     journal: Option<Journal>,
-    /// Steps since the last record, of which nothing was said.
+    /// Silent steps since the last record.
     unsaid: u32,
     #[cfg(feature = "mcap")]
     recording: Recording,
 }
 
-/// A recording that must not stop the line: when it cannot go on it ends, which is told
-/// then and again at the end.
+/// A recording, which must not stop the line: if writing fails, the recording ends. The error
+/// is logged at once and returned at the end.
 #[cfg(feature = "mcap")]
 #[derive(Default)]
 struct Recording {
-    /// For log times that never go back.
+    /// The clock for log times, which never go back.
     clock: NodeClock,
     recorder: Option<Recorder>,
     failure: Option<pickline::error::Error>,
-    /// Where that is told.
+    /// Where a failure is logged.
     log: Option<Arc<Log>>,
 }
 
-/// Checks, before the work begins, that what a run keeps can be written and is none of
-/// what it reads. What stands in the files already is looked at when they are opened: a
-/// journal has to be this line's, and a recording replaces nothing.
+/// Checks, before the work begins, that the journal and the recording can be written and are
+/// not input files. Existing content is checked when they are opened: a journal must belong
+/// to this line, and a recording must not replace a file.
 ///
 /// # Errors
-/// A file that cannot be written, or has two uses.
+/// A file that cannot be written, or that is used twice.
 pub fn check(args: &RunArgs) -> Result<()> {
     let read = [
         args.station.file(),
@@ -81,8 +81,8 @@ pub fn check(args: &RunArgs) -> Result<()> {
 }
 
 impl Kept {
-    /// Opens what a run keeps, and makes its controller: one that goes on where the journal
-    /// ends, if there is one. `strategy` is as it is written and as it is.
+    /// Opens the journal and the recording, and creates the controller, which resumes where
+    /// the journal ends if there is one. `strategy` is its text and the strategy itself.
     ///
     /// # Errors
     /// As for [`Found::open`], [`Controller::restore`] and [`Recorder::create`].
@@ -146,7 +146,7 @@ impl Kept {
             let recorder = Recorder::create(path, &heading, state.as_ref())?;
             kept.recording.recorder = Some(recorder);
             kept.recording.log = Some(Arc::clone(args.transport.log()));
-            // A recording replaces nothing.
+            // A recording never replaces a file.
             kept.created.push(path.clone());
         }
         if let Some(found) = found {
@@ -162,17 +162,17 @@ impl Kept {
         Ok((controller, kept))
     }
 
-    /// Removes what was created, for a run that could not begin: it would be in the way of
-    /// the next one.
+    /// Removes the files that this run created, if the run could not begin: they would be in
+    /// the way of the next one.
     pub fn discard(self) {
         for file in &self.created {
-            // Still locked. What cannot be removed only lies about.
+            // They are still locked. A file that cannot be removed does no harm.
             let _ = std::fs::remove_file(file);
         }
     }
 
-    /// Keeps what has changed. To be called after every step, before anything that the
-    /// controller has `said` leaves; what it did in silence may wait for a few steps.
+    /// Writes changes to the journal. Must be called after every step, before the output that
+    /// the controller has `said` is sent; silent steps may wait for a few more steps.
     ///
     /// # Errors
     /// A journal that cannot be written.
@@ -184,7 +184,7 @@ impl Kept {
         self.write(controller, said)
     }
 
-    /// Keeps all that has changed while nothing happens.
+    /// Writes all pending changes while nothing else happens.
     ///
     /// # Errors
     /// A journal that cannot be written.
@@ -210,25 +210,25 @@ impl Kept {
 
 #[cfg(feature = "mcap")]
 impl Kept {
-    /// Records a message that has come at `received` [s since 1970].
+    /// Records a message received at `received` [s since 1970].
     pub fn heard(&mut self, message: &Incoming, received: f64) {
         self.recording
             .go_on(|recorder, _| recorder.heard(message, received));
     }
 
-    /// Records a message that leaves.
+    /// Records a message that is sent.
     pub fn said(&mut self, message: &Outgoing) {
         self.recording
             .go_on(|recorder, now| recorder.said(message, now));
     }
 
-    /// Records what else has happened.
+    /// Records an event that is not a message.
     pub fn happened(&mut self, event: &Event) {
         self.recording
             .go_on(|recorder, now| recorder.happened(event, now));
     }
 
-    /// Has the recording reach its file.
+    /// Flushes the recording to its file.
     fn flush(&mut self) {
         self.recording.go_on(|recorder, now| recorder.flush(now));
     }
@@ -236,7 +236,7 @@ impl Kept {
     /// Ends the recording.
     ///
     /// # Errors
-    /// A recording that could not be written to its end.
+    /// A recording that could not be written completely.
     pub fn finish(mut self) -> Result<()> {
         if let Some(recorder) = self.recording.recorder.take() {
             recorder.finish()?;
@@ -251,7 +251,7 @@ impl Recording {
         if let Some(recorder) = &mut self.recorder
             && let Err(error) = write(recorder, self.clock.read().stamp)
         {
-            let text = format!("the recording ends here: {error}");
+            let text = format!("the recording has stopped: {error}");
             if let Some(log) = &self.log {
                 log.say(Level::Error, &text, &text);
             }
@@ -261,7 +261,7 @@ impl Recording {
     }
 }
 
-/// Without recordings.
+/// Stubs for a build without recordings.
 #[cfg(not(feature = "mcap"))]
 impl Kept {
     pub fn heard(&mut self, _: &Incoming, _: f64) {}
@@ -277,26 +277,26 @@ impl Kept {
     }
 }
 
-/// A file that the user has just made looks the same as one that was cut off.
+/// An empty file may be new, or a journal that lost its content.
 fn starting_over(path: &Path) -> String {
     let name = path.display();
     format!(
-        "{name} is empty and is started over; if a journal was in it, end this run, and bring back \
-         a copy, or clear the belt and have all robots idle first"
+        "{name} is empty, so a new journal is started; if it held a journal, stop this run and \
+         restore a copy, or first clear the belt and make sure that all robots are idle"
     )
 }
 
 fn resuming(path: &Path, torn: usize, controller: &Controller) -> String {
     let (items, tasks) = controller.load();
     let name = path.display();
-    let mut text = format!("going on from {name}: {items} items, {tasks} open tasks");
+    let mut text = format!("resuming from {name}: {items} items, {tasks} open tasks");
     if torn > 0 {
         text += &format!(
-            "; its last record, {torn} bytes, was never written to its end and is left out"
+            "; its last record ({torn} bytes) is incomplete and was discarded"
         );
     }
     if controller.awaits_belt() {
-        text += "; no task is given until the belt has been heard";
+        text += "; no task is given until the belt reports";
     }
     text
 }

@@ -1,4 +1,4 @@
-//! What `run` and `emulate` have in common: the place to talk at, the clock, the signals.
+//! Shared by `run` and `emulate`: the transport, the clock, the signals.
 
 use super::args::{ClockArg, LogFormatArg, TransportArgs};
 use super::log::{Level, Log, Style, kind_of};
@@ -14,16 +14,16 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-/// How long the end waits for a peer that does not take what is left for it.
+/// How long to wait at the end for a peer that does not read the remaining output.
 pub const PATIENCE: Duration = Duration::from_secs(2);
-/// How often signals are looked for.
+/// How often to check for signals.
 pub const GLANCE: Duration = Duration::from_millis(50);
 
-/// How long one waits for room where too much waits to be sent.
+/// How long to wait for room when too much output is queued.
 pub const BREATH: Duration = Duration::from_millis(1);
 
 impl TransportArgs {
-    /// The clock.
+    /// The kind of clock.
     pub fn clock(&self) -> ClockKind {
         match self.clock {
             ClockArg::System => ClockKind::System,
@@ -31,8 +31,8 @@ impl TransportArgs {
         }
     }
 
-    /// Opens the place where `side` talks in this dialect, for the line of `station`, and says
-    /// where it is.
+    /// Opens the transport of `side` in this dialect, for the line of `station`, and prints
+    /// its address.
     ///
     /// # Errors
     /// As for [`Hub::open`].
@@ -65,7 +65,7 @@ impl TransportArgs {
         if let Some(address) = hub.address() {
             self.remark(&format!("listening at {address}"));
             if !address.ip().is_loopback() && !is_closed {
-                self.warn("anybody who reaches this address can command the line");
+                self.warn("anyone who can reach this address can control the line");
             }
         }
         Ok(hub)
@@ -78,15 +78,15 @@ impl TransportArgs {
     fn place(&self, side: Side) -> Result<Place> {
         #[cfg(feature = "mqtt")]
         if let Some(settings) = self.mqtt.resolve(side, self.clock())? {
-            self.remark(&format!("talking over {}", settings.broker));
+            self.remark(&format!("using {}", settings.broker));
             return Ok(Place::Mqtt(Box::new(settings)));
         }
         #[cfg(feature = "ros2")]
         if let Some(settings) = self.ros2.resolve(side, self.clock())? {
             let (domain, namespace) = (settings.domain, &settings.namespace);
-            self.remark(&format!("talking in ROS domain {domain} under {namespace}"));
+            self.remark(&format!("using ROS domain {domain}, namespace {namespace}"));
             if !settings.networks.iter().all(IpAddr::is_loopback) {
-                self.warn("anybody in these networks can command the line");
+                self.warn("anyone in these networks can control the line");
             }
             return Ok(Place::Ros2(Box::new(settings)));
         }
@@ -97,7 +97,7 @@ impl TransportArgs {
         })
     }
 
-    /// The log, which is opened when it is first asked for.
+    /// The log, which is opened at first use.
     pub fn log(&self) -> &Arc<Log> {
         let style = || match self.log_format {
             LogFormatArg::Auto => Style::found(),
@@ -113,12 +113,12 @@ impl TransportArgs {
         self.say(Level::Info, &kind_of(text), text);
     }
 
-    /// A remark on something that is wrong, unless quiet.
+    /// A warning, unless quiet.
     pub fn warn(&self, text: &str) {
         self.say(Level::Warning, &kind_of(text), text);
     }
 
-    /// A remark, unless quiet, that is summed up with others of its `kind`.
+    /// A remark, unless quiet; repeated remarks of one `kind` are summed up.
     pub fn say(&self, level: Level, kind: &str, text: &str) {
         if !self.quiet {
             self.log().say(level, kind, text);
@@ -126,11 +126,11 @@ impl TransportArgs {
     }
 }
 
-/// A flag that is set by Ctrl-C and SIGTERM; a second one ends the program at once.
+/// A flag that Ctrl-C and SIGTERM set; a second signal exits the program at once.
 pub fn stop_flag() -> Arc<AtomicBool> {
     let flag = Arc::new(AtomicBool::new(false));
     let raised = Arc::clone(&flag);
-    // Without a handler a signal just ends the program, as it does everywhere.
+    // If no handler can be set, a signal ends the program, as usual.
     let _ = ctrlc::set_handler(move || {
         if raised.swap(true, Ordering::Relaxed) {
             std::process::exit(i32::from(super::INTERRUPTED));
@@ -145,7 +145,7 @@ pub fn unix_now() -> f64 {
     since.unwrap_or_default().as_secs_f64()
 }
 
-/// The machine's two clocks as one that nobody sets.
+/// Combines the machine's two clocks into one that is never set.
 #[derive(Debug)]
 pub struct NodeClock {
     steady: SteadyClock,
@@ -159,7 +159,7 @@ impl Default for NodeClock {
 }
 
 impl NodeClock {
-    /// It shows the machine's time from now on.
+    /// Starts it at the machine's time.
     pub fn start() -> Self {
         let mut clock = Self {
             steady: SteadyClock::default(),
@@ -169,9 +169,9 @@ impl NodeClock {
         clock
     }
 
-    /// What it shows.
+    /// Reads the clock.
     pub fn read(&mut self) -> Reading {
-        /// Between the readings of the two clocks the process may have lost its core.
+        /// A longer reading means that the process was preempted between the two clocks.
         const AT_ONCE: Duration = Duration::from_millis(1);
         const TRIES: usize = 10;
         let mut best = (Duration::MAX, 0.0, 0.0);
@@ -192,15 +192,15 @@ impl NodeClock {
     }
 }
 
-/// The time from `now` until `stamp`, at most a glance and at least nothing.
+/// The time from `now` until `stamp`, at least zero and at most [`GLANCE`].
 pub fn until(stamp: Option<f64>, now: f64) -> Duration {
     let left = stamp.map_or(f64::INFINITY, |stamp| stamp - now);
     Duration::from_secs_f64(left.clamp(0.0, GLANCE.as_secs_f64()))
 }
 
-/// Whether two addresses, HOST:PORT, are one port of one machine, on any of its interfaces.
+/// Whether two addresses (HOST:PORT) are the same port of the same machine.
 pub fn is_same_place(one: &str, other: &str) -> bool {
-    // What is no address is told of where it is used.
+    // An invalid address is reported where it is used.
     let all = |address: &str| -> Vec<SocketAddr> {
         let found = address.to_socket_addrs();
         found.map(Iterator::collect).unwrap_or_default()
@@ -215,15 +215,15 @@ pub fn is_same_place(one: &str, other: &str) -> bool {
     })
 }
 
-/// A flag's value within its range.
+/// Checks that a flag's value is in its range.
 ///
 /// # Errors
-/// A value outside.
+/// A value outside the range.
 pub fn check_range(flag: &str, value: f64, low: f64, high: f64, unit: &str) -> Result<()> {
     if (low..=high).contains(&value) {
         return Ok(());
     }
-    let problem = format!("{} is out of its range", shown_number(value));
+    let problem = format!("{} is out of range", shown_number(value));
     let (low, high) = (shown_number(low), shown_number(high));
     Err(Error::input(
         flag,

@@ -1,4 +1,4 @@
-//! The loop of `pickline run`: peers, controller, journal, recording and dashboard.
+//! The main loop of `pickline run`: peers, controller, journal, recording and dashboard.
 
 use super::args::TransportArgs;
 use super::dashboard::Screen;
@@ -17,46 +17,46 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
-/// Messages handled before what is due is looked at again.
+/// Maximum number of messages handled before checking again what is due.
 const AT_ONCE: usize = 64;
 
-/// The controller with its peers, and all that a run keeps and shows.
+/// The controller with its peers, journal, recording and dashboard.
 pub struct Node<'a> {
-    /// What decides.
+    /// Makes the decisions.
     pub controller: Controller,
-    /// The peers.
+    /// The connections to the peers.
     pub hub: Hub,
     /// The clock of the line.
     pub clock: NodeClock,
-    /// By how much the machine's clock was ahead of it at the last step, for it was set [s].
+    /// How far the machine's clock was ahead of `clock` at the last step, after being set [s].
     pub ahead: f64,
-    /// What is kept on disk.
+    /// The journal and the recording.
     pub kept: Kept,
-    /// Who has started it, and waits for signs of life.
+    /// The service manager, which expects keep-alives.
     pub notify: Notify,
-    /// Where the line is shown.
+    /// The dashboard.
     pub screen: Screen,
-    /// How it talks, and whether it remarks.
+    /// The transport settings, which also decide about remarks.
     pub transport: &'a TransportArgs,
-    /// Peers that may still say something.
+    /// Number of peers that may still send messages.
     pub talking: usize,
-    /// Where the message came from that the controller holds back, if it does.
+    /// The origin of the message that the controller is holding back, if any.
     pub held_back: Option<Origin>,
-    /// Time between two statuses with the system clock [s]; 0 is never.
+    /// Time between two statuses with the system clock [s]; 0 means none.
     pub status_every: f64,
 }
 
 impl Node<'_> {
-    /// Runs the line until it is told to stop or nobody has more to say, and says where
-    /// things stand then.
+    /// Runs the line until `stop` is set or no peer has more to send, then reports the final
+    /// status.
     ///
     /// # Errors
-    /// A peer or a journal with which it cannot go on.
+    /// A peer or journal error after which the line cannot continue.
     pub fn go(&mut self, stop: &AtomicBool) -> Result<()> {
         self.notify.ready();
         if self.hub.is_stdio() {
-            // Stdin and stdout are there from the start. What a journal tells of may not
-            // have reached them.
+            // Stdin and stdout are open from the start, but tasks in the journal may not have
+            // been sent.
             self.welcome();
         }
         match self.transport.clock() {
@@ -66,7 +66,7 @@ impl Node<'_> {
         self.end(stop.load(Ordering::Relaxed))
     }
 
-    /// Takes messages as they come and does what is due when it is, until told to stop or
+    /// Handles messages as they arrive and actions when they are due, until `stop` is set or
     /// stdin ends.
     fn go_by_the_clock(&mut self, stop: &AtomicBool) -> Result<()> {
         let mut next_status = self.clock.read().stamp + self.status_every;
@@ -82,7 +82,7 @@ impl Node<'_> {
             let due = self.controller.next_stamp();
             let due = due.map_or(next_status, |due| due.min(next_status));
             let mut patience = until(Some(due), self.clock.read().stamp);
-            // Whatever was heard is in the journal before the next wait.
+            // Write everything received so far to the journal before waiting.
             self.kept.rest(&mut self.controller)?;
             for _ in 0..AT_ONCE {
                 let Some(heard) = self.hub.hear(patience) else {
@@ -94,9 +94,9 @@ impl Node<'_> {
                     Heard::Left(number) => {
                         self.hub.leave(number);
                     }
-                    // What is to be said waits until somebody is there again.
+                    // Output waits until a peer reconnects.
                     Heard::Down(_) => {}
-                    // Whoever has ended waits for a last word.
+                    // A peer that has closed its side waits for a last status.
                     Heard::Ended(_) => self.report(false, self.hub.queued() as u64),
                     heard => self.handle(heard)?,
                 }
@@ -105,7 +105,7 @@ impl Node<'_> {
         Ok(())
     }
 
-    /// With the system clock: reads the time, does what is due, and returns it.
+    /// With the system clock: reads the time, does what is due, and returns the time.
     fn step(&mut self) -> f64 {
         let Reading { stamp, ahead } = self.clock.read();
         let mut held_robots = self.hub.held();
@@ -126,7 +126,7 @@ impl Node<'_> {
         stamp
     }
 
-    /// Takes messages until the peers have no more, or told to stop.
+    /// Handles messages until the peers have no more or `stop` is set.
     fn go_by_the_messages(&mut self, stop: &AtomicBool) -> Result<()> {
         while !stop.load(Ordering::Relaxed) {
             self.notify.alive();
@@ -136,14 +136,14 @@ impl Node<'_> {
                     self.kept.rest(&mut self.controller)?;
                     continue;
                 }
-                // One that had to go was none of the line's.
+                // A peer that was disconnected had no say in the line.
                 Some(Heard::Left(number)) if !self.hub.has_a_say(number) => {
                     self.hub.leave(number);
                     self.talking = self.talking.saturating_sub(1);
                 }
                 Some(heard @ (Heard::Left(_) | Heard::Down(_) | Heard::Ended(_))) => {
                     if matches!(heard, Heard::Down(_)) {
-                        let remark = "nobody is there any more: with message time this ends it";
+                        let remark = "all peers have gone, which ends the run with message time";
                         self.transport.warn(remark);
                     }
                     self.talking = self.talking.saturating_sub(1);
@@ -155,7 +155,7 @@ impl Node<'_> {
                 }
                 Some(heard) => self.handle(heard)?,
             }
-            // The line waits for a slow reader, but whoever wants it to stop does not.
+            // Wait for a slow reader, but not once `stop` is set.
             while self.hub.is_half_full() && self.hub.peers() > 0 && !stop.load(Ordering::Relaxed) {
                 self.notify.alive();
                 thread::sleep(BREATH);
@@ -168,7 +168,7 @@ impl Node<'_> {
 
     fn handle(&mut self, heard: Heard) -> Result<()> {
         match heard {
-            // What a peer says that is being disconnected is of no account.
+            // Ignore messages from a peer that is being disconnected.
             Heard::Line(origin, _) | Heard::Refused(origin, _) if !self.hub.counts(&origin) => {}
             Heard::Line(origin, line) => match decode_said(&line) {
                 Ok(Said::Message(message)) => self.take(origin, message),
@@ -205,7 +205,7 @@ impl Node<'_> {
         Ok(())
     }
 
-    /// Has the controller take a message, if its sender may say it.
+    /// Passes a message to the controller, if its sender is allowed to send it.
     fn take(&mut self, origin: Origin, mut message: Incoming) {
         let robot = self.controller.robot_of(&message);
         match self.hub.admit(&origin, &message, robot) {
@@ -219,7 +219,7 @@ impl Node<'_> {
         let taken = match self.transport.clock() {
             ClockKind::System => {
                 if ahead != self.ahead {
-                    // The stamps of this message may be of the clock as it is now.
+                    // The clock was set, and this message may use its new time.
                     self.step();
                 }
                 self.kept.heard(&message, received);
@@ -241,11 +241,11 @@ impl Node<'_> {
         }
     }
 
-    /// A peer says who it is.
+    /// Handles a peer's hello.
     fn greet(&mut self, origin: &Origin, hello: Hello) {
         let Some(number) = Hub::connection(origin) else {
-            let problem = "`hello` is said over TCP or stdin; a broker or a ROS graph has \
-                           permissions of its own";
+            let problem = "`hello` is only valid over TCP or stdin; a broker or a ROS graph has \
+                           its own permissions";
             let rejected = Rejected::new(Rejection::NotAllowed, problem);
             return self.refuse(origin, &rejected);
         };
@@ -263,7 +263,7 @@ impl Node<'_> {
         }
     }
 
-    /// Somebody speaks for a robot from now on: its open tasks may not have reached it.
+    /// A peer now speaks for a robot, which may not have received its open tasks.
     fn speak_for(&mut self, robot: Option<usize>) {
         if let Some(robot) = robot {
             self.controller.send_again_to(robot);
@@ -271,7 +271,7 @@ impl Node<'_> {
         }
     }
 
-    /// Tells somebody who has just come, and nobody else, of open tasks as they stand.
+    /// Sends the current state of the open tasks to a newly connected peer only.
     fn tell_open(&mut self, number: u64) -> Result<()> {
         self.speak()?;
         self.controller.tell_open();
@@ -285,7 +285,7 @@ impl Node<'_> {
         Ok(())
     }
 
-    /// Tells of a message that was held back and was refused in the end.
+    /// Reports a message that was held back and then refused.
     fn tell_dropped(&mut self) {
         if let Some(rejected) = self.controller.take_dropped()
             && let Some(origin) = self.held_back.take()
@@ -294,7 +294,7 @@ impl Node<'_> {
         }
     }
 
-    /// Asks whether a value that is most likely wrong is meant.
+    /// Warns about a value that is most likely wrong.
     fn question(&self, origin: &Origin, doubt: &Warning) {
         let (place, problem, cure) = (&doubt.place, &doubt.problem, &doubt.cure);
         let kind = format!("{} {place}", origin.sender());
@@ -309,15 +309,15 @@ impl Node<'_> {
         self.transport.say(Level::Warning, &kind, &text);
     }
 
-    /// Somebody is there who may not have heard what was said.
+    /// Handles a peer that may have missed earlier output.
     fn welcome(&mut self) {
         self.talking += 1;
         self.controller.send_again();
         self.kept.happened(&Event::Joined {});
     }
 
-    /// A line that is no message, or not its sender's to say, is counted. Whoever sends too
-    /// many has to go.
+    /// Counts a line that is not a message or that its sender may not send. A peer that sends
+    /// too many is disconnected.
     fn refuse(&mut self, origin: &Origin, rejected: &Rejected) {
         self.count(rejected.reason);
         self.tell(origin, rejected);
@@ -337,7 +337,7 @@ impl Node<'_> {
         self.kept.happened(&Event::Report { last, queued });
     }
 
-    /// Sends what the controller has to say, once the journal has what it follows from.
+    /// Sends the controller's output, after the changes behind it are in the journal.
     fn speak(&mut self) -> Result<()> {
         for remark in self.controller.take_remarks() {
             self.transport.warn(&remark);
@@ -367,13 +367,13 @@ impl Node<'_> {
         Ok(())
     }
 
-    /// Says where things stand.
+    /// Reports the final status.
     fn end(&mut self, stopped: bool) -> Result<()> {
         self.notify.stopping();
         self.controller.stop();
         self.kept.happened(&Event::Stopped {});
         self.tell_dropped();
-        // With message time the output depends on the messages only.
+        // With message time, the output depends only on the messages.
         let queued = match self.transport.clock() {
             ClockKind::System => self.hub.queued() as u64,
             ClockKind::Messages => 0,
@@ -381,7 +381,7 @@ impl Node<'_> {
         self.report(true, queued);
         self.speak()?;
         let status = self.controller.status(true, 0);
-        // What was counted stands before the figures of the end.
+        // Print pending summaries before the final statistics.
         self.transport.log().sum_up();
         let latency = self.controller.latency();
         if stopped && !status.open_tasks.is_empty() {

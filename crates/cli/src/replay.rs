@@ -1,4 +1,4 @@
-//! `pickline run --replay`: a recorded run again.
+//! `pickline run --replay`: repeats a recorded run.
 
 use super::args::RunArgs;
 use super::run::{allowance, blueprint};
@@ -12,11 +12,11 @@ use serde_json::Value;
 use std::collections::VecDeque;
 use std::path::Path;
 
-/// What is printed at once [bytes].
+/// How much output is printed at a time [bytes].
 const BLOCK: usize = 1 << 16;
 
-/// Runs the recording in `file` again, with its own settings unless others are given, and
-/// tells how far the output is the recorded one.
+/// Replays the recording in `file`, with its own settings unless others are given, and
+/// reports how far the output matches the recorded one.
 pub fn replay(args: &RunArgs, file: &Path, session: &Session) -> Result<()> {
     let mut reader = Reader::open(file)?;
     let name = file.display().to_string();
@@ -27,7 +27,7 @@ pub fn replay(args: &RunArgs, file: &Path, session: &Session) -> Result<()> {
     };
     let station = parse(&heading.station, "its station", none).map_err(|e| e.inside(&name))?;
     let config = heading.config().ok_or_else(|| {
-        let problem = format!("its clock is `{}`", shown(&heading.clock));
+        let problem = format!("unknown clock `{}`", shown(&heading.clock));
         Error::input(
             &name,
             problem,
@@ -46,10 +46,10 @@ pub fn replay(args: &RunArgs, file: &Path, session: &Session) -> Result<()> {
     let quiet = args.transport.quiet;
     let strategy = blueprint(text, heading.seed, quiet, &station, session, allowance)?.make();
     args.transport.remark(&format!(
-        "replaying {name}, which {} made by: {}",
+        "replaying {name}, recorded by {}: {}",
         heading.program, heading.command
     ));
-    // Where the system clock ruled, statuses were asked for, and are again.
+    // With the system clock, the recorded requests for a status are repeated.
     let status_every = if clock == config.clock {
         config.status_every
     } else {
@@ -97,14 +97,14 @@ pub fn replay(args: &RunArgs, file: &Path, session: &Session) -> Result<()> {
 struct Replay {
     controller: Controller,
     clock: ClockKind,
-    /// Lines that are still to be compared.
+    /// Recorded lines still to be compared.
     recorded: VecDeque<String>,
     said: VecDeque<String>,
-    /// Lines that are the same, from the first on.
+    /// Number of identical lines, from the first on.
     same: u64,
-    /// The first two lines that are not.
+    /// The first two lines that differ.
     difference: Option<(String, String)>,
-    /// What is still to be printed.
+    /// Output still to be printed.
     output: String,
 }
 
@@ -112,7 +112,7 @@ impl Replay {
     fn take(&mut self, entry: Entry) {
         match entry {
             Entry::In(message, received) => {
-                // What was refused is refused again, and counted.
+                // A refused message is refused and counted again.
                 let _ = match self.clock {
                     ClockKind::System => self.controller.hear(message, received),
                     ClockKind::Messages => self.controller.handle(message),
@@ -147,7 +147,7 @@ impl Replay {
             Event::Connected {} => self.controller.repeat(),
             Event::Welcomed {} => self.controller.tell_open(),
             Event::Spoken { robot } => {
-                // Of a recording that somebody has changed.
+                // May be out of range in a recording that was edited.
                 if *robot < self.robots() {
                     self.controller.send_again_to(*robot);
                 }
@@ -167,7 +167,7 @@ impl Replay {
         self.controller.station().robots().len()
     }
 
-    /// Takes what the controller says, and compares it with what was recorded.
+    /// Collects the controller's output and compares it with the recorded output.
     fn collect(&mut self) {
         for message in self.controller.take_output() {
             let line = encode(&message);
@@ -211,29 +211,29 @@ impl Replay {
                 "{same} as recorded, then the recording has more\n  \
                  recorded: {recorded}"
             ),
-            // A recording that was cut off lacks the last answers.
+            // A truncated recording lacks the last answers.
             (None, None) if !self.said.is_empty() && ending == Ending::Whole => {
                 let more = &self.said[0];
-                format!("{same} as recorded, then there are more\n  now:      {more}")
+                format!("{same} as recorded, then the replay has more\n  now:      {more}")
             }
             (None, None) if self.same == 1 => format!("{same} as recorded"),
             (None, None) => format!("all {same} as recorded"),
         };
         let ending = match ending {
             Ending::Whole => return text,
-            Ending::Open => "the recording was not finished, and goes no further",
+            Ending::Open => "the recording was not finished and ends here",
             Ending::Torn => {
-                "the recording stops in the midst of a record, and is replayed up to there"
+                "the recording ends within a record and is replayed up to there"
             }
         };
-        // Not at the end of a recorded line, which may be long.
+        // On a separate line after a recorded line, which may be long.
         text += if text.contains('\n') { "\n  " } else { "; " };
         text + ending
     }
 }
 
-/// Whether two statuses differ in nothing but how long decisions took, which is never the
-/// same, and what the version that recorded did not send.
+/// Whether two statuses differ only in the decision times, which always vary, and in fields
+/// that the recording version did not send.
 fn is_same_status(said: &str, recorded: &str) -> bool {
     let status = |line: &str| match serde_json::from_str(line) {
         Ok(Value::Object(mut fields)) if fields.get("kind") == Some(&"status".into()) => {
@@ -248,8 +248,8 @@ fn is_same_status(said: &str, recorded: &str) -> bool {
     }
 }
 
-/// Whether `said` has every field of `recorded` with its value, whatever else it has. Counts by
-/// reason are not fields: one more is another count.
+/// Whether `said` has every field of `recorded` with the same value; it may have more. Counts
+/// by reason must match exactly: an additional reason is a difference.
 fn has_all(said: &Value, recorded: &Value) -> bool {
     match (said, recorded) {
         (Value::Object(said), Value::Object(recorded)) => {

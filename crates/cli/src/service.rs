@@ -1,4 +1,4 @@
-//! `pickline service`: what a line needs to run as a service, and where it goes.
+//! `pickline service`: the files that a line needs to run as a service, and where they go.
 
 use super::args::{PlaceArgs, ServiceCommand};
 use super::man;
@@ -15,7 +15,7 @@ const FLAGS: &str = include_str!("../../../packaging/systemd/line1.conf");
 const LOG_TO_FILE: &str = include_str!("../../../packaging/systemd/log-to-file.conf");
 const LOGROTATE: &str = include_str!("../../../packaging/logrotate/pickline");
 
-/// Under the prefix: which files were installed, each with its fingerprint.
+/// Under the prefix: the list of installed files, each with its fingerprint.
 const LIST: &str = "share/pickline/installed";
 
 pub fn run(command: ServiceCommand, session: &Session) -> Result<()> {
@@ -26,7 +26,7 @@ pub fn run(command: ServiceCommand, session: &Session) -> Result<()> {
     }
 }
 
-/// The prefix, which the unit has to name in full.
+/// The prefix as an absolute path, which the unit requires.
 fn absolute(place: &PlaceArgs) -> Result<PathBuf> {
     let prefix = &place.prefix;
     let text = prefix
@@ -36,10 +36,10 @@ fn absolute(place: &PlaceArgs) -> Result<PathBuf> {
         return Ok(prefix.clone());
     }
     let problem = format!(
-        "`{}` is not a folder's path from /",
+        "`{}` is not an absolute path without blanks",
         shown(&prefix.to_string_lossy())
     );
-    let cure = "give one without blanks, such as /usr/local; --root stages below another folder";
+    let cure = "give one such as /usr/local; to install below another folder, use --root";
     Err(Error::input("--prefix", problem, cure))
 }
 
@@ -49,12 +49,12 @@ fn unit(prefix: &Path) -> String {
 
 /// A file to be installed.
 struct File {
-    /// Where, from /.
+    /// The absolute path.
     path: PathBuf,
     content: Vec<u8>,
-    /// Whether it can be run.
+    /// Whether it is executable.
     runs: bool,
-    /// Whether it is the user's once it is there.
+    /// Whether it belongs to the user once it exists.
     kept: bool,
 }
 
@@ -69,7 +69,7 @@ impl File {
     }
 }
 
-/// All that belongs to a service.
+/// All files that a service needs.
 fn all(prefix: &Path) -> Result<Vec<File>> {
     let program = std::env::current_exe().and_then(|path| {
         std::fs::read(&path).map_err(|e| std::io::Error::other(format!("{}: {e}", path.display())))
@@ -114,7 +114,7 @@ fn all(prefix: &Path) -> Result<Vec<File>> {
     Ok(list)
 }
 
-/// Where a path from / is below the root.
+/// `path`, which is absolute, placed below `root`.
 fn below(root: Option<&Path>, path: &Path) -> PathBuf {
     match (root, path.strip_prefix("/")) {
         (Some(root), Ok(rest)) => root.join(rest),
@@ -128,7 +128,7 @@ fn install(place: &PlaceArgs, force: bool, session: &Session) -> Result<()> {
     let list = below(root, &prefix.join(LIST));
     let before = installed(&list);
     let files = all(&prefix)?;
-    // All or nothing, as far as that can be known before.
+    // Install all or nothing, as far as this can be checked beforehand.
     for file in files.iter().filter(|file| !file.kept && !force) {
         let path = below(root, &file.path);
         let is_ours = match std::fs::read(&path) {
@@ -140,7 +140,7 @@ fn install(place: &PlaceArgs, force: bool, session: &Session) -> Result<()> {
         if !is_ours {
             return Err(Error::input(
                 path.display().to_string(),
-                "the file is there already, and is not as this command wrote it",
+                "the file already exists and is not as this command wrote it",
                 "move it away, or add --force to replace it",
             ));
         }
@@ -176,8 +176,8 @@ fn uninstall(place: &PlaceArgs, session: &Session) -> Result<()> {
     if before.is_empty() {
         return Err(Error::input(
             list.display().to_string(),
-            "nothing was installed here",
-            "give the --prefix and --root that it was installed with",
+            "nothing is installed here",
+            "give the --prefix and --root used for the installation",
         ));
     }
     let mut text = String::new();
@@ -203,7 +203,7 @@ fn uninstall(place: &PlaceArgs, session: &Session) -> Result<()> {
     session.print(text.as_bytes())
 }
 
-/// Which files were installed, with their fingerprints.
+/// The installed files with their fingerprints.
 fn installed(list: &Path) -> BTreeMap<PathBuf, String> {
     let text = std::fs::read_to_string(list).unwrap_or_default();
     let lines = text.lines().filter_map(|line| line.split_once(' '));
@@ -212,7 +212,7 @@ fn installed(list: &Path) -> BTreeMap<PathBuf, String> {
         .collect()
 }
 
-/// Lets everybody read the file, and run it if it `runs`.
+/// Makes the file readable for everyone, and executable if it `runs`.
 #[cfg(unix)]
 fn allow(path: &Path, runs: bool) -> Result<()> {
     use std::os::unix::fs::PermissionsExt as _;

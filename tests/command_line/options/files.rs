@@ -98,7 +98,7 @@ pub const ROWS: &[Row] = &[
         if verb == "service uninstall" {
             rig.refused(
                 &format!("{verb} --root image"),
-                &["nothing was installed here"],
+                &["nothing is installed here"],
             );
             rig.done(&format!("{verb} --root image --prefix /opt/p"));
             assert!(!rig.at("image/opt/p/bin/pickline").exists());
@@ -125,7 +125,7 @@ pub const ROWS: &[Row] = &[
         let written = rig.read(page);
         rig.write(page, "mine");
         std::fs::hard_link(rig.at(page), rig.at("kept")).unwrap();
-        rig.refused(&call, &["pickline.1: the file is there already"]);
+        rig.refused(&call, &["pickline.1: the file already exists"]);
         assert_eq!(rig.read(page), "mine");
         rig.done(&format!("{call} --force"));
         assert_eq!((rig.read(page), rig.read("kept")), (written, "mine".into()));

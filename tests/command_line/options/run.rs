@@ -249,7 +249,7 @@ pub const ROWS: &[Row] = &[
         let before = rig.read("line.journal");
         std::fs::hard_link(rig.at("line.journal"), rig.at("kept")).unwrap();
         let again = told(&[]);
-        let words = "going on from line.journal: 1 items, 0 open tasks";
+        let words = "resuming from line.journal: 1 items, 0 open tasks";
         assert!(again.lines().any(|line| line.starts_with(words)), "{again}");
         // It begins a file of its own.
         assert_eq!(rig.read("kept"), before);

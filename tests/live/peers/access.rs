@@ -276,7 +276,7 @@ fn certificates_of_both_sides_are_asked_for() {
     let (code, remarks) = station.finish();
     assert_eq!(code, Some(0), "{remarks}");
     assert!(
-        remarks.contains("of 50 items in the bins; the node says"),
+        remarks.contains("of 50 items in the bins; the node reports"),
         "{remarks}"
     );
     // The dashboard has the same certificate, and asks for one too.

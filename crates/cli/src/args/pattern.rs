@@ -132,7 +132,7 @@ pub struct DescribeArgs {
 
 #[derive(Debug, Subcommand)]
 pub enum ImportCommand {
-    /// Import the output of a tracker or a detector on a video
+    /// Import the output of a tracker or a detector
     ///
     /// Makes one item per track: its belt position from all frames, its area from the box,
     /// its detection probability from the confidence, and its class. Boxes without track ids

@@ -1,4 +1,4 @@
-//! Remarks of one kind, summed up.
+//! Summing up repeated remarks of the same kind.
 
 use super::Level;
 use pickline::error::grouped;
@@ -6,12 +6,12 @@ use std::collections::BTreeMap;
 use std::net::SocketAddr;
 use std::time::{Duration, Instant};
 
-/// Kinds that are told apart at most; what comes beyond is of one kind.
+/// Maximum number of distinct kinds; all further kinds are treated as one.
 const MOST_KINDS: usize = 256;
-/// Between two sums of a kind that goes on and on.
+/// Maximum time between two summaries of a kind that keeps repeating.
 const LONGEST: Duration = Duration::from_secs(60);
 
-/// The kinds of remarks of the time just past.
+/// The kinds of recent remarks.
 #[derive(Debug)]
 pub struct Kinds {
     table: BTreeMap<String, Kind>,
@@ -20,18 +20,18 @@ pub struct Kinds {
 
 #[derive(Debug)]
 struct Kind {
-    /// Remarks that were not said.
+    /// Number of remarks that were not printed.
     more: u64,
-    /// The last of them.
+    /// The last of those.
     last: (Level, String),
-    /// When they are summed up.
+    /// When the next summary is due.
     due: Instant,
-    /// Until the sum after that.
+    /// Time from that summary to the one after it.
     pause: Duration,
 }
 
 impl Kinds {
-    /// None so far; the first sum of a kind comes so long after its first remark.
+    /// No kinds yet. The first summary of a kind is due `first_sum` after its first remark.
     pub fn new(first_sum: Duration) -> Self {
         Self {
             table: BTreeMap::new(),
@@ -39,11 +39,11 @@ impl Kinds {
         }
     }
 
-    /// Notes a remark, and gives it back if it is to be said: the first of its kind in a
+    /// Counts a remark, and returns it if it should be printed, as the first of its kind in a
     /// while.
     pub fn note(&mut self, now: Instant, level: Level, kind: &str, text: &str) -> Option<String> {
         let is_known = self.table.contains_key(kind) || self.table.len() < MOST_KINDS;
-        // Others than those that are known are of one kind.
+        // Beyond the limit, all new kinds share one entry.
         let kind = if is_known { kind } else { "" };
         if let Some(known) = self.table.get_mut(kind) {
             known.more += 1;
@@ -60,12 +60,12 @@ impl Kinds {
         Some(text.to_owned())
     }
 
-    /// When the next sum is due.
+    /// When the next summary is due.
     pub fn next_due(&self) -> Option<Instant> {
         self.table.values().map(|kind| kind.due).min()
     }
 
-    /// The sums that are due. A kind of which there was no more is forgotten.
+    /// The summaries that are due. A kind without further remarks is forgotten.
     pub fn take_due(&mut self, now: Instant) -> Vec<(Level, String)> {
         let mut sums = Vec::new();
         self.table.retain(|_, kind| {
@@ -82,14 +82,14 @@ impl Kinds {
         sums
     }
 
-    /// All sums, due or not.
+    /// All summaries, due or not.
     pub fn take_all(&mut self) -> Vec<(Level, String)> {
         self.table.values_mut().filter_map(Kind::take).collect()
     }
 }
 
 impl Kind {
-    /// What is said of the remarks that were not said; a single one is said as it is.
+    /// Summarises the remarks that were not printed; a single one is returned unchanged.
     fn take(&mut self) -> Option<(Level, String)> {
         let (level, last) = &mut self.last;
         let last = std::mem::take(last);
@@ -104,8 +104,8 @@ impl Kind {
     }
 }
 
-/// The kind of a remark that says no other: its text. Addresses count without their port,
-/// for whoever connects again and again has another each time.
+/// The default kind of a remark: its text. Addresses lose their port, which differs each time
+/// that a peer reconnects.
 pub fn kind_of(text: &str) -> String {
     let word = |word: &str| {
         let bare = word.trim_end_matches([':', ',', ';', '.']);

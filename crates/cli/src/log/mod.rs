@@ -1,9 +1,9 @@
 //! The log of `run` and `emulate`: lines on stderr that never hold up the line.
 //!
-//! Whoever starts the program need not read its stderr, and a pipe that nobody reads blocks
-//! its writer for ever. So a thread of its own writes; what waits for it is bounded, and
-//! counted where it is more. Remarks of one kind are summed up: the first is written at
-//! once, those that follow are counted, and written as one line now and then.
+//! A pipe that nobody reads blocks its writer forever, and nobody has to read the program's
+//! stderr. Therefore a separate thread writes. Its queue is bounded; lines that do not fit are
+//! counted. Repeated remarks of one kind are summed up: the first is written at once, and
+//! later ones are counted and written as one line at intervals.
 
 mod kinds;
 mod style;
@@ -19,16 +19,16 @@ use std::time::{Duration, Instant};
 pub use kinds::kind_of;
 pub use style::{Level, Style};
 
-/// Lines that wait to be written at most.
+/// Maximum number of lines waiting to be written.
 const MOST_WAITING: usize = 512;
-/// How long the end waits for a stderr that nobody reads.
+/// How long to wait at the end for a stderr that nobody reads.
 const PATIENCE: Duration = Duration::from_millis(500);
-/// Time from the first remark of a kind to the first sum of those that followed.
+/// Time from the first remark of a kind to the first summary of those that followed.
 const FIRST_SUM: Duration = Duration::from_secs(5);
-/// How long the thread sleeps at most.
+/// Maximum time that the thread sleeps.
 const LONGEST_PAUSE: Duration = Duration::from_secs(3600);
 
-/// The log. It writes what is left when it is dropped, and waits only briefly for that.
+/// The log. When dropped, it writes what is left, but waits only briefly for that.
 #[derive(Debug)]
 pub struct Log {
     shared: Arc<Shared>,
@@ -44,13 +44,13 @@ struct Shared {
 #[derive(Debug)]
 struct State {
     kinds: Kinds,
-    /// Lines to be written, with their line ends.
+    /// Lines to be written, with their newlines.
     waiting: VecDeque<String>,
-    /// Lines for which there was no room since the last one that had some.
+    /// Number of lines dropped for lack of room since the last one that fitted.
     lost: u64,
-    /// Whether no more lines come.
+    /// Whether no more lines will come.
     ending: bool,
-    /// Whether the thread has written all.
+    /// Whether the thread has written everything.
     done: bool,
 }
 
@@ -77,7 +77,7 @@ impl Log {
         Self { shared, style }
     }
 
-    /// Says `text`, which is summed up with others of its `kind`.
+    /// Logs `text`; repeated remarks of one `kind` are summed up.
     pub fn say(&self, level: Level, kind: &str, text: &str) {
         let now = Instant::now();
         let mut state = self.shared.lock();
@@ -87,7 +87,7 @@ impl Log {
         self.shared.changed.notify_all();
     }
 
-    /// Says what has been counted so far, so that it stands before what is said next.
+    /// Logs all pending summaries, so that they come before the next remark.
     pub fn sum_up(&self) {
         self.shared.lock().sum_up(self.style);
         self.shared.changed.notify_all();
@@ -100,22 +100,22 @@ impl Drop for Log {
         state.sum_up(self.style);
         state.ending = true;
         self.shared.changed.notify_all();
-        // Whoever does not read gets no more; the program ends all the same.
+        // A reader that does not read loses the rest; the program exits anyway.
         let changed = &self.shared.changed;
         let _ = changed.wait_timeout_while(state, PATIENCE, |state| !state.done);
     }
 }
 
 impl Shared {
-    /// A panic elsewhere leaves the lines as they are.
+    /// Locks the state, even after a panic elsewhere, which leaves the lines intact.
     fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Writes lines as they come and sums when they are due, until there are no more.
+    /// Writes lines as they come and summaries when they are due, until the log is dropped.
     fn write_all(&self, mut stream: impl Write, style: Style) {
         while let Some(lines) = self.next_lines(style) {
-            // Nothing is left to do where stderr is full or closed: the line goes on.
+            // If stderr is full or closed, nothing can be done: the line continues.
             let _ = stream.write_all(lines.as_bytes());
             let _ = stream.flush();
         }
@@ -146,7 +146,7 @@ impl Shared {
 }
 
 impl State {
-    /// Has a line written, if there is room.
+    /// Queues a line, if there is room.
     fn push(&mut self, line: String) {
         if self.waiting.len() < MOST_WAITING {
             self.waiting.push_back(line);
@@ -155,19 +155,19 @@ impl State {
         }
     }
 
-    /// Says of every kind what has been counted.
+    /// Queues the summary of every kind.
     fn sum_up(&mut self, style: Style) {
         for (level, text) in self.kinds.take_all() {
             self.push(style.line(level, &text));
         }
     }
 
-    /// What is to be written now.
+    /// Takes the lines to be written now.
     fn take(&mut self, style: Style) -> Option<String> {
         let mut lines: String = self.waiting.drain(..).collect();
         if self.lost > 0 {
             let lost = grouped(std::mem::take(&mut self.lost));
-            let text = format!("{lost} more remarks found no room: stderr is not read fast enough");
+            let text = format!("{lost} more remarks were dropped: stderr is not read fast enough");
             lines += &style.line(Level::Warning, &text);
         }
         (!lines.is_empty()).then_some(lines)

@@ -1,16 +1,16 @@
-//! How a line of the log is written.
+//! The format of log lines.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// How much a remark matters. The numbers are those of syslog (RFC 5424, section 6.2.1),
-/// which journald reads.
+/// The severity of a remark. The numbers are those of syslog (RFC 5424, section 6.2.1),
+/// which journald uses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
-    /// The program or a part of it cannot go on.
+    /// The program or a part of it cannot continue.
     Error = 3,
-    /// Something is wrong, and the line goes on.
+    /// Something is wrong, but the line continues.
     Warning = 4,
-    /// What an operator wants to know.
+    /// Information for the operator.
     Info = 6,
 }
 
@@ -24,19 +24,19 @@ impl Level {
     }
 }
 
-/// How a line of the log is written.
+/// The format of a log line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Style {
-    /// The text alone.
+    /// Only the text.
     Text,
-    /// With the level as journald reads it: `<4>text`.
+    /// The text after its level, as journald expects it: `<4>text`.
     Journald,
-    /// With the time as in stamps, and the level: `1795656426.123 warning text`.
+    /// The text after the Unix time and the level: `1795656426.123 warning text`.
     Stamped,
 }
 
 impl Style {
-    /// How journald wants it where stderr leads there, else the text alone.
+    /// The journald format if stderr is connected to the journal, otherwise only the text.
     pub fn found() -> Self {
         match std::env::var("JOURNAL_STREAM") {
             Ok(stream) if leads_to(&stream) => Self::Journald,
@@ -44,11 +44,11 @@ impl Style {
         }
     }
 
-    /// `text` as it is written, with its line end.
+    /// `text` in this format, with a newline.
     pub fn line(self, level: Level, text: &str) -> String {
         match self {
             Self::Text => format!("{text}\n"),
-            // Each line is an entry of its own there.
+            // In the journal, each line is a separate entry.
             Self::Journald => {
                 let lines = text.lines();
                 lines
@@ -64,8 +64,8 @@ impl Style {
     }
 }
 
-/// Whether stderr is the stream of this device and inode, `DEVICE:INODE`: the variable is
-/// handed on to programs whose stderr leads elsewhere.
+/// Whether stderr is the stream with this device and inode (`DEVICE:INODE`). The check is
+/// needed because programs inherit the variable even if their stderr is redirected.
 #[cfg(unix)]
 fn leads_to(stream: &str) -> bool {
     use std::os::fd::AsFd as _;
