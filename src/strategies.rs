@@ -1,4 +1,4 @@
-//! All strategies in one list: how each is written on the command line and made.
+//! A list of all strategies: how each is written on the command line and created.
 
 use crate::decision::Strategy;
 use crate::dispatch::{Rule, RuleAssignment, RuleStrategy};
@@ -13,25 +13,25 @@ use std::sync::Arc;
 
 /// One kind of strategy.
 pub struct StrategyKind {
-    /// What stands before the colon.
+    /// The text before the colon.
     pub name: &'static str,
-    /// How it is written.
+    /// How it is written on the command line.
     pub form: &'static str,
     /// One line for help texts.
     pub summary: &'static str,
-    /// Its options with what they mean.
+    /// Its options and their meanings.
     pub options: &'static [(&'static str, &'static str)],
-    /// Whether a decision has a budget.
+    /// Whether its decisions have a budget.
     budgeted: bool,
-    /// Reads what stands after the colon, none where there is no colon; with what a user
-    /// should know of how it was read, if anything.
+    /// Reads the text after the colon (`None` without a colon). Also returns a remark about how
+    /// it was read, if there is one.
     read: fn(Option<&str>) -> Result<Reading>,
 }
 
-/// Puts a strategy that was read on a line.
+/// Creates a strategy for a line after its text was read.
 type Maker = Box<dyn Fn(&Setup) -> Result<Blueprint> + Send + Sync>;
 
-/// A strategy that was read, and what a user should know of how.
+/// A strategy that was read, and a remark about how.
 type Reading = (Maker, Option<String>);
 
 /// Every kind of strategy.
@@ -77,7 +77,7 @@ pub static STRATEGIES: &[StrategyKind] = &[
     StrategyKind {
         name: POLICY,
         form: "onnx[:FILE]",
-        summary: "a trained policy; without a file the one that ships with the program",
+        summary: "a trained policy; without a file, the one that ships with the program",
         options: &[],
         budgeted: false,
         read: |file| {
@@ -87,12 +87,12 @@ pub static STRATEGIES: &[StrategyKind] = &[
     },
 ];
 
-/// How the policy that ships with the program is written.
+/// How the built-in policy is written on the command line.
 pub const POLICY: &str = "onnx";
-/// Whether the program was built with it.
+/// Whether the program contains it.
 pub const HAS_POLICY: bool = cfg!(feature = "onnx");
 
-/// Whether `text` names a trained policy, whichever.
+/// Whether `text` names a trained policy.
 pub fn is_policy(text: &str) -> bool {
     text.split_once(':').map_or(text, |(name, _)| name) == POLICY
 }
@@ -103,32 +103,33 @@ pub fn policy_file(text: &str) -> Option<&Path> {
     (name == POLICY).then(|| Path::new(file))
 }
 
-/// The files in which weights of the policy in `file` stand; none of another file.
+/// The files that contain weights of the policy in `file`; empty for any other file.
 #[cfg(feature = "onnx")]
 pub fn weight_files(file: &Path) -> Vec<std::path::PathBuf> {
     crate::policy::weight_files(file)
 }
 
-/// Without policies nothing is read beside a file.
+/// Without policy support, no files besides `file` are read.
 #[cfg(not(feature = "onnx"))]
 pub fn weight_files(_: &Path) -> Vec<std::path::PathBuf> {
     Vec::new()
 }
 
-/// How the bound is asked for by mistake.
+/// A name that users try in order to get the bound.
 const BOUND: &str = "bound";
 
-/// The policy in `file`, or the shipped one.
+/// The policy in `file`, or the built-in one.
 #[cfg(feature = "onnx")]
 fn read_policy(file: Option<&str>) -> Result<(Blueprint, Option<String>)> {
     let (policy, name) = match file {
         None => (Policy::shipped()?, POLICY.to_owned()),
-        // A variable of a script that is not set, say: another policy than was meant.
+        // For example a script's variable that is not set; the built-in policy would be the
+        // wrong one.
         Some("") => {
             return Err(Error::input(
                 "--strategy onnx:",
-                "names no file after the colon",
-                "give the policy's file, or plain `onnx` for the policy that ships with the program",
+                "has no file after the colon",
+                "give the policy's file, or plain `onnx` for the one that ships with the program",
             ));
         }
         Some(file) => (Policy::load(Path::new(file))?, format!("{POLICY}:{file}")),
@@ -153,19 +154,19 @@ fn read_policy(_: Option<&str>) -> Result<(Blueprint, Option<String>)> {
     ))
 }
 
-/// The line that a strategy is for.
+/// The line for which a strategy is created.
 pub struct Setup<'a> {
     /// Number of robots.
     pub robots: usize,
-    /// Finds assignments that do well on the line, best first. Asked only by strategies
-    /// that need them, as a search may stand behind it.
+    /// Finds assignments that perform well on the line, best first. Only strategies that need
+    /// them call it, because it may run a search.
     pub bases: &'a dyn Fn() -> Result<Vec<RuleAssignment>>,
-    /// What a decision may cost a strategy that plans, where its options do not say.
+    /// Budget of a decision of a strategy that plans, unless its options set one.
     pub allowance: Allowance,
 }
 
-/// A strategy read once, to be made anew for every run: runs share nothing, so that
-/// they may go in any order and at the same time.
+/// A strategy read once and created again for every run: runs share nothing, so they can run in
+/// any order and in parallel.
 #[derive(Clone)]
 pub struct Blueprint {
     name: String,
@@ -187,7 +188,7 @@ impl Blueprint {
         &self.name
     }
 
-    /// What it was trained on, if it is a policy that says so.
+    /// What it was trained on, if it is a policy with this information.
     pub fn trained(&self) -> Option<&Trained> {
         self.trained.as_deref()
     }
@@ -204,8 +205,8 @@ impl fmt::Debug for Blueprint {
     }
 }
 
-/// A strategy as far as it says the same on every line: its text is read, and its file,
-/// which is not looked at again.
+/// The part of a strategy that does not depend on the line: its parsed text, and its file,
+/// which is not read again.
 pub struct Parsed {
     kind: &'static StrategyKind,
     make: Maker,
@@ -213,28 +214,28 @@ pub struct Parsed {
 }
 
 impl Parsed {
-    /// What a user should know of how it was read, if anything.
+    /// A remark about how it was read, if there is one.
     pub fn remark(&self) -> Option<&str> {
         self.remark.as_deref()
     }
 
-    /// The strategy on a line.
+    /// The strategy for a line.
     ///
     /// # Errors
-    /// Options that the strategy refuses, rules for another number of robots.
+    /// Options that the strategy rejects, or rules for another number of robots.
     pub fn on(&self, setup: &Setup) -> Result<Blueprint> {
         if setup.allowance.asked.is_some() && !self.kind.budgeted {
             return Err(Error::input(
                 "--budget-ms",
-                format!("has no meaning for {}, which does not plan", self.kind.name),
-                "leave it out, or choose a strategy that plans, such as lookahead",
+                format!("does not apply to {}, which does not plan", self.kind.name),
+                "remove it, or choose a strategy that plans, such as lookahead",
             ));
         }
         (self.make)(setup)
     }
 
-    /// As [`Parsed::on`], for a line of `robots` robots of which nothing is known: what
-    /// needs a base gets the paper's robust assignment.
+    /// Like [`Parsed::on`], for a line of `robots` robots about which nothing else is known.
+    /// Strategies that need a base get the paper's robust assignment.
     ///
     /// # Errors
     /// As for [`Parsed::on`].
@@ -251,16 +252,17 @@ impl Parsed {
     }
 }
 
-/// The strategy that `text` names. Rules may stand alone: `SPT,FIFO` and `[SPT; FIFO]`
-/// mean `rules:SPT,FIFO`.
+/// The strategy that `text` names. Rules need no prefix: `SPT,FIFO` and `[SPT; FIFO]` mean
+/// `rules:SPT,FIFO`.
 ///
 /// # Errors
-/// An unknown name, with the nearest known one; a file that is no policy.
+/// An unknown name (the message suggests the nearest known one), or a file that is not a
+/// policy.
 pub fn parse(text: &str) -> Result<Parsed> {
     let (name, rest) = match text.split_once(':') {
         Some((name, rest)) => (name, Some(rest)),
         None if STRATEGIES.iter().any(|kind| kind.name == text) => (text, None),
-        // One word that is no rule is a slip in a name.
+        // A single word that is not a rule is a mistyped name.
         None if !text.is_empty()
             && !text.contains([',', ';', '['])
             && text.parse::<Rule>().is_err() =>
@@ -276,9 +278,9 @@ pub fn parse(text: &str) -> Result<Parsed> {
     if name == BOUND {
         return Err(Error::input(
             "--strategy",
-            "the bound is no strategy: it says what none can do better",
-            "leave it out; every comparison, sweep and simulation has the bound unless \
-             --no-bound is given, and `pickline bound` shows it alone",
+            "the bound is not a strategy: it is what no strategy can exceed",
+            "remove it; every comparison, sweep and simulation shows the bound unless \
+             --no-bound is given, and `pickline bound` computes only the bound",
         ));
     }
     let names: Vec<_> = STRATEGIES.iter().map(|kind| kind.name).collect();
@@ -297,7 +299,7 @@ pub fn read(text: &str, setup: &Setup) -> Result<Blueprint> {
     parse(text)?.on(setup)
 }
 
-/// The strategy that `text` names, as [`Parsed::alone`].
+/// The strategy that `text` names, for a line as in [`Parsed::alone`].
 ///
 /// # Errors
 /// As for [`parse`] and [`Parsed::on`].
@@ -305,13 +307,13 @@ pub fn read_alone(text: &str, robots: usize) -> Result<Blueprint> {
     parse(text)?.alone(robots)
 }
 
-/// How every kind of strategy is written, in a list.
+/// How every kind of strategy is written, as a list.
 pub fn forms() -> String {
     let forms: Vec<_> = STRATEGIES.iter().map(|kind| kind.form).collect();
     forms.join(", ")
 }
 
-/// What strategies can be written, for help texts.
+/// All strategies and their options, for help texts.
 pub fn help() -> String {
     let mut help = String::new();
     for kind in STRATEGIES {
@@ -352,7 +354,7 @@ mod tests {
         }
         let ahead = read("lookahead:seed=3", &setup).unwrap();
         assert_eq!(ahead.name(), "lookahead:seed=3");
-        // What it was made with stands in its full name.
+        // Its full name contains what it was created with.
         assert_eq!(ahead.make().name(), "lookahead:bases=SPT+FIFO,seed=3");
         assert_eq!(default_strategy(3), "rules:SPT,SPT,FIFO");
         for (text, word) in [
@@ -370,13 +372,13 @@ mod tests {
         }
     }
 
-    /// A script whose variable is empty must not get the policy that ships.
+    /// A script with an empty variable must not get the built-in policy.
     #[cfg(feature = "onnx")]
     #[test]
     fn only_the_bare_name_is_the_policy_that_ships() {
         assert_eq!(read_alone("onnx", 2).unwrap().name(), "onnx");
         let message = read_alone("onnx:", 2).unwrap_err().to_string();
-        for word in ["--strategy onnx:", "names no file", "plain `onnx`"] {
+        for word in ["--strategy onnx:", "has no file", "plain `onnx`"] {
             assert!(message.contains(word), "{word} not in {message}");
         }
     }
@@ -384,7 +386,12 @@ mod tests {
     #[test]
     fn the_bound_is_said_to_be_no_strategy() {
         let message = read_alone("bound", 2).unwrap_err().to_string();
-        for word in ["--strategy", "no strategy", "--no-bound", "pickline bound"] {
+        for word in [
+            "--strategy",
+            "not a strategy",
+            "--no-bound",
+            "pickline bound",
+        ] {
             assert!(message.contains(word), "{word} not in {message}");
         }
     }

@@ -1,4 +1,4 @@
-//! What no strategy could have done better on the patterns of a comparison.
+//! Upper bounds for every strategy on the patterns of a comparison.
 
 use super::compare::{CaseResult, Comparison, Draws};
 use crate::error::{Error, Result};
@@ -11,29 +11,28 @@ use rayon::prelude::*;
 /// The bounds of one case.
 #[derive(Debug, Clone)]
 pub struct CaseBound {
-    /// Most items that can be picked from each pattern.
+    /// Upper bound on the number of items picked from each pattern.
     pub picks: Vec<usize>,
-    /// Mean of them as a share of the items.
+    /// Mean of these bounds as a share of the items.
     pub picked_share: f64,
-    /// Mean of the highest rates [1/min]; none where some pattern has no finite bound.
+    /// Mean of the highest possible rates [1/min]; `None` if some pattern has no finite bound.
     pub picking_rate: Option<f64>,
-    /// 95 % interval of that minus the first method's rate, paired over patterns [1/min];
-    /// none of a single pattern.
+    /// 95 % interval of that mean minus the first method's rate, paired over patterns [1/min];
+    /// `None` for a single pattern.
     pub difference: Option<Interval>,
-    /// How much higher it is than the first method's mean rate, as a share.
+    /// Excess over the first method's mean rate, as a share.
     pub benefit: Option<f64>,
-    /// For each method what it picks over all patterns as a proven share of the optimum
-    /// [%].
+    /// For each method: its picks over all patterns as a proven share of the optimum [%].
     pub certified: Vec<f64>,
-    /// The same of its mean rate.
+    /// For each method: its mean rate as a proven share of the highest [%].
     pub certified_rate: Vec<Option<f64>>,
 }
 
-/// Bounds every pattern of `comparison`, which was made on `station` from `draws`. When
-/// asked to stop it ends with the last whole case; those after it have no bound.
+/// Bounds every pattern of `comparison`, which was made on `station` from `draws`. A stop
+/// request takes effect after a whole case; later cases have no bound.
 ///
 /// # Errors
-/// A pattern that cannot be bounded.
+/// A pattern for which no bound can be computed.
 pub fn add_bounds(
     comparison: &mut Comparison,
     station: &Station,

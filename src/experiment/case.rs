@@ -10,27 +10,27 @@ use crate::toml_file::{File, Section};
 use rand::rngs::ChaCha8Rng;
 use std::path::{Path, PathBuf};
 
-/// What a case's patterns are.
+/// Where a case's patterns come from.
 #[derive(Debug, Clone, PartialEq)]
 pub enum CaseSource {
-    /// The grid of this spacing [m]; there is only one.
+    /// The grid with this spacing [m]; there is only one.
     Grid(f64),
-    /// Poisson disk patterns of this radius [m].
+    /// Poisson disk patterns with this radius [m].
     Poisson(f64),
-    /// A feed of this flow [1/min]; a profile may have its own.
+    /// A feed with this flow [1/min]; a profile may define its own flow.
     Feed(Feed, Option<f64>),
     /// A recorded pattern.
     File(PathBuf),
 }
 
-/// A kind of pattern that strategies are compared on.
+/// A kind of pattern on which strategies are compared.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Case {
     /// Name in tables.
     pub name: String,
     /// Where its patterns come from.
     pub source: CaseSource,
-    /// Items a pattern, of a profile at most so many; a recorded one holds its own.
+    /// Items in each pattern; for a profile, the maximum; 0 for a recorded pattern.
     pub items: usize,
 }
 
@@ -51,17 +51,18 @@ pub const DENSE: [(bool, f64, usize); 4] = [
     (false, 0.15, 150),
 ];
 
-/// The cases that `name` stands for: `paper`, `dense`, `all` or a TOML file of one's own.
+/// The cases that `name` stands for: `paper`, `dense`, `all` or a TOML file.
 ///
 /// # Errors
-/// A file that cannot be read or that describes no case, naming line and key.
+/// A file that cannot be read or that does not describe valid cases; the message names line and
+/// key.
 pub fn load_cases(name: &str) -> Result<Vec<Case>> {
     let built_in = |list: &[(bool, f64, usize)]| list.iter().map(|&c| Case::built_in(c)).collect();
     match name {
         "paper" => Ok(built_in(&PAPER)),
         "dense" => Ok(built_in(&DENSE)),
         "all" => Ok(built_in(&[PAPER, DENSE].concat())),
-        // As other commands' --patterns has it.
+        // Other commands accept this form for --patterns.
         _ if !Path::new(name).exists() && is_feed(name) => Err(Error::input(
             "--cases",
             format!(
@@ -86,7 +87,7 @@ pub fn load_cases(name: &str) -> Result<Vec<Case>> {
     }
 }
 
-/// Whether `name` is a feed as `--patterns` takes it: `random:20`, `profile:FILE`.
+/// Whether `name` has the form of a feed for `--patterns`: `random:20`, `profile:FILE`.
 fn is_feed(name: &str) -> bool {
     let kind = name.split_once(':').map(|(kind, _)| kind);
     kind.is_some_and(|kind| FEEDS.iter().any(|(name, _)| *name == kind))
@@ -109,7 +110,7 @@ fn parse(text: &str, name: &str, folder: Option<&Path>) -> Result<Vec<Case>> {
                 return Err(section.wrong(
                     "name",
                     format!("two cases are named `{}`", crate::error::shown(&case.name)),
-                    "give every case a name of its own".into(),
+                    "give every case a different name".into(),
                 ));
             }
             list.push(case);
@@ -129,7 +130,7 @@ fn read_case(section: &Section, folder: Option<&Path>) -> Result<Case> {
         return Err(section.wrong(
             "name",
             format!(
-                "case `{}` does not say what it is",
+                "case `{}` does not say where its patterns come from",
                 crate::error::shown(&name)
             ),
             "give exactly one of grid = SPACING, poisson = RADIUS, feed = \"NAME\", \
@@ -145,13 +146,13 @@ fn read_case(section: &Section, folder: Option<&Path>) -> Result<Case> {
         Err(section.wrong(
             key,
             format!(
-                "{} is not a distance between items",
+                "{} is not a valid distance between items",
                 crate::error::shown_number(value)
             ),
             "give metres, from 0.0001 to 1000".into(),
         ))
     };
-    // Relative to the case file, so that the two can be moved together.
+    // Relative to the case file, so that both can be moved together.
     let file = |key: &str| {
         let file = PathBuf::from(section.text(key)?);
         Result::Ok(folder.map_or(file.clone(), |folder| folder.join(&file)))
@@ -170,8 +171,8 @@ fn read_case(section: &Section, folder: Option<&Path>) -> Result<Case> {
     if flow()?.is_some() && !matches!(source, CaseSource::Feed(..)) {
         return Err(section.wrong(
             "flow",
-            "only a feed or a profile has a flow of its own".into(),
-            "leave the key out, or write feed = \"grid\" or feed = \"poisson\"".into(),
+            "only a feed or a profile has a flow".into(),
+            "remove the key, or write feed = \"grid\" or feed = \"poisson\"".into(),
         ));
     }
     let items = match (&source, section.optional_count("items")?) {
@@ -180,8 +181,8 @@ fn read_case(section: &Section, folder: Option<&Path>) -> Result<Case> {
         (CaseSource::File(_), Some(_)) => {
             return Err(section.wrong(
                 "items",
-                "a recorded pattern holds its own items".into(),
-                "leave the key out".into(),
+                "a recorded pattern has its own items".into(),
+                "remove the key".into(),
             ));
         }
         (_, Some(items @ 1..=1_000_000)) => items,
@@ -211,7 +212,7 @@ fn read_feed(section: &Section) -> Result<Feed> {
             .collect();
         section.wrong(
             "feed",
-            format!("`{}` is no feed", crate::error::shown(&name)),
+            format!("`{}` is not a feed", crate::error::shown(&name)),
             crate::error::known_names(&name, &known),
         )
     })
@@ -233,7 +234,7 @@ impl Case {
         }
     }
 
-    /// The file that it reads: a recorded pattern or a profile.
+    /// The file that the case reads: a recorded pattern or a profile.
     pub fn file(&self) -> Option<&Path> {
         match &self.source {
             CaseSource::File(path) => Some(path),
@@ -242,7 +243,7 @@ impl Case {
         }
     }
 
-    /// Whether its patterns differ from seed to seed.
+    /// Whether its patterns depend on the seed.
     pub fn is_random(&self) -> bool {
         match &self.source {
             CaseSource::Grid(_) | CaseSource::File(_) => false,
@@ -251,16 +252,16 @@ impl Case {
         }
     }
 
-    /// Whether its patterns are generated, not recorded.
+    /// Whether its patterns are generated rather than recorded.
     pub fn is_generated(&self) -> bool {
         !matches!(self.source, CaseSource::File(_))
     }
 
-    /// About how many items one of its patterns has on `belt` where `items` are asked for; 0
-    /// for a recorded one.
+    /// Approximate number of items in one of its patterns on `belt` if `items` are requested; 0
+    /// for a recorded pattern.
     ///
     /// # Errors
-    /// A profile that cannot be read, a flow that is none.
+    /// A profile that cannot be read, or an invalid flow.
     pub fn expected_items(&self, belt: &Belt, items: Option<usize>) -> Result<f64> {
         let items = items.unwrap_or(self.items);
         match &self.source {
@@ -274,12 +275,12 @@ impl Case {
         }
     }
 
-    /// The patterns on `belt`, each with the seed that
-    /// `pickline pattern generate --seed` makes it from; none where nothing is random.
-    /// Random cases are replicated under the seeds `first_seed`, `first_seed + 1`, ...
+    /// The patterns on `belt`, each with the seed that `pickline pattern generate --seed` needs
+    /// to make it; `None` if nothing is random. Random cases are replicated with the seeds
+    /// `first_seed`, `first_seed + 1`, ...
     ///
     /// # Errors
-    /// A recorded pattern or a profile that cannot be read, a flow that is none.
+    /// A recorded pattern or a profile that cannot be read, or an invalid flow.
     pub fn patterns(
         &self,
         belt: &Belt,
@@ -437,7 +438,7 @@ mod tests {
             }
             let patterns = |first: usize| case.patterns(&BELT, 1, 5 + first as u64).unwrap();
             for (place, drawn) in drawn.iter().enumerate() {
-                // The first of a set under the seed of its place.
+                // The first of a set, under the seed of its place.
                 assert_eq!(patterns(place)[0].1, drawn.1, "{what}");
             }
             assert_eq!(
@@ -469,7 +470,7 @@ mod tests {
         );
     }
 
-    /// One line of a case after its name, and what comes of it.
+    /// One line of a case after its name, and the result.
     #[test]
     fn every_key_of_a_case_is_read_and_held_to_its_range() {
         let read = |lines: &str| {
@@ -523,7 +524,7 @@ mod tests {
             ),
             (
                 "pattern = \"p.csv\"\nitems = 3",
-                &["t:4: case[0].items", "holds its own items"],
+                &["t:4: case[0].items", "has its own items"],
             ),
             (
                 "pattern = \"p.csv\"\nflow = 3",
@@ -536,13 +537,13 @@ mod tests {
             ("feed = \"random\"\nitems = 5", &["case[0].flow", "missing"]),
             (
                 "feed = \"randm\"\nflow = 3\nitems = 5",
-                &["t:3: case[0].feed", "`randm` is no feed", "`random`"],
+                &["t:3: case[0].feed", "`randm` is not a feed", "`random`"],
             ),
-            // A profile is no feed by name.
+            // A profile cannot be named like a feed.
             (
                 "feed = \"profile\"\nflow = 3\nitems = 5",
                 &[
-                    "`profile` is no feed",
+                    "`profile` is not a feed",
                     "grid, poisson, random, clustered, gaps",
                 ],
             ),
@@ -586,7 +587,7 @@ mod tests {
             let message = load_cases(file).unwrap_err().to_string();
             assert!(message.contains("cannot read"), "{file}: {message}");
         }
-        // A file of the working folder needs no dot and no slash; it comes before a feed.
+        // A file in the working directory needs no `./`, and it takes precedence over a feed.
         let message = load_cases("src").unwrap_err().to_string();
         assert!(!message.contains("neither a file"), "{message}");
     }

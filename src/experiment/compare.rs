@@ -1,4 +1,4 @@
-//! Methods by cases, with paired differences.
+//! Compares methods on cases, with paired differences.
 
 use super::bounds::CaseBound;
 use super::case::Case;
@@ -20,22 +20,22 @@ pub struct MethodResult {
     pub runs: Vec<MethodRun>,
     /// Mean share of the items picked.
     pub picked_share: f64,
-    /// Its 95 % interval; none of a single pattern, as the next.
+    /// 95 % interval of that mean; `None` for a single pattern, as for all intervals below.
     pub picked_share_interval: Option<Interval>,
     /// Mean end of the run [s].
     pub end: f64,
-    /// What it picks per minute in its steady state.
+    /// Picks per minute in the steady state.
     pub throughput: Throughput,
     /// Mean picking rate [1/min].
     pub picking_rate: f64,
-    /// Its 95 % interval.
+    /// 95 % interval of that mean [1/min].
     pub picking_rate_interval: Option<Interval>,
     /// Mean weighted rate [1/min].
     pub weighted_rate: f64,
     /// 95 % interval of this method's picking rate minus the first method's, paired
     /// over patterns [1/min].
     pub difference: Option<Interval>,
-    /// How much higher the mean picking rate is than the first method's, as a share.
+    /// Excess of the mean picking rate over the first method's, as a share.
     pub benefit: f64,
 }
 
@@ -44,13 +44,13 @@ pub struct MethodResult {
 pub struct CaseResult {
     /// The case.
     pub case: Case,
-    /// The seed of each pattern, where it is random.
+    /// The seed of each pattern; `None` if the case is not random.
     pub seeds: Vec<Option<u64>>,
     /// The methods, in the order given.
     pub methods: Vec<MethodResult>,
-    /// What no strategy can do better, where it was asked for.
+    /// What no strategy can exceed, if the bound was requested.
     pub bound: Option<CaseBound>,
-    /// Whether items have attributes, so that weights say more than counts.
+    /// Whether items have attributes, so that weight differs from the count.
     pub weighs: bool,
 }
 
@@ -59,23 +59,23 @@ pub struct CaseResult {
 pub struct Comparison {
     /// The methods.
     pub methods: Vec<Method>,
-    /// The cases: all of them, or those that were done when the user stopped.
+    /// The completed cases; all of them unless the user stopped the comparison.
     pub cases: Vec<CaseResult>,
-    /// How many cases there are in all.
+    /// Number of planned cases.
     pub planned: usize,
     /// The seed of the first pattern of each random case.
     pub first_seed: u64,
 }
 
-/// Runs `methods` on `cases`; random ones on `replicates` patterns under the seeds
-/// `first_seed`, `first_seed + 1`, ... The first method is the one that the others are
-/// measured against. Where something goes wrong every case is random: the run of place r
-/// has the luck of seed `first_seed + r`. The same input gives the same result on any number of threads.
-/// When asked to stop it ends with the last whole case.
+/// Runs `methods` on `cases`; random cases on `replicates` patterns with the seeds
+/// `first_seed`, `first_seed + 1`, ... The other methods are compared with the first. If
+/// failures are simulated, every case is random: run r draws its luck from seed
+/// `first_seed + r`. The same input gives the same result on any number of threads. A stop
+/// request takes effect after a whole case.
 ///
 /// # Errors
-/// A pattern that cannot be had or does not lie on the belt, an illegal action,
-/// [`Error::Interrupted`] before the first case is done.
+/// A pattern that cannot be generated or read or that does not fit on the belt, an illegal
+/// action, or [`Error::Interrupted`] before the first case is complete.
 pub fn compare(
     station: &Station,
     methods: Vec<Method>,
@@ -134,19 +134,19 @@ pub fn compare(
     })
 }
 
-/// What a case is drawn as: its patterns, and the luck of each run.
+/// What a case is drawn from: its patterns, and the luck of each run.
 #[derive(Clone, Copy)]
 pub struct Draws<'a> {
-    /// Patterns of each random case.
+    /// Number of patterns of each random case.
     pub replicates: usize,
-    /// The seed of the first; the others follow.
+    /// The seed of the first pattern; the others follow.
     pub first_seed: u64,
     /// What the camera sees and what goes wrong.
     pub conditions: &'a Conditions,
 }
 
 impl Draws<'_> {
-    /// The patterns of `case`, each with its seed, where there is one.
+    /// The patterns of `case`, each with its seed if it has one.
     pub(super) fn patterns(
         &self,
         case: &Case,
@@ -162,7 +162,7 @@ impl Draws<'_> {
         Ok(seeds.zip(again.cloned()).collect())
     }
 
-    /// The scene of one of them.
+    /// The scene for one of the patterns.
     pub(super) fn scene<'s>(
         &self,
         seed: Option<u64>,
@@ -203,7 +203,7 @@ fn summarise(by_pattern: &[Vec<MethodRun>], methods: usize) -> Vec<MethodResult>
                 picking_rate_interval: stats::rate_mean_interval(&rates),
                 weighted_rate: stats::mean(&figure(method, &Figures::weighted_rate)),
                 difference: stats::mean_interval(&differences),
-                // A line that picks nothing at all has no rate to be better than.
+                // A line that picks nothing at all has no rate to compare with.
                 benefit: if mean_of_first > 0.0 {
                     picking_rate / mean_of_first - 1.0
                 } else {

@@ -1,4 +1,4 @@
-//! The ways of picking that are compared.
+//! The methods that a comparison compares.
 
 use crate::decision::{Figures, Outcome};
 use crate::dispatch::{RULES, RuleAssignment};
@@ -10,20 +10,21 @@ use crate::throughput::{SteadyState, Unsteady, steady_state};
 /// One column of a comparison.
 #[derive(Debug, Clone)]
 pub enum Method {
-    /// The assignment that is best over a training set (Jermann et al.: robust GT).
+    /// The assignment that is best over a training set (robust GT, game theory, of Jermann et
+    /// al.).
     Robust(RuleAssignment),
-    /// For every pattern the assignment that is best on it (greedy GT).
+    /// For every pattern, the assignment that is best on it (greedy GT).
     Greedy(AssignmentTree),
     /// Any other strategy.
     Strategy(Blueprint),
 }
 
-/// What a method made of one pattern.
+/// The result of a method on one pattern.
 #[derive(Debug, Clone)]
 pub struct MethodRun {
-    /// The run.
+    /// The figures of the run.
     pub figures: Figures,
-    /// Its steady state.
+    /// The steady state of the run, or why there is none.
     pub steady: std::result::Result<SteadyState, Unsteady>,
     /// The assignment that greedy GT chose.
     pub chosen: Option<RuleAssignment>,
@@ -39,33 +40,33 @@ impl MethodRun {
     }
 }
 
-/// Robots up to which greedy GT enumerates all assignments of every pattern.
+/// Largest number of robots for which greedy GT enumerates all assignments on every pattern.
 const MOST_ROBOTS: usize = 7;
 
-/// Robot passes times items of a minute of greedy GT.
+/// Robot passes times items that greedy GT can simulate in about a minute.
 const GREEDY_PASSES: f64 = 300e6;
 
 impl Method {
     /// Greedy GT for a line of `robots` robots.
     ///
     /// # Errors
-    /// More robots than all assignments of which can be tried on every pattern.
+    /// There are too many robots to try all assignments on every pattern.
     pub fn greedy(robots: usize) -> Result<Self> {
         if robots > MOST_ROBOTS {
             return Err(Error::input(
-                "greedy GT",
+                "greedy GT (game theory)",
                 format!(
                     "{}^{robots} assignments to try on every pattern",
                     RULES.len()
                 ),
-                format!("compare at most {MOST_ROBOTS} robots, or leave it out (--no-greedy)"),
+                format!("compare at most {MOST_ROBOTS} robots, or skip it (--no-greedy)"),
             ));
         }
         Ok(Self::Greedy(AssignmentTree::all(robots)))
     }
 
-    /// How many of `patterns` patterns of `items` items in all greedy GT for a line of
-    /// `robots` robots can be found on in about a minute, where that is not all of them.
+    /// On how many of `patterns` patterns, with `items` items in total, greedy GT for a line of
+    /// `robots` robots can be computed in about a minute; `None` if on all of them.
     pub fn greedy_limit(robots: usize, patterns: usize, items: f64) -> Option<usize> {
         let passes: f64 = (1..=robots as i32)
             .map(|depth| (RULES.len() as f64).powi(depth))
@@ -96,13 +97,13 @@ impl Method {
     /// Runs the method on `scene`.
     ///
     /// # Errors
-    /// A strategy that acts illegally.
+    /// The strategy acts illegally.
     pub fn run(&self, scene: &Scene) -> Result<MethodRun> {
         match self {
             Self::Robust(rules) => Ok(MethodRun::of(scene, &simulate_rules(scene, rules)?, None)),
             Self::Greedy(tree) => {
                 let mut best: Option<(usize, Figures)> = None;
-                // Ties go to the first in registry order.
+                // Of equally good assignments, the first in registry order is chosen.
                 tree.evaluate(scene, |place, figures| {
                     let better = |(_, other): &(usize, Figures)| {
                         figures.picking_rate() > other.picking_rate()
@@ -111,10 +112,10 @@ impl Method {
                         best = Some((place, figures));
                     }
                 })?;
-                // A line has a robot, so its tree has an assignment.
+                // A line has at least one robot, so its tree has an assignment.
                 let (place, figures) = best.ok_or(Error::Interrupted)?;
                 let chosen = tree.assignments()[place].clone();
-                // The tree keeps no picks.
+                // The tree does not store picks.
                 let outcome = simulate_rules(scene, &chosen)?;
                 Ok(MethodRun {
                     figures,
@@ -129,7 +130,7 @@ impl Method {
     }
 }
 
-/// The name in tables of the policy that ships with the program.
+/// The built-in policy's name in tables.
 pub fn policy_title() -> String {
     format!("RL policy ({POLICY})")
 }
@@ -159,14 +160,14 @@ mod tests {
         }
     }
 
-    /// 6 + 36 passes of an item for two robots; 300 million are a minute's work.
+    /// Two robots need 6 + 36 passes of an item; 300 million passes take about a minute.
     #[test]
     fn greedy_gt_is_left_out_where_it_would_take_more_than_a_minute() {
         let minute = 300e6 / 42.0;
         assert_eq!(Method::greedy_limit(2, 100, 0.99 * minute), None);
         assert_eq!(Method::greedy_limit(2, 100, 1.01 * minute), Some(99));
         assert_eq!(Method::greedy_limit(2, 100, 2.0 * minute), Some(50));
-        // A minute exactly, with six passes of an item.
+        // Exactly one minute, with six passes of an item.
         assert_eq!(Method::greedy_limit(1, 100, 50e6), None);
         // 6 + 36 + 216.
         assert_eq!(Method::greedy_limit(3, 10, 0.99 * 300e6 / 258.0), None);

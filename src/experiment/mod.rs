@@ -1,5 +1,4 @@
-//! Experiments: strategies side by side on the same patterns. They return data and
-//! print nothing.
+//! Experiments: strategies compared on the same patterns. They return data and print nothing.
 
 mod bounds;
 mod case;

@@ -1,11 +1,11 @@
-//! What the paper prints: Jermann et al., Tables 2 and 3.
+//! The paper's figures: Jermann et al., Tables 2 and 3.
 
 /// One method on one case, as printed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Printed {
     /// Items picked [%], Table 2.
     pub picked: f64,
-    /// Time that it took [s], Table 2.
+    /// Time taken [s], Table 2.
     pub time: f64,
     /// Picks per minute, Table 3.
     pub rate: f64,
@@ -38,14 +38,14 @@ pub const CASES: [PaperCase; 4] = [
     },
     PaperCase {
         robust: printed(100.0, 113.5, 26.4),
-        // Table 3 has 27.8 for RL and 29.4 for greedy here, but Table 2's times give
-        // 29.3 and 27.9: the two are swapped in print. Kept as printed.
+        // Table 3 has 27.8 for RL and 29.4 for greedy here, but Table 2's times give 29.3 and
+        // 27.9: the paper has swapped the two. Kept as printed.
         rl: printed(100.0, 102.3, 27.8),
         greedy: printed(100.0, 107.6, 29.4),
         benefit: 5.3,
     },
     PaperCase {
-        // The rate counts all items though 96 % were picked.
+        // The paper's rate counts all items although 96 % were picked.
         robust: printed(96.0, 81.5, 21.3),
         rl: printed(100.0, 70.3, 24.8),
         greedy: printed(100.0, 74.4, 23.3),
@@ -63,7 +63,7 @@ pub const CASES: [PaperCase; 4] = [
 /// (discussion of the belt speed): robust GT and RL.
 pub const SPEED_LIMITS: (f64, f64) = (0.042, 0.047);
 
-/// What a reader of the printed figures should know.
+/// Remarks for readers of the paper's figures.
 pub const REMARKS: [&str; 2] = [
     "the paper's Table 3 has RL and greedy GT swapped for the grid of 0.3 m: 50 picks in 102.3 s are 29.3/min",
     "its robust rate for Poisson 0.2 counts all items though 96 % were picked",

@@ -1,4 +1,4 @@
-//! The values of a sweep: those asked for, or about thirty around what the line can do.
+//! The values of a sweep: as requested, or about thirty values around the line's limits.
 
 use super::sweep::Setting;
 use crate::error::{Error, Result, shown_number};
@@ -14,44 +14,44 @@ pub struct Range {
     pub from: f64,
     /// Last value, included.
     pub to: f64,
-    /// Between two values.
+    /// Distance between two values.
     pub step: f64,
 }
 
-/// More values than this in one sweep are taken for a slip of the pen.
+/// Maximum number of values in one sweep; more are treated as a typing mistake.
 const MOST_VALUES: f64 = 10_000.0;
 
 impl Range {
     /// The values, as the decimal numbers that a user would write.
     ///
     /// # Errors
-    /// A range that is empty, backwards or far too fine.
+    /// A range that is empty, reversed or far too fine.
     pub fn values(&self) -> Result<Vec<f64>> {
         let Self { from, to, step } = *self;
         let flag = |flag: &str, problem: String, cure: &str| Err(Error::input(flag, problem, cure));
         if !(from > 0.0 && from.is_finite()) {
             return flag(
                 "--from",
-                format!("{from} is no start of a sweep"),
+                format!("{from} is not a valid start of a sweep"),
                 "give a number above 0",
             );
         }
         if !(to >= from && to.is_finite()) {
             return flag(
                 "--to",
-                format!("{to} is no end of a sweep from {from}"),
+                format!("{to} is not a valid end of a sweep from {from}"),
                 &format!("give {from} or more as --to, or a lower --from"),
             );
         }
         if !(step > 0.0 && step.is_finite() && (to - from) / step <= MOST_VALUES) {
-            let problem = format!("{step} is no step from {from} to {to}");
+            let problem = format!("{step} is not a valid step from {from} to {to}");
             let cure = format!(
                 "give a number above 0, at least {}",
                 shown_number(round_up((to - from) / MOST_VALUES))
             );
             return flag("--step", problem, &cure);
         }
-        // A range that is a whole number of steps ends at its end whatever the rounding.
+        // A range that is a whole number of steps includes its end, whatever the rounding.
         let count = ((to - from) / step + 1e-9).floor() as u32;
         Ok((0..=count)
             .map(|k| ((from + f64::from(k) * step) * 1e9).round() / 1e9)
@@ -59,7 +59,7 @@ impl Range {
     }
 }
 
-/// The next number above `value` with one digit.
+/// The next larger number with one significant digit.
 fn round_up(value: f64) -> f64 {
     if value <= 0.0 {
         return value;
@@ -68,13 +68,13 @@ fn round_up(value: f64) -> f64 {
     ((value / power - 1e-9).ceil() * power * 1e12).round() / 1e12
 }
 
-/// Rows that a sweep has at most where its step was not asked for.
+/// Maximum number of rows of a sweep without --step.
 pub const ROWS: f64 = 30.0;
 
-/// The greatest of the steps 1, 2, 5, 10, ... and their decimal fractions that is not above
+/// The largest of the steps 1, 2, 5, 10, ... and their decimal fractions that is at most
 /// `most`.
 pub fn round_step(most: f64) -> f64 {
-    // A step that is one already stays one whatever the rounding.
+    // A number that is already such a step stays the same, whatever the rounding.
     let most = most * (1.0 + 1e-9);
     let decade = 10f64.powf(most.log10().floor());
     let step = [5.0, 2.0, 1.0]
@@ -84,15 +84,14 @@ pub fn round_step(most: f64) -> f64 {
     decimal(step.unwrap_or(decade))
 }
 
-/// The least of those steps with which a sweep from `from` to `to` has no more than `ROWS`
-/// rows.
+/// The smallest of those steps with which a sweep from `from` to `to` has at most `ROWS` rows.
 pub fn step_between(from: f64, to: f64) -> f64 {
     let least = (to - from) / (ROWS - 1.0);
     if least <= 0.0 {
         return to.max(f64::MIN_POSITIVE);
     }
     let below = round_step(least);
-    // The next one, unless the step is one itself.
+    // The next one, unless the number is already a round step.
     let steps = [1.0, 2.0, 2.5, 5.0].map(|m| decimal(m * below));
     let fits = |step: &&f64| **step * (1.0 + 1e-9) >= least && is_round(**step);
     steps.iter().find(fits).copied().unwrap_or(below)
@@ -105,7 +104,7 @@ fn is_round(step: f64) -> bool {
 /// `value` as the decimal number that a user would write.
 fn decimal(value: f64) -> f64 {
     let digits = (11.0 - value.abs().log10().ceil()).clamp(0.0, 18.0) as usize;
-    // A number that was just printed can be read.
+    // A number that was just printed can be parsed.
     format!("{value:.digits$}").parse().unwrap_or(value)
 }
 
@@ -122,18 +121,18 @@ impl Range {
 /// Up to which value a method picks everything.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ValueLimit {
-    /// The highest value below the first miss; none where the first value misses.
+    /// The highest value below the first miss; `None` if the first value misses an item.
     pub highest: Option<f64>,
-    /// The first value that misses an item; none where none does.
+    /// The first value at which an item is missed; `None` if none is.
     pub first_miss: Option<f64>,
 }
 
-/// How far up each method picks everything of every pattern: the values `step`, `2 step`, ...
-/// are run one after the other up to `most`, since a line may miss an item at one speed and
-/// pick everything at a higher one; each method is run until it first misses.
+/// Up to which value each method picks every item of every pattern. The values `step`,
+/// `2 step`, ... up to `most` are run in order, because a line may miss an item at one speed
+/// and pick everything at a higher one. Each method is run until its first miss.
 ///
 /// # Errors
-/// A line that `setting` refuses, an illegal action, [`Error::Interrupted`].
+/// A line that `setting` rejects, an illegal action, or [`Error::Interrupted`].
 pub fn find_limits(
     setting: impl Fn(f64) -> Result<Setting>,
     (step, most): (f64, f64),
@@ -230,8 +229,8 @@ mod tests {
         }
     }
 
-    /// The least step of 1, 2 or 5 and a power of ten with which `from` to `to` has no more
-    /// than thirty values.
+    /// The smallest step of 1, 2 or 5 times a power of ten with which `from` to `to` has at
+    /// most thirty values.
     fn least_step(from: f64, to: f64) -> f64 {
         let powers = (-9..9).flat_map(|power| [1.0, 2.0, 5.0].map(|m| (m, power)));
         let steps = powers.map(|(m, power)| format!("{m}e{power}").parse::<f64>().unwrap());
@@ -267,7 +266,7 @@ mod tests {
                 );
             }
         }
-        // A single value, of whatever size.
+        // A single value, whatever its size.
         assert_eq!(step_between(0.3, 0.3), 0.3);
         assert_eq!(step_between(0.3, 0.2), 0.2);
         assert_eq!(step_between(0.0, 0.0), f64::MIN_POSITIVE);
@@ -307,7 +306,7 @@ mod tests {
             (0.021, 0.077, 0.02, 0.078, 0.002),
             (0.8, 3.2, 0.8, 3.2, 0.1),
             (0.84, 3.21, 0.8, 3.3, 0.1),
-            // Never 0, which is no belt speed.
+            // Never 0, which is not a valid belt speed.
             (0.0001, 0.05, 0.002, 0.05, 0.002),
             (1e-6, 1e-6, 1e-6, 1e-6, 1e-6),
         ] {
@@ -323,22 +322,41 @@ mod tests {
     #[test]
     fn what_is_no_range_is_told_by_its_flag() {
         for (from, to, step, words) in [
-            (0.0, 1.0, 0.1, &["--from", "0 is no start", "above 0"][..]),
-            (f64::INFINITY, 1.0, 0.1, &["--from", "inf is no start"]),
+            (
+                0.0,
+                1.0,
+                0.1,
+                &["--from", "0 is not a valid start", "above 0"][..],
+            ),
+            (
+                f64::INFINITY,
+                1.0,
+                0.1,
+                &["--from", "inf is not a valid start"],
+            ),
             (
                 2.0,
                 1.0,
                 0.1,
-                &["--to", "1 is no end", "from 2", "give 2 or more"],
+                &["--to", "1 is not a valid end", "from 2", "give 2 or more"],
             ),
-            (1.0, f64::INFINITY, 0.1, &["--to", "inf is no end"]),
+            (1.0, f64::INFINITY, 0.1, &["--to", "inf is not a valid end"]),
             (
                 1.0,
                 2.0,
                 0.0,
-                &["--step", "0 is no step from 1 to 2", "at least 0.0001"],
+                &[
+                    "--step",
+                    "0 is not a valid step from 1 to 2",
+                    "at least 0.0001",
+                ],
             ),
-            (1.0, 2.0, f64::INFINITY, &["--step", "inf is no step"]),
+            (
+                1.0,
+                2.0,
+                f64::INFINITY,
+                &["--step", "inf is not a valid step"],
+            ),
             (1.0, 2.0, 0.99e-4, &["--step", "at least 0.0001"]),
             (1.0, 2.5, 1e-5, &["--step", "at least 0.0002"]),
             (1.0, 1.0, 0.0, &["--step", "at least 0"]),
@@ -349,7 +367,7 @@ mod tests {
                 assert!(message.contains(word), "{word} not in {message}");
             }
         }
-        // As many as are allowed.
+        // The maximum number of values.
         let most = Range {
             from: 1.0,
             to: 2.0,
@@ -358,7 +376,7 @@ mod tests {
         .values()
         .unwrap();
         assert_eq!((most.len(), most[10_000]), (10_001, 2.0));
-        // The end need not be on a step.
+        // The end need not be a multiple of the step.
         assert_eq!(
             Range {
                 from: 1.0,

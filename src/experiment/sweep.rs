@@ -1,4 +1,4 @@
-//! One quantity of the line varied: belt speed, robots, spacing or reach.
+//! Varies one quantity of the line: belt speed, robots, spacing or reach.
 
 use super::method::{Method, MethodRun};
 use crate::clearance;
@@ -13,7 +13,7 @@ use crate::stats::{self, Interval};
 use crate::throughput::{Steadiness, Throughput};
 use rayon::prelude::*;
 
-/// What is varied.
+/// The varied quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Axis {
     /// Belt speed [m/s].
@@ -35,10 +35,10 @@ impl Axis {
         (Self::Reach, "reach", "m"),
     ];
 
-    /// The axis of that name.
+    /// The axis with this name.
     ///
     /// # Errors
-    /// An unknown name, with the nearest known one.
+    /// The name is unknown; the message suggests the nearest known one.
     pub fn named(name: &str) -> Result<Self> {
         let found = Self::NAMES.iter().find(|entry| entry.1 == name);
         found.map(|entry| entry.0).ok_or_else(|| {
@@ -64,8 +64,8 @@ impl Axis {
         self.entry().1
     }
 
-    /// Whether more of it helps: everything is then picked from some value on, not up
-    /// to one.
+    /// Whether larger values help. If so, everything is picked from some value on, rather than
+    /// up to one.
     pub fn helps(self) -> bool {
         matches!(self, Self::Robots | Self::Reach)
     }
@@ -76,63 +76,62 @@ impl Axis {
     }
 }
 
-/// A throughput of at least this share of the highest counts as good as it: nobody buys a
-/// robot or a longer belt for less.
+/// A throughput of at least this share of the highest counts as equally good: a smaller gain is
+/// not worth another robot or a longer belt.
 pub const AS_GOOD: f64 = 0.99;
 
-/// One value of the sweep: the line there, and the methods on it.
+/// One value of the sweep: the line with this value, and the methods on it.
 #[derive(Debug, Clone)]
 pub struct Setting {
     /// The value.
     pub value: f64,
     /// The line.
     pub station: Station,
-    /// The methods, the same kinds in the same order at every value.
+    /// The methods, of the same kinds in the same order at every value.
     pub methods: Vec<Method>,
 }
 
 /// One method at one value.
 #[derive(Debug, Clone)]
 pub struct SweepPoint {
-    /// Its name in tables there.
+    /// Its name in tables at this value.
     pub title: String,
     /// Mean share of the items picked.
     pub picked_share: f64,
-    /// Its 95 % interval; none of a single pattern, as the next.
+    /// 95 % interval of that mean; `None` for a single pattern, as for the next one.
     pub picked_share_interval: Option<Interval>,
-    /// What it picks per minute in its steady state.
+    /// Picks per minute in the steady state.
     pub throughput: Throughput,
     /// Mean picking rate [1/min].
     pub picking_rate: f64,
-    /// Its 95 % interval.
+    /// 95 % interval of that mean [1/min].
     pub picking_rate_interval: Option<Interval>,
     /// Mean weighted rate [1/min].
     pub weighted_rate: f64,
-    /// Share of the patterns of which everything was picked.
+    /// Share of the patterns that were picked completely.
     pub complete_share: f64,
     /// Share of the patterns of which at least 99 % was picked.
     pub nearly_complete_share: f64,
-    /// What it picks over all patterns as a proven share of the optimum [%], where that
-    /// was asked for.
+    /// Picks over all patterns as a proven share of the optimum [%]; `None` if not requested.
     pub certified: Option<f64>,
-    /// Whether everything was picked, pattern by pattern.
+    /// For each pattern, whether everything was picked.
     complete: Vec<bool>,
 }
 
-/// What no strategy can do better at one value.
+/// What no strategy can exceed at one value.
 #[derive(Debug, Clone)]
 pub struct SweepBound {
     /// Mean of the most items that can be picked, as a share of the items.
     pub picked_share: f64,
-    /// Mean of the highest rates [1/min]; none where some pattern has no finite bound.
+    /// Mean of the highest possible rates [1/min]; `None` if some pattern has no finite bound.
     pub picking_rate: Option<f64>,
 }
 
 impl SweepBound {
-    /// Whether some strategy may pick everything of every pattern; where not, that none
-    /// can is proven.
+    /// Whether some strategy may pick every item of every pattern. If false, it is proven that
+    /// none can.
     pub fn complete(&self) -> bool {
-        // The mean of shares, each of which is exactly 1 where it is.
+        // The mean of shares, each of which is exactly 1 if everything may be picked.
         self.picked_share >= 1.0
     }
 }
@@ -140,32 +139,30 @@ impl SweepBound {
 /// A whole sweep.
 #[derive(Debug, Clone)]
 pub struct Sweep {
-    /// The values: all of them, or those that were done when the user stopped.
+    /// The completed values; all of them unless the user stopped the sweep.
     pub values: Vec<f64>,
-    /// How many values there are in all.
+    /// Number of planned values.
     pub planned: usize,
     /// For each value, the methods in their order.
     pub points: Vec<Vec<SweepPoint>>,
-    /// For each value what no strategy can do better, where that was asked for.
+    /// For each value, what no strategy can exceed; `None` if not requested.
     pub bounds: Option<Vec<SweepBound>>,
-    /// For each value whether arms can meet.
+    /// For each value, whether arms can meet.
     pub arms_meet: Vec<bool>,
-    /// Whether items have attributes, so that weights say more than counts.
+    /// Whether items have attributes, so that weight differs from the count.
     pub weighs: bool,
 }
 
-/// How far up a sweep something held.
+/// Up to which value of a sweep a condition held.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Limit {
-    /// The highest value up to which it held at every value; none when it failed at the
-    /// first.
+    /// The highest value up to which it always held; `None` if it failed at the first value.
     pub highest: Option<f64>,
-    /// The first value at which it failed; none when it never did.
+    /// The first value at which it failed; `None` if it never did.
     pub first_miss: Option<f64>,
     /// The values above that at which it held again.
     pub again: Vec<f64>,
-    /// The least value from which on it held at every value; none when it failed at the
-    /// last.
+    /// The lowest value from which it always held; `None` if it failed at the last value.
     pub lowest: Option<f64>,
 }
 
@@ -187,15 +184,15 @@ impl Limit {
 }
 
 impl Sweep {
-    /// Up to which value a method picked everything of every pattern.
+    /// Up to which value a method picked every item of every pattern.
     pub fn complete(&self, method: usize) -> Limit {
         let whole = |i: usize| self.points[i][method].complete.iter().all(|c| *c);
         Limit::of(&self.values, whole)
     }
 
-    /// The least value, of those at which no arms can meet, with which a method's throughput
-    /// is at least [`AS_GOOD`] of the highest, each as a share of the flow; none where there is no throughput, or where
-    /// arms can meet at every value.
+    /// The lowest value, among those at which no arms can meet, with which a method's
+    /// throughput is at least [`AS_GOOD`] of the highest, each as a share of the flow. `None`
+    /// without a throughput, or if arms can meet at every value.
     pub fn recommended(&self, method: usize) -> Option<f64> {
         let throughput = |i: usize| self.points[i][method].throughput.share();
         let may = (0..self.values.len()).filter(|&i| !self.arms_meet[i]);
@@ -212,8 +209,8 @@ impl Sweep {
         })
     }
 
-    /// For every pattern, up to which value a method picked all of it; 0 when not even
-    /// at the first.
+    /// For every pattern, up to which value a method picked all of it; 0 if not even at the
+    /// first.
     pub fn limits(&self, method: usize) -> Vec<f64> {
         let patterns = self.points[0][method].complete.len();
         let limit =
@@ -224,15 +221,14 @@ impl Sweep {
     }
 }
 
-/// Runs all methods at all settings on the same patterns. Where something goes wrong, the
-/// pattern of place i has the luck of the conditions' seed + i at every setting. With
-/// `bounded`, what no strategy can do better is computed for every value and pattern. The
-/// same input gives the same result on any number of threads. When asked to stop it ends
-/// with the last whole value.
+/// Runs all methods at all settings on the same patterns. If failures are simulated, pattern i
+/// draws its luck from the conditions' seed + i at every setting. With `bounded`, the bound for
+/// every strategy is computed for every value and pattern. The same input gives the same result
+/// on any number of threads. A stop request takes effect after a whole value.
 ///
 /// # Errors
-/// A pattern that does not lie on the belt, an illegal action, [`Error::Interrupted`]
-/// before the first value is done.
+/// A pattern that does not fit on the belt, an illegal action, or [`Error::Interrupted`] before
+/// the first value is complete.
 pub fn sweep(
     settings: &[Setting],
     patterns: &[Pattern],
@@ -291,7 +287,7 @@ pub fn sweep(
         environment.progress.advance(1);
     }
     environment.progress.end();
-    // All values are compared on the same patterns.
+    // All values use the same patterns.
     let runs: Vec<Vec<&Steadiness>> = steadiness.iter().map(|of| of.iter().collect()).collect();
     let throughputs = Throughput::beside(&runs);
     for (point, throughput) in points.iter_mut().flatten().zip(throughputs) {
@@ -329,7 +325,7 @@ fn summarise_bounds(by_pattern: &[Runs]) -> Option<SweepBound> {
     })
 }
 
-/// The figures of `runs`, with which together no strategy picks more than `most` items.
+/// The figures of `runs`, in which no strategy picks more than `most` items in total.
 fn summarise(title: String, runs: &[&MethodRun], most: Option<f64>) -> SweepPoint {
     let figures: Vec<Figures> = runs.iter().map(|run| run.figures).collect();
     let all = |of: &dyn Fn(&Figures) -> f64| -> Vec<f64> { figures.iter().map(of).collect() };
@@ -374,7 +370,7 @@ mod tests {
         assert_eq!(Limit::of(&values, |_| true).first_miss, None);
     }
 
-    /// One method with these throughputs of a flow of 100/min, none where there is none.
+    /// One method with these throughputs at a flow of 100/min.
     fn swept(throughputs: &[Option<f64>], arms_meet: &[bool]) -> Sweep {
         let point = |mean: &Option<f64>| SweepPoint {
             title: "t".into(),
@@ -417,7 +413,7 @@ mod tests {
                 apart,
                 Some(3.0),
             ),
-            // A hundredth less is as good, more than that is not.
+            // A loss of one percent is still as good; a larger loss is not.
             (
                 [Some(50.0), Some(79.2), Some(80.0), Some(80.0)],
                 apart,
@@ -428,7 +424,7 @@ mod tests {
                 apart,
                 Some(3.0),
             ),
-            // Arms that meet make no line, not even one to be measured against.
+            // A value at which arms meet is not a valid line, not even to compare with.
             (
                 [Some(50.0), Some(60.0), Some(80.0), Some(80.0)],
                 [false, false, true, true],

@@ -1,22 +1,22 @@
-//! Patterns like those of a comparison's cases, to find robust GT on.
+//! Patterns similar to those of a comparison's cases, for training robust GT.
 
 use super::case::{Case, CaseSource};
 use crate::error::Result;
 use crate::pattern::{PatternSet, Recipe, TrainingSet, grids_around};
 use crate::station::Belt;
 
-/// Patterns of each case at least.
+/// Minimum number of patterns of each case.
 const LEAST: usize = 12;
-/// How far the seeds of training patterns are from those of the patterns that are judged,
-/// which follow the master seed.
+/// Distance between the seeds of training patterns and those of the evaluated patterns, which
+/// start at the master seed.
 const APART: u64 = 1 << 32;
 
-/// About `count` patterns of the kinds of `cases`, equally many of each, under seeds far from
-/// those that follow `seed`; a recorded case is trained on itself. `items`, where given,
-/// stands in for the cases' own.
+/// About `count` patterns of the kinds of `cases`, equally many of each, with seeds far from
+/// those that start at `seed`. A recorded case is used for training itself. `items`, if given,
+/// overrides the cases' own number.
 ///
 /// # Errors
-/// A pattern that cannot be had.
+/// A pattern that cannot be generated or read.
 pub fn training_set(
     cases: &[Case],
     belt: &Belt,
@@ -64,7 +64,7 @@ pub fn training_set(
         set.patterns.extend(patterns);
     }
     set.description = format!(
-        "{} patterns like those of the cases, as many of each",
+        "{} patterns like those of the cases, equally many of each",
         set.patterns.len()
     );
     Ok(TrainingSet { set, seen })
@@ -96,8 +96,7 @@ mod tests {
         }
     }
 
-    /// Random cases are drawn under seeds that are no seeds of tables, which count from the
-    /// master seed.
+    /// Random cases use seeds that no table uses; those start at the master seed.
     #[test]
     fn training_seeds_are_far_from_judged_ones() {
         let station = crate::station::built_in("paper").unwrap();
@@ -126,7 +125,7 @@ mod tests {
         }
     }
 
-    /// What cannot be drawn again is trained on itself, and as often as the others.
+    /// A case that cannot be drawn again is used for training itself, as often as the others.
     #[test]
     fn a_recorded_case_is_seen_and_weighs_as_much_as_the_others() {
         let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Looks a file over before tract builds anything from it.
+//! Checks a file before tract builds anything from it.
 
 use super::external::{gather, tensors};
 use super::seal::check_seal;
@@ -13,15 +13,15 @@ use tract_onnx::pb::{
     type_proto,
 };
 
-/// Larger files are no policy for this purpose.
+/// Larger files are rejected [bytes].
 const MOST_BYTES: usize = 256 << 20;
 
-/// The model in `bytes`, checked: an ONNX file, whole, its weights finite, every value
-/// that is used defined, nothing changed since it was exported. Weights that stand in other
+/// The model in `bytes`, checked: it is a complete ONNX file, its weights are finite, every
+/// value that it uses is defined, and nothing changed since it was exported. Weights in other
 /// files are read from `folder`, if it is known.
 ///
 /// # Errors
-/// What is wrong, at `place`.
+/// What is wrong, with `place` as the location.
 pub fn read(bytes: &[u8], folder: Option<&Path>, place: &str) -> Result<ModelProto> {
     let wrong = |problem: String| {
         let cure = "give a policy as `pickline train` or torch's ONNX exporter writes it";
@@ -34,9 +34,9 @@ pub fn read(bytes: &[u8], folder: Option<&Path>, place: &str) -> Result<ModelPro
         )));
     }
     let mut model = ModelProto::decode(bytes)
-        .map_err(|error| wrong(format!("not an ONNX file, or cut short ({error})")))?;
+        .map_err(|error| wrong(format!("not an ONNX file, or truncated ({error})")))?;
     let Some(graph) = model.graph.as_ref().filter(|graph| !graph.node.is_empty()) else {
-        return Err(wrong("not an ONNX file: it holds no graph".into()));
+        return Err(wrong("not an ONNX file: it contains no graph".into()));
     };
     check_names(graph).map_err(wrong)?;
     if let (Some(folder), Some(graph)) = (folder, &mut model.graph) {
@@ -45,16 +45,16 @@ pub fn read(bytes: &[u8], folder: Option<&Path>, place: &str) -> Result<ModelPro
     for tensor in model.graph.iter_mut().flat_map(tensors) {
         check_tensor(tensor).map_err(wrong)?;
     }
-    // Last, as it tells least of what is wrong.
+    // Last, because it says least about what is wrong.
     check_seal(&model, place)?;
     Ok(model)
 }
 
-/// Sizes and numbers of one tensor of weights.
+/// Checks the sizes and values of one tensor of weights.
 fn check_tensor(tensor: &TensorProto) -> std::result::Result<(), String> {
     let name = shown(&tensor.name);
     if tensor.data_location == Some(DataLocation::External as i32) {
-        return Err(format!("the weights `{name}` stand in another file"));
+        return Err(format!("the weights `{name}` are in another file"));
     }
     let count = tensor.dims.iter().try_fold(1i64, |product, dim| {
         product.checked_mul(*dim).filter(|_| *dim >= 0)
@@ -84,16 +84,17 @@ fn check_tensor(tensor: &TensorProto) -> std::result::Result<(), String> {
     if values.len() as i64 != count || !raw.len().is_multiple_of(size) {
         let found = values.len();
         return Err(format!(
-            "the weights `{name}` hold {found} numbers of {count}"
+            "the weights `{name}` have {found} of {count} numbers"
         ));
     }
     match values.iter().find(|value| !value.is_finite()) {
-        Some(value) => Err(format!("the weights `{name}` hold {value}")),
+        Some(value) => Err(format!("the weights `{name}` contain {value}")),
         None => Ok(()),
     }
 }
 
-/// Every output, and every input of a node, is an input, a weight or a node's output.
+/// Checks that every output, and every input of a node, is an input, a weight or a node's
+/// output.
 fn check_names(graph: &GraphProto) -> std::result::Result<(), String> {
     let inputs = graph.input.iter().map(|value| &value.name);
     let weights = graph.initializer.iter().map(|tensor| &tensor.name);
@@ -103,12 +104,12 @@ fn check_names(graph: &GraphProto) -> std::result::Result<(), String> {
     let results = graph.output.iter().map(|value| &value.name);
     let missing = |name: &&String| !name.is_empty() && !known.contains(name);
     match used.chain(results).find(missing) {
-        Some(name) => Err(format!("the value `{}` comes from nowhere", shown(name))),
+        Some(name) => Err(format!("the value `{}` is not defined", shown(name))),
         None => Ok(()),
     }
 }
 
-/// The inputs that are no weights.
+/// The inputs that are not weights.
 pub fn inputs(graph: &GraphProto) -> impl Iterator<Item = (usize, &ValueInfoProto)> {
     let is_weight = |name: &str| graph.initializer.iter().any(|tensor| tensor.name == name);
     graph
@@ -118,7 +119,7 @@ pub fn inputs(graph: &GraphProto) -> impl Iterator<Item = (usize, &ValueInfoProt
         .enumerate()
 }
 
-/// The sizes of a value, none where they are open, and its type.
+/// The sizes of a value (`None` for dynamic ones) and its type.
 pub fn shape(value: &ValueInfoProto) -> Option<(Vec<Option<usize>>, i32)> {
     let type_proto::Value::TensorType(tensor) = value.r#type.as_ref()?.value.as_ref()?;
     let size = |dim: &tract_onnx::pb::tensor_shape_proto::Dimension| match dim.value {

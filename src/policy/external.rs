@@ -1,5 +1,5 @@
-//! Weights that stand in files of their own beside the ONNX file, as torch's exporter writes
-//! them by default (<https://onnx.ai/onnx/repo-docs/ExternalData.html>).
+//! Weights in separate files beside the ONNX file, as torch's exporter writes them by default
+//! (<https://onnx.ai/onnx/repo-docs/ExternalData.html>).
 
 use crate::error::{Error, Result, shown};
 use crate::files::folder_of;
@@ -8,11 +8,11 @@ use std::collections::HashMap;
 use std::path::{Component, Path, PathBuf};
 use tract_onnx::pb::{GraphProto, ModelProto, TensorProto, tensor_proto::DataLocation};
 
-/// Larger files are not read for the names of the files of their weights [bytes].
+/// Larger files are not searched for the names of their weight files [bytes].
 const MOST_BYTES: u64 = 256 << 20;
 
-/// The files in which weights of the policy in `file` stand, or could stand by their usual
-/// name; none of a file that is no policy.
+/// The files that contain weights of the policy in `file`, or that would by their usual name;
+/// empty if the file is not a policy.
 pub fn weight_files(file: &Path) -> Vec<PathBuf> {
     let mut name = file.as_os_str().to_owned();
     name.push(".data");
@@ -41,7 +41,7 @@ fn entry<'t>(tensor: &'t TensorProto, key: &str) -> Option<&'t str> {
     entry.map(|entry| entry.value.as_str())
 }
 
-/// All weights of `graph`, those in attributes of nodes and in the graphs inside it too.
+/// All weights of `graph`, including those in attributes of nodes and in nested graphs.
 pub fn tensors(graph: &mut GraphProto) -> Vec<&mut TensorProto> {
     let mut found: Vec<&mut TensorProto> = graph.initializer.iter_mut().collect();
     for node in &mut graph.node {
@@ -55,11 +55,11 @@ pub fn tensors(graph: &mut GraphProto) -> Vec<&mut TensorProto> {
     found
 }
 
-/// Moves weights that stand in files in `folder` into `graph`. Files of more than `most`
-/// bytes are none of a policy. `place` is what messages call the ONNX file.
+/// Moves weights from files in `folder` into `graph`. Files of more than `most` bytes are
+/// rejected. `place` is the name of the ONNX file in messages.
 ///
 /// # Errors
-/// A file that is missing, too large, too short or outside of the folder.
+/// A file that is missing, too large, too short or outside `folder`.
 pub fn gather(graph: &mut GraphProto, folder: &Path, most: usize, place: &str) -> Result<()> {
     let mut files: HashMap<PathBuf, Vec<u8>> = HashMap::new();
     for tensor in tensors(graph) {
@@ -67,7 +67,7 @@ pub fn gather(graph: &mut GraphProto, folder: &Path, most: usize, place: &str) -
             continue;
         }
         let wrong = |problem: String| {
-            let cure = "keep the file of the weights beside the ONNX file under the name that it \
+            let cure = "keep the weights file beside the ONNX file under the name with which it \
                         was exported with, or export with the weights inside (torch: \
                         external_data=False)";
             let name = shown(&tensor.name);
@@ -79,28 +79,26 @@ pub fn gather(graph: &mut GraphProto, folder: &Path, most: usize, place: &str) -
         let is_beside = |part: Component| matches!(part, Component::Normal(_) | Component::CurDir);
         if location.is_empty() || !name.components().all(is_beside) {
             let location = shown(location);
-            return Err(wrong(format!(
-                "stand in `{location}`, outside of its folder"
-            )));
+            return Err(wrong(format!("are in `{location}`, outside its folder")));
         }
         let path = folder.join(name);
         if !files.contains_key(&path) {
             let size = std::fs::metadata(&path).map_err(|error| {
                 wrong(format!(
-                    "stand in {}, which cannot be read ({error})",
+                    "are in {}, which cannot be read ({error})",
                     path.display()
                 ))
             })?;
-            // Reading a pipe could take for ever.
+            // Reading a pipe could block forever.
             if !size.is_file() {
                 return Err(wrong(format!(
-                    "stand in {}, which is not a regular file",
+                    "are in {}, which is not a regular file",
                     path.display()
                 )));
             }
             if size.len() > most as u64 {
                 return Err(wrong(format!(
-                    "stand in {}, which is too large",
+                    "are in {}, which is too large",
                     path.display()
                 )));
             }
@@ -120,7 +118,7 @@ pub fn gather(graph: &mut GraphProto, folder: &Path, most: usize, place: &str) -
         let Some(part) = part else {
             let file = path.display();
             return Err(wrong(format!(
-                "stand past the end of {file}, which is cut short"
+                "are past the end of {file}, which is truncated"
             )));
         };
         let part = part.to_vec();

@@ -1,7 +1,7 @@
-//! Writes ONNX: nodes, weights and metadata become the bytes of a file.
+//! Writes ONNX: turns nodes, weights and metadata into the bytes of a file.
 //!
-//! Operator set 17, which torch's exporters of the same years write and every runtime
-//! reads (<https://onnx.ai/onnx/operators/>).
+//! Operator set 17, which torch's exporters of the same years write and every runtime supports
+//! (<https://onnx.ai/onnx/operators/>).
 
 use super::metadata::Metadata;
 use super::seal::seal;
@@ -19,14 +19,14 @@ use tract_onnx::pb::{
 pub const INPUT: &str = "observation";
 /// Input: allowed actions [batch, actions], bool.
 pub const MASK: &str = "action_mask";
-/// Output: logits [batch, actions], f32, very negative where the mask forbids.
+/// Output: logits [batch, actions], f32; very negative for masked actions.
 pub const OUTPUT: &str = "logits";
 
 const OPERATOR_SET: i64 = 17;
-/// The version of the format that belongs to that operator set.
+/// The version of the format for that operator set.
 const IR_VERSION: i64 = 8;
 
-/// A graph under construction. Values are known by name.
+/// A graph under construction. Values are identified by name.
 #[derive(Debug, Default)]
 pub struct GraphBuilder {
     nodes: Vec<NodeProto>,
@@ -58,7 +58,7 @@ impl GraphBuilder {
     fn tensor(&mut self, kind: DataType, shape: &[usize], raw_data: Vec<u8>) -> String {
         let name = self.fresh("weight");
         self.weights.push(TensorProto {
-            // Weights are in memory, so their sizes fit.
+            // The weights are in memory, so their sizes fit.
             dims: shape.iter().map(|d| *d as i64).collect(),
             data_type: kind as i32,
             name: name.clone(),
@@ -68,13 +68,13 @@ impl GraphBuilder {
         name
     }
 
-    /// A node with one output, whose name it returns.
+    /// Adds a node with one output and returns the output's name.
     pub fn node(&mut self, operator: &str, inputs: &[&str]) -> String {
         self.node_with(operator, inputs, &[])
     }
 
-    /// The same, with attributes; a single integer is an attribute of type int, a list of
-    /// several one of type ints.
+    /// The same with attributes. A single integer becomes an attribute of type int, a list one
+    /// of type ints.
     pub fn node_with(
         &mut self,
         operator: &str,
@@ -112,15 +112,15 @@ impl GraphBuilder {
         self.node("Slice", &[matrix, &from, &to, &axis])
     }
 
-    /// The file of a graph from [`INPUT`] and [`MASK`] to [`OUTPUT`], which `logits`
-    /// becomes where the mask allows.
+    /// The file of a graph from [`INPUT`] and [`MASK`] to [`OUTPUT`], which equals `logits` for
+    /// allowed actions.
     pub fn finish(
         mut self,
         logits: &str,
         (observation, actions): (usize, usize),
         metadata: &Metadata,
     ) -> Vec<u8> {
-        // The masked logit of Stable-Baselines3's MaskableCategorical.
+        // The value of masked logits in Stable-Baselines3's MaskableCategorical.
         let forbidden = self.number(-1e8);
         self.push("Where", &[MASK, logits, &forbidden], OUTPUT, &[]);
         let graph = GraphProto {

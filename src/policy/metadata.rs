@@ -1,20 +1,20 @@
-//! What a policy's file says about itself.
+//! The metadata of a policy's file.
 
 use crate::decision::observation::{Layout, VERSION};
 use crate::error::{Error, Result, shown};
 use std::collections::BTreeMap;
 
-/// Stands before every key of ours in the file.
+/// Prefix of every key of ours in the file.
 pub(super) const PREFIX: &str = "pickline.";
 
-/// The file's metadata, without the prefix of its keys.
+/// The file's metadata; keys have no prefix here.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Metadata {
     entries: BTreeMap<String, String>,
 }
 
 impl Metadata {
-    /// How to encode what the network sees.
+    /// Metadata that describes how to encode the network's observation.
     pub fn new(layout: &Layout) -> Self {
         let mut metadata = Self::default();
         metadata.set("observation_version", VERSION.to_string());
@@ -29,18 +29,18 @@ impl Metadata {
         self.entries.insert(key.to_owned(), value.into());
     }
 
-    /// The entry of that key.
+    /// The entry with this key.
     pub fn get(&self, key: &str) -> Option<&str> {
         self.entries.get(key).map(String::as_str)
     }
 
-    /// Keys as they stand in the file, and values.
+    /// Keys as written in the file, and values.
     pub fn to_file(&self) -> impl Iterator<Item = (String, &str)> {
         let entries = self.entries.iter();
         entries.map(|(key, value)| (format!("{PREFIX}{key}"), value.as_str()))
     }
 
-    /// Ours of a file's entries.
+    /// Our entries among those of a file.
     pub fn from_file<'f>(entries: impl IntoIterator<Item = (&'f str, &'f str)>) -> Self {
         let ours = entries.into_iter().filter_map(|(key, value)| {
             let key = key.strip_prefix(PREFIX)?;
@@ -51,10 +51,10 @@ impl Metadata {
         }
     }
 
-    /// The layout; none when the file says nothing about it.
+    /// The layout; `None` if the file does not describe it.
     ///
     /// # Errors
-    /// Another version of the observation, entries that cannot be read; `place` is the
+    /// Another version of the observation, or entries that cannot be parsed; `place` is the
     /// file.
     pub fn layout(&self, place: &str) -> Result<Option<Layout>> {
         let Some(version) = self.get("observation_version") else {
@@ -64,18 +64,18 @@ impl Metadata {
             return Err(Error::input(
                 place,
                 format!(
-                    "the policy was trained on version {} of the observation, this program \
-                     makes version {VERSION}",
+                    "the policy was trained on version {} of the observation, but this program \
+                     uses version {VERSION}",
                     shown(version)
                 ),
-                "train it again (`pickline train`), or use the release that it was made with",
+                "train it again (`pickline train`), or use the release that it was trained with",
             ));
         }
         let wrong = |key: &str| {
             Error::input(
                 place,
                 format!(
-                    "the metadata entry {PREFIX}{key} is `{}`",
+                    "the metadata entry {PREFIX}{key} has the invalid value `{}`",
                     shown(self.get(key).unwrap_or_default())
                 ),
                 "export the policy again with `pickline train`",

@@ -1,8 +1,8 @@
 //! Trained networks as strategies: ONNX files, run by tract.
 //!
-//! Files of this program carry metadata that says how to encode what they see. Files of
-//! other programs (Stable-Baselines3 through torch's exporters) are taken when the size
-//! of their input and output fits a known observation.
+//! Files of this program have metadata that describes how to encode the observation. Files of
+//! other programs (Stable-Baselines3 with torch's exporters) are accepted if the sizes of their
+//! input and output match a known observation.
 
 #[cfg(feature = "onnx")]
 mod check;

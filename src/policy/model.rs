@@ -1,4 +1,4 @@
-//! A policy read from its file and made ready to run.
+//! A policy read from its file and prepared to run.
 
 use super::check;
 use super::graph::OUTPUT;
@@ -15,7 +15,7 @@ use tract_onnx::prelude::{
     Tensor, TractResult, TypedRunnableModel, TypedSimpleState, f16, tvec,
 };
 
-/// The policy that ships with the program.
+/// The built-in policy.
 const SHIPPED: &[u8] = include_bytes!("../../policies/pickline.onnx");
 
 /// A network that turns an observation and a mask into logits.
@@ -24,29 +24,29 @@ pub struct Policy {
     layout: Layout,
     metadata: Metadata,
     place: String,
-    /// Rows that the network takes at once: 1, or what the file fixes.
+    /// Rows that the network takes at once: 1, unless the file fixes another number.
     rows: usize,
-    /// What each input of the network is.
+    /// The meaning of each input of the network.
     inputs: Vec<Input>,
-    /// Which of its outputs the logits are.
+    /// Index of the output with the logits.
     output: usize,
-    /// What is to be said of that, where there are several.
+    /// A remark about that choice, if there are several outputs.
     remark: Option<String>,
     plan: Arc<TypedRunnableModel>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Input {
-    /// In the type that the file gives it.
+    /// In the type that the file specifies.
     Observation(Part, Real),
     Mask(MaskKind),
 }
 
-/// What an input takes of the observation.
+/// The part of the observation that an input takes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Part {
     Whole,
-    /// What comes before the slots.
+    /// The part before the slots.
     Globals,
     Slots,
 }
@@ -77,26 +77,25 @@ impl Policy {
     /// The policy in the file at `path`.
     ///
     /// # Errors
-    /// A file that cannot be read or is no policy, saying what was expected.
+    /// A file that cannot be read or is not a policy; the message says what was expected.
     pub fn load(path: &Path) -> Result<Self> {
         let bytes = std::fs::read(path).map_err(|source| Error::read(path, source))?;
         let place = path.display().to_string();
         Self::from_model(check::read(&bytes, Some(folder_of(path)), &place)?, &place)
     }
 
-    /// The policy that ships with the program; `policies/README.md` says how it was
-    /// trained.
+    /// The built-in policy; `policies/README.md` describes how it was trained.
     ///
     /// # Errors
-    /// Never for the file that ships; passed on from reading it.
+    /// Never for the built-in file; reading it returns a `Result`.
     pub fn shipped() -> Result<Self> {
         Self::from_bytes(SHIPPED, "policies/pickline.onnx")
     }
 
-    /// The policy in `bytes`; `place` is what messages call it.
+    /// The policy in `bytes`; `place` is its name in messages.
     ///
     /// # Errors
-    /// As for [`Policy::load`], and weights that stand in another file.
+    /// As for [`Policy::load`], and weights in another file.
     pub fn from_bytes(bytes: &[u8], place: &str) -> Result<Self> {
         Self::from_model(check::read(bytes, None, place)?, place)
     }
@@ -110,7 +109,7 @@ impl Policy {
         let ports = Ports::find(&graph, told, place)?;
         let layouts = ports.layouts.clone();
         let first = Self::with_ports(&model, &graph, metadata.clone(), ports, place);
-        // Where the file leaves the outputs' sizes open, running it shows what it means.
+        // If the file leaves the outputs' sizes dynamic, a run shows which layout it is.
         let mut others = layouts.into_iter().skip(1);
         let other = first.is_err().then(|| {
             others.find_map(|layout| {
@@ -129,14 +128,14 @@ impl Policy {
         place: &str,
     ) -> Result<Self> {
         let build = || build(model, &ports).map_err(|error| format!("{error:#}"));
-        // tract trusts its input in places that our checks do not reach.
+        // tract does not validate its input in places that our checks do not cover.
         let plan = std::panic::catch_unwind(std::panic::AssertUnwindSafe(build))
-            .unwrap_or_else(|_| Err("tract gave up on it".into()))
+            .unwrap_or_else(|_| Err("tract panicked".into()))
             .map_err(|error| {
                 Error::input(
                     place,
                     format!("the network cannot be run: {}", shown(&error)),
-                    "give a policy of standard operators, operator set 9 to 20",
+                    "give a policy that uses standard operators, operator set 9 to 20",
                 )
             })?;
         let mut policy = Self {
@@ -153,7 +152,7 @@ impl Policy {
         Ok(policy)
     }
 
-    /// Runs the network once to see which output has a number for every action.
+    /// Runs the network once to find the output with one number per action.
     fn find_output(&mut self, graph: &GraphProto) -> Result<()> {
         let observation = vec![0.0; self.layout.observation()];
         let mask = vec![true; self.layout.actions()];
@@ -183,7 +182,7 @@ impl Policy {
                         "any of the outputs {} could be the logits",
                         listed(&mut fitting.iter().copied())
                     ),
-                    format!("name the output of the logits `{OUTPUT}` when exporting"),
+                    format!("name the logits' output `{OUTPUT}` when exporting"),
                 ),
             });
         };
@@ -191,30 +190,30 @@ impl Policy {
         self.remark = (names.len() > 1).then(|| {
             let (file, all) = (&self.place, listed(&mut (0..names.len())));
             let taken = shown(names[place]);
-            format!("{file}: of the outputs {all} takes `{taken}` for the logits")
+            format!("{file}: of the outputs {all}, `{taken}` is used as the logits")
         });
         Ok(())
     }
 
-    /// How to encode what it sees.
+    /// How to encode the observation.
     pub fn layout(&self) -> Layout {
         self.layout
     }
 
-    /// What the file says about itself.
+    /// The file's metadata.
     pub fn metadata(&self) -> &Metadata {
         &self.metadata
     }
 
-    /// What a user should know of how the file was read, if anything.
+    /// A remark about how the file was read, if there is one.
     pub fn remark(&self) -> Option<&str> {
         self.remark.as_deref()
     }
 
-    /// A state to run it in, for one thread.
+    /// The state needed to run it, one per thread.
     ///
     /// # Errors
-    /// Never for a policy that was loaded; passed on from tract.
+    /// Never for a loaded policy; tract returns a `Result`.
     pub fn state(&self) -> Result<PolicyState> {
         let state = self.plan.spawn().map_err(|error| self.failed(&error))?;
         Ok(PolicyState {
@@ -227,12 +226,12 @@ impl Policy {
         Error::input(
             &self.place,
             format!("the network fails: {}", shown(&format!("{error:#}"))),
-            "give a policy for one observation at a time, or of a dynamic batch",
+            "give a policy for one observation at a time, or for a dynamic batch",
         )
     }
 }
 
-/// A policy with the buffers that running it takes.
+/// A policy with the buffers needed to run it.
 #[derive(Debug)]
 pub struct PolicyState {
     policy: Policy,
@@ -243,7 +242,7 @@ impl PolicyState {
     /// Writes the logits [actions] of one observation.
     ///
     /// # Errors
-    /// Never for a policy that was loaded; passed on from tract.
+    /// Never for a loaded policy; tract returns a `Result`.
     pub fn logits(&mut self, observation: &[f32], mask: &[bool], to: &mut [f32]) -> Result<()> {
         let outputs = self.run(observation, mask)?;
         let values = real_numbers(&outputs[self.policy.output]);
@@ -291,7 +290,7 @@ impl PolicyState {
     }
 }
 
-/// Whether a network's output is of a type that logits have.
+/// Whether a network's output has a type suitable for logits.
 fn is_real(value: &TValue) -> bool {
     [f32::datum_type(), f64::datum_type(), f16::datum_type()].contains(&value.datum_type())
 }
@@ -301,8 +300,8 @@ fn real_numbers(value: &TValue) -> TractResult<Vec<f64>> {
     Ok(value.try_as_plain_ram()?.as_slice::<f64>()?.to_vec())
 }
 
-/// Shifts finite logits beyond single precision so that the largest allowed one is 0: the
-/// order and the probabilities stay, where a cast would make them infinite.
+/// Shifts finite logits that exceed single precision so that the largest allowed one is 0.
+/// Order and probabilities are preserved; a cast would make them infinite.
 fn fit_single(logits: &mut [f64], mask: &[bool]) {
     let most = f64::from(f32::MAX);
     if !logits.iter().any(|v| v.is_finite() && v.abs() > most) {
@@ -318,8 +317,8 @@ fn fit_single(logits: &mut [f64], mask: &[bool]) {
     }
 }
 
-/// Which of the outputs that fit has the name of logits: the only one, or the only one of
-/// the most telling names.
+/// Which of the outputs of matching size is named like logits: the only one, or the only one
+/// with the most specific name.
 fn named_for_logits(names: &[&str], fitting: &[usize]) -> Option<usize> {
     if let [place] = fitting {
         return Some(*place);
@@ -343,7 +342,7 @@ fn named_for_logits(names: &[&str], fitting: &[usize]) -> Option<usize> {
     })
 }
 
-/// As [`repeated`], in the type that the network takes.
+/// Like [`repeated`], in the type that the network takes.
 fn reals(row: &[f32], real: Real, rows: usize) -> TractResult<Tensor> {
     match real {
         Real::Single => repeated(row, rows),
@@ -354,7 +353,7 @@ fn reals(row: &[f32], real: Real, rows: usize) -> TractResult<Tensor> {
     }
 }
 
-/// `row` as often as the network wants rows.
+/// `row`, repeated as often as the network needs rows.
 fn repeated<T: Datum + Copy>(row: &[T], rows: usize) -> TractResult<Tensor> {
     if rows == 1 {
         Tensor::from_shape(&[1, row.len()], row)
@@ -363,10 +362,10 @@ fn repeated<T: Datum + Copy>(row: &[T], rows: usize) -> TractResult<Tensor> {
     }
 }
 
-/// The network's inputs, and the layout that they mean.
+/// The network's inputs, and the layout that they imply.
 struct Ports {
     layout: Layout,
-    /// All layouts that the sizes could mean, the likeliest first.
+    /// All layouts that the sizes allow, the most likely first.
     layouts: Vec<Layout>,
     rows: usize,
     inputs: Vec<Port>,
@@ -386,14 +385,14 @@ impl Ports {
             let name = shown(&value.name);
             let Some((dims, kind)) = check::shape(value) else {
                 return Err(wrong(
-                    format!("the input `{name}` is no tensor of a known shape"),
+                    format!("the input `{name}` is not a tensor of known shape"),
                     "declare its shape [batch, numbers]".into(),
                 ));
             };
             let [batch, Some(width)] = dims[..] else {
                 return Err(wrong(
                     format!("the input `{name}` has the shape {dims:?}"),
-                    "give it the shape [batch, numbers], the second one fixed".into(),
+                    "give it the shape [batch, numbers] with a fixed second size".into(),
                 ));
             };
             rows = batch.unwrap_or(rows);
@@ -411,7 +410,7 @@ impl Ports {
                 (true, _, Ok(DataType::Int64)) => Input::Mask(MaskKind::Int64),
                 _ => {
                     return Err(wrong(
-                        format!("the input `{name}` has a type that is not known here"),
+                        format!("the input `{name}` has an unsupported type"),
                         "use f32 or f64 for observations and bool, f32, f64 or int64 for masks"
                             .into(),
                     ));
@@ -441,7 +440,7 @@ impl Ports {
             ));
         };
         let (observation, mask) = (parts.iter().sum::<usize>(), mask.first().copied());
-        // An exporter may leave the sizes of the outputs open.
+        // An exporter may leave the sizes of the outputs dynamic.
         let widths = graph.output.iter().map(|value| {
             let (dims, _) = check::shape(value)?;
             *dims.last()?
@@ -456,11 +455,11 @@ impl Ports {
         let Some(&layout) = layouts.first() else {
             return Err(wrong(
                 format!(
-                    "an input of {observation} numbers with outputs of {outputs:?} is no \
-                     observation that this program makes"
+                    "an input of {observation} numbers with outputs of {outputs:?} matches no \
+                     observation of this program"
                 ),
                 format!(
-                    "train on one of: {}; outputs are the logits of K slots, and one more with \
+                    "train on one of: {}; outputs are the logits of K slots, and one more for \
                      waiting",
                     View::ALL.map(written).join(", ")
                 ),
@@ -470,8 +469,8 @@ impl Ports {
         if (observation, mask.unwrap_or(expected.1)) != expected {
             return Err(wrong(
                 format!(
-                    "the network takes {observation} numbers and a mask of {}, its metadata \
-                     stands for {} and {}",
+                    "the network takes {observation} numbers and a mask of {}, but its metadata \
+                     says {} and {}",
                     mask.unwrap_or(expected.1),
                     expected.0,
                     expected.1
@@ -483,7 +482,7 @@ impl Ports {
             wrong(
                 problem,
                 format!(
-                    "export inputs of the widths {} (globals) and {} (slots), or one of all {}",
+                    "export inputs of widths {} (globals) and {} (slots), or one of width {}",
                     layout.globals(),
                     layout.observation() - layout.globals(),
                     layout.observation()
@@ -499,8 +498,8 @@ impl Ports {
     }
 }
 
-/// Finds out which of two inputs, `parts` wide, takes which part of the observation: they
-/// are told apart by their widths.
+/// Determines which of two inputs, `parts` wide, takes which part of the observation, by their
+/// widths.
 fn split(ports: &mut [Port], parts: &[usize], layout: &Layout) -> std::result::Result<(), String> {
     let globals = layout.globals();
     let slots = layout.observation() - globals;
@@ -509,7 +508,7 @@ fn split(ports: &mut [Port], parts: &[usize], layout: &Layout) -> std::result::R
     }
     if globals == slots || ![[globals, slots], [slots, globals]].contains(&[parts[0], parts[1]]) {
         return Err(format!(
-            "its inputs of the widths {} and {} cannot be told for the parts of an observation",
+            "its inputs of widths {} and {} cannot be matched to the parts of an observation",
             parts[0], parts[1]
         ));
     }
@@ -539,8 +538,8 @@ fn written(view: View) -> String {
     )
 }
 
-/// The layouts whose sizes these are, when the file does not say; `outputs` none where it
-/// leaves one open.
+/// The layouts with these sizes, if the file has no metadata; `outputs` is `None` if the file
+/// leaves a size dynamic.
 fn layouts_of(observation: usize, mask: Option<usize>, outputs: Option<&[usize]>) -> Vec<Layout> {
     let all = View::ALL.into_iter().flat_map(|view| {
         [false, true].map(|wait| Layout {
@@ -568,7 +567,7 @@ fn layouts_of(observation: usize, mask: Option<usize>, outputs: Option<&[usize]>
 }
 
 fn build(model: &ModelProto, ports: &Ports) -> TractResult<Arc<TypedRunnableModel>> {
-    // torch's exporters write sizes of values in between that a fixed batch contradicts.
+    // torch's exporters write sizes of intermediate values that contradict a fixed batch.
     let framework = tract_onnx::onnx().with_ignore_value_info(true);
     let framework = framework.with_ignore_output_shapes(true);
     let mut network = framework.model_for_proto_model(model)?;

@@ -1,5 +1,4 @@
-//! A hash in the file, so that a changed bit which still makes a legal network does not
-//! go unnoticed.
+//! A hash in the file that detects a changed bit even if the network is still legal.
 
 use super::metadata::PREFIX;
 use crate::error::{Error, Result, shown};
@@ -7,24 +6,24 @@ use crate::files::fingerprint;
 use prost::Message as _;
 use tract_onnx::pb::{ModelProto, StringStringEntryProto};
 
-/// The metadata entry of the hash, behind the prefix of all of ours.
+/// The key of the hash's metadata entry, without our prefix.
 const KEY: &str = "content_hash";
 
 fn is_seal(entry: &StringStringEntryProto) -> bool {
     entry.key.strip_prefix(PREFIX) == Some(KEY)
 }
 
-/// The hash of everything else that `model` says: weights, network and metadata.
+/// The hash of the rest of `model`: weights, network and metadata.
 ///
-/// Taken of the model written anew, not of the file's bytes: they can hold the same in
-/// another order, and the hash itself stands among them.
+/// Computed from the model encoded again, not from the file's bytes: they can contain the same
+/// data in another order, and they include the hash itself.
 fn content_hash(model: &ModelProto) -> String {
     let mut rest = model.clone();
     rest.metadata_props.retain(|entry| !is_seal(entry));
     fingerprint(rest.encode_to_vec())
 }
 
-/// Puts the hash into `model`, which is complete.
+/// Adds the hash to `model`, which must be complete.
 pub fn seal(model: &mut ModelProto) {
     let value = content_hash(model);
     model.metadata_props.push(StringStringEntryProto {
@@ -33,11 +32,11 @@ pub fn seal(model: &mut ModelProto) {
     });
 }
 
-/// Checks that `model` holds what it held when it was sealed. Files that were not, of
-/// other programs or older releases, pass.
+/// Checks that `model` is unchanged since it was sealed. Files without a seal, from other
+/// programs or older releases, pass.
 ///
 /// # Errors
-/// Another hash than the one that stands in it, at `place`.
+/// The hash differs from the one in the file; `place` is the location.
 pub fn check_seal(model: &ModelProto, place: &str) -> Result<()> {
     let Some(entry) = model.metadata_props.iter().find(|entry| is_seal(entry)) else {
         return Ok(());
@@ -49,11 +48,11 @@ pub fn check_seal(model: &ModelProto, place: &str) -> Result<()> {
     Err(Error::input(
         place,
         format!(
-            "the file is not as it was exported: its content has the hash {found}, its metadata \
-             entry {PREFIX}{KEY} says {}",
+            "the file has changed since it was exported: its content has the hash {found}, but its \
+             metadata entry {PREFIX}{KEY} says {}",
             shown(&entry.value)
         ),
-        "get the file again from where it came, or export it again with `pickline train`",
+        "get the file again from its source, or export it again with `pickline train`",
     ))
 }
 
@@ -63,14 +62,14 @@ mod tests {
     use crate::policy::Policy;
     use std::path::Path;
 
-    /// The policy that ships is older than the hash, and was given its own: nothing else of it
+    /// The built-in policy is older than the hash and got one later; nothing else in it
     /// changed.
     #[test]
     fn a_seal_is_the_last_entry_and_changes_nothing_else() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("policies/pickline.onnx");
         let shipped = std::fs::read(&path).unwrap();
         let mut model = ModelProto::decode(&shipped[..]).unwrap();
-        // Nothing is lost in reading and writing.
+        // Reading and writing lose nothing.
         assert_eq!(model.encode_to_vec(), shipped);
         assert!(is_seal(model.metadata_props.last().unwrap()));
         model.metadata_props.pop();

@@ -1,19 +1,19 @@
-//! A policy that decides.
+//! A policy as a strategy.
 
 use super::model::{Policy, PolicyState};
 use crate::decision::observation::Encoder;
 use crate::decision::{Action, Snapshot, Strategy};
 
-/// Numbers of an observation that a message shows.
+/// Maximum number of observation values in a message.
 const MOST_SHOWN: usize = 40;
 
-/// Takes the allowed action of the largest logit; the mask is applied here as well, as a
-/// graph need not have one. A logit of an allowed action that is no finite number is no
+/// Chooses the allowed action with the largest logit. The mask is applied here as well, because
+/// a graph need not have one. If the logit of an allowed action is not finite, there is no
 /// answer.
 #[derive(Debug)]
 pub struct PolicyStrategy {
     name: String,
-    /// None if tract has no room for it, which it had when the policy was loaded.
+    /// `None` if tract fails to create it, which it did not when the policy was loaded.
     state: Option<PolicyState>,
     encoder: Encoder,
     observation: Vec<f32>,
@@ -25,7 +25,7 @@ pub struct PolicyStrategy {
 }
 
 impl PolicyStrategy {
-    /// A strategy that is written `name`.
+    /// A strategy that is called `name`.
     pub fn new(name: String, policy: &Policy) -> Self {
         let layout = policy.layout();
         Self {
@@ -40,7 +40,7 @@ impl PolicyStrategy {
         }
     }
 
-    /// The action of the largest logit, or what is wrong with the logits.
+    /// The action with the largest logit, or what is wrong with the logits.
     fn answer(&mut self, snapshot: &Snapshot) -> std::result::Result<Action, String> {
         let (observation, mask) = (&self.observation, &self.mask);
         let state = self.state.as_mut().ok_or("the network has no state")?;
@@ -61,7 +61,7 @@ impl PolicyStrategy {
         action.map_err(|error| error.problem())
     }
 
-    /// `problem` with the decision and the observation that it came of.
+    /// `problem`, with the decision and the observation that caused it.
     fn report(&self, problem: &str) -> String {
         let shown = self.observation.iter().take(MOST_SHOWN);
         let shown: Vec<String> = shown.map(f32::to_string).collect();

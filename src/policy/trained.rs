@@ -1,29 +1,29 @@
-//! What a policy was trained on, and how far a line is from that.
+//! What a policy was trained on, and how far a line differs from that.
 //!
-//! A network says nothing about lines unlike those that it has seen; that it still answers
-//! something is no sign that the answer is good.
+//! A network is not reliable on lines unlike those it was trained on; that it still gives an
+//! answer does not mean that the answer is good.
 
 use super::metadata::Metadata;
 use crate::error::shown_number;
 use crate::station::{Station, built_in};
 use serde::{Deserialize, Serialize};
 
-/// A line that exceeds a range by more than this share is far from the training. A quarter is
-/// what the belt's speed was varied by.
+/// A line that exceeds a range by more than this share is far from the training. The belt speed
+/// was varied by a quarter in training.
 const FAR: f64 = 0.25;
-/// What rounding may add to an end of a range.
+/// Tolerance for rounding at the ends of a range.
 const SLACK: f64 = 1e-9;
-/// The entry of the metadata that holds the ranges.
+/// The metadata entry with the ranges.
 const KEY: &str = "trained_on";
 
-/// One quantity of lines, from where to where.
+/// The range of one quantity of lines.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Extent {
-    /// What it is.
+    /// Name of the quantity.
     pub quantity: String,
     /// Its unit; empty for counts.
     pub unit: String,
-    /// The least value.
+    /// The smallest value.
     pub low: f64,
     /// The largest.
     pub high: f64,
@@ -36,17 +36,17 @@ pub struct Trained {
     extents: Vec<Extent>,
 }
 
-/// A quantity in which a line is unlike all that a policy was trained on.
+/// A quantity in which a line differs from everything that a policy was trained on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outside {
-    /// What the line has.
+    /// The line's range.
     pub line: Extent,
-    /// What it was trained on.
+    /// The range in training.
     pub trained: Extent,
 }
 
-/// The quantities of a line. All that its robots' observations and the time that a pick
-/// takes depend on.
+/// The quantities of a line on which its robots' observations and the duration of a pick
+/// depend.
 fn extents(station: &Station) -> Vec<Extent> {
     let (belt, robots) = (station.belt(), station.robots());
     let extent = |quantity: &str, unit: &str, values: &[f64]| Extent {
@@ -81,7 +81,8 @@ fn extents(station: &Station) -> Vec<Extent> {
 }
 
 impl Trained {
-    /// The ranges over `stations`, each with its belt speed times `speed`, from and to.
+    /// The ranges over `stations`, each with its belt speed times `speed`, the lowest and the
+    /// highest factor.
     pub fn on(stations: &[Station], speed: (f64, f64)) -> Self {
         let mut merged: Vec<Extent> = Vec::new();
         for mut extent in stations.iter().flat_map(extents) {
@@ -102,12 +103,12 @@ impl Trained {
 
     /// Writes the ranges into a policy's metadata.
     pub fn write(&self, metadata: &mut Metadata) {
-        // Numbers and texts always make JSON.
+        // Numbers and texts can always be written as JSON.
         metadata.set(KEY, serde_json::to_string(self).unwrap_or_default());
     }
 
-    /// What a policy's metadata says; none where it says nothing. Older files have no ranges
-    /// but the names of their stations, which are known where they are built in.
+    /// Reads the ranges from a policy's metadata; `None` if there are none. Older files have no
+    /// ranges but the names of their stations, which are known if they are built in.
     pub fn read(metadata: &Metadata) -> Option<Self> {
         if let Some(text) = metadata.get(KEY) {
             return serde_json::from_str(text).ok();
@@ -128,7 +129,8 @@ impl Trained {
         Some(Self::on(&stations, speed.unwrap_or((1.0, 1.0))))
     }
 
-    /// In what `station` is unlike the training; nothing where it is within all ranges.
+    /// The quantities in which `station` differs from the training; empty if it is within all
+    /// ranges.
     pub fn outside(&self, station: &Station) -> Vec<Outside> {
         let outside = |line: Extent| {
             let trained = self.extents.iter().find(|e| e.quantity == line.quantity)?;
@@ -159,7 +161,7 @@ impl Outside {
         below.max(share(line.high - trained.high, trained.high))
     }
 
-    /// Whether the line is far from the training in this.
+    /// Whether the line is far from the training in this quantity.
     pub fn is_far(&self) -> bool {
         self.excess() > FAR + SLACK
     }
@@ -168,7 +170,7 @@ impl Outside {
 impl std::fmt::Display for Outside {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         let span = |extent: &Extent| {
-            // As one would write them: 1.6, not 1.5999999999999999.
+            // Written as a user would: 1.6, not 1.5999999999999999.
             let [low, high] = [extent.low, extent.high].map(|v| (v * 1e6).round() / 1e6);
             let space = if extent.unit.is_empty() { "" } else { " " };
             if low == high {

@@ -185,7 +185,7 @@ fn doubles_and_two_inputs_mean_the_same() {
     let error = Policy::from_bytes(&odd.encode_to_vec(), "p.onnx").unwrap_err();
     let error = error.to_string();
     assert!(
-        error.contains("cannot be told") && error.contains("cure: "),
+        error.contains("cannot be matched") && error.contains("cure: "),
         "{error}"
     );
 }
@@ -225,13 +225,13 @@ fn weights_may_stand_in_a_file_beside() {
     let policy = Policy::load(&at("p.onnx")).unwrap();
     assert_eq!(logits(&policy), logits(&read(&plain("logits"))));
     std::fs::write(at("p.onnx.data"), &bytes[..length - 1]).unwrap();
-    refused(&["p.onnx.data", "cut short"]);
+    refused(&["p.onnx.data", "truncated"]);
     for location in ["../p.onnx.data", "/etc/passwd", ""] {
         stands(&mut outside, location, 0);
-        refused(&["outside of its folder"]);
+        refused(&["outside its folder"]);
     }
     stands(&mut outside, "p.onnx.data", usize::MAX);
-    refused(&["cut short"]);
+    refused(&["truncated"]);
 }
 
 /// `plain` with its logits put through `operators`.

@@ -121,7 +121,7 @@ fn compare_holds_every_run_against_the_bound() {
         let refused = pickline(&[verb, "--strategy", "bound"]);
         assert_eq!(refused.status.code(), Some(2), "{verb}");
         let told = String::from_utf8(refused.stderr).unwrap();
-        for word in ["--strategy", "the bound is no strategy", "--no-bound"] {
+        for word in ["--strategy", "the bound is not a strategy", "--no-bound"] {
             assert!(told.contains(word), "{verb}: {word} not in {told}");
         }
     }
