@@ -66,8 +66,8 @@ mod tests {
         }
         for (name, word) in [
             ("", "empty"),
-            (" r1", "blanks"),
-            ("r1 ", "blanks"),
+            (" r1", "ends with a space"),
+            ("r1 ", "ends with a space"),
             ("r\u{7}", "control"),
             ("r\n1", "control"),
             ("r\u{202e}1", "control"),

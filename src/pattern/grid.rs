@@ -4,16 +4,15 @@ use super::feed::numbered;
 use super::item::{Item, LARGEST, MOST_ITEMS, Pattern};
 use crate::error::{Error, Result, shown_number};
 
-/// `count` items on a square lattice of spacing `spacing` [m] on a belt of width
-/// `width` [m], column by column from x0 = 0 upstream (Jermann et al., grid sampled
-/// patterns). The last column may be partial.
+/// `count` items on a square lattice with `spacing` [m] on a belt of `width` [m], column by column
+/// upstream from x0 = 0 (Jermann et al., grid sampled patterns). The last column may be partial.
 ///
 /// # Errors
-/// A spacing that is not a positive length, no items or too many.
+/// If the spacing is not a positive length, or there are no items or too many.
 pub fn grid(width: f64, spacing: f64, count: usize) -> Result<Pattern> {
     check_spacing("spacing", spacing)?;
     check_count(count)?;
-    // A spacing that divides the width counts both edges whatever the rounding.
+    // If the spacing divides the width, both edges count despite rounding.
     let rows = (width / spacing + 1e-9).floor() as usize + 1;
     let middle = (rows - 1) as f64 / 2.0;
     check_length(count, (count / rows) as f64 * spacing)?;
@@ -30,11 +29,11 @@ pub fn grid(width: f64, spacing: f64, count: usize) -> Result<Pattern> {
     Pattern::new(items)
 }
 
-/// `count` items of `density` [1/m] in columns over the whole width [m], the first at
-/// x0 = 0. With as many rows as a square lattice of that density would have; the distance
-/// between columns then gives the density exactly, which a square lattice could not.
+/// `count` items of `density` [1/m] in columns over the whole `width` [m], the first at x0 = 0. The
+/// number of rows is that of a square lattice of this density; the distance between columns then
+/// makes the density exact, which a square lattice could not.
 pub(super) fn lattice(width: f64, density: f64, count: usize) -> Result<Pattern> {
-    // r rows at W / (r - 1) in columns as far apart: r (r - 1) / W items a metre.
+    // r rows at W / (r - 1), with columns equally far apart: r (r - 1) / W items per metre.
     let rows = (0.5 + (0.25 + density * width).sqrt()).round().max(1.0) as usize;
     let between_columns = rows as f64 / density;
     let between_rows = width / (rows.max(2) - 1) as f64;
@@ -49,31 +48,31 @@ pub(super) fn lattice(width: f64, density: f64, count: usize) -> Result<Pattern>
     numbered((0..count).map(item).collect())
 }
 
-/// Spacing and radius alike must be a length that a belt can hold.
+/// Checks a spacing or radius, which must be a length that fits on a belt.
 pub(super) fn check_spacing(name: &str, value: f64) -> Result<()> {
     if (1e-4..=1e3).contains(&value) {
         return Ok(());
     }
     Err(Error::input(
         format!("--{name}"),
-        format!("{} m is not a distance between items", shown_number(value)),
+        format!("{} m is not a valid distance between items", shown_number(value)),
         "give metres, from 0.0001 to 1000",
     ))
 }
 
-/// A number of items that a pattern can have, asked before that many are made.
+/// Checks the number of items of a pattern. Call it before that many are created.
 pub(super) fn check_count(count: usize) -> Result<()> {
     if (1..=MOST_ITEMS).contains(&count) {
         return Ok(());
     }
     Err(Error::input(
         "--count",
-        format!("{count} items make no pattern"),
+        format!("{count} items is not a valid pattern size"),
         format!("give 1 to {MOST_ITEMS} items"),
     ))
 }
 
-/// A length [m] of belt that `count` items may take.
+/// Checks the length [m] of belt that `count` items take up.
 pub(super) fn check_length(count: usize, length: f64) -> Result<()> {
     if length <= LARGEST {
         return Ok(());
@@ -84,7 +83,7 @@ pub(super) fn check_length(count: usize, length: f64) -> Result<()> {
             "{count} items would take {} m of belt",
             shown_number(length)
         ),
-        format!("give fewer, or put them closer: at most {LARGEST:e} m"),
+        format!("use fewer items or a smaller distance; at most {LARGEST:e} m"),
     ))
 }
 
@@ -99,7 +98,7 @@ mod tests {
         assert_eq!(items[0].y, -0.525);
         assert!((items[7].y - 0.525).abs() < 1e-15);
         assert_eq!(items[8].x0, -0.15);
-        // The last column holds the two that are left of 50.
+        // The last column contains the remaining two of 50.
         assert_eq!(items[48].x0, items[49].x0);
         assert_eq!(items[48].x0, -6.0 * 0.15);
         pattern
@@ -119,7 +118,7 @@ mod tests {
         for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
             let message = grid(0.4, bad, 3).unwrap_err().to_string();
             assert!(
-                message.contains("is not a distance between items"),
+                message.contains("is not a valid distance between items"),
                 "{message}"
             );
         }

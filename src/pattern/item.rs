@@ -5,9 +5,9 @@ use crate::names::check_name;
 use crate::station::Station;
 use std::collections::HashMap;
 
-/// Positions past this [m] are refused: no belt is that long.
+/// Positions beyond this [m] are rejected: no belt is that long.
 pub(super) const LARGEST: f64 = 1e6;
-/// More items than this in one pattern would not fit into memory with comfort.
+/// Maximum number of items in a pattern, to limit memory use.
 pub(super) const MOST_ITEMS: usize = 10_000_000;
 
 /// Whether `value` is a probability.
@@ -35,9 +35,9 @@ pub struct Item {
     pub p_detection: Option<f64>,
     /// Probability that a grasp succeeds.
     pub p_grasp: Option<f64>,
-    /// Explicit weight; wins over the one that follows from the columns above.
+    /// Explicit weight; overrides the one computed from the fields above.
     pub weight: Option<f64>,
-    /// What it is, for reports.
+    /// The kind of item, for reports.
     pub class: Option<String>,
 }
 
@@ -47,7 +47,7 @@ pub fn sigmoid(z: f64) -> f64 {
 }
 
 impl Item {
-    /// An item of which only the position is known [m].
+    /// An item of which only the position [m] is known.
     pub fn at(id: impl Into<String>, x0: f64, y: f64) -> Self {
         Self {
             id: id.into(),
@@ -57,9 +57,9 @@ impl Item {
         }
     }
 
-    /// The object-specific reward `r = p_detection p_grasp sigmoid(A / 100 cm^2)`
-    /// (Jermann et al., equation 2), or the explicit weight. A missing probability
-    /// is 1 and a missing area 0, so 0.5 when nothing is known.
+    /// The object-specific reward `r = p_detection p_grasp sigmoid(A / 100 cm^2)` (Jermann et al.,
+    /// equation 2), or the explicit weight. A missing probability counts as 1 and a missing area as
+    /// 0, so the reward is 0.5 if nothing is known.
     pub fn reward(&self) -> f64 {
         self.weight.unwrap_or_else(|| {
             self.p_detection.unwrap_or(1.0)
@@ -68,8 +68,8 @@ impl Item {
         })
     }
 
-    /// What the model forbids about this item on its own: the field, the value's
-    /// problem and the cure.
+    /// What the model forbids about this item alone: the field, the problem with its value, and the
+    /// cure.
     fn problem(&self) -> Option<(&'static str, String, &'static str)> {
         let position = |value: f64| value.is_finite() && value.abs() <= LARGEST;
         let share = |value: &Option<f64>| value.is_none_or(is_share);
@@ -78,40 +78,40 @@ impl Item {
         if self.id.is_empty() {
             Some(("id", "the id is empty".into(), "give every item an id"))
         } else if let Err(bad) = check_name(&self.id) {
-            let cure = "give ids that fit on one line, of at most 200 printable characters, \
-                        without blanks at an end";
+            let cure = "give ids on one line, with at most 200 printable characters and \
+                        no leading or trailing spaces";
             Some(("id", bad.problem, cure))
         } else if let Some(Err(bad)) = class.map(check_name) {
-            let cure = "give classes that fit on one line, of at most 200 printable \
-                        characters, without blanks at an end";
+            let cure = "give classes on one line, with at most 200 printable \
+                        characters and no leading or trailing spaces";
             Some(("class", bad.problem, cure))
         } else if !position(self.x0) {
             let cure = "give metres in the belt frame";
             Some((
                 "x",
-                format!("{} is not a position", shown_number(self.x0)),
+                format!("{} is not a valid position", shown_number(self.x0)),
                 cure,
             ))
         } else if self.x0 > 0.0 {
             Some((
                 "x",
                 format!(
-                    "the item is at x = {} m at time 0, past the belt's start",
+                    "the item is at x = {} m at time 0, beyond the start of the belt",
                     shown_number(self.x0)
                 ),
                 "shift the pattern so that every x is 0 or less",
             ))
         } else if !position(self.y) {
-            let cure = "give metres from the centre line";
+            let cure = "give metres from the belt's centre line";
             Some((
                 "y",
-                format!("{} is not a position", shown_number(self.y)),
+                format!("{} is not a valid position", shown_number(self.y)),
                 cure,
             ))
         } else if !amount(&self.area_cm2) {
             let value = shown_number(self.area_cm2.unwrap_or_default());
             let cure = "give cm^2, 0 or more, or leave the field empty";
-            Some(("area_cm2", format!("{value} is not an area"), cure))
+            Some(("area_cm2", format!("{value} is not a valid area"), cure))
         } else if !share(&self.p_detection) {
             let value = shown_number(self.p_detection.unwrap_or_default());
             let cure = "give a number from 0 to 1, or leave the field empty";
@@ -123,23 +123,23 @@ impl Item {
         } else if !amount(&self.weight) {
             let value = shown_number(self.weight.unwrap_or_default());
             let cure = "give a number, 0 or more, or leave the field empty";
-            Some(("weight", format!("{value} is not a weight"), cure))
+            Some(("weight", format!("{value} is not a valid weight"), cure))
         } else {
             None
         }
     }
 }
 
-/// The items of one run, sorted stably by `x0`, the furthest downstream first. An
-/// item's index is its place in this order; ids never break ties.
+/// The items of one run in stable order of `x0`, furthest downstream first. The index of an item is
+/// its place in this order; ids never break ties.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pattern {
     items: Vec<Item>,
 }
 
 impl Pattern {
-    /// Whether some item has an attribute that its weight follows from; without, weights say
-    /// no more than counts.
+    /// Whether some item has an attribute from which a weight is computed. If not, weights add
+    /// nothing to counts.
     pub fn has_attributes(&self) -> bool {
         let has = |item: &Item| {
             let attributes = [item.area_cm2, item.p_detection, item.p_grasp, item.weight];
@@ -148,16 +148,17 @@ impl Pattern {
         self.items.iter().any(has)
     }
 
-    /// Checks and sorts the items.
+    /// Creates a pattern after checking and sorting the items.
     ///
     /// # Errors
-    /// No item at all, a value that the model forbids, an item ahead of x = 0, an id
-    /// twice.
+    /// If there are no items, the model forbids a value, an item is ahead of x = 0, or an id is not
+    /// unique.
     pub fn new(items: Vec<Item>) -> Result<Self> {
         Self::checked(items, "pattern", &|i| format!("item {}", i + 1))
     }
 
-    /// As [`Pattern::new`]; `name` is the whole, `place` names item `i` as given.
+    /// Like [`Pattern::new`]; messages call the pattern `name` and item `i` of the input
+    /// `place(i)`.
     pub(super) fn checked(
         mut items: Vec<Item>,
         name: &str,
@@ -166,15 +167,15 @@ impl Pattern {
         if items.is_empty() {
             return Err(Error::input(
                 name,
-                "the pattern has no item",
-                "give at least one item, or generate one with `pickline pattern generate`",
+                "the pattern has no items",
+                "give at least one item, or generate a pattern with `pickline pattern generate`",
             ));
         }
         if items.len() > MOST_ITEMS {
             return Err(Error::input(
                 name,
                 format!("{} items", items.len()),
-                format!("a pattern has at most {MOST_ITEMS}"),
+                format!("a pattern has at most {MOST_ITEMS} items"),
             ));
         }
         let mut seen: HashMap<&str, usize> = HashMap::with_capacity(items.len());
@@ -189,62 +190,63 @@ impl Pattern {
             if let Some(first) = seen.insert(&item.id, i) {
                 return Err(Error::input(
                     format!("{}: id", place(i)),
-                    format!("`{}` is also the id of {}", shown(&item.id), place(first)),
-                    "give every item an id of its own",
+                    format!("`{}` is already the id of {}", shown(&item.id), place(first)),
+                    "give every item a unique id",
                 ));
             }
         }
         for item in &mut items {
-            // -0.0 and 0.0 are one place; a single zero keeps sorting and output plain.
+            // -0.0 and 0.0 are the same position; using a single zero simplifies sorting and
+            // output.
             item.x0 += 0.0;
         }
         items.sort_by(|a, b| b.x0.total_cmp(&a.x0));
         Ok(Self { items })
     }
 
-    /// The items, furthest downstream first.
+    /// The items in order, furthest downstream first.
     pub fn items(&self) -> &[Item] {
         &self.items
     }
 
-    /// How many items; never 0.
+    /// Number of items, never 0.
     #[allow(clippy::len_without_is_empty)]
     pub fn len(&self) -> usize {
         self.items.len()
     }
 
-    /// What to do about items beside a belt that ends at `edge` [m] on either side: where
-    /// they would lie on it in another unit, that unit.
+    /// The cure for items beside a belt whose edges are at +/- `edge` [m]. If they would lie on the
+    /// belt in another unit, it suggests that unit.
     fn cure_beside(&self, edge: f64) -> String {
         let furthest = self.items.iter().map(|item| item.y.abs());
         let furthest = furthest.fold(0.0, f64::max);
-        // Ten belts wide is no belt of another station.
+        // A position of ten belt widths is not explained by a pattern for a wider belt.
         let unit = [("centimetres", "cm", 0.01), ("millimetres", "mm", 0.001)]
             .into_iter()
             .find(|(_, _, metres)| furthest > 10.0 * edge && furthest * metres <= edge);
         match unit {
             Some((unit, short, _)) => format!(
-                "if the positions are in {unit}, say so in the header: `x [{short}]` and \
-                 `y [{short}]`; patterns are in metres"
+                "if the positions are in {unit}, state this in the header: `x [{short}]` and \
+                 `y [{short}]`; the default is metres"
             ),
             None => "use a station with a wider belt (belt.width), or a pattern made for this one"
                 .to_owned(),
         }
     }
 
-    /// Checks that every item lies on the station's belt.
+    /// Checks that every item is on the station's belt.
     ///
     /// # Errors
-    /// The first item beside the belt.
+    /// The first item that is beside the belt.
     pub fn check_on(&self, station: &Station) -> Result<()> {
         let edge = station.belt().width / 2.0;
-        // A row on the very edge may be off by the rounding of its own product.
+        // Rounding may put a row at the very edge slightly outside.
         match self.items.iter().find(|item| item.y.abs() > edge + 1e-9) {
             None => Ok(()),
             Some(item) => Err(Error::input(
                 format!("y of item `{}`", shown(&item.id)),
                 format!(
-                    "{} m lies beside the belt, which covers |y| <= {} m",
+                    "{} m is beside the belt, which covers |y| <= {} m",
                     shown_number(item.y),
                     shown_number(edge)
                 ),
@@ -308,8 +310,8 @@ mod tests {
         for (item, word) in [
             (Item::at("", 0.0, 0.0), "id is empty"),
             (Item::at("a\nb", 0.0, 0.0), "line break"),
-            (Item::at(" a", 0.0, 0.0), "blanks"),
-            (Item::at("a", 0.1, 0.0), "past the belt's start"),
+            (Item::at(" a", 0.0, 0.0), "ends with a space"),
+            (Item::at("a", 0.1, 0.0), "beyond the start of the belt"),
             (Item::at("a", f64::NAN, 0.0), "x of item"),
             (Item::at("a", 0.0, f64::INFINITY), "y of item"),
         ] {
@@ -317,7 +319,7 @@ mod tests {
             assert!(message.contains(word), "{message}");
         }
         let twice = vec![Item::at("a", 0.0, 0.0), Item::at("a", -1.0, 0.0)];
-        for (items, word) in [(twice, "`a` is also the id of"), (vec![], "has no item")] {
+        for (items, word) in [(twice, "`a` is already the id of"), (vec![], "has no item")] {
             let message = Pattern::new(items).unwrap_err().to_string();
             assert!(message.contains(word), "{message}");
         }

@@ -28,9 +28,9 @@ pub use training::{TrainingSet, grids_around};
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
 
-/// The random numbers of draw `index` under `seed`: ChaCha8 with one stream a draw,
-/// so that a pattern never depends on how many were drawn before it or on which
-/// thread. ChaCha8 stays the same on every machine and in every release.
+/// The random number generator of draw `index` under `seed`: ChaCha8 with one stream per draw, so
+/// that a pattern does not depend on earlier draws or on the thread. ChaCha8 gives the same numbers
+/// on every machine and in every release.
 pub fn random_stream(seed: u64, index: u64) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(index);

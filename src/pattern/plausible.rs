@@ -1,15 +1,15 @@
-//! What of a pattern is not plausible, though the model allows it.
+//! Warnings about pattern values that the model allows but that are implausible.
 
 use super::item::Pattern;
 use crate::plausible::{ITEM_AREA, ITEM_GAP, OFF_CENTRE, Warning};
 
 impl Pattern {
-    /// What is most likely wrong, `name` being how the user knows the pattern.
+    /// The implausible values of the pattern, which the user knows as `name`.
     pub fn warnings(&self, name: &str) -> Vec<Warning> {
         let items = self.items();
         let place = |what: &str| format!("{name}: {what}");
         let widest = items.iter().map(|item| item.y.abs()).fold(0.0, f64::max);
-        // Sorted by x0, the first item furthest downstream.
+        // Items are sorted by x0, the first one furthest downstream.
         let along = match items {
             [first, .., last] => (first.x0 - last.x0) / (items.len() - 1) as f64,
             _ => 0.0,
@@ -31,7 +31,7 @@ impl Pattern {
     }
 }
 
-/// What was computed need not be shown to the last digit.
+/// Computed values are shown with six digits.
 fn six_digits(value: f64) -> f64 {
     format!("{value:.5e}").parse().unwrap_or(value)
 }

@@ -1,13 +1,13 @@
 //! Maximal Poisson disk patterns.
 //!
-//! Bridson, "Fast Poisson disk sampling in arbitrary dimensions", SIGGRAPH 2007
-//! sketches (DOI 10.1145/1278780.1278807), followed by two steps that make the
-//! sample *maximal*: no further item would fit. The first throws darts at what is
-//! still uncovered, kept as ever smaller squares (Ebeida et al., "A simple algorithm
-//! for maximal Poisson-disk sampling in high dimensions", Computer Graphics Forum 31,
-//! 2012, DOI 10.1111/j.1467-8659.2012.03059.x), so that the added items fall at random
-//! like the others. The second leaves nothing to chance: an uncovered region, if there
-//! is one, has a corner where two circles of radius r around items cross, or where
+//! Bridson, "Fast Poisson disk sampling in arbitrary dimensions", SIGGRAPH 2007 sketches (DOI
+//! 10.1145/1278780.1278807), followed by two steps that make the sample *maximal*: no further item
+//! would fit. The first throws darts at the uncovered area, represented by squares that are
+//! repeatedly subdivided (Ebeida et al., "A simple algorithm for maximal Poisson-disk sampling in
+//! high dimensions", Computer Graphics Forum 31, 2012, DOI 10.1111/j.1467-8659.2012.03059.x), so
+//! that the added items are as random as the others. The second is deterministic: an uncovered
+//! region has a corner where two circles of radius r around items cross, or where such a circle
+//! meets the border of the strip, and all these points are checked.
 //! such a circle meets the strip's border, and all of these are looked at.
 
 use super::grid::{check_count, check_length, check_spacing};
@@ -20,14 +20,14 @@ use rand::rngs::ChaCha8Rng;
 const TRIES: usize = 30;
 /// Darts thrown per uncovered square before the squares are quartered.
 const DARTS: usize = 4;
-/// How often they are quartered: what is left then is smaller than a hundredth of
-/// the radius, for the corners to settle.
+/// How often the squares are quartered. What remains is smaller than a hundredth of the radius and
+/// is left to the corners.
 const QUARTERINGS: usize = 8;
-/// How dense a maximal sample is: the belt's width in radii, and the items per radius of
-/// belt. Measured on samples of 60,000 items; a line of items has Renyi's parking constant,
-/// 0.7476, and wide belts come near the jamming density of discs (Feder, "Random sequential
-/// adsorption", Journal of Theoretical Biology 87, 1980, DOI
-/// 10.1016/0022-5193(80)90358-6), 0.547 of the plane, which is 0.697 items per square radius.
+/// Density of a maximal sample: the belt's width in radii, and the items per radius of belt.
+/// Measured on samples of 60,000 items. A line of items has Renyi's parking constant, 0.7476. Wide
+/// belts approach the jamming density of discs (Feder, "Random sequential adsorption", Journal of
+/// Theoretical Biology 87, 1980, DOI 10.1016/0022-5193(80)90358-6), 0.547 of the plane, which is
+/// 0.697 items per square radius.
 const MEASURED: [(f64, f64); 19] = [
     (0.001, 0.7473),
     (0.2, 0.755),
@@ -49,18 +49,17 @@ const MEASURED: [(f64, f64); 19] = [
     (20.0, 14.1827),
     (50.0, 34.8223),
 ];
-/// Items keep this much more than the radius, so that shifting the whole pattern
-/// cannot round a distance to below it.
+/// Items keep this multiple of the radius, so that rounding cannot bring a distance below the
+/// radius when the pattern is shifted.
 const MARGIN: f64 = 1.0 + 1e-9;
-/// More background cells than this would not fit into memory with comfort: what the
-/// largest pattern takes.
+/// Maximum number of background cells, enough for the largest pattern, to limit memory use.
 const MOST_CELLS: f64 = 5.0 * MOST_ITEMS as f64;
 
-/// `count` items on a belt of width `width` [m], no two closer than `radius` [m],
-/// so dense that no further item would fit between them; the first at x0 = 0.
+/// `count` items on a belt of `width` [m], no two closer than `radius` [m], so dense that no
+/// further item would fit between them. The first item is at x0 = 0.
 ///
 /// # Errors
-/// A radius that is not a positive length, no items or too many.
+/// If the radius is not a positive length, or there are no items or too many.
 pub fn poisson_disk(
     width: f64,
     radius: f64,
@@ -69,13 +68,13 @@ pub fn poisson_disk(
 ) -> Result<Pattern> {
     check_spacing("radius", radius)?;
     check_count(count)?;
-    // A maximal sample holds about 0.7 items per square radius, and its border
-    // acts as if the strip were about a radius wider. A little more than that
-    // leaves the upstream end, where the strip is cut, outside the kept items.
+    // A maximal sample has about 0.7 items per square radius, and its border acts as if the strip
+    // were about one radius wider. The extra length keeps the upstream end, where the strip is cut,
+    // outside the kept items.
     let mut length = radius * (count as f64 * radius / (0.62 * (width + radius)) + 4.0);
     check_length(count, length)?;
     let mut points = loop {
-        // Even a few items are the first of a sample over the whole width.
+        // Even a few items are the start of a sample over the whole width.
         if 2.0 * (length / radius + 1.0) * (width / radius + 1.0) > MOST_CELLS {
             return Err(Error::input(
                 "--radius",
@@ -104,10 +103,10 @@ pub fn poisson_disk(
     Pattern::new(items)
 }
 
-/// The radius [m] at which [`poisson_disk`] has about `density` items per metre of a belt
-/// of `width` [m], by [`MEASURED`].
+/// The radius [m] at which [`poisson_disk`] yields about `density` items per metre on a belt of
+/// `width` [m], from [`MEASURED`].
 pub(super) fn radius_of(width: f64, density: f64) -> f64 {
-    // With q = W / r the density is q g(q) / W, which grows with q.
+    // With q = W / r the density is q g(q) / W, which increases with q.
     let asked = density * width;
     let (mut low, mut high) = (0.0, 1.0);
     while high * per_radius(high) < asked {
@@ -123,8 +122,8 @@ pub(super) fn radius_of(width: f64, density: f64) -> f64 {
     width / high
 }
 
-/// Items of a maximal sample per radius of belt that is `ratio` radii wide, between the
-/// rows of [`MEASURED`] and beyond the last two on straight lines.
+/// Items of a maximal sample per radius of belt, for a belt that is `ratio` radii wide: linear
+/// interpolation between the rows of [`MEASURED`], extrapolated from the last two beyond them.
 fn per_radius(ratio: f64) -> f64 {
     let above = MEASURED.partition_point(|row| row.0 < ratio);
     let above = above.clamp(1, MEASURED.len() - 1);
@@ -134,16 +133,15 @@ fn per_radius(ratio: f64) -> f64 {
 
 type Point = [f64; 2];
 
-/// Points in `[0, size.0] x [0, size.1]` with a background grid whose cells hold one
-/// point each.
+/// Points in `[0, size.0] x [0, size.1]` with a background grid whose cells hold one point each.
 struct Sampler<'a> {
     size: Point,
-    /// Least distance between two points.
+    /// Minimum distance between two points.
     least: f64,
     cell: f64,
     columns: usize,
     rows: usize,
-    /// Index of the point in each cell plus one; 0 is an empty cell.
+    /// Index of the point in each cell plus one; 0 means an empty cell.
     cells: Vec<u32>,
     points: Vec<Point>,
     rng: &'a mut ChaCha8Rng,
@@ -200,8 +198,8 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// A point evenly over the ring from r to 2 r around the origin. By rejection: sine
-    /// and cosine differ in the last bit from one C library to another.
+    /// A uniformly random point in the ring from r to 2 r around the origin. Uses rejection,
+    /// because sine and cosine differ in the last bit between C libraries.
     fn in_ring(&mut self) -> Point {
         loop {
             let point = [(); 2].map(|()| 4.0 * self.rng.random::<f64>() - 2.0);
@@ -212,7 +210,7 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// Throws darts at the uncovered squares until hardly any is left.
+    /// Throws darts at the uncovered squares until almost no uncovered area is left.
     fn throw_darts(&mut self) {
         let mut side = self.cell;
         let mut squares: Vec<Point> = Vec::new();
@@ -239,7 +237,7 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// Whether one point alone covers the square, or it lies outside the strip.
+    /// Whether a single point covers the square, or the square is outside the strip.
     fn is_covered(&self, [x, y]: Point, side: f64) -> bool {
         if x > self.size[0] || y > self.size[1] {
             return true;
@@ -254,15 +252,15 @@ impl<'a> Sampler<'a> {
         covered
     }
 
-    /// Adds points until every place of the strip is closer than `least` to one.
+    /// Adds points until every position in the strip is closer than `least` to one.
     fn fill_corners(&mut self) {
         for x in [0.0, self.size[0]] {
             for y in [0.0, self.size[1]] {
                 self.fill_at([x, y]);
             }
         }
-        // Points added on the way are visited in turn: every pair of circles is
-        // looked at from the later of its two points.
+        // Points added here are also visited: every pair of circles is checked from the later of
+        // its two points.
         let mut corners = Vec::new();
         let mut i = 0;
         while i < self.points.len() {
@@ -274,12 +272,12 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// The places where an uncovered region next to point `i` could have a corner.
+    /// The positions where an uncovered region next to point `i` could have a corner.
     fn corners_around(&self, i: usize, corners: &mut Vec<Point>) {
         let [px, py] = self.points[i];
         let r = self.least;
         corners.clear();
-        // A lone circle has no crossing; its own extremes stand for it.
+        // A lone circle has no crossings; its extreme points are used instead.
         corners.extend([[px - r, py], [px + r, py], [px, py - r], [px, py + r]]);
         for x in [0.0, self.size[0]] {
             let square = r * r - (x - px) * (x - px);
@@ -310,8 +308,7 @@ impl<'a> Sampler<'a> {
 
     /// If `corner` is uncovered, adds a point there.
     fn fill_at(&mut self, corner: Point) {
-        // A corner lies at exactly `least` from its own circles, give or take the
-        // rounding of the crossing.
+        // A corner is at exactly `least` from its own circles, apart from rounding.
         let tolerant = self.least * (1.0 - 1e-12);
         if self.fits(corner, tolerant) {
             self.insert(corner);
@@ -331,7 +328,7 @@ impl<'a> Sampler<'a> {
         )
     }
 
-    /// Whether the strip has room for `point` with `least` around it.
+    /// Whether the strip has room for `point` with distance `least` around it.
     fn fits(&self, point: Point, least: f64) -> bool {
         let inside =
             (0.0..=self.size[0]).contains(&point[0]) && (0.0..=self.size[1]).contains(&point[1]);
@@ -406,9 +403,10 @@ mod tests {
         }
     }
 
-    /// Where in the strip, from `from` on, no point is closer than `least`, if somewhere: an
-    /// uncovered region has a corner at the crossing of two circles, of a circle and the
-    /// border, or at a corner of the strip, so it is enough to look there.
+    /// A position in the strip, at or after `from`, that is at least `least` away from every point,
+    /// if there is one. An uncovered region has a corner at a crossing of two circles, at a
+    /// crossing of a circle with the border, or at a corner of the strip, so only these are
+    /// checked.
     fn uncovered(points: &[Point], from: f64, size: Point, least: f64) -> Option<Point> {
         let mut places = vec![[from, 0.0], [from, size[1]], [size[0], 0.0], size];
         for (i, a) in points.iter().enumerate() {
@@ -432,7 +430,7 @@ mod tests {
                 }
             }
         }
-        // Where circles do not cross a root is no number, and the place is none.
+        // If the circles do not cross, the root is NaN and no point is closer.
         let inside = |p: &Point| p[0] >= from && p[0] <= size[0] && p[1] >= 0.0 && p[1] <= size[1];
         let far = |p: &Point| {
             let mut distances = points.iter().map(|q| (p[0] - q[0]).hypot(p[1] - q[1]));
@@ -441,7 +439,7 @@ mod tests {
         places.into_iter().find(|place| inside(place) && far(place))
     }
 
-    /// A sampler of a strip with these points, before anything is filled in.
+    /// A sampler of a strip with these points, before it is filled.
     fn sampler<'a>(size: Point, points: &[Point], rng: &'a mut ChaCha8Rng) -> Sampler<'a> {
         let mut sampler = Sampler::new(size[0], size[1], 1.0, rng);
         points.iter().for_each(|point| sampler.insert(*point));
@@ -457,19 +455,18 @@ mod tests {
         }
     }
 
-    /// Darts hardly ever leave room for an item. What they would leave is filled all the same:
-    /// here nothing else fills it.
+    /// Darts hardly ever leave room for an item. This test fills the room with corners alone.
     #[test]
     fn whatever_is_left_uncovered_is_filled() {
         let mut rng = random_stream(1, 0);
         for (size, points) in [
-            // The corners of the strip, beyond the only circle.
+            // The corners of the strip outside the only circle.
             ([6.0, 4.0], &[[3.0, 2.0]][..]),
             ([2.2, 0.1], &[[1.1, 0.05]]),
-            // At one end, at one side.
+            // At one end and one side.
             ([3.0, 1.5], &[[0.2, 0.3]]),
             ([3.0, 1.5], &[[2.9, 1.4]]),
-            // Between circles that cross, beside no border.
+            // Between circles that cross, away from the border.
             (
                 [1.7, 1.7],
                 &[[0.0, 0.0], [1.7, 0.0], [0.0, 1.7], [1.7, 1.7]],
@@ -502,15 +499,15 @@ mod tests {
             sampler.points[1..5],
             [[0.0, 0.0], [0.0, 3.0], [4.0, 0.0], [4.0, 3.0]]
         );
-        // One that is covered holds none.
+        // A covered corner holds no point.
         let mut sampler = Sampler::new(4.0, 3.0, 1.0, &mut rng);
         sampler.insert([0.5, 0.5]);
         sampler.fill_corners();
         assert_eq!(sampler.points[1..4], [[0.0, 3.0], [4.0, 0.0], [4.0, 3.0]]);
     }
 
-    /// Nowhere in the strip there is room for a further item, up to its corners; among these
-    /// samples are some that darts alone leave with room.
+    /// No sample has room for a further item anywhere in the strip, including its corners. Some of
+    /// these samples would have room after the darts alone.
     #[test]
     fn samples_are_maximal_up_to_the_corners() {
         let mut left = 0;
@@ -533,8 +530,7 @@ mod tests {
         assert!(left > 0, "no sample needs its corners filled");
     }
 
-    /// The same of patterns: they are cut at the last item, and shifted so that the first is
-    /// at 0.
+    /// The same for patterns, which are cut at the last item and shifted so that the first is at 0.
     #[test]
     fn patterns_are_maximal_up_to_the_edges_of_the_belt() {
         for (width, radius) in [(0.7, 0.1), (1.05, 0.3), (0.2, 0.25), (0.01, 0.5)] {
@@ -562,12 +558,12 @@ mod tests {
     fn narrow_strips_and_single_items_work() {
         assert_eq!(draw(0.01, 0.5, 1, 1).len(), 1);
         assert_eq!(draw(0.01, 0.5, 50, 1).len(), 50);
-        // A sample that does not fit into memory is refused before it is begun.
+        // A sample that would not fit into memory is rejected before it is started.
         for (width, radius, count, problem) in [
-            (1.0, 0.1, 0, "--count: 0 items make no pattern"),
-            (1.0, f64::NAN, 5, "--radius: NaN m is not a distance"),
+            (1.0, 0.1, 0, "--count: 0 items is not a valid pattern size"),
+            (1.0, f64::NAN, 5, "--radius: NaN m is not a valid distance"),
             (1e3, 1e-4, 5, "--radius: 0.0001 m is too fine for a belt"),
-            (1.0, 0.1, usize::MAX, "items make no pattern"),
+            (1.0, 0.1, usize::MAX, "items is not a valid pattern size"),
             (1e-3, 1e3, 10_000, "--count: 10000 items would take"),
         ] {
             let drawn = poisson_disk(width, radius, count, &mut random_stream(1, 0));

@@ -9,15 +9,15 @@ use rand_distr::Exp1;
 use std::path::Path;
 
 const COLUMNS: [&str; 2] = ["time_s", "flow_per_min"];
-/// More seconds than a year are a slip of the pen.
+/// Longer times, more than a year, are treated as a typing mistake [s].
 const LONGEST: f64 = 4e7;
 
-/// The flow [1/min] over time [s], straight lines between its rows.
+/// The flow [1/min] over time [s], interpolated linearly between its rows.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Profile {
     name: String,
-    /// Time [s] from the first row on, and flow [1/min]; at least two, in order of time,
-    /// two of the same time where the flow steps.
+    /// Time since the first row [s] and flow [1/min]. At least two points in order of time; two
+    /// points at the same time are a step.
     points: Vec<(f64, f64)>,
 }
 
@@ -25,7 +25,7 @@ impl Profile {
     /// Reads a profile: CSV with the columns `time_s` and `flow_per_min`.
     ///
     /// # Errors
-    /// A file that cannot be read, or whatever is wrong with it, with the line.
+    /// If the file cannot be read, or the first problem in it, with its line.
     pub fn load(path: &Path) -> Result<Self> {
         Self::parse(&crate::files::read_text(path)?, &path.display().to_string())
     }
@@ -83,11 +83,11 @@ impl Profile {
                 return Err(Error::input(
                     format!("{name}:{line}: time_s"),
                     format!(
-                        "{} s comes after {} s",
+                        "{} s follows {} s",
                         shown_number(time),
                         shown_number(*before)
                     ),
-                    "sort the rows by time; two rows of the same time are a step",
+                    "sort the rows by time; two rows with the same time are a step",
                 ));
             }
             points.push((time, flow));
@@ -101,34 +101,34 @@ impl Profile {
         if profile.duration() <= 0.0 || profile.mean_flow() <= 0.0 {
             return Err(Error::input(
                 name,
-                "the profile has no duration or no flow",
-                "give at least two rows of different times, one with a flow above 0",
+                "the profile has no duration or zero flow",
+                "give at least two rows with different times, and a flow greater than 0",
             ));
         }
         Ok(profile)
     }
 
-    /// How messages call it.
+    /// The name of the file, for messages.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// From the first row to the last [s].
+    /// Time from the first row to the last [s].
     pub fn duration(&self) -> f64 {
         self.points.last().map_or(0.0, |point| point.0)
     }
 
-    /// The mean flow over the duration [1/min].
+    /// Mean flow over the duration [1/min].
     pub fn mean_flow(&self) -> f64 {
         let piece = |pair: &[(f64, f64)]| (pair[1].0 - pair[0].0) * (pair[0].1 + pair[1].1) / 2.0;
         self.points.windows(2).map(piece).sum::<f64>() / self.duration()
     }
 
-    /// Refuses a profile that brings more items than a pattern may have at `scale` times its
-    /// flow.
+    /// Rejects a profile that yields more items than a pattern may have if its flow is multiplied
+    /// by `scale`.
     ///
     /// # Errors
-    /// Too many items.
+    /// If there are too many items.
     pub fn check_items(&self, scale: f64) -> Result<()> {
         let items = scale * self.mean_flow() * self.duration() / 60.0;
         if items <= MOST_ITEMS as f64 {
@@ -136,16 +136,16 @@ impl Profile {
         }
         Err(Error::input(
             &*self.name,
-            format!("the profile brings about {items:.3e} items"),
-            format!("give lower flows or a shorter time: a pattern has at most {MOST_ITEMS} items"),
+            format!("the profile yields about {items:.3e} items"),
+            format!("use lower flows or a shorter time; a pattern has at most {MOST_ITEMS} items"),
         ))
     }
 
-    /// At most `count` arrivals of the inhomogeneous Poisson process of `scale` times this
-    /// flow, by thinning: the arrivals of the highest flow, each kept with the share that
-    /// the flow then is of it (Lewis and Shedler, "Simulation of nonhomogeneous Poisson
+    /// At most `count` arrivals of an inhomogeneous Poisson process with `scale` times this flow,
+    /// by thinning: arrivals are drawn at the maximum flow, and each is kept with the ratio of the
+    /// current flow to the maximum (Lewis and Shedler, "Simulation of nonhomogeneous Poisson
     /// processes by thinning", Naval Research Logistics Quarterly 26, 1979, DOI
-    /// 10.1002/nav.3800260304). `place` says where an arrival [s] is.
+    /// 10.1002/nav.3800260304). `place` maps an arrival time [s] to the position of the item.
     pub fn arrivals(
         &self,
         scale: f64,

@@ -1,4 +1,4 @@
-//! Sets of patterns: what a strategy is judged on.
+//! Sets of patterns, on which strategies are judged.
 
 use super::attributes::Attributes;
 use super::feed::{FEEDS, Feed, FeedShape, Feeder, check_flow};
@@ -15,42 +15,42 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-/// Range of grid spacings and Poisson radii of the balanced set [m]
-/// (Jermann et al., results of the GT approach).
+/// Range of grid spacings and Poisson radii of the balanced set [m] (Jermann et al., results of the
+/// game-theoretic (GT) approach).
 const BALANCED_RANGE: (f64, f64) = (0.15, 0.4);
-/// Patterns of a profile that are drawn by default however long they are.
+/// Default number of patterns drawn from a profile, however long they are.
 const FEWEST_LONG: usize = 3;
-/// Patterns of each kind in the balanced set (Jermann et al., Table 1: 240 in all).
+/// Patterns of each kind in the balanced set (Jermann et al., Table 1: 240 in total).
 const BALANCED_EACH: usize = 120;
 
-/// Where patterns come from, as written after `--patterns`.
+/// The source of patterns, in the form given with `--patterns`.
 #[derive(Debug, Clone, PartialEq)]
 pub enum PatternSource {
-    /// `balanced[:N]`: N grids and N Poisson disk patterns, spacing and radius evenly
+    /// `balanced[:N]`: N grids and N Poisson disk patterns, with spacings and radii evenly spaced
     /// over [0.15, 0.4] m.
     Balanced(usize),
-    /// `grid:S`: the one grid of spacing S [m].
+    /// `grid:S`: a single grid with spacing S [m].
     Grid(f64),
-    /// `poisson:R[:N]`: N Poisson disk patterns of radius R [m].
+    /// `poisson:R[:N]`: N Poisson disk patterns with radius R [m].
     Poisson(f64, usize),
-    /// `FEED[:F/min][:N]`: N patterns of a feed of flow F [1/min]; one of a grid.
+    /// `FEED[:F/min][:N]`: N patterns of a feed with flow F [1/min]; a single pattern for a grid.
     Feed {
         /// How the items arrive.
         feed: Feed,
-        /// How many a minute; none where `--flow` says it, or a profile.
+        /// Items per minute [1/min]; `None` if `--flow` or a profile gives the flow.
         flow: Option<f64>,
-        /// How many patterns.
+        /// Number of patterns.
         count: usize,
     },
-    /// A pattern file, or a folder of them.
+    /// A pattern file, or a folder of pattern files.
     Files(PathBuf),
 }
 
-/// How every source is written, for messages; the help of `--patterns` says the same.
+/// The form of every source, for messages; keep in sync with the help of `--patterns`.
 const FORMS: &str = "balanced[:N], grid:SPACING, poisson:RADIUS[:N], a CSV file or a folder of \
      them; or by flow FEED[:F/min][:N], FEED being grid, poisson, random, clustered, gaps or \
      profile:FILE";
-/// What ends a flow in the form of a source.
+/// The suffix of a flow in the form of a source.
 const PER_MINUTE: &str = "/min";
 
 impl FromStr for PatternSource {
@@ -129,7 +129,7 @@ impl FromStr for PatternSource {
             [name, ..] => {
                 let known: Vec<&str> = FEEDS.iter().map(|f| f.0).chain(["balanced"]).collect();
                 Err(wrong(
-                    "neither a kind of pattern nor an existing file or folder".into(),
+                    "not a known kind of pattern, and no such file or folder exists".into(),
                     format!("{}; {}", forms(), known_names(name, &known)),
                 ))
             }
@@ -160,42 +160,42 @@ impl fmt::Display for PatternSource {
     }
 }
 
-/// Whether a feed's name is also that of a pattern made by a length.
+/// Whether the feed's name also denotes a pattern that is specified by a length.
 fn has_length(feed: &Feed) -> bool {
     matches!(feed, Feed::Grid | Feed::PoissonDisk)
 }
 
-/// Patterns with a label each, and how they were made.
+/// A set of patterns, each with a label, and how they were made.
 #[derive(Debug, Clone)]
 pub struct PatternSet {
-    /// Where they come from, in words, with the seed.
+    /// Where the patterns come from, in words, including the seed.
     pub description: String,
-    /// One label a pattern: `grid s=0.15`, `poisson r=0.2 #3`, a file's name.
+    /// One label per pattern: `grid s=0.15`, `poisson r=0.2 #3`, or a file name.
     pub labels: Vec<String>,
-    /// The patterns.
+    /// The patterns, in the order of the labels.
     pub patterns: Vec<Pattern>,
 }
 
-/// What generated patterns have in common.
+/// The parameters that all generated patterns of a set share.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Recipe {
-    /// The belt: its width, and for feeds the speed at which their flow is meant.
+    /// The belt: its width, and the speed to which the flow of a feed refers.
     pub belt: Belt,
-    /// Items a pattern; of a profile at most so many.
+    /// Items per pattern; for a profile, at most this many.
     pub items: usize,
-    /// What shapes feeds besides their flow.
+    /// Parameters of the feeds other than the flow.
     pub shape: FeedShape,
-    /// What the items carry.
+    /// What the items have besides their position.
     pub attributes: Attributes,
     /// Master seed.
     pub seed: u64,
 }
 
 impl PatternSource {
-    /// The files that it reads.
+    /// The pattern files that the source reads.
     ///
     /// # Errors
-    /// A folder that cannot be read.
+    /// If a folder cannot be read.
     pub fn files(&self) -> Result<Vec<PathBuf>> {
         match self {
             Self::Files(path) => files_of(path),
@@ -204,7 +204,7 @@ impl PatternSource {
         }
     }
 
-    /// The folder that the patterns are read from, if they are read from one.
+    /// The folder from which the patterns are read, if any.
     pub fn folder(&self) -> Option<&Path> {
         match self {
             Self::Files(path) => Some(path.as_path()).filter(|path| path.is_dir()),
@@ -212,7 +212,7 @@ impl PatternSource {
         }
     }
 
-    /// The feed that makes it.
+    /// The feed that generates the patterns, if any.
     pub fn feed(&self) -> Option<&Feed> {
         match self {
             Self::Feed { feed, .. } => Some(feed),
@@ -220,11 +220,11 @@ impl PatternSource {
         }
     }
 
-    /// The source with the flow [1/min] that `--flow` gives. `poisson:N` then means N
-    /// patterns, as it does for the other feeds.
+    /// The source with the flow [1/min] given by `--flow`. `poisson:N` then means N patterns, as
+    /// for the other feeds.
     ///
     /// # Errors
-    /// A flow that is none, a source that has one already or can have none.
+    /// If the flow is invalid, or the source already has a flow or cannot have one.
     pub fn with_flow(self, flow: Option<f64>) -> Result<Self> {
         let Some(flow) = flow else { return Ok(self) };
         let flow = Some(check_flow(flow)?);
@@ -241,34 +241,35 @@ impl PatternSource {
                 count: n as usize,
             }),
             Self::Feed { .. } => refused(
-                format!("--patterns {self} has a flow already"),
-                "give one of the two",
+                format!("--patterns {self} already has a flow"),
+                "give only one of the two",
             ),
             Self::Grid(_) | Self::Poisson(..) => refused(
-                format!("--patterns {self} has a flow already, by its distance between items"),
-                "leave --flow out, or write grid or poisson[:N] without the distance",
+                format!("--patterns {self} already has a flow, by its distance between items"),
+                "omit --flow, or use grid or poisson[:N] without the distance",
             ),
             Self::Balanced(_) => refused(
                 "the balanced set covers a range of flows".into(),
-                "leave it out, or choose one feed, for example --patterns random:100",
+                "omit --flow, or choose one feed, for example --patterns random:100",
             ),
             Self::Files(_) => refused(
-                "has no meaning for recorded patterns".into(),
-                "leave it out; recorded patterns hold their own items",
+                "does not apply to recorded patterns".into(),
+                "omit --flow; recorded patterns contain their own items",
             ),
         }
     }
 
-    /// How many items a pattern has: `given`, else `usual`, else what a profile brings.
+    /// Items per pattern: `given` if set, otherwise `usual`; for a profile, otherwise as many as it
+    /// yields.
     pub fn items(&self, given: Option<usize>, usual: usize) -> usize {
         let whole = matches!(self, Self::Feed { feed, .. } if feed.file().is_some());
         given.unwrap_or(if whole { MOST_ITEMS } else { usual })
     }
 
-    /// About how many items one of its generated patterns has; 0 for recorded ones.
+    /// Approximate number of items in one generated pattern; 0 for recorded patterns.
     ///
     /// # Errors
-    /// A profile that cannot be read, a flow that is none.
+    /// If a profile cannot be read or a flow is invalid.
     pub fn expected_items(&self, recipe: &Recipe) -> Result<f64> {
         match self {
             Self::Feed { feed, flow, .. } => {
@@ -281,10 +282,10 @@ impl PatternSource {
         }
     }
 
-    /// The set this source stands for. The same recipe makes the same set.
+    /// Builds the set of this source. The same recipe always gives the same set.
     ///
     /// # Errors
-    /// Files that cannot be read, sizes that make no pattern.
+    /// If files cannot be read or a size is not valid for a pattern.
     pub fn build(&self, recipe: &Recipe) -> Result<PatternSet> {
         let mut set = PatternSet {
             description: String::new(),
@@ -334,12 +335,12 @@ impl PatternSource {
         Ok(set)
     }
 
-    /// Refuses what would not fit into memory with comfort, before it is made.
+    /// Rejects sets that would take too much memory, before they are made.
     fn check_size(&self, recipe: &Recipe, patterns: f64, flag: &str) -> Result<()> {
         self.check_items(recipe, patterns, patterns * recipe.items as f64, flag)
     }
 
-    /// The same for patterns of `items` in all.
+    /// The same check for a total of `items` items.
     fn check_items(&self, recipe: &Recipe, patterns: f64, items: f64, flag: &str) -> Result<()> {
         check_count(recipe.items).map_err(|error| error.at("--items"))?;
         let each = items / patterns.max(1.0);
@@ -349,25 +350,25 @@ impl PatternSource {
         Err(Error::input(
             flag,
             format!("{patterns} patterns of {} items", each.ceil()),
-            format!("ask for fewer: a set holds at most {MOST_ITEMS} items"),
+            format!("use fewer; a set has at most {MOST_ITEMS} items"),
         ))
     }
 
-    /// Refuses more fresh patterns than would fit into memory with comfort, before the
-    /// work that they are to judge.
+    /// Rejects a number of fresh patterns that would take too much memory, before the work whose
+    /// result they validate.
     ///
     /// # Errors
-    /// Too many.
+    /// If there are too many.
     pub fn check_fresh(&self, recipe: &Recipe, count: usize) -> Result<()> {
         let items = count as f64 * self.expected_items(recipe)?;
         self.check_items(recipe, count as f64, items, &format!("--validate {count}"))
     }
 
-    /// The source with fewer patterns where `text`, which it was read from, leaves their number
-    /// open and a profile makes each of them long; about `items` items in all.
+    /// The source with fewer patterns, about `items` items in total, if `text`, from which it was
+    /// parsed, does not give their number and a profile makes each of them long.
     ///
     /// # Errors
-    /// A profile that cannot be read.
+    /// If a profile cannot be read.
     pub fn for_length(mut self, text: &str, recipe: &Recipe, items: f64) -> Result<Self> {
         let expected = self.expected_items(recipe)?;
         if let Self::Feed { feed, count, .. } = &mut self
@@ -380,18 +381,17 @@ impl PatternSource {
         Ok(self)
     }
 
-    /// How messages call it.
+    /// The flag and its value, for messages.
     fn flag(&self) -> String {
         format!("--patterns {self}")
     }
 
-    /// `count` patterns that no set of [`PatternSource::build`] under another seed
-    /// holds, for scoring what was selected on such a set: the balanced set's
-    /// spacings and radii are drawn at random then. None where nothing fresh can be
-    /// drawn: files and the one grid of a spacing.
+    /// `count` patterns that differ from those of [`PatternSource::build`] under any seed, to score
+    /// what was selected on such a set; the spacings and radii of the balanced set are then random.
+    /// `None` if no fresh patterns can be drawn: for files and for a single grid.
     ///
     /// # Errors
-    /// As for [`PatternSource::build`].
+    /// See [`PatternSource::build`].
     pub fn draw_fresh(&self, recipe: &Recipe, count: usize) -> Result<Option<PatternSet>> {
         match self {
             Self::Balanced(_) => {
@@ -406,7 +406,7 @@ impl PatternSource {
                     labels: Vec::new(),
                     patterns: Vec::new(),
                 };
-                // A stream of its own, past those of the patterns.
+                // A separate stream, after those of the patterns.
                 let mut rng = random_stream(recipe.seed, u64::MAX);
                 let draws = (0..count).map(|i| {
                     let value = low + (high - low) * rng.random::<f64>();
@@ -430,7 +430,7 @@ impl PatternSource {
 }
 
 impl Recipe {
-    /// For provenance: what does not depend on the source.
+    /// The part of the description that does not depend on the source, for provenance.
     fn describe(&self) -> String {
         let items = match self.items {
             MOST_ITEMS => "every item of the profile".to_owned(),
@@ -444,7 +444,7 @@ impl Recipe {
     }
 }
 
-/// A generated pattern that is to be drawn, with its spacing or radius [m].
+/// A pattern to be generated, with its spacing or radius [m].
 #[derive(Debug, Clone, Copy)]
 enum Draw<'a> {
     Grid(f64),
@@ -453,7 +453,7 @@ enum Draw<'a> {
 }
 
 impl PatternSet {
-    /// Draws patterns in parallel, each from the stream of its place.
+    /// Draws patterns in parallel, each from the random stream of its index.
     fn draw(&mut self, recipe: &Recipe, draws: Vec<Draw>, source: &PatternSource) -> Result<()> {
         let draw = |(place, draw): (usize, &Draw)| {
             let mut rng = random_stream(recipe.seed, place as u64);
@@ -483,8 +483,8 @@ impl PatternSet {
         if files.is_empty() {
             return Err(Error::input(
                 format!("--patterns {}", path.display()),
-                "the folder holds no .csv file",
-                "put pattern files into it, or name one file",
+                "the folder contains no .csv file",
+                "add pattern files to it, or give a single file",
             ));
         }
         let mut ignored = BTreeSet::new();
@@ -511,13 +511,13 @@ impl PatternSet {
     }
 }
 
-/// The recorded patterns at `path`, one or a folder of them.
-/// Whether a file of this name is read where a folder of patterns is.
+/// Whether a file with this name is read as a pattern in a folder.
 pub fn is_pattern_name(file: &Path) -> bool {
     let extension = file.extension();
     extension.is_some_and(|e| e.eq_ignore_ascii_case("csv"))
 }
 
+/// The pattern files at `path`: a single file, or all those in a folder.
 fn files_of(path: &Path) -> Result<Vec<PathBuf>> {
     if !path.is_dir() {
         return Ok(vec![path.to_owned()]);
@@ -529,7 +529,7 @@ fn files_of(path: &Path) -> Result<Vec<PathBuf>> {
             files.push(file);
         }
     }
-    // The order of a folder is the file system's; names are everybody's.
+    // The order within a folder depends on the file system; names do not.
     files.sort();
     Ok(files)
 }
@@ -626,7 +626,7 @@ mod tests {
         ] {
             assert_eq!(text.parse::<PatternSource>().unwrap().to_string(), text);
         }
-        let nothing = "neither a kind of pattern nor an existing file or folder";
+        let nothing = "not a known kind of pattern, and no such file or folder exists";
         for (bad, problem) in [
             ("", nothing),
             ("balanced:0", "`0` is not a valid count"),

@@ -231,8 +231,8 @@ fn stations_have_no_names_that_messages_cannot_carry() {
     let long = "x".repeat(201);
     for (name, word) in [
         ("", "empty"),
-        (" r1", "blanks at an end"),
-        ("r1 ", "blanks at an end"),
+        (" r1", "ends with a space"),
+        ("r1 ", "ends with a space"),
         ("r\\u0007", "control characters"),
         ("r\\n1", "line breaks"),
         ("r\\u202e1", "control characters"),

@@ -233,7 +233,7 @@ fn flows_are_given_in_the_source_or_beside_it() {
         ("grid:0.15", 60.0, "by its distance"),
         ("poisson:0.2", 60.0, "by its distance"),
         ("poisson:0.2:3", 60.0, "by its distance"),
-        ("random:60/min", 60.0, "has a flow already"),
+        ("random:60/min", 60.0, "already has a flow"),
         ("balanced", 60.0, "range of flows"),
         ("tests", 60.0, "recorded"),
         ("random", 0.0, "not a flow"),

@@ -117,8 +117,8 @@ fn a_million_lines() {
         path,
         &["pattern", "describe", "p.csv"],
         &Message::new(
-            "p.csv:1000001: id: `999998` is also the id of p.csv:1000000",
-            "give every item an id of its own",
+            "p.csv:1000001: id: `999998` is already the id of p.csv:1000000",
+            "give every item a unique id",
         ),
     );
 }
