@@ -61,7 +61,7 @@ fn result_files_leave_the_input_alone() {
         for word in ["--out", file, "cure:"] {
             assert!(told.contains(word), "{arguments:?}: {word} not in {told}");
         }
-        let of_a_folder = "would be a file among the patterns of --patterns";
+        let of_a_folder = "would be among the patterns in --patterns";
         let why = ["is already used by --", of_a_folder][usize::from(arguments.contains(&out))];
         assert!(told.contains(why), "{arguments:?}: {told}");
     }

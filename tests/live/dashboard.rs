@@ -137,7 +137,7 @@ fn a_page_for_everybody_is_warned_of() {
         assert!(output.status.success());
         let remarks = String::from_utf8(output.stderr).unwrap();
         assert!(remarks.contains("dashboard at http://"), "{remarks}");
-        let warning = "anybody who reaches this address can watch the line";
+        let warning = "anyone who can reach this address can watch the line";
         assert_eq!(remarks.contains(warning), warned, "{remarks}");
     }
 }

@@ -1,4 +1,4 @@
-//! From what was typed about who may connect to what is asked of those who do.
+//! Turns the access arguments into the checks on whoever connects.
 
 use super::args::{AccessArgs, TransportArgs};
 use pickline::error::{Error, Result, shown};
@@ -7,19 +7,19 @@ use pickline_live::transport::{Access, Side, Token};
 use std::net::ToSocketAddrs as _;
 
 impl AccessArgs {
-    /// What is asked of those who connect to this program.
+    /// The token and TLS settings for peers that connect to this program.
     ///
     /// # Errors
-    /// Files that cannot be read, or do not hold what they should.
+    /// Files that cannot be read or have invalid content.
     pub fn listening(&self) -> Result<Access> {
-        // Authorities alone are for --connect; see `check`.
+        // Authorities without a certificate are for --connect; see `check`.
         self.resolve(|files| files.certificate.is_some().then(|| Tls::listening(files)))
     }
 
-    /// What is asked of the one that this program connects to.
+    /// The token and TLS settings for the peer that this program connects to.
     ///
     /// # Errors
-    /// Files that cannot be read, or do not hold what they should.
+    /// Files that cannot be read or have invalid content.
     pub fn connecting(&self) -> Result<Access> {
         self.resolve(|files| files.is_any().then(|| Tls::connecting(files)))
     }
@@ -43,12 +43,12 @@ impl AccessArgs {
         files
     }
 
-    /// Checks that something is asked of the other side where others than this machine can
-    /// be that, and that there is somebody to ask. `dashboard` is its address.
+    /// Checks that the other side must authenticate wherever it can be another machine, and
+    /// that no token or certificate is unused. `dashboard` is the dashboard's address.
     ///
     /// # Errors
-    /// An open address that others reach, unless that is said to be wanted; a secret that
-    /// nobody is asked for or shown.
+    /// An unprotected address that other machines can reach, unless `--insecure` is given; a
+    /// token or a certificate that is never used.
     pub fn check(
         &self,
         side: Side,
@@ -59,24 +59,24 @@ impl AccessArgs {
         let listen = ("--listen", transport.listen.as_deref());
         let connect = ("--connect", transport.connect.as_deref());
         let dashboard = ("--dashboard", dashboard);
-        // Who connects shows the token to the node that listens.
+        // The side that connects sends the token to the node that listens.
         let by_token = match side {
             Side::Node => vec![listen, dashboard],
             Side::Station => vec![connect],
         };
         let is_any = |places: &[(&str, Option<&str>)]| places.iter().any(|(_, at)| at.is_some());
         if self.token.is_some() && !is_any(&by_token) {
-            let cure = "the node that listens asks for it, and whoever connects shows it; who \
-                        answers at --connect is checked with --tls-ca";
-            return Err(Error::input("--token", "nobody is asked for it", cure));
+            let cure = "use it on a node that listens, and on the emulator that connects to it; \
+                        --tls-ca checks the program that answers at --connect";
+            return Err(Error::input("--token", "it is not used here", cure));
         }
         if files.is_any() && !is_any(&[listen, connect, dashboard]) {
             let cure = "give --listen, --connect or --dashboard as well, or leave it out";
-            return Err(Error::input("--tls-ca", "nobody connects over TCP", cure));
+            return Err(Error::input("--tls-ca", "there is no TCP connection", cure));
         }
         if files.authorities.is_some() && files.certificate.is_none() && !is_any(&[connect]) {
-            let cure = "give --tls-cert and --tls-key too";
-            let problem = "whoever listens with TLS needs a certificate of its own";
+            let cure = "also give --tls-cert and --tls-key";
+            let problem = "listening with TLS requires a certificate";
             return Err(Error::input("--tls-ca", problem, cure));
         }
         if self.insecure {
@@ -99,16 +99,16 @@ impl AccessArgs {
             };
             let what = match flag {
                 "--dashboard" => "watch",
-                _ => "command",
+                _ => "control",
             };
             return Err(Error::input(
                 flag,
                 format!(
-                    "{} is not of this machine alone: whoever is in that network could {what} \
-                     the line",
+                    "other machines can reach {}, so anyone in that network could {what} the \
+                     line",
                     shown(address)
                 ),
-                format!("{}; or --insecure if nobody else is in it", cure(flag)),
+                format!("{}; or --insecure if nobody else is in that network", cure(flag)),
             ));
         }
         Ok(())
@@ -117,18 +117,18 @@ impl AccessArgs {
 
 fn cure(flag: &str) -> &'static str {
     match (flag, cfg!(feature = "tls")) {
-        ("--connect", true) => "give --tls-ca FILE, which checks who answers",
+        ("--connect", true) => "give --tls-ca FILE, which checks the program that answers",
         ("--connect", false) => "connect over an encrypted tunnel to a loopback address",
         (_, true) => {
-            "give --token FILE, a secret to ask for, or --tls-cert, --tls-key and --tls-ca, to \
-             ask for certificates"
+            "give --token FILE to require a secret, or --tls-cert, --tls-key and --tls-ca to \
+             require certificates"
         }
-        (_, false) => "give --token FILE, a secret to ask for",
+        (_, false) => "give --token FILE to require a secret",
     }
 }
 
-/// Whether only this machine reaches an address. One that is none is told of where it is
-/// used.
+/// Whether only this machine can reach an address. An invalid address is reported where it
+/// is used.
 fn is_local(address: &str) -> bool {
     let found = address.to_socket_addrs();
     found.map_or(true, |mut all| all.all(|at| at.ip().is_loopback()))

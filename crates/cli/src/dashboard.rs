@@ -18,14 +18,14 @@ mod served {
     use pickline_live::Trend;
     use std::time::{Duration, Instant};
 
-    /// Time between two views at least.
+    /// Minimum time between two views.
     const PERIOD: Duration = Duration::from_millis(100);
-    /// Views take at most one part in so many of the line's time.
+    /// Views take at most 1 / `SHARE` of the line's time.
     const SHARE: u32 = 20;
-    /// How long the end waits for browsers that do not take the last view.
+    /// How long to wait at the end for browsers that do not read the last view.
     const PATIENCE: Duration = Duration::from_secs(1);
 
-    /// Where the line is shown, if anywhere.
+    /// The dashboard, if there is one.
     pub struct Screen {
         dashboard: Option<Dashboard>,
         next: Instant,
@@ -33,7 +33,7 @@ mod served {
     }
 
     impl Screen {
-        /// Opens the dashboard, if there is to be one, and says where it is.
+        /// Opens the dashboard, if one is asked for, and prints its address.
         ///
         /// # Errors
         /// As for [`Dashboard::open`].
@@ -47,7 +47,7 @@ mod served {
                 args.transport
                     .remark(&format!("dashboard at {scheme}://{at}/"));
                 if !at.ip().is_loopback() && !is_closed {
-                    let remark = "anybody who reaches this address can watch the line";
+                    let remark = "anyone who can reach this address can watch the line";
                     args.transport.warn(remark);
                 }
                 Ok(dashboard)
@@ -59,7 +59,7 @@ mod served {
             })
         }
 
-        /// Shows the line as it is now, if somebody watches and has not just seen it.
+        /// Shows the line's current state, if it is watched and the last view is not too recent.
         pub fn show(&mut self, controller: &Controller, hub: &Hub) {
             let Some(dashboard) = &self.dashboard else {
                 return;
@@ -74,7 +74,7 @@ mod served {
             }
         }
 
-        /// Shows the line as it was at the end, and closes.
+        /// Shows the line's final state, and closes.
         pub fn close(self, controller: &Controller) {
             let Some(dashboard) = self.dashboard else {
                 return;
@@ -93,21 +93,21 @@ mod unserved {
     use super::*;
     use pickline::error::Error;
 
-    /// Stands in for the dashboard where the program was built without.
+    /// Replaces the dashboard in a build without it.
     pub struct Screen;
 
     impl Screen {
-        /// Refuses to open one.
+        /// Opens nothing.
         ///
         /// # Errors
-        /// Whenever a dashboard is asked for.
+        /// If a dashboard is asked for.
         pub fn open(args: &RunArgs, _: &Station, _: &str) -> Result<Self> {
             match &args.dashboard {
                 None => Ok(Self),
                 Some(_) => Err(Error::input(
                     "--dashboard",
-                    "this program was built without it",
-                    "build it with the feature `dashboard`, which is one of the default features",
+                    "this program was built without the dashboard",
+                    "build it with the feature `dashboard`, which is on by default",
                 )),
             }
         }

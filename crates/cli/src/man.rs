@@ -1,4 +1,4 @@
-//! `pickline man`: the manual pages, made from the arguments.
+//! `pickline man`: the manual pages, generated from the arguments.
 
 use super::session::Session;
 use pickline::error::{Error, Result, known_names, shown};
@@ -8,13 +8,13 @@ use clap_mangen::roff::{Roff, roman};
 
 /// One manual page.
 pub struct Page {
-    /// Its name, as in `pickline-run`.
+    /// Its name, such as `pickline-run`.
     pub name: String,
-    /// As troff reads it.
+    /// Its troff source.
     pub text: Vec<u8>,
 }
 
-/// The pages of all commands, that of the program first.
+/// The pages of all commands, starting with the program's own.
 pub fn pages() -> Vec<Page> {
     let mut root = super::command().disable_help_subcommand(true);
     root.build();
@@ -28,7 +28,7 @@ fn collect(command: &Command, pages: &mut Vec<Page>) {
         .get_display_name()
         .unwrap_or_else(|| command.get_name());
     let mut text = Vec::new();
-    // Writing into memory does not fail.
+    // Writing to memory does not fail.
     let _ = write(command, &mut text);
     pages.push(Page {
         name: name.to_owned(),
@@ -51,7 +51,7 @@ fn write(command: &Command, page: &mut Vec<u8>) -> std::io::Result<()> {
     }
     let more = command.get_after_long_help().or(command.get_after_help());
     let more = more.map(ToString::to_string).unwrap_or_default();
-    // Line by line, as they stand: commands must not be broken.
+    // Keep the lines as they are: commands must not be broken.
     let (title, lines) = match more.strip_prefix("Example") {
         Some(rest) => (
             "EXAMPLES",

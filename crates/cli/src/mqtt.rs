@@ -1,4 +1,4 @@
-//! From what was typed about a broker to how to talk to it.
+//! Turns the MQTT arguments into transport settings.
 
 use super::args::MqttArgs;
 use pickline::error::{Error, Result};
@@ -8,14 +8,14 @@ use pickline_live::transport::Side;
 use pickline_live::transport::mqtt::{Broker, Settings};
 use std::path::{Path, PathBuf};
 
-/// The variable that holds the password.
+/// The environment variable that holds the password.
 const PASSWORD: &str = "PICKLINE_MQTT_PASSWORD";
 
 impl MqttArgs {
-    /// How to talk to the broker; none when there is to be none.
+    /// The settings for the broker; `None` without `--mqtt`.
     ///
     /// # Errors
-    /// Anything that cannot be meant, files that cannot be read.
+    /// Invalid or contradictory arguments, or files that cannot be read.
     pub fn resolve(&self, side: Side, clock: ClockKind) -> Result<Option<Settings>> {
         let Some(url) = &self.mqtt else {
             return Ok(None);
@@ -31,15 +31,15 @@ impl MqttArgs {
             let cure = "give --mqtt-user";
             return Err(Error::input(
                 "--mqtt",
-                "there is a password but no user",
+                "there is a password but no user name",
                 cure,
             ));
         }
         if self.mqtt_ca.is_some() && !broker.tls {
-            let cure = "write mqtts:// for TLS";
+            let cure = "use mqtts:// for TLS";
             return Err(Error::input(
                 "--mqtt-ca",
-                format!("{broker} is without TLS"),
+                format!("{broker} does not use TLS"),
                 cure,
             ));
         }
@@ -63,8 +63,8 @@ impl MqttArgs {
             let password = text.trim_end_matches(['\n', '\r']);
             if password.is_empty() || password.contains('\n') {
                 let place = file.display().to_string();
-                let cure = "write the password, and nothing else, on one line";
-                return Err(Error::input(place, "this is not one line", cure));
+                let cure = "write only the password, on one line";
+                return Err(Error::input(place, "the file is not exactly one line", cure));
             }
             return Ok(Some(password.to_owned()));
         }
@@ -73,8 +73,8 @@ impl MqttArgs {
             Err(std::env::VarError::NotPresent) => Ok(None),
             Err(_) => Err(Error::input(
                 PASSWORD,
-                "it is not UTF-8",
-                "give another password",
+                "it is not valid UTF-8",
+                "use another password",
             )),
         }
     }
@@ -86,6 +86,6 @@ fn read_pem(file: &Path) -> Result<Vec<u8>> {
         return Ok(text.into_bytes());
     }
     let place = file.display().to_string();
-    let problem = "there is no -----BEGIN line in it";
+    let problem = "the file has no -----BEGIN line";
     Err(Error::input(place, problem, "give a PEM file"))
 }

@@ -1,13 +1,13 @@
-//! Tells the service manager how it goes: ready, at work, ending (the protocol of
-//! sd_notify(3), datagrams to the socket that `NOTIFY_SOCKET` names).
+//! Notifies the service manager: ready, alive, stopping (the protocol of sd_notify(3),
+//! datagrams to the socket that `NOTIFY_SOCKET` names).
 
 use std::time::{Duration, Instant};
 
-/// The way to the service manager; says nothing where there is none.
+/// The connection to the service manager; does nothing if there is none.
 pub struct Notify {
     #[cfg(unix)]
     socket: Option<Socket>,
-    /// Time between two signs of life; none where nobody waits for them.
+    /// Time between two keep-alives; `None` if none are expected.
     every: Option<Duration>,
     next: Instant,
 }
@@ -16,13 +16,13 @@ pub struct Notify {
 type Socket = std::os::unix::net::UnixDatagram;
 
 impl Notify {
-    /// To the manager that has started this program, if one has.
+    /// Connects to the service manager that started this program, if any.
     pub fn found() -> Self {
         let variable = |name: &str| std::env::var(name).ok();
         let of_us =
             variable("WATCHDOG_PID").is_none_or(|pid| pid == std::process::id().to_string());
         let limit = variable("WATCHDOG_USEC").and_then(|limit| limit.parse().ok());
-        // Several fit into the limit, so that one that comes late costs nothing.
+        // Several fit into the limit, so that a late one does no harm.
         let every = limit.map(|limit: u64| Duration::from_micros(limit / 4));
         Self {
             #[cfg(unix)]
@@ -32,22 +32,22 @@ impl Notify {
         }
     }
 
-    /// The line runs.
+    /// Reports that the line is running.
     pub fn ready(&self) {
         self.send("READY=1");
     }
 
-    /// The line is at work, in words.
+    /// Reports the line's status as text.
     pub fn status(&self, text: &str) {
         self.send(&format!("STATUS={}", text.replace('\n', " ")));
     }
 
-    /// The line ends.
+    /// Reports that the line is stopping.
     pub fn stopping(&self) {
         self.send("STOPPING=1");
     }
 
-    /// A sign of life, if one is due. To be called wherever the line's loop comes by.
+    /// Sends a keep-alive, if one is due. Must be called in every iteration of the main loop.
     pub fn alive(&mut self) {
         let now = Instant::now();
         if let Some(every) = self.every.filter(|_| now >= self.next) {
@@ -56,7 +56,7 @@ impl Notify {
         }
     }
 
-    /// What finds no room is left out: the line does not wait for its manager.
+    /// Drops the message if there is no room: the line does not wait for the service manager.
     #[cfg(unix)]
     fn send(&self, text: &str) {
         if let Some(socket) = &self.socket {
@@ -68,7 +68,7 @@ impl Notify {
     fn send(&self, _: &str) {}
 }
 
-/// A socket to `path`; one that begins with `@` is in Linux's abstract name space.
+/// A socket connected to `path`; a leading `@` means Linux's abstract namespace.
 #[cfg(unix)]
 fn connected(path: &str) -> std::io::Result<Socket> {
     let socket = Socket::unbound()?;

@@ -1,9 +1,9 @@
-//! What a call writes: checked before the work begins, delivered after the result has been
-//! printed.
+//! The output files of a call: checked before the work begins, written after the result has
+//! been printed.
 //!
-//! The one guard of every output of every verb: no output is also an input or another
+//! This module guards every output of every verb: no output is also an input or another
 //! output, none replaces a file that is not a result of the same verb without `--force`,
-//! and every folder is tried by writing to it.
+//! and every folder is tested by writing to it.
 
 use super::args::Common;
 use super::session::Session;
@@ -13,19 +13,19 @@ use pickline::pattern::is_pattern_name;
 use pickline_report::is_result_of;
 use std::path::{Path, PathBuf};
 
-/// Larger files are no results of this program.
+/// Larger files are not results of this program [bytes].
 const LARGEST_RESULT: u64 = 1 << 30;
 
 /// Checks everything that a call of `verb` writes, before any of it is written.
 ///
 /// # Errors
-/// A file that cannot be written, that is also an input or another output, or that is
-/// there already and no result of `verb`, unless with `force`.
+/// A file that cannot be written, that is also an input or another output, or that already
+/// exists and is not a result of `verb`, unless `force` is set.
 pub fn check(verb: &str, force: bool, read: &Named, written: &Named) -> Result<()> {
     for file in written.iter().filter_map(|(_, file)| *file) {
         files::check_target(file)?;
     }
-    // A policy's weights may stand in files of their own beside it.
+    // A policy's weights may be in separate files next to it.
     let mut weights = Vec::new();
     for (flag, file) in read {
         let file = file.filter(|file| file.is_file());
@@ -46,8 +46,8 @@ pub fn check(verb: &str, force: bool, read: &Named, written: &Named) -> Result<(
     Ok(())
 }
 
-/// Checks that no file is put into a folder whose patterns are read: the next call would
-/// read it as one of them.
+/// Checks that no output goes into a folder of input patterns: the next call would read it
+/// as one of them.
 ///
 /// # Errors
 /// The first such file.
@@ -66,11 +66,11 @@ fn check_not_inputs(read: &Named, written: &Named) -> Result<()> {
                 return Err(Error::input(
                     *flag,
                     format!(
-                        "{} would be a file among the patterns of {from} {}",
+                        "{} would be among the patterns in {from} {}",
                         file.display(),
                         folder.display()
                     ),
-                    "name another folder",
+                    "use another folder",
                 ));
             }
         }
@@ -78,8 +78,8 @@ fn check_not_inputs(read: &Named, written: &Named) -> Result<()> {
     Ok(())
 }
 
-/// Checks that `file` may be replaced by a result of `verb`. What is empty holds nothing
-/// that could be lost.
+/// Checks that `file` may be replaced by a result of `verb`. An empty file may always be
+/// replaced.
 fn check_own(verb: &str, flag: &str, file: &Path) -> Result<()> {
     let Ok(about) = std::fs::metadata(file) else {
         return Ok(());
@@ -112,7 +112,7 @@ impl Common {
     /// the folder for result files.
     ///
     /// # Errors
-    /// As for [`check`]; a folder that cannot be made.
+    /// As for [`check`]; a folder that cannot be created.
     pub fn check_outputs(
         &self,
         verb: &str,
@@ -123,7 +123,7 @@ impl Common {
         if let Some(folder) = &self.out {
             files::check_folder(folder)?;
         }
-        // A folder that does not exist yet holds no file to be careful of.
+        // A folder that does not exist yet has no files to protect.
         let out = self.out.iter();
         let out: Vec<PathBuf> = out
             .flat_map(|folder| names.iter().map(|name| folder.join(name)))
@@ -135,7 +135,7 @@ impl Common {
             .map(|file| ("--out", Some(file.as_path())))
             .collect();
         files::check_apart(&all, written)?;
-        // Another file may go into the folder that is made.
+        // Another output may go into the folder that will be created.
         let made = |file: &Path| {
             let parts = |path: &Path| path.components().collect::<PathBuf>();
             let out = self.out.as_ref().filter(|folder| !folder.exists());
@@ -156,7 +156,7 @@ pub struct Outputs {
 }
 
 impl Outputs {
-    /// Adds `content` for `file`, if there is to be one.
+    /// Adds `content` for `file`, unless that is `None`.
     pub fn add(&mut self, file: Option<&Path>, content: impl FnOnce() -> String) {
         if let Some(file) = file {
             self.files.push((file.to_owned(), content().into_bytes()));
@@ -170,11 +170,11 @@ impl Outputs {
         self.add(file.as_deref(), content);
     }
 
-    /// Prints `text`, then writes the files: what was computed is at least seen where a
-    /// disk turns out to be full.
+    /// Prints `text`, then writes the files, so that the result is visible even if the disk
+    /// is full.
     ///
     /// # Errors
-    /// The first thing that cannot be written; everything else is.
+    /// The first output that cannot be written; all others are written.
     pub fn deliver(self, session: &Session, text: &str) -> Result<()> {
         let printed = session.print(text.as_bytes());
         printed.and(self.write())
@@ -183,13 +183,13 @@ impl Outputs {
     /// Writes the files.
     ///
     /// # Errors
-    /// The first that cannot be written; the others are.
+    /// The first file that cannot be written; all others are written.
     pub fn write(self) -> Result<()> {
-        // The folder is made only now, so that nothing is left of a call that failed.
+        // The folder is created only now, so that a failed call leaves nothing behind.
         let made = self.folder.as_deref().map_or(Ok(()), files::make_folder);
         let write = |(file, content): &(PathBuf, Vec<u8>)| files::write_whole(file, content);
         let written = self.files.iter().map(write);
-        // Every file is tried before the first error counts.
+        // Try every file before returning the first error.
         std::iter::once(made)
             .chain(written)
             .fold(Ok(()), Result::and)

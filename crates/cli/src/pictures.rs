@@ -1,4 +1,4 @@
-//! The pictures of a result: a page, a chart.
+//! The pictures of a result: an HTML page and an SVG chart.
 
 use super::args::Pictures;
 use super::outputs::Outputs;
@@ -6,7 +6,7 @@ use pickline::error::Result;
 use pickline_report::{ChartKind, Provenance};
 use std::path::Path;
 
-/// The chart that was asked for among `kinds`, found before the work begins.
+/// Looks up the requested chart in `kinds`, before the work begins.
 ///
 /// # Errors
 /// An unknown chart.
@@ -18,7 +18,7 @@ pub fn checked<R>(
 }
 
 impl Pictures {
-    /// Where they go.
+    /// The flags and output files of the pictures.
     pub fn files(&self) -> [(&'static str, Option<&Path>); 2] {
         [
             ("--html", self.html.as_deref()),
@@ -26,10 +26,10 @@ impl Pictures {
         ]
     }
 
-    /// Adds the pictures of `report` that were asked for to `outputs`.
+    /// Adds the requested pictures of `report` to `outputs`.
     ///
     /// # Errors
-    /// A report that has nothing for `chart`.
+    /// A report without data for `chart`.
     pub fn draw<R>(
         &self,
         outputs: &mut Outputs,

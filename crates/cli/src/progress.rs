@@ -1,4 +1,4 @@
-//! Progress on stderr: a bar with rate and remaining time.
+//! Progress on stderr: a bar with the rate and the remaining time.
 
 use pickline::error::grouped;
 use pickline::optimize::Progress;
@@ -7,7 +7,7 @@ use std::fmt::Write;
 use std::sync::Mutex;
 use std::time::Duration;
 
-/// A bar a stage; draws nothing when quiet or when stderr is not a terminal.
+/// One bar per stage; draws nothing if quiet or if stderr is not a terminal.
 pub struct Bar {
     shown: Mutex<Shown>,
     quiet: bool,
@@ -20,7 +20,7 @@ struct Shown {
 }
 
 impl Bar {
-    /// A sink that shows nothing until a stage begins.
+    /// A bar that shows nothing until a stage begins.
     pub fn new(quiet: bool) -> Self {
         Self {
             shown: Mutex::new(Shown::new(ProgressBar::hidden())),
@@ -29,8 +29,8 @@ impl Bar {
     }
 
     fn with(&self, action: impl FnOnce(&mut Shown)) {
-        // A poisoned lock means that another thread panicked; progress is no reason
-        // to panic too.
+        // A poisoned lock means that another thread panicked; progress is not worth
+        // another panic.
         if let Ok(mut shown) = self.shown.lock() {
             action(&mut shown);
         }
@@ -46,7 +46,7 @@ impl Shown {
         }
     }
 
-    /// Shows the words behind the bar.
+    /// Updates the text after the bar.
     fn say(&self) {
         let words = [&self.doing, &self.best];
         let words: Vec<&str> = words.into_iter().map(String::as_str).collect();
@@ -64,7 +64,7 @@ impl Progress for Bar {
         let template = format!(
             "{{prefix:>13}} [{{bar:32}}] {{pos}}/{{len}} {unit}, {{rate}}, ETA {{eta}} {{msg}}"
         );
-        // The template is valid; a mistake in it would only lose the style.
+        // The template is valid; an error in it would only lose the style.
         if let Ok(style) = ProgressStyle::with_template(&template) {
             let style = style.with_key("rate", |state: &ProgressState, to: &mut dyn Write| {
                 let _ = to.write_str(&rate_text(state.per_sec()));
@@ -99,11 +99,11 @@ impl Progress for Bar {
     }
 }
 
-/// Progress of one part of a longer work, which the stages name.
+/// Progress of one part of a longer task; the stage names include the part.
 pub struct Part<'p> {
-    /// The progress of the whole.
+    /// The progress of the whole task.
     pub whole: &'p dyn Progress,
-    /// What the part is called.
+    /// The name of the part.
     pub part: String,
 }
 
@@ -130,8 +130,7 @@ impl Progress for Part<'_> {
     }
 }
 
-/// A number of steps per second: whole, unless it is so small that the digits behind the
-/// point tell something.
+/// A number of steps per second: a whole number, or with one decimal if it is small.
 fn rate_text(per_second: f64) -> String {
     if per_second < 9.95 {
         return format!("{per_second:.1}/s");

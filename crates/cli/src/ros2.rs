@@ -1,4 +1,4 @@
-//! From what was typed about a ROS 2 graph to how to talk in it.
+//! Turns the ROS 2 arguments into transport settings.
 
 use super::args::Ros2Args;
 use pickline::error::{Error, Result, shown};
@@ -7,16 +7,16 @@ use pickline_live::transport::Side;
 use pickline_live::transport::ros2::Settings;
 use std::net::{IpAddr, Ipv4Addr};
 
-/// The variable that names the domain in all ROS 2 programs.
+/// The environment variable that sets the domain of all ROS 2 programs.
 const DOMAIN: &str = "ROS_DOMAIN_ID";
-/// The last domain whose ports there are.
+/// The last domain whose ports are in range.
 const LAST_DOMAIN: u16 = 232;
 
 impl Ros2Args {
-    /// How to talk in the graph; none when that is not wanted.
+    /// The settings for the graph; `None` without `--ros2`.
     ///
     /// # Errors
-    /// Anything that cannot be meant.
+    /// An invalid domain.
     pub fn resolve(&self, side: Side, clock: ClockKind) -> Result<Option<Settings>> {
         if !self.ros2 {
             return Ok(None);
@@ -40,7 +40,7 @@ impl Ros2Args {
 
     fn domain(&self) -> Result<u16> {
         let wrong = |place: &str, value: &str| {
-            let problem = format!("`{}` is no DDS domain", shown(value));
+            let problem = format!("`{}` is not a DDS domain", shown(value));
             Error::input(place, problem, format!("give 0 to {LAST_DOMAIN}"))
         };
         if let Some(domain) = self.ros2_domain {

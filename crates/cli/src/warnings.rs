@@ -1,4 +1,4 @@
-//! Warnings of what is allowed and most likely wrong: printed once, or errors with
+//! Warnings about what is allowed but most likely wrong: printed once, or errors with
 //! `--strict`.
 
 use super::args::StationChoice;
@@ -8,7 +8,7 @@ use pickline::pattern::{Pattern, PatternSet};
 use pickline::plausible::{Quantity, Warning};
 use pickline::station::Station;
 
-/// Prints `warnings`, also where remarks are not wanted, as nothing may be wrong in silence.
+/// Prints `warnings`, even with `--quiet`, as nothing may go wrong silently.
 ///
 /// # Errors
 /// The first of them, if `strict`.
@@ -30,7 +30,7 @@ pub fn warn(strict: bool, warnings: impl IntoIterator<Item = Warning>) -> Result
 }
 
 impl StationChoice {
-    /// The station; says what of it is not plausible.
+    /// The station; warns about implausible values.
     ///
     /// # Errors
     /// As for [`StationChoice::resolve`] and [`warn`].
@@ -38,7 +38,7 @@ impl StationChoice {
         self.load_with_strategy(&|_| ()).map(|(station, _)| station)
     }
 
-    /// As [`StationChoice::load`], with the strategy that the file names.
+    /// Like [`StationChoice::load`], with the strategy that the file names.
     ///
     /// # Errors
     /// As for [`StationChoice::resolve_with_strategy`] and [`warn`].
@@ -46,7 +46,7 @@ impl StationChoice {
         let (station, strategy) = self.resolve_with_strategy(remark)?;
         let mut warnings = station.warnings(&self.station);
         if self.belt_speed.is_some() {
-            // It is the flag that asks for the speed.
+            // The speed comes from the flag, not from the file.
             let speed = format!("{}: belt.speed", self.station);
             for warning in warnings.iter_mut().filter(|w| w.place == speed) {
                 warning.place = "--belt-speed".into();
@@ -56,7 +56,7 @@ impl StationChoice {
         Ok((station, strategy))
     }
 
-    /// Says what of these values of flags is not plausible.
+    /// Warns about implausible values of flags.
     ///
     /// # Errors
     /// As for [`warn`].
@@ -67,7 +67,7 @@ impl StationChoice {
         warn(self.strict, values.iter().filter_map(check))
     }
 
-    /// Says what of a pattern is not plausible.
+    /// Warns about implausible values in a pattern.
     ///
     /// # Errors
     /// As for [`warn`].
@@ -75,8 +75,8 @@ impl StationChoice {
         warn(self.strict, pattern.warnings(name))
     }
 
-    /// Says what of the first pattern of a set that has anything is not plausible: the
-    /// others are mostly like it.
+    /// Warns about the first pattern of a set that has implausible values; the others are
+    /// usually like it.
     ///
     /// # Errors
     /// As for [`warn`].

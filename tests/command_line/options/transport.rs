@@ -22,7 +22,7 @@ pub const ROWS: &[Row] = &[
     }),
     row(&LINES, "--insecure", |rig, verb| {
         let call = format!("{verb} --clock messages --listen 0.0.0.0:0");
-        let words = ["0.0.0.0:0 is not of this machine alone", "--insecure"];
+        let words = ["other machines can reach 0.0.0.0:0", "--insecure"];
         rig.refused(&call, &words);
         let mut program = rig.program(&format!("{call} --insecure"));
         told(&mut program, "listening at ");

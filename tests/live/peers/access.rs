@@ -144,10 +144,10 @@ fn addresses_that_others_reach_ask_for_something() {
         ("run --dashboard 0.0.0.0:0", "could watch the line"),
         ("run --connect 192.0.2.1:9", "--tls-ca"),
         ("emulate --listen 0.0.0.0:0", "--insecure"),
-        (&format!("run --token {token}"), "nobody is asked for it"),
+        (&format!("run --token {token}"), "it is not used here"),
         (
             &format!("run --connect 127.0.0.1:9 --token {token}"),
-            "nobody is asked for it",
+            "it is not used here",
         ),
         ("run --listen 127.0.0.1:0 --token /no/such/file", "/no/such"),
     ] {
@@ -161,7 +161,7 @@ fn addresses_that_others_reach_ask_for_something() {
     // The dashboard alone may be open to others with a token.
     let (code, text) = run(&format!("run --dashboard 0.0.0.0:0 --token {token}"));
     assert_eq!(code, Some(0), "{text}");
-    assert!(!text.contains("anybody"), "{text}");
+    assert!(!text.contains("anyone"), "{text}");
 }
 
 /// What the dashboard at `address` answers to a plain request.
