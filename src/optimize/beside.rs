@@ -1,15 +1,15 @@
-//! The bound that runs are held against, under the stop flag.
+//! The bound with which runs are compared, under the stop flag.
 
 use super::environment::Environment;
 use crate::error::{Error, Result};
 use crate::planning::bound::{Bound, Options, upper_bound};
 use crate::sim::Scene;
 
-/// The bound of a scene on which the best run picks `picked` items.
+/// The bound for a scene on which the best run picks `picked` items.
 ///
 /// # Errors
-/// A pattern that cannot be bounded, [`Error::Interrupted`]: how far it had come when it
-/// was stopped depends on the machine.
+/// A pattern for which no bound can be computed, or [`Error::Interrupted`], because the
+/// progress at a stop depends on the machine.
 pub fn bound_beside(scene: &Scene, picked: usize, environment: &Environment) -> Result<Bound> {
     let go_on = &mut |_, _| !environment.stopped();
     let bound = upper_bound(

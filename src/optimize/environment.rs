@@ -1,15 +1,15 @@
-//! What long work is given from outside: a stop flag and somewhere to report progress.
+//! The environment of long work: a stop flag and a receiver of progress reports.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-/// Is told how far long work has come.
+/// Receives the progress of long work.
 pub trait Progress: Sync {
-    /// A stage of `total` steps begins; `unit` is what they are called.
+    /// A stage of `total` steps begins; `unit` is the name of a step.
     fn begin(&self, stage: &str, total: u64, unit: &str);
-    /// So many more steps are done.
+    /// `steps` more steps are done.
     fn advance(&self, steps: u64);
-    /// What is being done within a step that takes long.
+    /// What is being done within a long step.
     fn doing(&self, text: &str);
     /// The best found so far.
     fn incumbent(&self, text: &str);
@@ -17,7 +17,7 @@ pub trait Progress: Sync {
     fn end(&self);
 }
 
-/// Says nothing.
+/// Ignores all progress.
 #[derive(Debug, Clone, Copy)]
 pub struct Silent;
 
@@ -29,9 +29,9 @@ impl Progress for Silent {
     fn end(&self) {}
 }
 
-/// Says when work should end soon with what it has.
+/// Tells when work should end soon with the result it has.
 pub trait Stop: Sync {
-    /// Whether it should.
+    /// Whether work should end.
     fn is_set(&self) -> bool;
 }
 
@@ -41,14 +41,14 @@ impl Stop for AtomicBool {
     }
 }
 
-/// Another stop signal, or a time that has come.
+/// Another stop signal, or a point in time.
 pub(super) struct Deadline<'a> {
     pub other: &'a dyn Stop,
     pub at: Option<Instant>,
 }
 
 impl Deadline<'_> {
-    /// Whether the time has come.
+    /// Whether the point in time has passed.
     pub fn passed(&self) -> bool {
         self.at.is_some_and(|at| Instant::now() >= at)
     }
@@ -60,17 +60,17 @@ impl Stop for Deadline<'_> {
     }
 }
 
-/// Stop signal and progress sink, passed in and never global.
+/// Stop signal and progress receiver, passed as arguments and never global.
 #[derive(Clone, Copy)]
 pub struct Environment<'a> {
-    /// Set from outside to make the work end soon with what it has.
+    /// Set by the caller to make the work end soon with the result it has.
     pub stop: &'a dyn Stop,
-    /// Where progress goes.
+    /// Receives the progress.
     pub progress: &'a dyn Progress,
 }
 
 impl Environment<'_> {
-    /// Whether the work was asked to end.
+    /// Whether the work was asked to stop.
     pub fn stopped(&self) -> bool {
         self.stop.is_set()
     }

@@ -1,4 +1,4 @@
-//! Assignments by patterns under common random numbers.
+//! Evaluates assignments on patterns with common random numbers.
 
 use super::environment::Environment;
 use super::objective::{Objective, Risk};
@@ -14,12 +14,12 @@ use rayon::prelude::*;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// What one assignment made of the patterns.
+/// The score of one assignment on the patterns.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Score {
     /// The objective on each pattern.
     pub values: Vec<f64>,
-    /// Share of the items picked at the station's own belt speed, mean over patterns.
+    /// Share of the items picked at the station's own belt speed, averaged over patterns.
     pub picked_share: f64,
 }
 
@@ -28,43 +28,42 @@ pub struct Score {
 pub struct Evaluation {
     /// The assignments, in registry order.
     pub assignments: Vec<RuleAssignment>,
-    /// One score each.
+    /// The scores, one per assignment.
     pub scores: Vec<Score>,
-    /// Places of the patterns that the scores are over: all of them unless the work
-    /// was stopped on the way.
+    /// Indices of the patterns in the scores; all of them unless the work was stopped.
     pub patterns: Vec<usize>,
 }
 
-/// Patterns that tell what the others cost.
+/// Number of patterns run first to estimate the cost of the others.
 const TRIAL: usize = 8;
-/// In how many parts, about, the others are evaluated where their costs differ: each then may
-/// take so many times as much as the mean.
+/// Approximate number of parts in which the others are evaluated if their costs differ; each
+/// part may then take this many times the mean cost.
 const PARTS: usize = 4;
 
 /// Objective and picked share of every assignment on one pattern.
 type OnPattern = (Vec<f64>, Vec<f64>);
 
-/// Runs assignments on patterns: every assignment sees the same patterns, patterns
-/// are shared out to threads, and no figure depends on how many there are.
+/// Runs assignments on patterns. Every assignment runs on the same patterns, patterns are
+/// distributed over threads, and no figure depends on the number of threads.
 pub struct Evaluator<'a> {
     station: &'a Station,
     patterns: &'a [Pattern],
-    /// Shared with evaluators of other objectives made from this one, as are the next.
+    /// Like the fields below, shared with evaluators of other objectives made from this one.
     scenes: Arc<Vec<Scene<'a>>>,
     objective: Objective,
     runs: Arc<AtomicU64>,
-    /// The patterns in the order in which they are evaluated: at random, so that what
-    /// an interrupted search ranks by is a sample of the set and not its first part.
+    /// The order in which the patterns are evaluated: random, so that an interrupted search
+    /// ranks by a sample of the set rather than its first part.
     order: Arc<Vec<usize>>,
 }
 
 impl<'a> Evaluator<'a> {
-    /// An evaluator of `objective` for `station` on `patterns` under `conditions`. Where
-    /// something can go wrong, the pattern of place i has the luck of the conditions' seed
-    /// + i, whichever assignment runs on it.
+    /// An evaluator of `objective` for `station` on `patterns` under `conditions`. If failures
+    /// are simulated, pattern i draws its luck from the conditions' seed + i, for every
+    /// assignment.
     ///
     /// # Errors
-    /// A pattern that does not lie on the belt, conditions that are none.
+    /// A pattern that does not fit on the belt, or invalid conditions.
     pub fn new(
         station: &'a Station,
         patterns: &'a [Pattern],
@@ -88,7 +87,7 @@ impl<'a> Evaluator<'a> {
         })
     }
 
-    /// The same patterns judged by another objective.
+    /// The same patterns with another objective.
     pub fn with_objective(&self, objective: Objective) -> Self {
         Self {
             station: self.station,
@@ -120,34 +119,34 @@ impl<'a> Evaluator<'a> {
         self.order.len()
     }
 
-    /// The same judged on `count` of the patterns only, drawn at random, the same ones for
-    /// every count that is larger; on all of them where there are no more.
+    /// The same evaluator on only `count` of the patterns. They are drawn at random; larger
+    /// counts include the same patterns. If there are no more than `count`, all are used.
     pub fn sample(&self, count: usize) -> Self {
         let mut sample = self.with_objective(self.objective);
         sample.order = Arc::new(self.order[..count.min(self.order.len())].to_vec());
         sample
     }
 
-    /// Places of the patterns that it judges on.
+    /// Indices of the patterns on which it evaluates.
     pub(super) fn places(&self) -> Vec<usize> {
         let mut places = self.order.to_vec();
         places.sort_unstable();
         places
     }
 
-    /// On how many patterns the robots are independent, so that the cascade serves.
+    /// Number of patterns on which the robots are independent, so that the cascade can be used.
     pub fn independent_patterns(&self) -> usize {
         let independent = |place: &&usize| self.scenes[**place].is_independent();
         self.order.iter().filter(independent).count()
     }
 
-    /// Items in one of the patterns that it judges on, in the mean.
+    /// Mean number of items in the patterns on which it evaluates.
     pub(super) fn mean_items(&self) -> f64 {
         let items: usize = self.order.iter().map(|&p| self.patterns[p].len()).sum();
         items as f64 / self.order.len().max(1) as f64
     }
 
-    /// About how many runs it takes to score one assignment on one pattern.
+    /// Approximate number of runs needed to score one assignment on one pattern.
     pub(super) fn runs_per_value(&self) -> f64 {
         match self.objective {
             Objective::MaxSpeed(scan) => scan.expected_steps(self.station),
@@ -155,17 +154,17 @@ impl<'a> Evaluator<'a> {
         }
     }
 
-    /// Runs so far, by this evaluator and those made from it: one assignment on one
-    /// pattern at one belt speed.
+    /// Runs so far, by this evaluator and those made from it: one assignment on one pattern at
+    /// one belt speed each.
     pub fn runs(&self) -> u64 {
         self.runs.load(Ordering::Relaxed)
     }
 
-    /// Scores `assignments`, telling the environment's progress of each pattern done.
-    /// Those shorter than the line leave the robots past their end idle.
+    /// Scores `assignments` and reports each completed pattern as progress. If an assignment is
+    /// shorter than the line, the robots beyond its end stay idle.
     ///
     /// # Errors
-    /// More rules than robots.
+    /// There are more rules than robots.
     pub fn evaluate(
         &self,
         assignments: Vec<RuleAssignment>,
@@ -174,9 +173,9 @@ impl<'a> Evaluator<'a> {
         self.evaluate_within(assignments, u64::MAX, environment)
     }
 
-    /// As [`Evaluator::evaluate`], in at most `most` runs: where those are not enough, on as
-    /// many patterns as they are enough for, which may be none. Runs are counted, not timed,
-    /// so the same input gives the same result on any machine.
+    /// Like [`Evaluator::evaluate`], in at most `most` runs. If these do not suffice, only as
+    /// many patterns as possible are evaluated, perhaps none. Runs are counted, not timed, so
+    /// equal input gives equal results on every machine.
     ///
     /// # Errors
     /// As for [`Evaluator::evaluate`].
@@ -200,7 +199,8 @@ impl<'a> Evaluator<'a> {
         let began = self.runs();
         let mut done: Vec<(usize, OnPattern)> = Vec::with_capacity(self.order.len());
         let mut left: Vec<usize> = self.order.to_vec();
-        // What a pattern costs is known once some are done, and before if it is one speed.
+        // The cost of a pattern is known once some are done, or in advance if there is only one
+        // speed.
         let mut cost = tree.assignments().len() as f64 * self.runs_per_value();
         let by_speed = matches!(self.objective, Objective::MaxSpeed(_));
         let mut trial = if by_speed && most < u64::MAX {
@@ -212,7 +212,7 @@ impl<'a> Evaluator<'a> {
             let over = most.saturating_sub(self.runs() - began);
             let afforded = (over as f64 / cost.max(1.0)) as usize;
             // Speed limits of some patterns take far more runs than those of others, so they
-            // are sought in parts that the runs are amply enough for.
+            // are computed in parts for which the runs more than suffice.
             let part = if by_speed && most < u64::MAX {
                 (afforded / PARTS).max(1).min(trial)
             } else {
@@ -233,7 +233,7 @@ impl<'a> Evaluator<'a> {
             for (place, found) in results {
                 match found {
                     Some(found) => done.push((place, found)),
-                    // Again when there is more for each, behind the others.
+                    // Retried later, when there are more runs for each.
                     None => left.push(place),
                 }
             }
@@ -258,11 +258,11 @@ impl<'a> Evaluator<'a> {
         })
     }
 
-    /// Scores a strategy of any kind on the same patterns, telling the environment's
-    /// progress of each. None when stopped.
+    /// Scores a strategy of any kind on the same patterns and reports each as progress. `None`
+    /// if stopped.
     ///
     /// # Errors
-    /// A strategy that acts illegally.
+    /// The strategy acts illegally.
     pub fn score(&self, strategy: &Blueprint, environment: &Environment) -> Result<Option<Score>> {
         let on_pattern = |scene: &Scene| {
             let run = |scene: &Scene| {
@@ -292,8 +292,8 @@ impl<'a> Evaluator<'a> {
         }))
     }
 
-    /// Objective and picked share of every assignment on one pattern; none when stopped, or
-    /// when `most` runs are not enough.
+    /// Objective and picked share of every assignment on one pattern; `None` if stopped, or if
+    /// `most` runs do not suffice.
     fn on_pattern(
         &self,
         scene: &Scene,
@@ -334,8 +334,8 @@ impl Evaluation {
         self.patterns.len() == evaluator.pattern_count()
     }
 
-    /// Place of the assignment with the highest aggregate, ties to the first; none
-    /// when nothing was evaluated.
+    /// Index of the assignment with the highest aggregate, the first of ties; `None` if nothing
+    /// was evaluated.
     pub fn leader(&self, risk: Risk) -> Option<usize> {
         if self.patterns.is_empty() {
             return None;

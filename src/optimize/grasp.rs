@@ -1,9 +1,9 @@
-//! GRASP: greedy randomised adaptive search.
+//! GRASP: greedy randomized adaptive search.
 //!
 //! Feo and Resende, "Greedy randomized adaptive search procedures", Journal of Global
-//! Optimization 6, 1995 (DOI 10.1007/BF01096763). Each start builds an assignment
-//! robot by robot, choosing at random among the rules that score nearly as well as
-//! the best, and then climbs to a local optimum.
+//! Optimization 6, 1995 (DOI 10.1007/BF01096763). Each start builds an assignment robot by
+//! robot, choosing at random among the rules that score nearly as well as the best, and then
+//! climbs to a local optimum.
 
 use super::environment::{Environment, Progress};
 use super::evaluator::{Evaluation, Evaluator, Score};
@@ -16,7 +16,7 @@ use rand::rngs::ChaCha8Rng;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// How the search is run.
+/// Settings of the search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Grasp {
     /// Number of starts.
@@ -24,7 +24,7 @@ pub struct Grasp {
     /// Width of the restricted candidate list: rules within this share of the span
     /// from the best to the worst are eligible. 0 is greedy, 1 is random.
     pub alpha: f64,
-    /// Seed of the choices.
+    /// Seed of the random choices.
     pub seed: u64,
 }
 
@@ -41,17 +41,17 @@ impl Default for Grasp {
 /// What the search found.
 #[derive(Debug, Clone)]
 pub struct GraspOutcome {
-    /// Best assignment found; none when cut short before the first was scored.
+    /// Best assignment found; `None` if the search was cut short before the first was scored.
     pub best: Option<RuleAssignment>,
-    /// Its aggregate.
+    /// Aggregate of the best assignment.
     pub value: f64,
-    /// Starts that reached a local optimum.
+    /// Number of starts that reached a local optimum.
     pub starts: usize,
-    /// How many of them ended in the best assignment.
+    /// Number of those that ended in the best assignment.
     pub hits: usize,
-    /// Moves of all local searches.
+    /// Moves made by all local searches.
     pub moves: usize,
-    /// Whether it was stopped, or its runs were used up, before the last start ended.
+    /// Whether it was stopped or used up its runs before the last start ended.
     pub cut: bool,
 }
 
@@ -62,7 +62,7 @@ impl Grasp {
     /// Checks the settings.
     ///
     /// # Errors
-    /// No starts, an alpha outside [0, 1].
+    /// No starts, or an alpha outside [0, 1].
     pub fn checked(self) -> Result<Self> {
         if self.starts == 0 {
             let cure = "give 1 or more";
@@ -78,29 +78,29 @@ impl Grasp {
         Ok(self)
     }
 
-    /// Upper estimate of the robot passes per pattern that the search takes: what
-    /// `auto` compares with the enumeration.
+    /// Upper estimate of the robot passes per pattern that the search takes; `auto` compares it
+    /// with the enumeration.
     pub(super) fn estimated_passes(&self, robots: usize) -> f64 {
         let rules = Rule::all().len();
         // Local searches that start near a greedy solution end after a few moves.
         const MOVES: usize = 3;
         let neighbours = robots * (rules - 1) + robots * robots.saturating_sub(1) / 2;
-        // Not in whole numbers: any number of starts may be asked for.
+        // Not in integers: the user may request any number of starts.
         self.starts as f64 * ((robots * rules + MOVES * neighbours) * robots) as f64
     }
 
-    /// Upper estimate of the assignments that it scores on a line of `robots` robots.
+    /// Upper estimate of the assignments scored on a line of `robots` robots.
     pub(super) fn estimated_scores(&self, robots: usize) -> f64 {
         self.estimated_passes(robots) / robots.max(1) as f64
     }
 
-    /// Upper estimates of what the search takes on each pattern beside an enumeration, whose
-    /// scores it uses: runs of parts of the line, and robot passes where those share them.
+    /// Upper estimates per pattern of what the search takes in addition to an enumeration,
+    /// whose scores it reuses: runs of parts of the line, and robot passes if those are shared.
     pub(super) fn estimated_parts(&self, robots: usize) -> (f64, f64) {
         let rules = Rule::all().len() as f64;
         let (mut runs, mut passes) = (0.0, 0.0);
         for depth in 1..robots {
-            // Every start extends one beginning; of short ones there are few.
+            // Every start extends one partial assignment; there are few short ones.
             let beginnings = rules.powi(depth as i32 - 1).min(self.starts as f64);
             runs += beginnings * rules;
             passes += beginnings * (rules + (depth - 1) as f64);
@@ -108,7 +108,8 @@ impl Grasp {
         (runs, passes)
     }
 
-    /// Runs the search in at most `most` runs, but for the first score; scores go to and come from `memo`.
+    /// Runs the search in at most `most` runs (the first score may exceed them); `memo` caches
+    /// scores.
     pub(super) fn run(
         &self,
         evaluator: &Evaluator,
@@ -120,8 +121,8 @@ impl Grasp {
         let mut walk = Walk {
             last_run: evaluator.runs().saturating_add(most),
             evaluator,
-            // A part of the line rarely picks everything at any speed, so its speed
-            // limit says nothing about it; its picked share does.
+            // A part of the line rarely picks everything at any speed, so its speed limit says
+            // nothing about it; its picked share does.
             for_parts: match evaluator.objective() {
                 Objective::MaxSpeed(_) => evaluator.with_objective(Objective::PickedShare),
                 other => evaluator.with_objective(other),
@@ -139,7 +140,8 @@ impl Grasp {
             moves: 0,
             cut: false,
         };
-        // One rule for all robots is what anyone would try first: the result is never worse.
+        // One rule for all robots is the obvious first attempt, so the result is never worse
+        // than that.
         let robots = evaluator.station().robots().len();
         let uniform = Rule::all().map(|rule| RuleAssignment::new(vec![rule; robots]));
         let mut uniform: Vec<RuleAssignment> = uniform.collect();
@@ -172,7 +174,7 @@ impl Grasp {
             }
         }
         if outcome.cut {
-            // The unfinished start may have scored something better on its way.
+            // The unfinished start may have scored something better.
             for (assignment, score) in walk.memo.iter() {
                 let value = risk.aggregate(&score.values);
                 let better = value > outcome.value
@@ -188,7 +190,7 @@ impl Grasp {
 }
 
 struct Walk<'w, 'a> {
-    /// The evaluator's count of runs at which those of the search are used up.
+    /// The evaluator's run count at which the search has used up its runs.
     last_run: u64,
     evaluator: &'w Evaluator<'a>,
     for_parts: Evaluator<'a>,
@@ -199,7 +201,7 @@ struct Walk<'w, 'a> {
 }
 
 impl Walk<'_, '_> {
-    /// A local optimum, its value and the moves to it; none when cut short.
+    /// A local optimum, its value and the moves to it; `None` if cut short.
     fn one_start(
         &mut self,
         alpha: f64,
@@ -251,8 +253,8 @@ impl Walk<'_, '_> {
         Ok(Some(RuleAssignment::new(rules)))
     }
 
-    /// The aggregate of each assignment, from the memo where it is known; none when
-    /// stopped or when too few runs are left. `whole` says that they are for the whole line.
+    /// The aggregate of each assignment, from the memo if known; `None` if stopped or if too
+    /// few runs are left. `whole`: the assignments are for the whole line.
     fn values(&mut self, assignments: &[RuleAssignment], whole: bool) -> Result<Option<Vec<f64>>> {
         let (evaluator, memo) = if whole {
             (self.evaluator, &mut *self.memo)
@@ -267,7 +269,7 @@ impl Walk<'_, '_> {
         if !unknown.is_empty() {
             let cost = unknown.len() as f64 * evaluator.pattern_count() as f64;
             let left = self.last_run.saturating_sub(evaluator.runs());
-            // The first score is there in any case, so that there is a result.
+            // The first score is always computed, so that there is a result.
             let first = whole && memo.is_empty();
             if cost * evaluator.runs_per_value() > left as f64 && !first {
                 return Ok(None);
@@ -303,8 +305,8 @@ impl Walk<'_, '_> {
     }
 }
 
-/// Progress within a start, which on a long line takes minutes: the evaluator counts
-/// patterns, the search starts.
+/// Progress within a start, which takes minutes on a long line: the evaluator counts patterns,
+/// the search counts starts.
 struct Within<'p> {
     outer: &'p dyn Progress,
     assignments: usize,
@@ -327,7 +329,7 @@ impl Progress for Within<'_> {
     fn end(&self) {}
 }
 
-/// Places of the restricted candidate list: values within the share `alpha` of the span from
+/// Indices of the restricted candidate list: values within the share `alpha` of the span from
 /// the highest to the lowest.
 fn restricted(values: &[f64], alpha: f64) -> Vec<usize> {
     let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -337,13 +339,13 @@ fn restricted(values: &[f64], alpha: f64) -> Vec<usize> {
     places.filter(|&place| values[place] >= least).collect()
 }
 
-/// Place of the highest value, ties to the first.
+/// Index of the highest value, the first of ties.
 fn first_highest(values: &[f64]) -> Option<usize> {
     (0..values.len()).reduce(|a, b| if values[b] > values[a] { b } else { a })
 }
 
-/// All assignments that differ in one robot's rule or by a swap of two robots' rules,
-/// in registry order.
+/// All assignments that differ in one robot's rule or by a swap of two robots' rules, in
+/// registry order.
 fn neighbours(assignment: &RuleAssignment) -> Vec<RuleAssignment> {
     let rules = assignment.rules();
     let mut list = Vec::new();
@@ -398,7 +400,7 @@ mod tests {
         assert_eq!(first_highest(&[]), None);
     }
 
-    /// What a start may score: six options a robot, and three times all neighbours.
+    /// What a start may score: six options per robot, and three times all neighbours.
     #[test]
     fn estimates_follow_from_the_sizes() {
         let grasp = Grasp::default();
@@ -409,7 +411,8 @@ mod tests {
         assert_eq!(grasp.estimated_scores(2), 8.0 * 45.0);
         assert_eq!(grasp.estimated_parts(1), (0.0, 0.0));
         assert_eq!(grasp.estimated_parts(2), (6.0, 6.0));
-        // Six beginnings of one robot, and of two no more than there are starts.
+        // Six partial assignments of one robot, and of two robots at most as many as there are
+        // starts.
         assert_eq!(grasp.estimated_parts(3), (6.0 + 36.0, 6.0 + 6.0 * 7.0));
         assert_eq!(grasp.estimated_parts(4), (42.0 + 48.0, 48.0 + 8.0 * 8.0));
         let few = Grasp { starts: 3, ..grasp };

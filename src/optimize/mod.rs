@@ -1,5 +1,5 @@
-//! Which rule to give each robot: objectives, the evaluator under common random
-//! numbers, exhaustive search and GRASP, the ranking with its ties, validation.
+//! Finds the best rule for each robot: objectives, the evaluator with common random numbers,
+//! exhaustive search and GRASP, the ranking with its ties, validation.
 
 mod beside;
 mod environment;

@@ -1,4 +1,4 @@
-//! What is maximised: a figure of each run and how it is aggregated over patterns.
+//! What is maximized: a figure of each run, and how it is aggregated over patterns.
 
 use super::speed_limit::SpeedScan;
 use crate::decision::Figures;
@@ -7,7 +7,7 @@ use crate::stats;
 use std::fmt;
 use std::str::FromStr;
 
-/// The figure of one pattern, to be maximised.
+/// The figure of one pattern that is maximized.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Objective {
     /// Picks per minute.
@@ -22,7 +22,7 @@ pub enum Objective {
 }
 
 impl Objective {
-    /// All names with what they are, the default first.
+    /// All names with their units and meanings, the default first.
     pub const NAMES: [(&'static str, &'static str, &'static str); 4] = [
         ("picking-rate", "1/min", "picks per minute"),
         ("picked-share", "1", "share of the items picked"),
@@ -43,10 +43,10 @@ impl Objective {
         }]
     }
 
-    /// The objective of that name; `scan` is used by `max-speed` only.
+    /// The objective with this name; `scan` applies only to `max-speed`.
     ///
     /// # Errors
-    /// An unknown name, with the nearest known one.
+    /// The name is unknown; the message suggests the nearest known one.
     pub fn named(name: &str, scan: SpeedScan) -> Result<Self> {
         match name {
             "picking-rate" => Ok(Self::PickingRate),
@@ -66,13 +66,13 @@ impl Objective {
         self.entry().0
     }
 
-    /// The unit.
+    /// The unit in figures of the objective.
     pub fn unit(&self) -> &'static str {
         self.entry().1
     }
 
-    /// The figure of one run at the station's own belt speed; none for `max-speed`,
-    /// which takes many runs.
+    /// The figure of one run at the station's own belt speed; `None` for `max-speed`, which
+    /// needs many runs.
     pub(super) fn of_run(&self, figures: &Figures) -> Option<f64> {
         match self {
             Self::PickingRate => Some(figures.picking_rate()),
@@ -83,24 +83,24 @@ impl Objective {
     }
 }
 
-/// How the figures of all patterns become one.
+/// How the figures of all patterns are combined into one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Risk {
-    /// Their mean.
+    /// The mean over patterns.
     Mean,
-    /// The worst of them.
+    /// The worst pattern.
     Worst,
-    /// The mean of the worst share of them (conditional value at risk).
+    /// The mean over the worst share of the patterns (conditional value at risk).
     Cvar(f64),
 }
 
 impl Risk {
-    /// One figure of many.
+    /// Combines the figures of all patterns into one.
     pub fn aggregate(&self, values: &[f64]) -> f64 {
         self.aggregate_in(&mut values.to_vec())
     }
 
-    /// As [`Risk::aggregate`]; `values` may come back in another order.
+    /// Like [`Risk::aggregate`], but may reorder `values`.
     pub(super) fn aggregate_in(&self, values: &mut [f64]) -> f64 {
         match *self {
             Self::Mean => stats::mean(values),
@@ -139,10 +139,10 @@ impl FromStr for Risk {
                 ),
                 Err(_) => wrong(format!("`{}` is not a number", shown(share)), SHARE),
             },
-            None if text == "cvar" => wrong("`cvar` lacks its share".into(), SHARE),
+            None if text == "cvar" => wrong("`cvar` needs a share".into(), SHARE),
             Some(("mean" | "worst", _)) => wrong(
-                format!("`{name}` takes no number, and `{}` has one", shown(text)),
-                &format!("write {name} alone, or cvar:A with A above 0 and at most 1"),
+                format!("`{name}` takes no number, but `{}` has one", shown(text)),
+                &format!("write plain {name}, or cvar:A with A above 0 and at most 1"),
             ),
             _ => wrong(
                 format!("unknown risk `{}`", shown(text)),
@@ -164,13 +164,13 @@ mod tests {
             assert_eq!(risk.to_string(), text);
             assert_eq!(risk.aggregate(&values), expected);
         }
-        // Right names with wrong numbers are not taken for slips in the name.
+        // Valid names with invalid numbers are not treated as mistyped names.
         for (bad, words) in [
-            ("cvar", "lacks its share"),
+            ("cvar", "needs a share"),
             ("cvar:0", "`0` is not above 0"),
             ("cvar:2", "`2` is not above 0"),
             ("cvar:a", "`a` is not a number"),
-            ("mean:1", "write mean alone"),
+            ("mean:1", "write plain mean"),
         ] {
             let message = bad.parse::<Risk>().unwrap_err().to_string();
             assert!(

@@ -14,67 +14,67 @@ use rayon::prelude::*;
 pub struct Ranked {
     /// The assignment.
     pub assignment: RuleAssignment,
-    /// Its mean of the objective.
+    /// Mean of the objective over the patterns.
     pub mean: f64,
-    /// Its aggregate of the objective, the mean again unless risk says otherwise.
+    /// Aggregate of the objective; equal to the mean unless another risk is chosen.
     pub value: f64,
-    /// 95 % interval of the best's aggregate minus this one's, paired over patterns; none
-    /// on a single pattern.
+    /// 95 % interval of the best's aggregate minus this one's, paired over patterns; `None` for
+    /// a single pattern.
     pub difference: Option<Interval>,
-    /// Whether that interval contains 0; on a single pattern, whether they are equal.
+    /// Whether that interval contains 0; for a single pattern, whether both are equal.
     pub tied: bool,
     /// Mean share of the items picked, at the station's belt speed.
     pub picked_share: f64,
     /// The objective on its worst pattern.
     pub worst: f64,
-    /// Place of that pattern in the set.
+    /// Index of that pattern in the set.
     pub worst_pattern: usize,
-    /// Mean speed limit over the patterns [m/s], where a tie was broken by it.
+    /// Mean speed limit over the patterns [m/s], if it broke a tie.
     pub max_speed: Option<f64>,
 }
 
-/// All scored assignments, the best first.
+/// All scored assignments, best first.
 #[derive(Debug, Clone)]
 pub struct Ranking {
-    /// The best first; then its contenders in the order in which the tie was broken;
-    /// then the others by their aggregate.
+    /// The best first, then its contenders in the order in which the tie was broken, then the
+    /// others by their aggregate.
     pub entries: Vec<Ranked>,
     /// The assignment with the highest aggregate before ties were broken.
     pub leader: RuleAssignment,
-    /// How many assignments, the best included, no paired test proved worse than
-    /// another, so that the tie was broken among them.
+    /// Number of assignments, including the best, that no paired test proved worse than
+    /// another; the tie was broken among them.
     pub contenders: usize,
-    /// How the intervals were made.
+    /// How the intervals were computed.
     pub method: String,
-    /// How many of the contenders ties were broken among by speed limits, and over how many
-    /// patterns; none where they were not.
+    /// For how many of the contenders speed limits broke ties, and over how many patterns;
+    /// `None` if none did.
     pub by_speed: Option<(usize, usize)>,
-    /// Whether speed limits were sought for fewer contenders or on fewer patterns than there
-    /// are, or for none.
+    /// Whether speed limits were computed for only some of the contenders, on only some of the
+    /// patterns, or not at all.
     pub cut: bool,
 }
 
 /// How ties are broken.
 #[derive(Debug, Clone, Copy)]
 pub struct TieBreak {
-    /// Resolution of the speed limits; none to do without them.
+    /// Resolution of the speed limits; `None` to break ties without them.
     pub scan: Option<SpeedScan>,
-    /// Most runs that they may take.
+    /// Maximum number of runs for them.
     pub runs: u64,
 }
 
-/// How many of the highest aggregates every assignment is tested against.
+/// Number of highest-ranked assignments against which every assignment is tested.
 pub const FRONT_RUNNERS: usize = 16;
 
-/// Work that bootstrap intervals may take: resampled values over all assignments.
+/// Maximum work for bootstrap intervals: resampled values over all assignments.
 const BOOTSTRAP_WORK: usize = 200_000_000;
 
 impl Ranking {
-    /// Ranks `evaluation`. Those that no paired test proves worse than another are
-    /// told apart by their speed limits if there is a scan, then by their worst pattern, then by
-    /// their mean, then by registry order. Where the runs are not enough for all of them,
-    /// the front-runners alone have speed limits, over as many patterns as can be had. None
-    /// when nothing was evaluated.
+    /// Ranks `evaluation`. Assignments that no paired test proves worse than another are
+    /// ordered by their speed limits if there is a scan, then by their worst pattern, then by
+    /// their mean, then by registry order. If the runs do not suffice for all of them, only the
+    /// front-runners have speed limits, over as many patterns as possible. `None` if nothing
+    /// was evaluated.
     ///
     /// # Errors
     /// As for [`Evaluator::evaluate`].
@@ -165,7 +165,7 @@ impl Ranking {
             contends[place] = true;
         }
         let mut entries: Vec<(bool, Ranked)> = contends.into_iter().zip(entries).collect();
-        // Stable, so what is equal in everything stays in registry order.
+        // The sort is stable, so equal entries stay in registry order.
         entries.sort_by(|(a_contends, a), (b_contends, b)| {
             b_contends.cmp(a_contends).then_with(|| {
                 if *a_contends {
@@ -191,10 +191,10 @@ impl Ranking {
     }
 }
 
-/// Places of the assignments than which no other is proven better: those that a paired
-/// test separates neither from the leader nor from any other of the front-runners.
-/// Being tied is not transitive, so comparing with the leader alone could let an
-/// assignment win the tie-break that is worse than another contender.
+/// Indices of the assignments that no other is proven better than: those that a paired test
+/// separates neither from the leader nor from any other front-runner. Ties are not transitive,
+/// so comparing only with the leader could let an assignment win the tie-break although it is
+/// worse than another contender.
 fn contenders(evaluation: &Evaluation, intervals: &Intervals, risk: Risk) -> Vec<usize> {
     let values: Vec<f64> = evaluation
         .scores
@@ -212,7 +212,8 @@ fn contenders(evaluation: &Evaluation, intervals: &Intervals, risk: Risk) -> Vec
     (0..values.len()).filter(|&place| contends[place]).collect()
 }
 
-/// Higher speed limit first, those without one last, then the better worst case, then the higher mean.
+/// Higher speed limit first (those without one last), then the better worst case, then the
+/// higher mean.
 fn tie_order(a: &Ranked, b: &Ranked) -> std::cmp::Ordering {
     let speed = |entry: &Ranked| entry.max_speed.unwrap_or_default();
     speed(b)
@@ -225,15 +226,15 @@ fn wins_tie(a: &Ranked, b: &Ranked) -> bool {
     tie_order(a, b).is_lt()
 }
 
-/// Whether the speed limits of so many assignments on so many patterns, of `each` runs, can be
-/// had in `runs`.
+/// Whether `runs` suffice for the speed limits of this many assignments on this many patterns,
+/// at `each` runs per limit.
 fn suffices(assignments: usize, patterns: usize, each: f64, runs: u64) -> bool {
     assignments as f64 * patterns as f64 * each <= runs as f64
 }
 
-/// Those of the contenders, given with their aggregates in registry order, whose speed limits
-/// can be had in about `runs` where those of one take `each`: all of them, or the highest, at
-/// least the front-runners.
+/// The contenders (with their aggregates, in registry order) whose speed limits can be computed
+/// in about `runs`, at `each` runs per limit: all of them, or the highest, but at least the
+/// front-runners.
 fn affordable(contenders: &[(usize, f64)], each: f64, runs: u64) -> Vec<usize> {
     let mut highest = contenders.to_vec();
     if !suffices(contenders.len(), 1, each, runs) {
@@ -241,23 +242,23 @@ fn affordable(contenders: &[(usize, f64)], each: f64, runs: u64) -> Vec<usize> {
         highest.truncate(((runs as f64 / each) as usize).max(FRONT_RUNNERS));
     }
     let mut places: Vec<usize> = highest.into_iter().map(|(place, _)| place).collect();
-    // Registry order, as everywhere.
+    // In registry order, as everywhere.
     places.sort_unstable();
     places
 }
 
-/// Mean speed limits of some assignments, by their places.
+/// Mean speed limits of some assignments, by their indices.
 struct Speeds {
     of: Vec<(usize, f64)>,
-    /// Patterns that they are means over.
+    /// Number of patterns in the means.
     patterns: usize,
 }
 
-/// Fewer patterns than this tell nobody apart.
+/// With fewer patterns than this, no differences are significant.
 const LEAST_PATTERNS: usize = 10;
 
-/// Mean speed limits of `contenders` in at most `runs`; none where they are not enough for a
-/// figure, or when the user stopped.
+/// Mean speed limits of `contenders` in at most `runs`; `None` if these do not suffice for a
+/// figure, or if the user stopped.
 fn speed_limits(
     contenders: &[usize],
     evaluation: &Evaluation,
@@ -301,7 +302,7 @@ struct Intervals<'a> {
 impl<'a> Intervals<'a> {
     fn new(evaluation: &'a Evaluation, risk: Risk) -> Self {
         let n = evaluation.patterns.len();
-        // The mean has a t interval; for the others there is none in closed form.
+        // The mean has a t interval; the other risks have no closed form.
         let bootstrap = (risk != Risk::Mean && n > 1).then(|| {
             let work = n * evaluation.scores.len();
             let count = (BOOTSTRAP_WORK / work.max(1)).clamp(200, 2000);
@@ -316,14 +317,14 @@ impl<'a> Intervals<'a> {
 
     fn method(&self) -> String {
         match (&self.bootstrap, self.evaluation.patterns.len()) {
-            (_, 1) => "a single pattern: differences without interval".into(),
+            (_, 1) => "a single pattern: differences without intervals".into(),
             (Some((_, count)), _) => format!("paired bootstrap, {count} resamples"),
             (None, n) => format!("paired t interval over {n} patterns"),
         }
     }
 
-    /// 95 % interval of `reference` minus each assignment; the difference itself on a
-    /// single pattern, of which it is the whole.
+    /// 95 % interval of `reference` minus each assignment; for a single pattern, the difference
+    /// itself.
     fn against(&self, reference: usize) -> Vec<Interval> {
         let best = &self.evaluation.scores[reference].values;
         self.evaluation
@@ -357,7 +358,7 @@ mod tests {
 
     #[test]
     fn too_few_runs_are_for_the_highest_contenders() {
-        // Twenty, the higher the later, under places of their own.
+        // Twenty contenders, later ones with higher values, under different indices.
         let contenders: Vec<(usize, f64)> = (0..20).map(|i| (3 * i, i as f64)).collect();
         let places = |from: usize| (from..20).map(|i| 3 * i).collect::<Vec<_>>();
         assert_eq!(affordable(&contenders, 10.0, 200), places(0));

@@ -1,4 +1,4 @@
-//! Strategies of any kind on the patterns that the winner is judged on, beside it.
+//! Strategies of any kind, evaluated on the winner's patterns and compared with it.
 
 use super::environment::Environment;
 use super::evaluator::{Evaluator, Score};
@@ -13,22 +13,22 @@ use crate::strategies::Blueprint;
 pub struct Rival {
     /// Mean of the objective.
     pub mean: f64,
-    /// The objective aggregated under the risk that was searched for.
+    /// The objective aggregated under the risk used in the search.
     pub at_risk: f64,
     /// Mean share of the items picked, at the station's belt speed.
     pub picked_share: f64,
     /// The objective on the worst pattern.
     pub worst: f64,
-    /// 95 % interval of the objective minus the winner's, paired over patterns; none on a
+    /// 95 % interval of the objective minus the winner's, paired over patterns; `None` for a
     /// single pattern.
     pub difference: Option<Interval>,
 }
 
-/// `winner` and then `strategies` in their order, all on the patterns of `evaluator`.
-/// None when the user stopped.
+/// `winner` and then `strategies` in their order, all on the patterns of `evaluator`. `None` if
+/// the user stopped.
 ///
 /// # Errors
-/// As for [`Evaluator::evaluate`], a strategy that acts illegally.
+/// As for [`Evaluator::evaluate`], or a strategy acts illegally.
 pub fn rivals(
     evaluator: &Evaluator,
     winner: &RuleAssignment,

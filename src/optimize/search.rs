@@ -1,4 +1,4 @@
-//! The search as a whole: which way, how it ended, what came out.
+//! The search as a whole: its method, how it ended, and its result.
 
 use super::environment::{Deadline, Environment};
 use super::evaluator::{Evaluation, Evaluator, Score};
@@ -10,45 +10,46 @@ use crate::dispatch::{RULES, RuleAssignment};
 use crate::error::{Error, Result};
 use std::time::Instant;
 
-/// Which way the assignments are searched.
+/// The search method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SearchKind {
-    /// Enumerates while that costs less than GRASP, with GRASP beside it where that adds
-    /// next to nothing.
+    /// Enumerates if that costs less than GRASP, and also runs GRASP if that adds almost
+    /// nothing.
     Auto,
-    /// All `6^N` assignments.
+    /// Enumerates all `6^N` assignments.
     Exhaustive,
     /// GRASP.
     Grasp,
-    /// Both, to see how far GRASP falls short.
+    /// Both, to measure GRASP's gap to the optimum.
     Both,
 }
 
-/// How many runs a search may take, ties and all: one assignment on one pattern at one speed.
-/// They are counted, so the result is the same on any machine. One assignment is scored in
-/// any case, as there is no result without.
+/// Limit on the runs of a search, including those that break ties; a run is one assignment on
+/// one pattern at one speed. Runs are counted, not timed, so the result is the same on every
+/// machine. One assignment is always scored, because there is no result otherwise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MostRuns {
-    /// What takes well under a minute on a usual machine.
+    /// A number that takes well under a minute on a typical machine.
     Usual,
-    /// What takes as long as so many passes of one robot over a pattern of
+    /// A number that takes as long as this many passes of one robot over a pattern of
     /// [`USUAL_ITEMS`] items.
     Passes(u64),
-    /// So many.
+    /// This many.
     Of(u64),
-    /// As many as it takes.
+    /// No limit.
     Any,
 }
 
-/// Items of a usual pattern. A run on a longer one takes longer in proportion.
+/// Items in a typical pattern. A run on a longer pattern takes proportionally longer.
 pub const USUAL_ITEMS: usize = 150;
-/// Robot passes of a usual search. A run takes one of every robot, so long lines get fewer.
+/// Robot passes of a typical search. A run takes one pass per robot, so long lines get fewer
+/// runs.
 const PASSES: u64 = 36_000_000;
-/// The same where the event loop alone serves, which shares no work between assignments.
+/// The same if only the event loop can be used, which shares no work between assignments.
 const PASSES_ONE_BY_ONE: u64 = 4_000_000;
 
 impl MostRuns {
-    /// How many they are for `evaluator`; none for as many as it takes.
+    /// The limit for `evaluator`; `None` for no limit.
     fn of(self, evaluator: &Evaluator) -> Option<u64> {
         let robots = evaluator.station().robots().len() as u64;
         let shared = evaluator.independent_patterns() == evaluator.pattern_count();
@@ -64,36 +65,36 @@ impl MostRuns {
     }
 }
 
-/// How long a search may go on. The best so far is then the result.
+/// How long a search may run. At the limit, it returns the best assignment so far.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
-    /// Most runs.
+    /// Maximum number of runs.
     pub runs: MostRuns,
-    /// When it must end; what is found by then depends on the machine.
+    /// Time at which it must end; what is found by then depends on the machine.
     pub until: Option<Instant>,
 }
 
 impl Limits {
-    /// As long as it takes.
+    /// No limits.
     pub const NONE: Self = Self {
         runs: MostRuns::Any,
         until: None,
     };
 }
 
-/// How to search.
+/// Settings of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Search {
-    /// Which way.
+    /// The search method.
     pub kind: SearchKind,
     /// Settings of GRASP.
     pub grasp: Grasp,
-    /// How the patterns' figures become one.
+    /// How the patterns' figures are combined into one.
     pub risk: Risk,
-    /// Resolution of the speed limits that break ties; none to break them without. On a
-    /// long line nearly all assignments are tied, and their limits take most of the time.
+    /// Resolution of the speed limits that break ties; `None` to break them without. On a long
+    /// line nearly all assignments are tied, and computing their limits takes most of the time.
     pub scan: Option<SpeedScan>,
-    /// How long it may go on.
+    /// How long it may run.
     pub limits: Limits,
 }
 
@@ -104,9 +105,9 @@ pub enum StopReason {
     Enumerated,
     /// Every start of GRASP reached a local optimum.
     LocalOptima,
-    /// Its runs were used up; the result is the best so far, or over fewer patterns.
+    /// The runs were used up; the result is the best so far, or over fewer patterns.
     Budget,
-    /// Its time was over; the result is the best so far.
+    /// The time was up; the result is the best so far.
     TimeLimit,
     /// The user stopped it; the result is the best so far.
     Interrupted,
@@ -125,49 +126,50 @@ impl StopReason {
     }
 }
 
-/// What came out.
+/// The result of a search.
 #[derive(Debug)]
 pub struct Optimum {
-    /// The way that was taken: never `Auto`.
+    /// The method that was used: never `Auto`.
     pub kind: SearchKind,
     /// Why it ended.
     pub stop: StopReason,
     /// The ranking.
     pub ranking: Ranking,
-    /// What GRASP found, where it ran.
+    /// What GRASP found, if it ran.
     pub grasp: Option<GraspOutcome>,
-    /// GRASP's shortfall to the optimum in units of the objective, where both ran.
+    /// GRASP's gap to the optimum in units of the objective, if both methods ran.
     pub grasp_gap: Option<f64>,
-    /// Runs for the search, ties and all: one assignment on one pattern at one speed.
+    /// Runs of the search, including those that break ties: one assignment on one pattern at
+    /// one speed each.
     pub runs: u64,
-    /// Most runs that it was given; none for as many as it takes.
+    /// The limit on runs; `None` for no limit.
     pub max_runs: Option<u64>,
-    /// Patterns that the ranking is over; all of them unless it was cut short.
+    /// Number of patterns in the ranking; all of them unless the search was cut short.
     pub patterns: usize,
 }
 
-/// Memory that an enumeration may take [bytes].
+/// Maximum memory for an enumeration [bytes].
 const MOST_MEMORY: f64 = 2e9;
-/// What it takes for each assignment, in lists, the ranking and the report, and for each
-/// assignment and pattern [bytes]; measured.
+/// Memory per assignment, for lists, the ranking and the report, and memory per assignment and
+/// pattern [bytes]; measured.
 const PER_ASSIGNMENT: f64 = 800.0;
 const PER_VALUE: f64 = 24.0;
 
 /// Share of the runs that GRASP leaves for breaking ties.
 const FOR_TIES: f64 = 0.25;
-/// Patterns of usual length that GRASP judges on at least while its runs are enough for one
-/// rule for all robots on them; of longer ones fewer show as much.
+/// Minimum number of typical patterns on which GRASP evaluates, if its runs suffice to try each
+/// rule for all robots on them. Longer patterns give as much information in smaller numbers.
 const LEAST_PATTERNS: f64 = 24.0;
-/// So many patterns it judges on at least, however long they are.
+/// Minimum number of patterns on which GRASP evaluates, however long they are.
 const LEAST_LONG_PATTERNS: usize = 3;
-/// An enumeration is joined by GRASP where that adds less than this share.
+/// GRASP runs in addition to an enumeration if it adds less than this share of work.
 const BESIDE: f64 = 0.1;
 
-/// Searches the best assignment.
+/// Searches for the best assignment.
 ///
 /// # Errors
-/// An enumeration that would not fit into memory, a time limit before anything was scored,
-/// [`Error::Interrupted`] when the user stopped before that.
+/// An enumeration that does not fit into memory, a time limit reached before anything was
+/// scored, or [`Error::Interrupted`] if the user stopped it before that.
 pub fn optimize(
     evaluator: &Evaluator,
     search: &Search,
@@ -259,12 +261,12 @@ fn nothing_scored(environment: &Environment) -> Error {
     }
     Error::input(
         "--time-limit",
-        "the time was over before anything was scored",
-        "give more time, or fewer patterns",
+        "the time limit passed before any assignment was scored",
+        "give a longer time limit, or fewer patterns",
     )
 }
 
-/// All assignments, on as many patterns as `most` runs are enough for.
+/// Enumerates all assignments, on as many patterns as `most` runs allow.
 fn enumerate(evaluator: &Evaluator, most: u64, environment: &Environment) -> Result<Evaluation> {
     let patterns = evaluator.pattern_count() as u64;
     environment
@@ -278,15 +280,15 @@ fn enumerate(evaluator: &Evaluator, most: u64, environment: &Environment) -> Res
     if evaluation.patterns.is_empty() && !environment.stopped() {
         return Err(Error::input(
             "--max-runs",
-            format!("{most} runs are too few for the {count} assignments on one pattern"),
-            "give more, or use --search grasp",
+            format!("{most} runs are too few for {count} assignments on one pattern"),
+            "give more runs, or use --search grasp",
         ));
     }
     Ok(evaluation)
 }
 
-/// The patterns that GRASP can judge on within its runs, where it cannot on all: all starts
-/// on some of the patterns find more than a few starts on all of them.
+/// The patterns on which GRASP can evaluate within its runs, if not on all: all starts on some
+/// patterns find more than a few starts on all patterns.
 fn sample<'a>(search: &Search, most: u64, evaluator: &Evaluator<'a>) -> Option<Evaluator<'a>> {
     let robots = evaluator.station().robots().len();
     let scores = search.grasp.estimated_scores(robots) * evaluator.runs_per_value();
@@ -307,14 +309,14 @@ fn resolve(search: &Search, most: Option<u64>, evaluator: &Evaluator) -> Result<
     let fits = memory <= MOST_MEMORY;
     match search.kind {
         SearchKind::Auto => {
-            // Passes of one robot a pattern, the unit of both.
+            // Passes of one robot over a pattern, the unit of both estimates.
             let enumeration: f64 = (1..=robots as i32).map(|depth| rules.powi(depth)).sum();
             let cheaper = enumeration <= search.grasp.estimated_passes(robots);
             let runs = all * evaluator.pattern_count() as f64 * evaluator.runs_per_value();
             let affordable = most.is_none_or(|most| runs <= most as f64);
             let (runs, passes) = search.grasp.estimated_parts(robots);
             let shared = evaluator.independent_patterns() == evaluator.pattern_count();
-            // Its scores of the whole line are those of the enumeration.
+            // GRASP reuses the enumeration's scores of the whole line.
             let beside = if shared {
                 passes / enumeration
             } else {
@@ -396,7 +398,7 @@ mod tests {
         limits: Limits::NONE,
     };
 
-    /// Passes of one robot over a pattern of 150 items, shared out to robots and length.
+    /// Passes of one robot over a pattern of 150 items, divided by robots and length.
     #[test]
     fn budgets_are_what_the_model_page_says() {
         for (robots, items, luck, runs) in [
@@ -417,8 +419,8 @@ mod tests {
         }
     }
 
-    /// As many patterns as three quarters of the runs do for all starts, at least 24 where six
-    /// runs each are had, fewer where patterns are long.
+    /// As many patterns as all starts can use within three quarters of the runs, but at least
+    /// 24 if six runs on each are available, and fewer if patterns are long.
     #[test]
     fn grasp_judges_on_what_its_runs_are_enough_for() {
         let station = station(2);
@@ -449,7 +451,8 @@ mod tests {
             (2, None, false, SearchKind::Exhaustive),
             (2, Some(180), false, SearchKind::Exhaustive),
             (2, Some(179), false, SearchKind::Grasp),
-            // Six beginnings beside 36 runs of the event loop, and 8 starts of parts beside 6^4.
+            // Six first steps in addition to 36 runs of the event loop, and 8 starts of parts
+            // in addition to 6^4.
             (2, None, true, SearchKind::Exhaustive),
             (4, Some(5 * 1296), false, SearchKind::Both),
             (4, Some(5 * 1296 - 1), false, SearchKind::Grasp),

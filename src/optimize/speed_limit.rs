@@ -1,8 +1,8 @@
 //! The highest belt speed up to which everything is picked.
 //!
-//! Completeness is not monotone in speed: a line may miss an item at one speed and
-//! pick everything at a higher one. So the limit is found by scanning upwards, every
-//! step verified, and bisection is not used.
+//! Completeness is not monotonic in speed: a line may miss an item at one speed and pick
+//! everything at a higher one. Therefore the limit is found by an upward scan that verifies
+//! every step, not by bisection.
 
 use crate::decision::Figures;
 use crate::error::{Error, Result, shown_number};
@@ -10,7 +10,7 @@ use crate::pattern::Pattern;
 use crate::sim::{AssignmentTree, Conditions, Scene};
 use crate::station::Station;
 
-/// The speeds that are tried: `step`, `2 step`, ... [m/s], below the slowest arm's.
+/// The speeds that are tried: `step`, `2 step`, ... [m/s], up to below the slowest arm's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpeedScan {
     /// Resolution of the limit [m/s].
@@ -23,9 +23,9 @@ impl Default for SpeedScan {
     }
 }
 
-/// No belt is slower than this [m/s].
+/// Lowest belt speed [m/s].
 const FINEST: f64 = 1e-6;
-/// More speeds than this in one scan are taken for a slip of the pen.
+/// Maximum number of speeds in one scan; more are treated as a typing mistake.
 const MOST_STEPS: f64 = 1e5;
 
 impl SpeedScan {
@@ -42,18 +42,18 @@ impl SpeedScan {
         Err(Error::input(
             "--speed-step",
             format!(
-                "{} m/s is no step towards the slowest arm's {fastest} m/s",
+                "{} m/s is not a valid step up to the slowest arm's {fastest} m/s",
                 shown_number(step)
             ),
             format!(
-                "give m/s, from {} to below {fastest}",
+                "give a step in m/s, from {} to below {fastest}",
                 (fastest / MOST_STEPS).max(FINEST)
             ),
         ))
     }
 
-    /// About how many speeds a limit takes on `station`: a line that was laid out for its
-    /// belt's speed misses something not far above it.
+    /// Approximate number of speeds that a limit takes on `station`. A line designed for its
+    /// belt speed misses something not far above it.
     pub(super) fn expected_steps(&self, station: &Station) -> f64 {
         let most = station.slowest_arm().min(1.5 * station.belt().speed);
         (most / self.step).max(1.0)
@@ -64,12 +64,12 @@ impl SpeedScan {
         (f64::from(k) * self.step * 1e9).round() / 1e9
     }
 
-    /// For each assignment of `tree`, in its order, the highest speed of the scan up
-    /// to which all items of `pattern` are picked at every speed of the scan; 0 when
-    /// already the slowest misses one. Also returns how many runs that took.
+    /// For each assignment of `tree`, in its order: the highest speed of the scan up to which
+    /// all items of `pattern` are picked at every speed; 0 if the lowest speed already misses
+    /// one. Also returns the number of runs.
     ///
     /// # Errors
-    /// A pattern that does not lie on the belt.
+    /// A pattern that does not fit on the belt.
     pub fn limits(
         &self,
         station: &Station,
@@ -81,7 +81,7 @@ impl SpeedScan {
         Ok((limits.unwrap_or_default(), runs))
     }
 
-    /// The same in at most `most` runs; no limits where those are not enough.
+    /// The same in at most `most` runs; `None` if these do not suffice.
     pub(super) fn limits_within(
         &self,
         station: &Station,
@@ -92,7 +92,7 @@ impl SpeedScan {
     ) -> Result<(Option<Vec<f64>>, u64)> {
         let mut limits = vec![0.0; tree.assignments().len()];
         let mut runs = 0;
-        // Those that have missed nothing yet, as places in `limits`.
+        // Those that have missed nothing yet, as indices into `limits`.
         let mut alive: Vec<usize> = (0..limits.len()).collect();
         let mut tree = tree.clone();
         for k in 1.. {
@@ -105,7 +105,7 @@ impl SpeedScan {
             }
             let station = station.with_belt_speed(speed)?;
             let scene = Scene::under(&station, pattern, *conditions)?;
-            // Places in the tree.
+            // Indices in the tree.
             let mut still: Vec<usize> = Vec::with_capacity(alive.len());
             tree.evaluate(&scene, |place, figures| {
                 if figures.complete() {
@@ -123,10 +123,10 @@ impl SpeedScan {
         Ok((Some(limits), runs))
     }
 
-    /// The same of whatever `run` makes of a scene.
+    /// The same for what `run` does with a scene.
     ///
     /// # Errors
-    /// As for [`SpeedScan::limits`], and what `run` says.
+    /// As for [`SpeedScan::limits`], and the errors of `run`.
     pub fn limit(
         &self,
         station: &Station,
@@ -199,8 +199,8 @@ mod tests {
         }
     }
 
-    /// A limit takes a run at every speed up to it, and one at the next; runs that are not
-    /// enough give no limits, and are not exceeded.
+    /// A limit takes one run at every speed up to it, and one at the next. If the runs do not
+    /// suffice, there are no limits and the number of runs is not exceeded.
     #[test]
     fn a_scan_counts_its_runs() {
         let station = built_in("paper").unwrap().station(None).unwrap();
@@ -222,7 +222,7 @@ mod tests {
         assert_eq!(within(runs + 1), (Some(limits), runs));
     }
 
-    /// A line that misses nothing at any speed goes as fast as a belt may.
+    /// A line that misses nothing at any speed gets the highest allowed belt speed.
     #[test]
     fn no_scan_goes_past_the_slowest_arm() {
         let station = built_in("paper").unwrap().station(None).unwrap();
@@ -235,7 +235,7 @@ mod tests {
         assert_eq!((limits, runs), (vec![0.45], 9));
     }
 
-    /// Up to half as fast again as the belt, at least one.
+    /// Up to 1.5 times the belt speed, at least one step.
     #[test]
     fn a_limit_is_expected_near_the_belts_speed() {
         let station = built_in("paper").unwrap().station(None).unwrap();

@@ -1,5 +1,5 @@
-//! The winner on fresh patterns, so that the figure reported is not the one that was
-//! selected on.
+//! Evaluates the winner on fresh patterns, so that the reported figure is not the one it was
+//! selected by.
 
 use super::beside::bound_beside;
 use super::environment::Environment;
@@ -15,58 +15,58 @@ use crate::station::Station;
 use crate::stats::{self, Interval};
 use rayon::prelude::*;
 
-/// Figures of one assignment on patterns that had no part in choosing it.
+/// Figures of one assignment on patterns that played no part in choosing it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Validation {
-    /// Patterns evaluated.
+    /// Number of patterns evaluated.
     pub patterns: usize,
     /// Mean of the objective.
     pub value: f64,
-    /// Its 95 % interval; none of a single pattern.
+    /// 95 % interval of the mean; `None` for a single pattern.
     pub interval: Option<Interval>,
-    /// The objective aggregated under the risk that was searched for.
+    /// The objective aggregated under the risk used in the search.
     pub at_risk: f64,
     /// Mean share of the items picked, at the station's belt speed.
     pub picked_share: f64,
     /// The objective on the worst pattern.
     pub worst: f64,
-    /// Belt speed of the completion share [m/s]: the station's, or the flow that a
-    /// `max-speed` search chose.
+    /// Belt speed for the completion share [m/s]: the station's, or the flow chosen by a
+    /// `max-speed` search.
     pub speed: f64,
-    /// Patterns of which everything was picked at that speed (Huang et al. 2015
-    /// report their share at the chosen flow).
+    /// Number of patterns that were picked completely at that speed (Huang et al. 2015 report
+    /// their share at the chosen flow).
     pub complete: usize,
-    /// 95 % interval of their share.
+    /// 95 % interval of the share of these patterns.
     pub complete_interval: Interval,
-    /// What it picks beside the best that any strategy can do, where that was asked for.
+    /// Its picks compared with the bound for every strategy, if requested.
     pub certificate: Option<Certificate>,
 }
 
-/// Picks held against what no strategy can do better.
+/// Picks compared with the bound for every strategy.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Certificate {
-    /// Patterns that were bounded: the first of the fresh ones.
+    /// Number of patterns with a bound: the first of the fresh ones.
     pub patterns: usize,
-    /// Most items that can be picked from them, as a share of their items.
+    /// Upper bound on the share of their items that can be picked.
     pub picked_share: f64,
-    /// What is picked of these as a proven share of the optimum [%], rounded down.
+    /// Picks on these patterns as a proven share of the optimum [%], rounded down.
     pub percent: f64,
 }
 
 impl Validation {
-    /// Share of the patterns of which everything was picked.
+    /// Share of the patterns that were picked completely.
     pub fn complete_share(&self) -> f64 {
         self.complete as f64 / self.patterns as f64
     }
 }
 
-/// Scores `assignment` on the fresh patterns of `evaluator`, which was made under
-/// `conditions`; completion is counted at
-/// `flow` [m/s], or at the station's own speed. With `certify` its picks at that speed are
-/// held against the bound of any strategy. None when the user stopped.
+/// Scores `assignment` on the fresh patterns of `evaluator`, which was made under `conditions`.
+/// Completion is counted at `flow` [m/s], or at the station's own speed. With `certify`, the
+/// picks at that speed are compared with the bound for every strategy. `None` if the user
+/// stopped.
 ///
 /// # Errors
-/// As for [`Evaluator::evaluate`], a flow that is no belt speed.
+/// As for [`Evaluator::evaluate`], or `flow` is not a valid belt speed.
 pub fn validate(
     evaluator: &Evaluator,
     assignment: &RuleAssignment,
@@ -133,13 +133,13 @@ pub fn validate(
     }))
 }
 
-/// Patterns that are bounded: enough for a figure, few enough to be done by the way.
+/// Number of patterns with a bound: enough for a figure, few enough to take little time.
 const CERTIFIED: usize = 100;
-/// Items that they have in all at most.
+/// Maximum number of their items in total.
 const CERTIFIED_ITEMS: f64 = 60_000.0;
 
-/// `shares` of the items of `patterns`, picked on `station`, beside the best that any
-/// strategy can do. None when the user stopped.
+/// Compares `shares` of the items of `patterns`, picked on `station`, with the bound for every
+/// strategy. `None` if the user stopped.
 fn certificate(
     station: &Station,
     patterns: &[Pattern],
@@ -155,7 +155,7 @@ fn certificate(
     progress.begin("bounding", patterns.len() as u64, "patterns");
     let places = patterns.par_iter().enumerate();
     let bounded = places.zip(shares).map(|((place, pattern), share)| {
-        // A share of n items is that of a whole number of them.
+        // A share of n items is that of a whole number of items.
         let picked = (share * pattern.len() as f64).round() as usize;
         let scene = Scene::under(station, pattern, conditions.of_place(place))?;
         let bound = bound_beside(&scene, picked, environment)?;
@@ -178,9 +178,9 @@ fn certificate(
     }))
 }
 
-/// The flow that a `max-speed` search recommends: the smallest speed limit of the
-/// patterns it was made on (Huang et al.'s minimum-maximal part flow) [m/s]. None for
-/// other objectives, and where no speed picks everything of every pattern.
+/// The flow that a `max-speed` search recommends [m/s]: the smallest speed limit of its
+/// patterns (Huang et al.'s minimum-maximal part flow). `None` for other objectives, and if no
+/// speed picks every item of every pattern.
 pub fn chosen_flow(objective: Objective, best: &Ranked) -> Option<f64> {
     (matches!(objective, Objective::MaxSpeed(_)) && best.worst > 0.0).then_some(best.worst)
 }

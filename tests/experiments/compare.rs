@@ -336,7 +336,7 @@ fn a_single_pattern_has_no_interval() {
         "0",
     ];
     let table = call(&single);
-    assert!(table.contains("a single pattern: differences without interval"));
+    assert!(table.contains("a single pattern: differences without intervals"));
     assert!(
         table
             .lines()

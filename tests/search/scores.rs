@@ -344,7 +344,7 @@ fn one_pattern_and_risk_have_their_own_intervals() {
             .unwrap()
     };
     let one = ranked(&patterns[..1], Risk::Worst);
-    assert_eq!(one.method, "a single pattern: differences without interval");
+    assert_eq!(one.method, "a single pattern: differences without intervals");
     let best = one.best().value;
     for entry in &one.entries {
         assert_eq!((entry.difference, entry.tied), (None, entry.value == best));
@@ -616,7 +616,7 @@ fn a_search_says_why_it_ended() {
     let told = run(&within(SearchKind::Exhaustive, 35), &GO_ON).unwrap_err();
     let told = told.to_string();
     assert!(
-        told.contains("35 runs are too few for the 36 assignments on one pattern"),
+        told.contains("35 runs are too few for 36 assignments on one pattern"),
         "{told}"
     );
     for (runs, count, stop) in [

@@ -1,22 +1,22 @@
-//! Actions that a player need never choose, whatever the others do.
+//! Actions that a player never needs to choose, whatever the others do.
 
 use super::normal_form::Game;
 use std::cmp::Ordering;
 
-/// That an action is dominated by another pure action of the same player.
+/// An action is dominated by another pure action of the same player.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Dominance {
     /// The player.
     pub player: usize,
     /// Its dominated action.
     pub action: usize,
-    /// The first action that dominates it, a strictly dominating one before others.
+    /// The first action that dominates it; strictly dominating actions come first.
     pub by: usize,
-    /// Better whatever the others do; otherwise never worse and sometimes better.
+    /// Whether it is always better; otherwise it is never worse and sometimes better.
     pub strict: bool,
 }
 
-/// How an action compares with another over all that the others may do.
+/// How one action compares with another over everything that the others may do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Relation {
     /// Always better.
@@ -31,7 +31,7 @@ enum Relation {
 
 fn relation(game: &Game, player: usize, a: usize, b: usize) -> Relation {
     let (mut better, mut equal) = (false, false);
-    // Each thing that the others may do is met once, where the player does `a`.
+    // Each choice of the others occurs once, with the player doing `a`.
     for profile in (0..game.profiles()).filter(|&p| game.action(p, player) == a) {
         let other = game.with(profile, player, b);
         match game
@@ -50,8 +50,7 @@ fn relation(game: &Game, player: usize, a: usize, b: usize) -> Relation {
     }
 }
 
-/// All dominated actions, player by player. Domination by mixtures of actions is not
-/// looked for.
+/// All dominated actions, player by player. Domination by mixed strategies is not considered.
 pub fn dominance(game: &Game) -> Vec<Dominance> {
     let mut found = Vec::new();
     for player in 0..game.players().len() {
@@ -73,7 +72,7 @@ pub fn dominance(game: &Game) -> Vec<Dominance> {
     found
 }
 
-/// For every action of `player` the first one that is equivalent to it.
+/// For every action of `player`, the first action that is equivalent to it.
 pub(super) fn classes(game: &Game, player: usize) -> Vec<usize> {
     let same = |a: usize, b: usize| relation(game, player, a, b) == Relation::Equal;
     (0..game.actions(player))
@@ -81,8 +80,8 @@ pub(super) fn classes(game: &Game, player: usize) -> Vec<usize> {
         .collect()
 }
 
-/// Groups of two or more actions of `player` that give it the same whatever the others
-/// do.
+/// Groups of two or more actions of `player` that always give it the same payoff, whatever the
+/// others do.
 pub fn equivalent(game: &Game, player: usize) -> Vec<Vec<usize>> {
     let classes = classes(game, player);
     let group = |first: usize| -> Vec<usize> {
@@ -129,7 +128,7 @@ mod tests {
 
     #[test]
     fn weak_dominance_and_doubles_are_told_apart() {
-        // Row 2 is row 1 again; row 3 is never better and once worse.
+        // Row 2 equals row 1; row 3 is never better and once worse.
         let game = two_players(&[&[(1, 0), (2, 0)], &[(1, 0), (2, 0)], &[(1, 0), (1, 0)]]);
         assert_eq!(equivalent(&game, 0), [vec![0, 1]]);
         assert_eq!(equivalent(&game, 1), [vec![0, 1]]);

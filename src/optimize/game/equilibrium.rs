@@ -1,4 +1,4 @@
-//! Pure Nash equilibria, the social optimum, and what selfishness costs.
+//! Pure Nash equilibria, the social optimum, and the price of selfishness.
 //!
 //! Equilibrium: Nash 1950, DOI 10.1073/pnas.36.1.48. Price of anarchy: Koutsoupias and
 //! Papadimitriou 1999, DOI 10.1007/3-540-49116-3_38. Price of stability: Anshelevich
@@ -11,26 +11,25 @@ use super::payoff::Payoff;
 /// A profile from which no player gains by changing its action alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Equilibrium {
-    /// Its number.
+    /// The profile's number.
     pub profile: usize,
-    /// The least that any player loses by any change of its own action [1/min]; none
-    /// where no player has a second action.
+    /// The smallest loss of any player by any change of its own action [1/min]; `None` if no
+    /// player has a second action.
     pub margin: Option<Payoff>,
-    /// The same over changes to actions that are not
-    /// [equivalent](super::equivalent) to the player's own: doubles of an action make
-    /// any equilibrium weak and say nothing about it.
+    /// The same over changes to actions that are not [equivalent](super::equivalent) to the
+    /// player's own. Equivalent actions make any equilibrium weak and say nothing about it.
     pub margin_to_others: Option<Payoff>,
 }
 
 impl Equilibrium {
-    /// Whether every change of one action is a loss. In a weak equilibrium some player
-    /// could change and get the same.
+    /// Whether every change of one action is a loss. In a weak equilibrium, some player could
+    /// change and get the same.
     pub fn is_strict(&self) -> bool {
         self.margin.is_none_or(|margin| margin > Payoff::default())
     }
 }
 
-/// The profiles of the highest welfare.
+/// The profiles with the highest welfare.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Optimum {
     /// That welfare [1/min].
@@ -39,12 +38,12 @@ pub struct Optimum {
     pub profiles: Vec<usize>,
 }
 
-/// Welfare of the social optimum over that of an equilibrium.
+/// Welfare of the social optimum divided by that of an equilibrium.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Price {
-    /// At least 1.
+    /// The ratio, at least 1.
     Ratio(f64),
-    /// The equilibrium is worth nothing and the optimum is.
+    /// The equilibrium's welfare is 0 but the optimum's is not.
     Unbounded,
     /// There is no pure equilibrium.
     NoEquilibrium,
@@ -56,7 +55,7 @@ impl Price {
             return Self::NoEquilibrium;
         };
         if equilibrium == optimum {
-            // Also where both are 0: nothing is lost then.
+            // Also if both are 0: nothing is lost then.
             Self::Ratio(1.0)
         } else if equilibrium > Payoff::default() {
             Self::Ratio(optimum.value() / equilibrium.value())
@@ -65,7 +64,7 @@ impl Price {
         }
     }
 
-    /// The ratio, where there is one.
+    /// The ratio, if there is one.
     pub fn ratio(self) -> Option<f64> {
         match self {
             Self::Ratio(ratio) => Some(ratio),
@@ -74,7 +73,7 @@ impl Price {
     }
 }
 
-/// All pure Nash equilibria, the highest welfare first, then in order of profiles.
+/// All pure Nash equilibria, highest welfare first, then in order of profiles.
 pub fn equilibria(game: &Game) -> Vec<Equilibrium> {
     let classes: Vec<Vec<usize>> = (0..game.players().len())
         .map(|player| classes(game, player))
@@ -82,13 +81,12 @@ pub fn equilibria(game: &Game) -> Vec<Equilibrium> {
     let mut found: Vec<Equilibrium> = (0..game.profiles())
         .filter_map(|profile| at(game, profile, &classes))
         .collect();
-    // Stable, so ties stay in order of profiles.
+    // The sort is stable, so ties stay in order of profiles.
     found.sort_by_key(|equilibrium| -game.welfare(equilibrium.profile));
     found
 }
 
-/// `profile` as an equilibrium, if it is one; `classes` says which actions are
-/// equivalent.
+/// `profile` as an equilibrium, if it is one; `classes` groups equivalent actions.
 fn at(game: &Game, profile: usize, classes: &[Vec<usize>]) -> Option<Equilibrium> {
     let least = |margin: &mut Option<Payoff>, loss: Payoff| {
         *margin = Some(margin.map_or(loss, |least| least.min(loss)));
@@ -118,10 +116,10 @@ fn at(game: &Game, profile: usize, classes: &[Vec<usize>]) -> Option<Equilibrium
     })
 }
 
-/// The profiles that are best for all together.
+/// The profiles with the highest welfare.
 pub fn optimum(game: &Game) -> Optimum {
     let all = 0..game.profiles();
-    // Every game has a profile.
+    // Every game has at least one profile.
     let welfare = all
         .clone()
         .map(|p| game.welfare(p))
@@ -133,7 +131,7 @@ pub fn optimum(game: &Game) -> Optimum {
     }
 }
 
-/// Price of anarchy, by the worst of `equilibria`, and of stability, by the best.
+/// Price of anarchy (worst of `equilibria`) and price of stability (best of `equilibria`).
 pub fn prices(game: &Game, optimum: &Optimum, equilibria: &[Equilibrium]) -> (Price, Price) {
     let welfares = || equilibria.iter().map(|e| game.welfare(e.profile));
     (
@@ -205,7 +203,7 @@ mod tests {
 
     #[test]
     fn doubles_of_an_action_are_told_from_real_ties() {
-        // Rows 1 and 2 are one; row 3 is worse by 2.
+        // Rows 1 and 2 are equal; row 3 is worse by 2.
         let game = two_players(&[&[(5, 0)], &[(5, 0)], &[(3, 0)]]);
         let (found, ..) = solved(&game);
         assert_eq!(found.len(), 2);

@@ -15,16 +15,16 @@ use rayon::prelude::*;
 /// The longest line whose game is solved: 6^4 assignments.
 pub const MOST_ROBOTS: usize = 4;
 
-/// Patterns that are simulated before their figures are added up: enough to keep all
-/// threads busy, few enough to keep the memory small.
+/// Number of patterns that are simulated before their figures are added up: enough to keep all
+/// threads busy, few enough to limit memory.
 const BATCH: usize = 256;
 
-/// What a robot is paid.
+/// A robot's payoff.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PayoffKind {
     /// Its own picks per minute, `60 k_i / T`.
     Own,
-    /// The line's, `60 k / T`: all robots have one interest.
+    /// The line's picks per minute, `60 k / T`: all robots have the same interest.
     Total,
 }
 
@@ -38,15 +38,15 @@ impl PayoffKind {
     }
 }
 
-/// A station's game, with what is needed to say how sure a difference is.
+/// A station's game, with the data needed for confidence intervals of differences.
 #[derive(Debug, Clone)]
 pub struct LineGame {
-    /// The game: payoffs are means over the patterns, welfare is the sum of the robots'
-    /// own rates.
+    /// The game: payoffs are means over the patterns; welfare is the sum of the robots' own
+    /// rates.
     pub game: Game,
-    /// Patterns that it is over: all of them unless the work was stopped on the way.
+    /// Number of patterns; all of them unless the work was stopped.
     pub patterns: usize,
-    /// Of those, on how many the robots are independent, so that the cascade served.
+    /// Number of those on which the robots are independent, so that the cascade was used.
     pub independent: usize,
     /// Each robot's own rate [1/min], profile by profile.
     rates: Vec<Payoff>,
@@ -70,21 +70,20 @@ pub fn check_size(station: &Station) -> Result<()> {
             RULES.len()
         ),
         format!(
-            "give a line of {MOST_ROBOTS} robots or fewer, or search a longer one with \
+            "give a line of {MOST_ROBOTS} robots or fewer, or search a longer line with \
              `pickline optimize`"
         ),
     ))
 }
 
 impl LineGame {
-    /// Simulates all assignments of `station` on `patterns` under `conditions`; the pattern
-    /// of place i has the luck of their seed + i. Sums are made in an order of
-    /// the patterns that is always the same, so no figure depends on the number of
-    /// threads.
+    /// Simulates all assignments of `station` on `patterns` under `conditions`; pattern i draws
+    /// its luck from their seed + i. Sums are always computed in the same order of patterns, so
+    /// no figure depends on the number of threads.
     ///
     /// # Errors
-    /// Too many robots, a pattern that does not lie on the belt, conditions that
-    /// are none; interrupted before the first pattern was done.
+    /// Too many robots, a pattern that does not fit on the belt, invalid conditions, or
+    /// interrupted before the first pattern was done.
     pub fn new(
         station: &Station,
         patterns: &[Pattern],
@@ -98,8 +97,8 @@ impl LineGame {
         let (mut done, mut independent) = (0, 0);
         let total = patterns.len() as u64;
         environment.progress.begin("playing", total, "patterns");
-        // At random, so that what is there when interrupted is a sample of the set and
-        // not its first part.
+        // In random order, so that an interrupted run has a sample of the set rather than its
+        // first part.
         let mut order: Vec<usize> = (0..patterns.len()).collect();
         order.shuffle(&mut random_stream(0, 0));
         for batch in order.chunks(BATCH) {
@@ -138,26 +137,26 @@ impl LineGame {
         &self.rates[profile * n..(profile + 1) * n]
     }
 
-    /// 95 % interval of what `player` gains by doing `action` instead in `profile`
-    /// [1/min]: Student's t, paired over the patterns; none on a single one.
+    /// 95 % interval of `player`'s gain if it does `action` instead in `profile` [1/min]:
+    /// Student's t, paired over the patterns; `None` for a single pattern.
     pub fn gain_interval(&self, profile: usize, player: usize, action: usize) -> Option<Interval> {
         let other = self.game.with(profile, player, action);
         let n = self.sums.patterns as f64;
         let value = |p: usize| self.sums.payoff(&self.sums.values, p, player);
         let mean = (value(other) - value(profile)) / n;
         let squares = self.sums.squares[self.sums.place(profile, player, action)];
-        // Never below 0 but for rounding, which `interval_of` takes for 0.
+        // Negative only by rounding, which `interval_of` treats as 0.
         interval_of(self.sums.patterns, mean, squares - n * mean * mean)
     }
 
-    /// Runs that the game took: one assignment on one pattern.
+    /// Number of runs for the game: one assignment on one pattern each.
     pub fn runs(&self) -> u64 {
         self.game.profiles() as u64 * self.patterns as u64
     }
 }
 
-/// Each robot's own rate [1/min] under every assignment, assignment by assignment; none
-/// when stopped.
+/// Each robot's own rate [1/min] under every assignment, assignment by assignment; `None` if
+/// stopped.
 fn own_rates(
     scene: &Scene,
     tree: &AssignmentTree,
@@ -206,7 +205,7 @@ struct Sums {
     patterns: usize,
     /// Own rates, profile by profile.
     values: Vec<f64>,
-    /// Squared gains of every change of one rule: by profile, robot, new rule.
+    /// Squared gains of every change of one rule, indexed by profile, robot and new rule.
     squares: Vec<f64>,
 }
 
@@ -225,7 +224,7 @@ impl Sums {
         (profile * self.robots + robot) * RULES.len() + rule
     }
 
-    /// What `robot` gets in `profile` when the own rates are `values`.
+    /// The payoff of `robot` in `profile` if the own rates are `values`.
     fn payoff(&self, values: &[f64], profile: usize, robot: usize) -> f64 {
         let of_profile = &values[profile * self.robots..(profile + 1) * self.robots];
         match self.payoff {
@@ -241,7 +240,7 @@ impl Sums {
         }
         let profiles = rates.len() / self.robots;
         for profile in 0..profiles {
-            // How far apart two profiles are that differ by one in the robot's rule.
+            // Distance between two profiles that differ by one in the robot's rule.
             let mut stride = profiles;
             for robot in 0..self.robots {
                 stride /= RULES.len();

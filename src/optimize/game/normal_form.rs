@@ -1,37 +1,37 @@
-//! Finite games in normal form, of any players and actions.
+//! Finite games in normal form, with any number of players and actions.
 
 use super::payoff::Payoff;
 use crate::error::{Error, Result};
 
-/// One player and what it may choose from.
+/// One player and its actions.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Player {
-    /// Its name; a robot's.
+    /// The player's name: a robot's name.
     pub name: String,
-    /// Its actions' names; rules'.
+    /// The names of its actions: names of rules.
     pub actions: Vec<String>,
 }
 
-/// A game in normal form. Profiles, one action for each player, are numbered with the
-/// first player's action varying slowest: the order of
+/// A game in normal form. Profiles (one action per player) are numbered with the first player's
+/// action varying slowest, in the order of
 /// [`RuleAssignment::all`](crate::dispatch::RuleAssignment::all).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Game {
     players: Vec<Player>,
-    /// How far apart two profiles are that differ by one in a player's action.
+    /// Distance between two profiles that differ by one in a player's action.
     strides: Vec<usize>,
-    /// Profile by profile, one a player.
+    /// Payoffs profile by profile, one per player.
     payoffs: Vec<Payoff>,
-    /// What each profile is worth to all together.
+    /// The welfare of each profile.
     welfare: Vec<Payoff>,
 }
 
 impl Game {
-    /// A game with `payoffs` profile by profile, one a player, and the welfare of each
+    /// A game with `payoffs` profile by profile, one per player, and the welfare of each
     /// profile.
     ///
     /// # Errors
-    /// A player without actions, another number of payoffs or welfares than profiles.
+    /// A player without actions, or a wrong number of payoffs or welfares.
     pub fn new(players: Vec<Player>, payoffs: Vec<Payoff>, welfare: Vec<Payoff>) -> Result<Self> {
         let mut strides = vec![1usize; players.len()];
         for i in (1..players.len()).rev() {
@@ -52,7 +52,7 @@ impl Game {
                     welfare.len(),
                     players.len()
                 ),
-                "give every player an action, every profile one welfare and one payoff a player",
+                "give every player an action, every profile one welfare and one payoff per player",
             ));
         }
         Ok(Self {
@@ -85,18 +85,18 @@ impl Game {
         self.welfare.len()
     }
 
-    /// What every player gets in `profile`.
+    /// Every player's payoff in `profile`.
     pub fn payoffs(&self, profile: usize) -> &[Payoff] {
         let n = self.players.len();
         &self.payoffs[profile * n..(profile + 1) * n]
     }
 
-    /// What `player` gets in `profile`.
+    /// The payoff of `player` in `profile`.
     pub fn payoff(&self, profile: usize, player: usize) -> Payoff {
         self.payoffs[profile * self.players.len() + player]
     }
 
-    /// What `profile` is worth to all together.
+    /// The welfare of `profile`.
     pub fn welfare(&self, profile: usize) -> Payoff {
         self.welfare[profile]
     }
@@ -106,7 +106,7 @@ impl Game {
         self.players[player].actions.len()
     }
 
-    /// What `player` does in `profile`.
+    /// The action of `player` in `profile`.
     pub fn action(&self, profile: usize, player: usize) -> usize {
         profile / self.strides[player] % self.actions(player)
     }
@@ -117,14 +117,14 @@ impl Game {
         profile - self.action(profile, player) * stride + action * stride
     }
 
-    /// The names of the actions of `profile`, one a player.
+    /// The names of the actions of `profile`, one per player.
     pub fn names(&self, profile: usize) -> Vec<&str> {
         (0..self.players.len())
             .map(|player| self.players[player].actions[self.action(profile, player)].as_str())
             .collect()
     }
 
-    /// The most that `player` can get against what the others do in `profile`.
+    /// The highest payoff that `player` can get against the others' actions in `profile`.
     pub fn best_payoff(&self, profile: usize, player: usize) -> Payoff {
         let own = self.payoff(profile, player);
         (0..self.actions(player))
@@ -149,8 +149,8 @@ pub(super) mod tests {
         Game::of_payoffs(players, payoffs.collect()).unwrap()
     }
 
-    /// Both confess: 5 years each; both keep silent: 1 year each. Payoffs are years
-    /// at liberty out of ten.
+    /// Both confess: 5 years each; both stay silent: 1 year each. Payoffs are years of freedom
+    /// out of ten.
     pub fn prisoners_dilemma() -> Game {
         two_players(&[&[(9, 9), (0, 10)], &[(10, 0), (5, 5)]])
     }

@@ -7,32 +7,32 @@ use std::ops::{Add, Neg, Sub};
 
 /// A payoff [1/min] in whole multiples of [`Payoff::RESOLUTION`].
 ///
-/// Means over patterns carry the rounding of their sums: two that are equal on paper may
-/// differ in the last bit. Rounded once to a unit far above that and far below anything
-/// that matters, they are compared, added and subtracted exactly, "equal" is transitive,
-/// and the decimals in a file are the very numbers that were compared.
+/// Means over patterns have rounding errors: two that are mathematically equal may differ in
+/// the last bit. Payoffs are rounded once, to a unit far above such errors and far below any
+/// relevant difference. After that, they are compared, added and subtracted exactly, equality
+/// is transitive, and the decimals in a file are exactly the numbers that were compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
 pub struct Payoff(i64);
 
-/// Units in one pick per minute.
+/// Units per pick per minute.
 const UNITS: i64 = 1_000_000_000;
 
 impl Payoff {
-    /// The unit [1/min]: payoffs nearer to each other than half of it may be equal.
+    /// The unit [1/min]: payoffs closer to each other than half of it may be equal.
     pub const RESOLUTION: f64 = 1.0 / UNITS as f64;
 
-    /// `value` [1/min] rounded to the nearest unit; past 9e9 it stays there.
+    /// `value` [1/min] rounded to the nearest unit; values beyond 9e9 are clamped.
     pub fn rounded(value: f64) -> Self {
         // The conversion saturates.
         Self((value * UNITS as f64).round() as i64)
     }
 
-    /// A whole number of picks per minute, for games written by hand.
+    /// A whole number of picks per minute, for hand-written games.
     pub fn whole(value: i32) -> Self {
         Self(i64::from(value) * UNITS)
     }
 
-    /// The value [1/min]: the double nearest to the decimal, so it prints as that.
+    /// The value [1/min]: the double nearest to the decimal, so it prints as that decimal.
     pub fn value(self) -> f64 {
         self.0 as f64 / UNITS as f64
     }
@@ -116,7 +116,7 @@ mod tests {
     }
 
     proptest! {
-        /// What the JSON prints and what the decimal says is one number.
+        /// The number in the JSON equals the decimal.
         #[test]
         fn the_double_prints_as_the_decimal(units in -1_000_000_000_000_000i64..1_000_000_000_000_000) {
             let payoff = Payoff(units);

@@ -1,10 +1,10 @@
-//! Iterated best response: players in turn change to what is best for them just then.
+//! Iterated best response: players take turns to change to their currently best action.
 //!
-//! The first player moves first, each moves once a round. Who already has a best action
-//! stays; otherwise the first of the best is taken. A round is therefore a function of
-//! the profile alone, its fixed points are exactly the pure equilibria, and play from
-//! any start ends in one of them or goes round a cycle for ever. Where all payoffs are
-//! one (a potential game, Monderer and Shapley 1996, DOI 10.1006/game.1996.0044) there
+//! The first player moves first, and each player moves once per round. A player that already
+//! has a best action keeps it; otherwise it takes the first of the best actions. A round is
+//! therefore a function of the profile alone, its fixed points are exactly the pure equilibria,
+//! and play from any start ends in an equilibrium or cycles forever. If all players have the
+//! same payoff (a potential game, Monderer and Shapley 1996, DOI 10.1006/game.1996.0044), there
 //! are no cycles.
 
 use super::normal_form::Game;
@@ -21,53 +21,54 @@ pub struct Change {
 /// Where play ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
-    /// In the equilibrium of this number.
+    /// In the equilibrium with this profile number.
     Equilibrium(usize),
-    /// In the cycle at this place of [`Play::cycles`].
+    /// In the cycle at this index of [`Play::cycles`].
     Cycle(usize),
 }
 
-/// Profiles that play goes round for ever.
+/// Profiles that play cycles through forever.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Cycle {
-    /// The profile at the beginning of a round, the one of the lowest number first.
+    /// The profile at the beginning of a round; of all such profiles, the one with the lowest
+    /// number.
     pub first: usize,
-    /// Rounds until it is reached again, at least 2.
+    /// Rounds until that profile is reached again, at least 2.
     pub rounds: usize,
-    /// All changes of action on the way.
+    /// All changes of action in the cycle.
     pub changes: Vec<Change>,
-    /// From how many starts play ends here.
+    /// Number of starts from which play ends here.
     pub basin: usize,
 }
 
 /// Best response play from every start.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Play {
-    /// Where play from each profile ends.
+    /// For each profile, where play from it ends.
     pub ends: Vec<End>,
-    /// The cycles, by their first profiles.
+    /// The cycles, ordered by their first profiles.
     pub cycles: Vec<Cycle>,
-    /// The start from which most changes of action lead to the end, and they.
+    /// The start with the most changes of action before its end, and those changes.
     pub longest: (usize, Vec<Change>),
-    /// Most rounds with a change that any start takes to its end.
+    /// The most rounds with a change before any start reaches its end.
     pub most_rounds: usize,
 }
 
 impl Play {
-    /// From how many starts play ends in the equilibrium `profile`.
+    /// Number of starts from which play ends in the equilibrium `profile`.
     pub fn basin(&self, profile: usize) -> usize {
         let here = |end: &&End| **end == End::Equilibrium(profile);
         self.ends.iter().filter(here).count()
     }
 
-    /// From how many starts play ends in any equilibrium.
+    /// Number of starts from which play ends in an equilibrium.
     pub fn to_equilibrium(&self) -> usize {
         let any = |end: &&End| matches!(end, End::Equilibrium(_));
         self.ends.iter().filter(any).count()
     }
 }
 
-/// One round from `profile`.
+/// Plays one round from `profile`.
 fn round(game: &Game, mut profile: usize, changes: &mut Vec<Change>) -> usize {
     for player in 0..game.players().len() {
         let best = game.best_payoff(profile, player);
@@ -85,7 +86,7 @@ fn round(game: &Game, mut profile: usize, changes: &mut Vec<Change>) -> usize {
     profile
 }
 
-/// Best response play from every profile of `game`.
+/// Plays best responses from every profile of `game`.
 pub fn play(game: &Game) -> Play {
     let count = game.profiles();
     let next: Vec<usize> = (0..count)
@@ -93,7 +94,7 @@ pub fn play(game: &Game) -> Play {
         .collect();
     let mut ends: Vec<Option<End>> = vec![None; count];
     let mut cycles: Vec<Cycle> = Vec::new();
-    // The walk that met a profile last, so that a walk knows its own steps.
+    // The walk that last visited each profile, so that a walk recognizes its own steps.
     let mut met = vec![usize::MAX; count];
     for start in 0..count {
         let mut walk = Vec::new();
@@ -124,7 +125,7 @@ pub fn play(game: &Game) -> Play {
     }
 }
 
-/// The cycle through `on`.
+/// The cycle that contains `on`.
 fn cycle(game: &Game, next: &[usize], on: usize) -> Cycle {
     let mut first = on;
     let mut at = next[on];
@@ -149,8 +150,8 @@ fn cycle(game: &Game, next: &[usize], on: usize) -> Cycle {
     }
 }
 
-/// Sorts the cycles by their first profiles, counts their basins, and returns the ends
-/// with the cycles' new places.
+/// Sorts the cycles by their first profiles, counts their basins, and returns the ends with the
+/// cycles' new indices.
 fn order_cycles(cycles: &mut [Cycle], ends: Vec<Option<End>>) -> Vec<End> {
     let mut order: Vec<usize> = (0..cycles.len()).collect();
     order.sort_by_key(|&place| cycles[place].first);
@@ -171,7 +172,8 @@ fn order_cycles(cycles: &mut [Cycle], ends: Vec<Option<End>>) -> Vec<End> {
     ends
 }
 
-/// The start with most changes before its end and they; most rounds with a change.
+/// The start with the most changes before its end, those changes, and the most rounds with a
+/// change.
 fn longest(
     game: &Game,
     next: &[usize],
@@ -233,8 +235,8 @@ mod tests {
         let [cycle] = &play.cycles[..] else {
             panic!("{play:?}")
         };
-        // Heads-heads: column turns; then row; and so on: four changes in two rounds
-        // and back, of which rounds begin at (1, 2) and (2, 1) only.
+        // Heads-heads: column turns, then row, and so on: four changes in two rounds and back;
+        // these rounds begin at (1, 2) and (2, 1) only.
         assert_eq!(cycle.basin, 4);
         assert_eq!(cycle.changes.len(), 4);
         let last = cycle.changes.last().unwrap();
@@ -269,8 +271,8 @@ mod tests {
     }
 
     proptest! {
-        /// What no change by one player improves, and nothing else, is an equilibrium;
-        /// play that stops stops there.
+        /// A profile is an equilibrium exactly if no change by one player improves it; play
+        /// that ends without a cycle ends there.
         #[test]
         fn play_ends_in_equilibria_or_cycles(game in games(false)) {
             let found = equilibria(&game);
@@ -287,7 +289,8 @@ mod tests {
             for cycle in &play.cycles {
                 prop_assert!(cycle.rounds >= 2 && cycle.changes.len() >= cycle.rounds);
                 prop_assert_eq!(cycle.changes.last().unwrap().profile, cycle.first);
-                // Round by round it comes back for the first time, past no lower profile.
+                // Each round leads on, and the first return is to the start, with no lower
+                // profile on the way.
                 let (mut at, mut changes) = (cycle.first, Vec::new());
                 for passed in 1..=cycle.rounds {
                     at = round(&game, at, &mut changes);
@@ -298,7 +301,7 @@ mod tests {
             }
         }
 
-        /// A game of common interest is a potential game: every play ends.
+        /// A game of common interest is a potential game, so play never cycles.
         #[test]
         fn common_interest_never_cycles(game in games(true)) {
             let play = play(&game);

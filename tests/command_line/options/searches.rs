@@ -104,7 +104,7 @@ pub const ROWS: &[Row] = &[
         );
     }),
     row(&OPTIMIZE, "--time-limit", |rig, verb| {
-        let words = ["--time-limit: the time was over before anything was scored"];
+        let words = ["--time-limit: the time limit passed before any assignment was scored"];
         rig.refused(&format!("{} --time-limit 1e-9", one(verb)), &words);
         assert_eq!(
             report(rig, verb, "--time-limit 1e6")["stop_reason"],
