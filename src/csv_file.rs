@@ -351,7 +351,7 @@ mod tests {
             ("id,x\na\n", &["t:2", "1 fields", "has 2"][..]),
             ("id;x\na;1;2\n", &["t:2", "3 fields", "`a;1;2`"]),
             ("id,,x\n", &["t:1: column 2", "no name"]),
-            ("id,x\n\"a,1\nb,2\n", &["t:2", "past the line's end"]),
+            ("id,x\n\"a,1\nb,2\n", &["t:2", "spans more than one line"]),
         ] {
             let mut file = CsvFile::new(text, "t");
             let mut record = csv::StringRecord::new();

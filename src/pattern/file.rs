@@ -358,7 +358,7 @@ mod tests {
             ("id,x,y\na,1e400,0\n", &["t:2: x", "`1e400`"]),
             (
                 "id,x,y,class\na,0,0,\"PET\nb,-1,0,glass\n",
-                &["t:2", "past the line's end", "`PET\\nb,-1,0,glass"],
+                &["t:2", "spans more than one line", "`PET\\nb,-1,0,glass"],
             ),
             ("id,x,y,p_grasp\na,0,0,1.5\n", &["t:2: p_grasp", "1.5"]),
             ("id,x,y,area_cm2\na,0,0,-3\n", &["t:2: area_cm2", "-3"]),

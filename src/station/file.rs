@@ -399,7 +399,7 @@ mod tests {
             1 + after + good.lines().skip(after).position(starts).unwrap()
         };
         for (key, value, word) in [
-            ("robots", "0", "0 robots"),
+            ("robots", "0", "no robots"),
             ("robots", "1000000000", "1000000000 robots"),
             ("robots", "2.5", "2.5 is not a valid count"),
             ("first_base_x", "nan", "NaN"),

@@ -213,7 +213,7 @@ mod tests {
         for (x, word) in [
             (300.0, "300 mm is 0.3 m"),
             (-500.0, "-0.5 m"),
-            (5.0, "ever seen"),
+            (5.0, "never sees an item"),
         ] {
             let text = station.check_camera("--camera-x", x).unwrap().to_string();
             assert!(text.contains(word), "{text}");

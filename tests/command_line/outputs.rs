@@ -250,11 +250,11 @@ fn a_training_spares_what_it_reads_and_what_is_not_its_own() {
     for (rest, word) in [
         (
             &["s.onnx", "--station", "s.json", "--force"][..],
-            "also the file of --station",
+            "already used by --station",
         ),
         (
             &["i.onnx", "--imitate", "onnx:i.onnx", "--force"],
-            "also the file of --imitate",
+            "already used by --imitate",
         ),
     ] {
         place.refused(&[&call[..], rest].concat(), &[word]);
@@ -360,7 +360,7 @@ fn a_picture_may_go_into_the_folder_that_is_made() {
     );
     place.refused(
         &[&simulate[..], &["new/sub/r.html"]].concat(),
-        &["no folder"],
+        &["does not exist"],
     );
 }
 

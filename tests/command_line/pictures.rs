@@ -316,11 +316,11 @@ fn slips_are_told_before_any_work() {
         (&["--svg", &taken], "folder"),
         (
             &["--html", &file, "--svg", &file],
-            "also the file of --html",
+            "already used by --html",
         ),
         (
             &["--html", &file, "--svg", &twin],
-            "also the file of --html",
+            "already used by --html",
         ),
         (&["--svg", &file, "--chart", "rat"], "known: "),
         (&["--html", &good, "--chart", "rate"], "--svg"),

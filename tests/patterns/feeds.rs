@@ -236,8 +236,8 @@ fn flows_are_given_in_the_source_or_beside_it() {
         ("random:60/min", 60.0, "already has a flow"),
         ("balanced", 60.0, "range of flows"),
         ("tests", 60.0, "recorded"),
-        ("random", 0.0, "not a flow"),
-        ("random", f64::NAN, "not a flow"),
+        ("random", 0.0, "not a valid flow"),
+        ("random", f64::NAN, "not a valid flow"),
     ] {
         let message = source(text, Some(flow)).unwrap_err().to_string();
         assert!(message.contains(words), "{text}: {message}");

@@ -167,7 +167,7 @@ fn a_strategy_that_does_not_fit_is_told() {
         ("\"rules:SPT\"", &["strategy", "1 rule for 2 robots"][..]),
         ("\"rules:SPT,FOFI\"", &["strategy", "did you mean `FIFO`"]),
         ("\"lokahead\"", &["strategy", "did you mean `lookahead`"]),
-        ("7", &["strategy", "not a text"]),
+        ("7", &["strategy", "not a string"]),
     ] {
         std::fs::write(&path, format!("strategy = {value}\n{text}")).unwrap();
         for verb in [

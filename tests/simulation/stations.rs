@@ -185,7 +185,7 @@ fn a_station_has_1_to_100_robots_in_order_with_names_of_their_own() {
         let words = ["robot[2].name: ", "two robots are named"];
         assert_blamed(three(names, [1.0, 1.5, 2.0]), &words, "names");
     }
-    let words = ["robot[2].base: ", "stands upstream of `b`"];
+    let words = ["robot[2].base: ", "is upstream of `b`"];
     assert_blamed(three(["a", "b", "c"], [1.0, 2.0, 1.5]), &words, "order");
     let blank = three(["a", " b", "c"], [1.0, 2.0, 3.0]);
     assert_blamed(blank, &["robot[1].name: "], "blank");

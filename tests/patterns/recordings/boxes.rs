@@ -49,7 +49,7 @@ fn corners_in_coco_are_noticed_and_read() {
     assert!((found.pattern.items()[0].area_cm2.unwrap() - 12.0).abs() < 1e-6);
     // Sizes are not taken for corners, and messages hold no noise of the last digits.
     let message = read(&detections(0, false, false), &options).unwrap_err();
-    assert!(message.contains("leave out --boxes"), "{message}");
+    assert!(message.contains("omit --boxes"), "{message}");
     assert!(!message.contains("0000000"), "{message}");
 }
 

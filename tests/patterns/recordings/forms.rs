@@ -181,7 +181,7 @@ fn labels_are_known_by_the_number_that_differs_and_confidences_of_1_are_no_ids()
     assert_eq!(made.pattern.items()[0].p_detection, Some(1.0));
     let made = import_as(&|frame| format!("f_{frame}.txt"), " 7").unwrap();
     assert!(
-        made.report.remarks.concat().contains("is not read"),
+        made.report.remarks.concat().contains("is ignored"),
         "{:#?}",
         made.report
     );
@@ -194,7 +194,7 @@ fn labels_are_known_by_the_number_that_differs_and_confidences_of_1_are_no_ids()
     assert!(
         import_as(&uneven, "")
             .unwrap_err()
-            .contains("stamps of time")
+            .contains("evenly spaced timestamps")
     );
 }
 
@@ -233,7 +233,7 @@ fn what_has_no_certain_meaning_is_refused_by_its_name() {
             "[{\"image_id\": \"a\", \"bbox\": [1, 2, 3, 4]}]",
             &["image_id", "frames are missing"],
         ),
-        ("{\"info\": 1}", &["no list of detections"]),
+        ("{\"info\": 1}", &["neither a list of detections"]),
         ("[{\"image_id\": 1,", &["film.txt:1", "JSON"]),
     ] {
         let message = read(text, &options()).unwrap_err();

@@ -58,7 +58,7 @@ fn column_8_is_a_class_by_the_form_that_most_lines_have() {
     {
         let (classed, remarks) = some(form);
         assert!(
-            !classed && remarks.contains("column 8 is not read as a class"),
+            !classed && remarks.contains("column 8 is not a class"),
             "{remarks}"
         );
     }

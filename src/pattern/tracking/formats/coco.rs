@@ -1,7 +1,6 @@
-//! COCO's JSON: the list of detections that evaluations take, `image_id`, `category_id`,
-//! `bbox` [left, top, width, height] and `score`, or a data set with `images`,
-//! `annotations` and `categories` (Lin et al., "Microsoft COCO: Common Objects in Context",
-//! 2014, arXiv:1405.0312).
+//! COCO JSON: the list of detections that evaluations take, with `image_id`, `category_id`, `bbox`
+//! [left, top, width, height] and `score`, or a data set with `images`, `annotations` and
+//! `categories` (Lin et al., "Microsoft COCO: Common Objects in Context", 2014, arXiv:1405.0312).
 
 use super::labels::frames_of;
 use super::{Format, Line, Lines, Row, boxed, frame, table};
@@ -19,7 +18,7 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
              \"bbox\": [left, top, width, height], \"score\": 0.9}, ...]",
         )
     })?;
-    // What supervision's JSON sink writes: the rows of its CSV sink as objects.
+    // The JSON sink of supervision writes the rows of its CSV sink as objects.
     if let Some(first) = data.as_array().and_then(|list| list.first())
         && first.get("bbox").is_none()
         && ["x_min", "x1", "bb_left"]
@@ -32,7 +31,7 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
     let Some(boxes) = data.as_array().or_else(|| listed("annotations")) else {
         return Err(Error::input(
             name,
-            "JSON, but no list of detections and no data set with `annotations`",
+            "JSON, but neither a list of detections nor a data set with `annotations`",
             "give COCO's list of detections, or its data set",
         ));
     };
@@ -41,7 +40,7 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
         .flatten()
         .filter_map(|entry| Some((entry.get("id")?.as_i64()?, entry.get("name")?.as_str()?)))
         .collect();
-    // A data set of films says which frame an image is.
+    // A video data set states which frame an image is.
     let mut frames: HashMap<i64, f64> = listed("images")
         .into_iter()
         .flatten()
@@ -56,18 +55,18 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
         && let Some(named) = listed("images").and_then(|images| frames_by_name(images))
     {
         frames = named;
-        order = "frames from the numbers in file_name, whose order the image ids do not have";
+        order = "frames from the numbers in file_name, since the image ids are out of order";
     }
-    // COCO's are sizes, but programs write corners as well.
+    // COCO boxes are sizes, but some programs write corners.
     let kind = options.boxes.unwrap_or_default();
     let read = |entry: &Value| -> std::result::Result<Row, String> {
         let image = entry.get("image_id").and_then(Value::as_i64);
-        let image = image.ok_or("the image_id is no whole number: the frames are missing")?;
+        let image = image.ok_or("the image_id is not a whole number, so the frames are missing")?;
         let figures = entry.get("bbox").and_then(Value::as_array);
         let figures: Option<Vec<f64>> =
             figures.and_then(|list| list.iter().map(Value::as_f64).collect());
         let Some([left, top, width, height]) = figures.as_deref() else {
-            return Err("the bbox is not four numbers".to_owned());
+            return Err("the bbox is not a list of four numbers".to_owned());
         };
         let id = ["track_id", "instance_id", "tracker_id"]
             .iter()
@@ -104,15 +103,15 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
                  [left, top, width, height]"
             }
             _ => {
-                "give every detection an image_id that is its frame, and a bbox as --boxes says, \
-                 or leave out --boxes if it is [left, top, width, height]"
+                "give every detection an image_id that is its frame, and a bbox as given with \
+                 --boxes, or omit --boxes if it is [left, top, width, height]"
             }
         },
     })
 }
 
-/// The frames of images whose ids are not in the order of the film, by the numbers in their
-/// names; none where the ids are, or where the names tell no order.
+/// The frames of images whose ids are not in the order of the video, from the numbers in their
+/// names. `None` if the ids are in order or the names do not give an order.
 fn frames_by_name(images: &[Value]) -> Option<HashMap<i64, f64>> {
     let mut ids = Vec::new();
     let mut names = Vec::new();
@@ -137,7 +136,7 @@ fn frames_by_name(images: &[Value]) -> Option<HashMap<i64, f64>> {
     })
 }
 
-/// A list of objects with the columns of a table as their keys.
+/// Reads a list of objects whose keys are the columns of a table.
 fn read_sink(data: &Value, name: &str, options: &Options) -> Result<Lines> {
     let objects = || data.as_array().into_iter().flatten();
     let mut keys: Vec<&str> = Vec::new();
@@ -155,7 +154,7 @@ fn read_sink(data: &Value, name: &str, options: &Options) -> Result<Lines> {
         other => other.to_string(),
     };
     let mut rows = csv::Writer::from_writer(Vec::new());
-    // Into memory, so that no write fails.
+    // Writing to memory cannot fail.
     let _ = rows.write_record(&keys);
     for object in objects() {
         let fields = keys
@@ -165,7 +164,7 @@ fn read_sink(data: &Value, name: &str, options: &Options) -> Result<Lines> {
     }
     let rows = rows.into_inner().unwrap_or_default();
     let mut lines = table::read(&String::from_utf8_lossy(&rows), name, options)?;
-    // Objects are counted as the entries of COCO's lists are.
+    // Objects are numbered like the entries of COCO lists.
     lines.lines.iter_mut().for_each(|line| line.number -= 1);
     Ok(lines)
 }

@@ -1,4 +1,4 @@
-//! Boxes in shares of the picture: Ultralytics' labels, one file a frame, and the text of
+//! Boxes in relative image coordinates: Ultralytics labels, one file per frame, and the text of
 //! YOLO trackers.
 
 use super::{Format, Line, Lines, Row, boxed, class, frame, image_size, number, track_id};
@@ -6,8 +6,8 @@ use crate::error::{Error, Result};
 use crate::pattern::tracking::options::{Boxes, Options};
 use std::path::Path;
 
-/// Reads every text file of a folder; its frame is the number in its name that differs from
-/// file to file, as in `film_12.txt`.
+/// Reads every text file in a folder. The frame of a file is the number in its name that differs
+/// between files, as in `film_12.txt`.
 pub(super) fn load(folder: &Path) -> Result<Vec<(u32, String, String)>> {
     let name = folder.display().to_string();
     let mut stems = Vec::new();
@@ -21,15 +21,15 @@ pub(super) fn load(folder: &Path) -> Result<Vec<(u32, String, String)>> {
             part.unwrap_or_default().to_string_lossy().into_owned()
         };
         let stem = part(path.file_stem());
-        // Lists of names and of classes lie in the same folders.
+        // The same folders contain lists of names and classes.
         if !is_text || ["classes", "labels"].contains(&stem.as_str()) {
             continue;
         }
         if !stem.contains(|c: char| c.is_ascii_digit()) {
             return Err(Error::input(
                 path.display().to_string(),
-                "the name of the file holds no number, so its frame is not known",
-                "name the files by their frames, as in film_12.txt",
+                "the file name contains no number, so its frame is unknown",
+                "include the frame number in each file name, as in film_12.txt",
             ));
         }
         stems.push(stem);
@@ -38,9 +38,9 @@ pub(super) fn load(folder: &Path) -> Result<Vec<(u32, String, String)>> {
     if texts.is_empty() {
         return Err(Error::input(
             name,
-            "the folder holds no .txt file",
-            "give a folder of labels with one file a frame, as `yolo track save_txt=True` \
-             writes it, or name one file",
+            "the folder contains no .txt file",
+            "give a folder of labels with one file per frame, as `yolo track save_txt=True` \
+             writes it, or give a single file",
         ));
     }
     let frames = frames_of(&stems).map_err(|(problem, cure)| Error::input(&name, problem, cure))?;
@@ -48,26 +48,26 @@ pub(super) fn load(folder: &Path) -> Result<Vec<(u32, String, String)>> {
     let mut files: Vec<(u32, String, String)> = with_text
         .map(|(frame, (file, text))| (frame, file, text))
         .collect();
-    // The order of a folder is the file system's; frames are everybody's.
+    // The order within a folder depends on the file system; frames do not.
     files.sort();
     if let Some(pair) = files.windows(2).find(|pair| pair[0].0 == pair[1].0) {
         return Err(Error::input(
             name,
-            format!("{} and {} are of one frame", pair[0].1, pair[1].1),
-            "give one film's labels a folder of their own",
+            format!("{} and {} have the same frame", pair[0].1, pair[1].1),
+            "use a separate folder for the labels of each video",
         ));
     }
     Ok(files)
 }
 
-/// The frames that the names of a film's pictures give: the last of their numbers that is
-/// another in every name. Numbers that are too large for frames are stamps of time, of which
-/// one step is a frame. Otherwise the problem and its cure.
+/// The frame numbers in the image names of a video: the last number that differs in every name.
+/// Numbers too large for frames are timestamps, and their common step is one frame. On failure, the
+/// problem and its cure.
 pub(super) fn frames_of(names: &[String]) -> std::result::Result<Vec<u32>, (String, &'static str)> {
-    const CURE: &str = "name the files by their frames, as in film_12.txt";
+    const CURE: &str = "include the frame number in each file name, as in film_12.txt";
     let numbers = |name: &String| -> Vec<u64> {
         let parts = name.split(|c: char| !c.is_ascii_digit());
-        // A longer one is a hash.
+        // A longer number is a hash.
         let parts = parts.filter(|part| !part.is_empty());
         parts.map(|part| part.parse().unwrap_or(u64::MAX)).collect()
     };
@@ -76,7 +76,7 @@ pub(super) fn frames_of(names: &[String]) -> std::result::Result<Vec<u32>, (Stri
     let most = numbers.iter().map(Vec::len).max().unwrap_or_default();
     if fewest == 0 {
         return Err((
-            "a file's name holds no number, so its frame is not known".into(),
+            "a file name contains no number, so its frame is unknown".into(),
             CURE,
         ));
     }
@@ -90,7 +90,7 @@ pub(super) fn frames_of(names: &[String]) -> std::result::Result<Vec<u32>, (Stri
     let ends = (0..fewest).map(from_end);
     let mut candidates: Box<dyn Iterator<Item = Vec<u64>>> = match fewest == most {
         true => Box::new(ends),
-        // Something with digits of its own stands behind the frame in some names.
+        // In some names, another part with digits follows the frame number.
         false => Box::new((0..fewest).map(from_start).chain(ends)),
     };
     let found = candidates.find(all_differ);
@@ -113,7 +113,7 @@ pub(super) fn frames_of(names: &[String]) -> std::result::Result<Vec<u32>, (Stri
         .map(|&number| frame_number((number - first) / step.max(1)))
         .collect();
     match frames {
-        // Steps that have nothing in common are no count of frames.
+        // Without a common step the numbers are not frame counts.
         Ok(frames)
             if frames
                 .iter()
@@ -124,8 +124,8 @@ pub(super) fn frames_of(names: &[String]) -> std::result::Result<Vec<u32>, (Stri
         }
         _ => Err((
             format!(
-                "the numbers in the files' names, from {first}, are no frames, and stamps of \
-                 time in uneven steps tell none"
+                "the numbers in the file names, from {first}, are neither frame numbers nor \
+                 evenly spaced timestamps"
             ),
             CURE,
         )),
@@ -139,7 +139,7 @@ fn frame_number(number: u64) -> std::result::Result<u32, ()> {
     }
 }
 
-/// What the sixth of six fields is.
+/// The meaning of the sixth of six fields.
 #[derive(Clone, Copy, PartialEq)]
 enum Sixth {
     Confidence,
@@ -148,8 +148,8 @@ enum Sixth {
     Unknown,
 }
 
-/// What the sixth of six fields is: a fraction is a confidence and a whole number an id,
-/// unless boxes of one frame share it.
+/// Determines the meaning of the sixth of six fields: fractions are confidences and whole numbers
+/// are ids, unless several boxes of one frame share them.
 fn sixth(files: &[(u32, String, String)]) -> Option<(Sixth, &'static str)> {
     let (mut all, mut shared) = (0_usize, 0_usize);
     let mut in_unit = true;
@@ -160,7 +160,7 @@ fn sixth(files: &[(u32, String, String)]) -> Option<(Sixth, &'static str)> {
         });
         let mut values: Vec<f64> = values.collect();
         if values.iter().any(|value| value.fract() != 0.0) {
-            return Some((Sixth::Confidence, "holds fractions: confidences"));
+            return Some((Sixth::Confidence, "contains fractions: confidences"));
         }
         all += values.len();
         in_unit &= values.iter().all(|value| (0.0..=1.0).contains(value));
@@ -170,15 +170,15 @@ fn sixth(files: &[(u32, String, String)]) -> Option<(Sixth, &'static str)> {
     }
     match all {
         0 => None,
-        // A tracker gives an id twice by mistake only.
-        all if shared * 4 <= all => Some((Sixth::Id, "holds whole numbers: track ids")),
+        // A tracker repeats an id within a frame only by mistake.
+        all if shared * 4 <= all => Some((Sixth::Id, "contains whole numbers: track ids")),
         _ if in_unit => Some((
             Sixth::Confidence,
-            "holds 0 and 1 only, shared by boxes of one frame: confidences",
+            "contains only 0 and 1, shared by boxes of one frame: confidences",
         )),
         _ => Some((
             Sixth::Unknown,
-            "is not read: boxes of one frame share its whole numbers, so they are no track ids",
+            "is ignored: boxes of one frame share its whole numbers, so they are not track ids",
         )),
     }
 }
@@ -189,7 +189,7 @@ pub(super) fn read(
     options: &Options,
 ) -> Result<Lines> {
     let size = image_size(name, options)?;
-    let kind = options.boxes_of(Boxes::Centres, "Ultralytics' form")?;
+    let kind = options.boxes_of(Boxes::Centres, "the Ultralytics format")?;
     let fields = |line: &str| line.split_whitespace().count();
     if let Some((_, file, _)) = files
         .iter()
@@ -213,7 +213,7 @@ pub(super) fn read(
             lines.push(Line {
                 file: Some(file.clone()),
                 number: index + 1,
-                // Lines differ by design: the first boxes of a track have no id yet.
+                // Lines vary by design: the first boxes of a track have no id yet.
                 filled: 5,
                 row: read_label(*frame, &fields, sixth, size),
             });
@@ -228,7 +228,7 @@ pub(super) fn read(
         .last()
         .is_some_and(|(frame, file, _)| !named(frame, file))
     {
-        remarks.push("frames from the steps between the stamps of time in the names".to_owned());
+        remarks.push("frames from the steps between the timestamps in the names".to_owned());
     }
     if let Some((_, words)) = found {
         remarks.push(format!("the sixth column {words}"));
@@ -238,7 +238,7 @@ pub(super) fn read(
         boxes: kind,
         lines,
         remarks,
-        cure: "give lines `class xc yc w h [conf] [id]` in shares of the picture",
+        cure: "give lines `class xc yc w h [conf] [id]` as fractions of the image size",
     })
 }
 
@@ -270,20 +270,21 @@ fn read_label(
     Ok(row)
 }
 
-/// A share of the picture, a little more for boxes that reach past its edge.
+/// A fraction of the image size, with some margin for boxes that extend beyond the edge.
 fn share(text: &str, what: &str) -> std::result::Result<f64, String> {
     match number(text, what)? {
         value if (-1.0..=2.0).contains(&value) => Ok(value),
-        value => Err(format!("{what} {value:?} is not a share of the picture")),
+        value => Err(format!("{what} {value:?} is not a fraction of the image size")),
     }
 }
 
-/// Labels of a whole film in one file: which lines are of one frame nobody can tell.
+/// The error for labels of a whole video in one file, which do not show which lines belong to one
+/// frame.
 pub(super) fn without_frames(name: &str) -> Error {
     Error::input(
         name,
-        "Ultralytics labels (class xc yc w h) of a whole film in one file: the frames are missing",
-        "give the folder with one file a frame, as `yolo track save_txt=True` writes it",
+        "Ultralytics labels (class xc yc w h) of a whole video in one file: the frames are missing",
+        "give the folder with one file per frame, as `yolo track save_txt=True` writes it",
     )
 }
 
@@ -304,18 +305,18 @@ pub(super) fn read_yolo(text: &str, name: &str, options: &Options) -> Result<Lin
             return Err(Error::input(
                 format!("{name}:{line}"),
                 format!(
-                    "a YOLO tracker's text (class x1 y1 x2 y2 xc yc in shares of the picture), \
-                     but the first column goes back from {before} to {first}: it counts the \
-                     boxes or tracks, and the frames are missing"
+                    "a YOLO tracker's text (class x1 y1 x2 y2 xc yc as image fractions), \
+                     but the first column goes back from {before} to {first}, so it counts the \
+                     boxes or tracks and the frames are missing"
                 ),
-                "have the tracker write the frame first, or export MOT text \
-                 (frame,id,left,top,width,height,conf) or one label file a frame",
+                "configure the tracker to write the frame first, or export MOT text \
+                 (frame,id,left,top,width,height,conf) or one label file per frame",
             ));
         }
         before = first;
     }
     let size = image_size(name, options)?;
-    let kind = options.boxes_of(Boxes::Corners, "the YOLO tracker's form")?;
+    let kind = options.boxes_of(Boxes::Corners, "the YOLO tracker format")?;
     let read = |fields: &[&str]| -> std::result::Result<Row, String> {
         let field = |place: usize| fields.get(place).copied().unwrap_or_default();
         let frame = frame(number(field(0), "frame")?)?;
@@ -340,6 +341,6 @@ pub(super) fn read_yolo(text: &str, name: &str, options: &Options) -> Result<Lin
         boxes: kind,
         lines: rows.iter().map(line).collect(),
         remarks: vec!["classes from the second column".to_owned()],
-        cure: "give lines `frame class x1 y1 x2 y2 xc yc` in shares of the picture",
+        cure: "give lines `frame class x1 y1 x2 y2 xc yc` as fractions of the image size",
     })
 }

@@ -1,4 +1,4 @@
-//! The files in which programs write boxes and tracks, each brought to the same rows.
+//! The file formats in which programs write boxes and tracks, each converted to the same rows.
 
 mod coco;
 mod labels;
@@ -11,14 +11,14 @@ use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
 
-/// Pixels past this are no image; the bound keeps every later product finite.
+/// Maximum pixel coordinate. No image is larger, and the bound keeps all later products finite.
 const LARGEST_PX: f64 = 1e6;
-/// A frame number past this is years of film.
+/// Maximum frame number, which corresponds to years of video.
 const LAST_FRAME: f64 = 1e9;
-/// Whole numbers up to this are exact in the f64 that ids are read as.
+/// Whole numbers up to this limit are exact in f64, the type in which ids are parsed.
 const LARGEST_ID: f64 = 9e15;
 
-/// A form of file.
+/// A file format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Format {
@@ -26,15 +26,15 @@ pub enum Format {
     Mot,
     /// CSV with a header: supervision's sink, or MOT columns with their names.
     Table,
-    /// Ultralytics' labels: a folder of `class xc yc w h [conf] [id]`, one file a frame.
+    /// Ultralytics labels: a folder of `class xc yc w h [conf] [id]`, one file per frame.
     Ultralytics,
-    /// `frame class x1 y1 x2 y2 xc yc`, in shares of the picture.
+    /// `frame class x1 y1 x2 y2 xc yc`, as fractions of the image size.
     Yolo,
-    /// COCO's JSON: a list of detections, or a data set with annotations.
+    /// COCO JSON: a list of detections, or a data set with annotations.
     Coco,
 }
 
-/// Every form as it is written after `--as`, with what messages call it.
+/// Every format with its value for `--as` and its name in messages.
 pub const FORMATS: [(Format, &str, &str); 5] = [
     (Format::Mot, "mot", "MOTChallenge text"),
     (Format::Table, "supervision", "CSV with a header"),
@@ -50,7 +50,7 @@ impl FromStr for Format {
         let found = FORMATS.iter().find(|(_, name, _)| *name == text);
         found.map(|(format, ..)| *format).ok_or_else(|| {
             let names = FORMATS.map(|(_, name, _)| name);
-            let problem = format!("`{}` is not a form of file", shown(text));
+            let problem = format!("`{}` is not a known file format", shown(text));
             Error::input("--as", problem, known_names(text, &names))
         })
     }
@@ -63,20 +63,21 @@ impl fmt::Display for Format {
     }
 }
 
-/// A file, or a folder with one file a frame, as it was read from the disk.
+/// A file, or a folder with one file per frame, as read from disk.
 #[derive(Debug)]
 pub enum Recording {
     /// The text of a file.
     Text(String),
-    /// Frame number, file name and text of every file of a folder, in order of frames.
+    /// Frame number, file name and text of every file in a folder, in order of frames.
     Folder(Vec<(u32, String, String)>),
 }
 
 impl Recording {
-    /// Reads a file or a folder of Ultralytics' labels.
+    /// Reads a file or a folder of Ultralytics labels.
     ///
     /// # Errors
-    /// What cannot be read; a folder without a text file, or one whose names tell no frame.
+    /// If something cannot be read, or a folder contains no text file or no frame numbers in the
+    /// file names.
     pub fn load(path: &Path) -> Result<Self> {
         if path.is_dir() {
             return labels::load(path).map(Self::Folder);
@@ -85,18 +86,18 @@ impl Recording {
     }
 }
 
-/// A box as a file gives it.
+/// A box as given in the file.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Row {
-    /// As the file counts.
+    /// Frame number, in the counting of the file.
     pub frame: u32,
-    /// The track; none of a detection.
+    /// Id of the track; `None` for a detection.
     pub id: Option<i64>,
-    /// Left, top, width and height [px]; no size of a point.
+    /// Left, top, width and height [px]; no size for a point.
     pub left: f64,
     pub top: f64,
     pub size: Option<(f64, f64)>,
-    /// Whatever its range.
+    /// Confidence, possibly outside 0 to 1.
     pub confidence: Option<f64>,
     pub class: Option<String>,
 }
@@ -104,33 +105,33 @@ pub(super) struct Row {
 /// A line of a file.
 #[derive(Debug)]
 pub(super) struct Line {
-    /// The file of a folder.
+    /// Name of the file within a folder; `None` for a single file.
     pub file: Option<String>,
-    /// From 1.
+    /// Line number, from 1.
     pub number: usize,
-    /// How many fields it has.
+    /// Number of fields that are filled.
     pub filled: usize,
-    /// Its box, or what is wrong with it.
+    /// The box, or what is wrong with the line.
     pub row: std::result::Result<Row, String>,
 }
 
-/// The lines of a file, and where its classes come from.
+/// The lines of a file, and how they were interpreted.
 #[derive(Debug)]
 pub(super) struct Lines {
     pub format: Format,
-    /// What the boxes were read as.
+    /// How the four numbers of the boxes were interpreted.
     pub boxes: Boxes,
     pub lines: Vec<Line>,
-    /// What should be known of how they were read.
+    /// Notes on how the lines were interpreted, for the report.
     pub remarks: Vec<String>,
-    /// The cure of a file in which hardly a line is good.
+    /// The cure for a file with hardly any valid line.
     pub cure: &'static str,
 }
 
-/// The lines of `recording`; `name` is how messages call it.
+/// Reads the lines of `recording`; messages call it `name`.
 ///
 /// # Errors
-/// A form in which the meaning of the numbers is not certain, with what makes it so.
+/// If the meaning of the numbers is uncertain; the error says why.
 pub(super) fn read(recording: &Recording, name: &str, options: &Options) -> Result<Lines> {
     let text = match recording {
         Recording::Folder(files) => return labels::read(files, name, options),
@@ -139,7 +140,7 @@ pub(super) fn read(recording: &Recording, name: &str, options: &Options) -> Resu
     let mut lines = match options.format.unwrap_or_else(|| recognise(text)) {
         Format::Mot => {
             if let Some((form, cure)) = unread(text) {
-                let problem = format!("the file holds {form}, a form that is not read");
+                let problem = format!("the file contains {form}, which is not supported");
                 return Err(Error::input(name, problem, cure));
             }
             mot::read(text, name, options)?
@@ -153,10 +154,10 @@ pub(super) fn read(recording: &Recording, name: &str, options: &Options) -> Resu
     Ok(lines)
 }
 
-/// Turns boxes in shares of the picture into pixels, in forms of file that usually hold
-/// pixels: boxes that all lie within one pixel are none.
+/// Converts relative image coordinates to pixels in formats that usually contain pixels. Boxes that
+/// all lie within one pixel cannot be pixel coordinates.
 fn scale_shares(lines: &mut Lines, name: &str, options: &Options) -> Result<()> {
-    /// How far a box may reach past the picture, in shares of it.
+    /// How far a box may extend beyond the image, as a fraction of the image size.
     const PAST: f64 = 0.1;
     let rows = || lines.lines.iter().filter_map(|line| line.row.as_ref().ok());
     let inside = |row: &Row| {
@@ -176,12 +177,12 @@ fn scale_shares(lines: &mut Lines, name: &str, options: &Options) -> Result<()> 
         row.size = row.size.map(|(w, h)| (w * width, h * height));
     }
     lines.remarks.push(format!(
-        "boxes in shares of the picture of {width} x {height} pixels"
+        "boxes as fractions of the image size of {width} x {height} pixels"
     ));
     Ok(())
 }
 
-/// What `text` is, of forms that are known and not read, and what to do about it.
+/// Recognises known but unsupported formats; returns the name and the cure.
 fn unread(text: &str) -> Option<(&'static str, &'static str)> {
     const XML: &str = "export MOT 1.1, COCO 1.0 or YOLO labels instead";
     if text.trim_start().starts_with('<') {
@@ -206,15 +207,15 @@ fn unread(text: &str) -> Option<(&'static str, &'static str)> {
         )),
         15 | 16 if is_name(0) && numbers(1..15) => Some((
             "KITTI's object labels",
-            "they hold no frame: write lines `frame,id,left,top,width,height,conf` with id -1",
+            "they contain no frame; write lines `frame,id,left,top,width,height,conf` with id -1",
         )),
         _ => None,
     }
 }
 
-/// The form of `text`; MOT where nothing speaks for another.
+/// The format of `text`; MOT if nothing suggests another one.
 fn recognise(text: &str) -> Format {
-    /// Lines that are looked at.
+    /// Number of lines to examine.
     const SAMPLE: usize = 200;
     if text.trim_start().starts_with(['[', '{']) {
         return Format::Coco;
@@ -240,7 +241,7 @@ fn recognise(text: &str) -> Format {
             (least..=most).contains(&fields.len()) && fields[from..to].iter().all(share)
         };
         let count = sample.iter().filter(fits).count();
-        // The last line may be cut off.
+        // The last line may be incomplete.
         count > 0 && count + 1 >= sample.len()
     };
     if shares(2, 8, 8, 8) {
@@ -252,8 +253,8 @@ fn recognise(text: &str) -> Format {
     }
 }
 
-/// Whether a line holds names instead of numbers: at least two, so that a broken number
-/// makes no header.
+/// Whether a line contains names instead of numbers. It takes two of them, so that a single broken
+/// number is not mistaken for a header.
 fn is_header(line: &str) -> bool {
     let fields = line.split([',', ';', '\t']);
     let is_name = |field: &&str| {
@@ -263,8 +264,7 @@ fn is_header(line: &str) -> bool {
     fields.filter(is_name).count() > 1
 }
 
-/// What `text`, which is no pattern, seems to be a recording of; none where it could be
-/// anything.
+/// What `text`, which is not a pattern, seems to be a recording of; `None` if this is uncertain.
 pub fn recognised(text: &str) -> Option<String> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let format = recognise(text);
@@ -291,7 +291,7 @@ pub fn recognised(text: &str) -> Option<String> {
     found.then(|| format.to_string())
 }
 
-/// The number in `text`, or what is wrong with it.
+/// Parses the number in `text`; the error describes the problem.
 fn number(text: &str, what: &str) -> std::result::Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
@@ -303,38 +303,38 @@ fn number(text: &str, what: &str) -> std::result::Result<f64, String> {
 fn pixel(value: f64, what: &str) -> std::result::Result<f64, String> {
     match value {
         value if value.abs() <= LARGEST_PX => Ok(value),
-        value => Err(format!("{what} {value:?} is not a pixel")),
+        value => Err(format!("{what} {value:?} is not a valid pixel coordinate")),
     }
 }
 
-/// Some trackers print every column as a float, so `3.0` is frame 3.
+/// Parses a frame number. Some trackers print every column as a float, so `3.0` is frame 3.
 fn frame(value: f64) -> std::result::Result<u32, String> {
     if value > LAST_FRAME {
         return Err(format!(
-            "frame {value:.0} is past the largest that is read, {LAST_FRAME:.0}"
+            "frame {value:.0} is greater than the maximum of {LAST_FRAME:.0}"
         ));
     }
     if value.fract() != 0.0 || value < 0.0 {
         return Err(format!(
-            "{value:?} is not a frame: frames are counted from 0 or 1"
+            "{value:?} is not a valid frame number; frames are counted from 0 or 1"
         ));
     }
-    // In range and whole, so exact.
+    // In range and a whole number, so the conversion is exact.
     Ok(value as u32)
 }
 
-/// The id of a track; none where it is -1, which stands for a detection without one.
+/// Parses a track id; -1 stands for a detection without a track.
 fn track_id(value: f64) -> std::result::Result<Option<i64>, String> {
     match value {
         -1.0 => Ok(None),
         id if id.fract() != 0.0 || !(0.0..=LARGEST_ID).contains(&id) => {
-            Err(format!("{id:?} is not a track's id"))
+            Err(format!("{id:?} is not a valid track id"))
         }
         id => Ok(Some(id as i64)),
     }
 }
 
-/// A class as it is written in a pattern: whole numbers without a fraction.
+/// A class in the form used in a pattern: whole numbers without a decimal point.
 fn class(text: &str) -> Option<String> {
     match text.parse::<f64>() {
         _ if text.is_empty() => None,
@@ -345,8 +345,8 @@ fn class(text: &str) -> Option<String> {
     }
 }
 
-/// The box whose four figures [px] mean what `--boxes` says; of size 0 or -1 both ways it
-/// is a point.
+/// Interprets the four numbers of a box [px] according to `--boxes`. A width and height of 0 or -1
+/// mean a point.
 fn boxed(
     frame: u32,
     id: Option<i64>,
@@ -378,7 +378,7 @@ fn boxed(
     let sizes = boxes != Boxes::Corners;
     match (width, height) {
         (-1.0, -1.0) if sizes && left == -1.0 && top == -1.0 => {
-            // The 3D challenge fills the image columns so.
+            // The 3D challenge fills the image columns this way.
             Err("neither box nor point: all four are -1".to_owned())
         }
         (-1.0, -1.0) | (0.0, 0.0) if sizes => Ok(row(left, top, None)),
@@ -390,12 +390,12 @@ fn boxed(
     }
 }
 
-/// The size of the picture [px], which shares of it need.
+/// The size of the image [px], which relative coordinates need.
 fn image_size(name: &str, options: &Options) -> Result<(f64, f64)> {
     options.image_size.ok_or_else(|| {
         Error::input(
             name,
-            "the boxes are given in shares of the picture, whose size the file does not say",
+            "the boxes are fractions of the image size, which the file does not contain",
             "give --image-size WIDTHxHEIGHT [px], for example --image-size 1280x720",
         )
     })

@@ -1,17 +1,16 @@
-//! MOTChallenge text: `frame,id,left,top,width,height,conf[,class,visibility]` or
-//! `[,x,y,z]`.
+//! MOTChallenge text: `frame,id,left,top,width,height,conf[,class,visibility]` or `[,x,y,z]`.
 
 use super::{Format, Line, Lines, boxed, class, frame, number, track_id};
 use crate::error::{Error, Result};
 use crate::pattern::tracking::options::{Boxes, Options};
 
-/// The longest form; whatever follows is passed over.
+/// Number of fields in the longest form; further fields are ignored.
 const FIELDS: usize = 10;
-/// Where a class stands, if anywhere, from 0.
+/// Index of the class, if there is one, from 0.
 const CLASS: usize = 7;
 
-/// The first fields of a line, and how many of all its fields are filled. Commas or
-/// semicolons separate where there are any, blanks and tabs elsewhere.
+/// The first fields of a line, and how many of all its fields are filled. The separators are commas
+/// or semicolons if there are any, otherwise spaces and tabs.
 fn split_fields(line: &str) -> (usize, [&str; FIELDS]) {
     let mut fields = [""; FIELDS];
     let mut filled = 0;
@@ -29,22 +28,22 @@ fn split_fields(line: &str) -> (usize, [&str; FIELDS]) {
     (filled, fields)
 }
 
-/// What column 8 holds.
+/// The content of column 8.
 #[derive(Clone, Copy, PartialEq)]
 enum Eighth {
-    /// Nothing, or -1 throughout.
+    /// Empty, or always -1.
     Nothing,
     Classes,
-    /// Something else, and what speaks against classes.
+    /// Something else, with the reason why it is not a class.
     Other(&'static str),
 }
 
-/// What column 8 holds, by the form that most lines have: classes are whole numbers or
-/// names, and -1 stands for none. The x of a place in the world, which comes with y and z, is
-/// no class.
+/// Determines the content of column 8 from the form of most lines. Classes are whole numbers or
+/// names, and -1 means none. The x of a world position, which is followed by y and z, is not a
+/// class.
 fn eighth(lines: &[(usize, usize, [&str; FIELDS])]) -> Eighth {
     let good = |fields: &&[&str; FIELDS]| fields[..6].iter().all(|f| f.parse::<f64>().is_ok());
-    // The last line may be cut off.
+    // The last line may be incomplete.
     let but_last = match lines {
         [one] => std::slice::from_ref(one),
         more => &more[..more.len().saturating_sub(1)],
@@ -61,7 +60,7 @@ fn eighth(lines: &[(usize, usize, [&str; FIELDS])]) -> Eighth {
                 continue;
             }
         }
-        // A visibility is a share; a y seldom is, all over a film.
+        // A visibility is a fraction; a y rarely is throughout a recording.
         let rest = |place: usize| fields[CLASS + place].parse::<f64>();
         if let (Ok(y), Ok(z)) = (rest(1), rest(2)) {
             places += usize::from(!(0.0..=1.0).contains(&y) && (y != -1.0 || z != -1.0));
@@ -70,17 +69,17 @@ fn eighth(lines: &[(usize, usize, [&str; FIELDS])]) -> Eighth {
     match classes + others {
         0 => Eighth::Nothing,
         all if others * 2 > all => {
-            Eighth::Other("it holds fractions, as a place in the world does")
+            Eighth::Other("it contains fractions, as a world position does")
         }
-        all if places * 2 > all => Eighth::Other("columns 9 and 10 make it a place in the world"),
+        all if places * 2 > all => Eighth::Other("columns 9 and 10 make it a world position"),
         _ => Eighth::Classes,
     }
 }
 
-/// Whether the numbers have decimal commas: semicolons, blanks or tabs separate, no number
-/// has a point, and every field is a number once its comma is one.
+/// Whether the numbers have decimal commas: fields are separated by semicolons, spaces or tabs, no
+/// number has a point, and every field is a number after replacing its comma.
 fn has_decimal_commas(text: &str) -> bool {
-    /// Lines that are looked at.
+    /// Number of lines to examine.
     const SAMPLE: usize = 200;
     let mut lines = text.lines().filter(|line| !line.trim().is_empty());
     let whole = lines.by_ref().take(SAMPLE).collect::<Vec<_>>();
@@ -94,17 +93,17 @@ fn has_decimal_commas(text: &str) -> bool {
         fields.len() >= 6 && fields[..6].iter().all(|field| is_number(field))
     };
     let some = whole.iter().any(|line| line.contains(','));
-    // The last line may be cut off.
+    // The last line may be incomplete.
     some && !text.contains('.') && whole.iter().filter(fits).count() + 1 >= whole.len().max(2)
 }
 
-/// Refuses a file whose first two columns are the id and the frame, not the frame and the id:
-/// read so, every track is the boxes of one picture, which lie far apart, while the boxes of
-/// one number in the first column are those of one object, which moves little by little.
+/// Rejects a file whose first two columns are id and frame instead of frame and id. Read as frame
+/// and id, every track would consist of the boxes of one image, which are far apart, while boxes
+/// with the same number in column 1 belong to one object, which moves little by little.
 fn refuse_swapped(lines: &[Line], name: &str) -> Result<()> {
-    /// How many times as far boxes must lie apart.
+    /// Minimum ratio of the two distances between boxes.
     const APART: f64 = 4.0;
-    /// Pairs of boxes that tell something.
+    /// Minimum number of pairs of boxes for a conclusion.
     const LEAST: usize = 20;
     let rows: Vec<(i64, i64, f64, f64)> = lines
         .iter()
@@ -128,15 +127,15 @@ fn refuse_swapped(lines: &[Line], name: &str) -> Result<()> {
         steps.sort_by(f64::total_cmp);
         (steps.len() >= LEAST).then(|| steps[(steps.len() as f64 * quantile) as usize])
     };
-    // Items that are detected twice put many boxes of one picture close together, not most.
+    // Items detected twice put many boxes of one image close together, but not most.
     match step(true, 0.5).zip(step(false, 0.8)) {
         Some((as_said, swapped)) if swapped > 0.0 && as_said > APART * swapped => {
             Err(Error::input(
                 name,
                 format!(
                     "the first two columns seem to be id and frame, not frame and id: boxes with \
-                 one number in column 2 lie {as_said:.0} pixels apart (median), those with one \
-                 number in column 1 mostly less than {swapped:.0}"
+                 the same number in column 2 are {as_said:.0} pixels apart (median), those with \
+                 the same number in column 1 mostly less than {swapped:.0}"
                 ),
                 "write the frame into column 1 and the track's id into column 2",
             ))
@@ -155,7 +154,7 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
     } else {
         text
     };
-    // Without the blank end, the last line that `lines` gives is the last one written.
+    // Without trailing whitespace, so that the last line is the last one that was written.
     let lines: Vec<(usize, usize, [&str; FIELDS])> = text
         .trim_end()
         .lines()
@@ -180,7 +179,7 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
         Eighth::Nothing => {}
         Eighth::Classes => remarks.push("classes from column 8".to_owned()),
         Eighth::Other(cause) => {
-            remarks.push(format!("column 8 is not read as a class: {cause}"));
+            remarks.push(format!("column 8 is not a class: {cause}"));
         }
     }
     Ok(Lines {
@@ -191,14 +190,14 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
         cure: match boxes {
             Boxes::Sizes => {
                 "give lines `frame,id,left,top,width,height,conf` with frames from 0 or 1, or one \
-                 of the other forms of `pickline pattern import tracks --help`"
+                 of the other formats of `pickline pattern import tracks --help`"
             }
             Boxes::Corners => {
-                "leave out --boxes corners if the boxes are left,top,width,height, or give \
+                "omit --boxes corners if the boxes are left,top,width,height, or give \
                  lines `frame,id,left,top,right,bottom,conf`"
             }
             Boxes::Centres => {
-                "leave out --boxes centres if the boxes are left,top,width,height, or give \
+                "omit --boxes centres if the boxes are left,top,width,height, or give \
                  lines `frame,id,xc,yc,width,height,conf`"
             }
         },
@@ -221,7 +220,7 @@ fn read_box(
         row.confidence = Some(number(fields[6], "confidence")?);
     }
     if classes {
-        // -1 stands for none, and a fraction among classes says nothing.
+        // -1 means no class, and fractions between classes are ignored.
         row.class = class(fields[CLASS]).filter(|class| {
             class
                 .parse::<f64>()

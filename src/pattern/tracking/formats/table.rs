@@ -1,12 +1,12 @@
-//! CSV with a header, of which every column's meaning is certain by its name: what
-//! supervision's CSV sink writes, and MOT files that went through a spreadsheet.
+//! CSV with a header whose names define the meaning of every column: the output of supervision's
+//! CSV sink, and MOT files edited in a spreadsheet.
 
 use super::{Format, Line, Lines, Row, boxed, class, frame, pixel, track_id};
 use crate::csv_file::CsvFile;
 use crate::error::{Error, Result};
 use crate::pattern::tracking::options::{Boxes, Options};
 
-/// What columns are called.
+/// Accepted column names.
 const FRAME: &[&str] = &[
     "frame",
     "frame_id",
@@ -36,8 +36,8 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
         |problem: &str, cure: &str| Error::input(format!("{name}:{header_line}"), problem, cure);
     let Some(frames) = place(FRAME) else {
         return Err(wrong(
-            "a recording with a header, but no column `frame`: the frames are missing",
-            "write the frame into every row; with supervision's CSVSink, \
+            "a recording with a header but without a column `frame`: the frames are missing",
+            "write the frame in every row; with supervision's CSVSink: \
              sink.append(detections, custom_data={\"frame\": index})",
         ));
     };
@@ -47,11 +47,11 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
         (place(LEFT), place(TOP), corners.or(sizes))
     else {
         return Err(wrong(
-            "a recording with a header, but the boxes' columns are not known",
-            "call them x_min,y_min,x_max,y_max or bb_left,bb_top,bb_width,bb_height",
+            "a recording with a header but without known columns for the boxes",
+            "name them x_min,y_min,x_max,y_max or bb_left,bb_top,bb_width,bb_height",
         ));
     };
-    // The names say which of the two the boxes are.
+    // The column names determine the kind of boxes.
     let kind = match corners {
         Some(_) => Boxes::Corners,
         None => Boxes::Sizes,
@@ -115,7 +115,7 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
             row,
         });
     }
-    // Optional columns may be empty in the last line as in any other.
+    // Optional columns may be empty in any line, including the last.
     lines.iter_mut().for_each(|line| line.filled = header.len());
     let source = class_name.or(class_id).and_then(|place| header.get(place));
     Ok(Lines {
@@ -126,6 +126,6 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
             .map(|name| format!("classes from column {name}"))
             .into_iter()
             .collect(),
-        cure: "give every row a frame, a track's id and a box in the columns that the header names",
+        cure: "give every row a frame, a track id and a box in the columns named by the header",
     })
 }
