@@ -314,7 +314,7 @@ fn a_policy_that_answers_nonsense_ends_the_run() {
     assert_eq!(output.status.code(), Some(0), "{told}");
     assert!(!said.contains("\"kind\":\"task\""), "{said}");
     assert!(said.contains("illegal_action"), "{said}");
-    assert_eq!(told.matches("has no usable answer").count(), 1, "{told}");
+    assert_eq!(told.matches("gave no valid answer").count(), 1, "{told}");
 }
 
 /// A network that prefers the last slot, or the first, whatever it sees, and has no input for a

@@ -303,7 +303,7 @@ fn a_reset_while_the_belt_stops_unheard_is_told_with_its_doubt() {
     assert!((task.meet.x - 0.5).abs() < 0.11, "{task:?}");
     let remarks = line.0.take_remarks();
     assert!(
-        remarks.len() == 1 && remarks[0].contains("may be 0.3 m from where"),
+        remarks.len() == 1 && remarks[0].contains("may be off by 0.3 m"),
         "{remarks:?}"
     );
     assert_eq!(line.status().noted["encoder_reset"], 1);
@@ -382,7 +382,7 @@ fn slips(real: f64, every: u32, after: Option<f64>) {
         assert!(remarks.is_empty(), "{case}: {remarks:?}");
         return;
     }
-    let told = format!("the belt says 0.3 m/s and its encoder shows {real} m/s");
+    let told = format!("the belt reports 0.3 m/s but its encoder shows {real} m/s");
     assert!(
         remarks.len() == 1 && remarks[0].contains(&told),
         "{case}: {remarks:?}"

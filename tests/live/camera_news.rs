@@ -143,11 +143,11 @@ fn there_is_room_for_so_many_items() {
         None
     );
     let full = refused(&mut line, &detection(100.0, r#""id":"d","x":1.6,"y":0"#));
-    let expected = "d is one more than 3 items; expected fewer at a time";
+    let expected = "d exceeds the limit of 3 items; expected fewer at a time";
     assert_eq!(full, Some(("too_many_items", expected.to_owned())));
     line.tick(100.1);
     let full = refused(&mut line, &detection(100.1, r#""x":1.6,"y":0"#));
-    let expected = "without id is one more than 3 items; expected fewer at a time";
+    let expected = "without id exceeds the limit of 3 items; expected fewer at a time";
     assert_eq!(full, Some(("too_many_items", expected.to_owned())));
     // One that is known needs no room.
     assert_eq!(
@@ -212,19 +212,19 @@ fn what_is_remarked_of_items() {
         ),
         (1, 2, 2)
     );
-    let told = "the tracker has another id for item `a`, `b`: by its place it is the same";
+    let told = "the tracker has a new id for item `a`, `b`: by its position it is the same item";
     assert_eq!(remarks, [format!("{told}{}", rest("renumbered"))]);
 
     let (status, remarks) = play(&[(100.0, &[("a", 1.0, 0.0)]), (100.1, &[("a", 1.25, 0.0)])]);
     assert_eq!((status.seen, status.noted["id_reused"]), (2, 1));
-    let told = "the tracker uses the id `a` 0.250 m from where its item is: it is taken for another \
-                item, `a`; the one before is called `a~1` now";
+    let told = "the tracker uses the id `a` 0.250 m from its item: this is treated as another \
+                item, `a`; the earlier one is now called `a~1`";
     assert_eq!(remarks, [format!("{told}{}", rest("id_reused"))]);
 
     let (status, remarks) = play(&[(100.0, &[("a", 1.0, 0.0), ("b", 1.003, 0.0)])]);
     assert_eq!((status.seen, status.noted["doubled"]), (1, 1));
-    let told = "a picture shows item `a` twice, 3.0 mm apart: the second is taken for a second box \
-                around it";
+    let told = "a picture shows item `a` twice, 3.0 mm apart: the second detection is treated as a \
+                second box around it";
     assert_eq!(remarks, [format!("{told}{}", rest("doubled"))]);
 
     // The same one again in a picture is a correction, and a late one moves nothing.
@@ -249,7 +249,8 @@ fn what_is_remarked_of_items() {
         (100.2, &[("a", 1.0, 0.0), ("b", 1.012, 0.0)]),
     ]);
     assert_eq!((status.seen, status.noted["split"]), (2, 1));
-    let told = "a picture shows two items 12.0 mm apart, `a` and `b`, which had been taken for one";
+    let told = "a picture shows two items 12.0 mm apart, `a` and `b`, which had been treated as \
+                one";
     assert!(
         remarks.contains(&format!("{told}{}", rest("split"))),
         "{remarks:?}"
@@ -273,8 +274,8 @@ fn what_is_fused() {
     assert_eq!(
         line.controller.take_remarks(),
         [
-            "another camera has an id for item `a`, `7`: by its place it is the same\n  further ones \
-          are only counted, as fused in the status"
+            "another camera has an id for item `a`, `7`: by its position it is the same item\n  \
+             further ones are only counted, as fused in the status"
         ]
     );
     // Seen beside each other, 6 mm apart, and then only the one again and again.
@@ -299,8 +300,8 @@ fn what_is_fused() {
     assert_eq!(
         line.controller.take_remarks(),
         [
-            "items `b` and `a` are so near that they may be one, and pictures show one only: they are \
-          taken for one\n  further ones are only counted, as fused in the status"
+            "items `b` and `a` are so near that they may be one, and pictures show only one: they \
+             are merged\n  further ones are only counted, as fused in the status"
         ]
     );
     let status = line.status();

@@ -97,8 +97,8 @@ fn when_a_result_is_overdue() {
         assert_eq!(
             line.controller.take_remarks(),
             [
-                "robot `delta-1` owes the result of its task: it gets no other one until it is heard \
-              again"
+                "robot `delta-1` has not reported the result of its task: it gets no further task \
+                 until it is heard again"
             ]
         );
         line.see(overdue, "b", 1.1, 0.0);

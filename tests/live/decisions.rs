@@ -163,8 +163,8 @@ fn a_robot_that_waits_for_an_item_decides_when_one_comes() {
 /// with the next window.
 #[test]
 fn an_answer_that_is_none_costs_a_wait() {
-    let rest = "the robot gets no task and waits; further ones are only counted, as illegal_action \
-                in the status";
+    let rest = "the robot gets no task and waits; further cases are only counted, as \
+                illegal_action in the status";
     for (answer, problem) in [
         (Action::Pick(1), "Pick(1) among 1 candidate"),
         (Action::WaitUntil(0.0), "WaitUntil(0.0) among 1 candidate"),
@@ -179,7 +179,7 @@ fn an_answer_that_is_none_costs_a_wait() {
         assert_eq!(
             remarks,
             [format!(
-                "the strategy scripted has no usable answer for robot `delta-1` at t = 0 s: \
+                "the strategy scripted gave no valid answer for robot `delta-1` at t = 0 s: \
                  {problem}\n  {rest}"
             )]
         );

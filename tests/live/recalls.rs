@@ -231,7 +231,7 @@ fn how_long_a_late_result_is_taken() {
         } else {
             let refused = taken.unwrap_err();
             assert_eq!(refused.reason, Rejection::UnknownTask);
-            let expected = "there is no task 1; expected one that was given, not long ago";
+            let expected = "there is no task 1; expected a task that was given recently";
             assert_eq!(refused.message, expected);
             assert_eq!(line.status().missed.no_result, 1);
             assert_eq!(line.status().rejected["unknown_task"], 1);
@@ -368,12 +368,12 @@ fn what_was_acknowledged_late_is_written_off_in_the_end() {
         assert_eq!(line.noted("ack_timeout"), 1 - late);
         assert_eq!(status.robots[0].state, "silent");
         let owes = if is_late {
-            "owes the result of its task"
+            "has not reported the result of its task"
         } else {
             "has not acknowledged its task"
         };
         let remark =
-            format!("robot `delta-1` {owes}: it gets no other one until it is heard again");
+            format!("robot `delta-1` {owes}: it gets no further task until it is heard again");
         assert_eq!(line.controller.take_remarks(), [remark]);
     }
 }

@@ -111,7 +111,7 @@ fn a_journal_of_the_future_is_refused() {
         error.contains("it is 7 s ahead of this machine's clock"),
         "{error}"
     );
-    assert!(error.contains("set the clock right, or wait until it is past that time"));
+    assert!(error.contains("correct the clock, or wait until it is past that time"));
     assert!(take_up(5.1).is_err());
 }
 
@@ -275,7 +275,7 @@ fn waiting_detections_fill_no_more_room_than_items() {
     assert_eq!(refused.reason.name(), "too_many_items");
     assert_eq!(
         refused.message,
-        "f is one more than 5 items; expected fewer at a time"
+        "f exceeds the limit of 5 items; expected fewer at a time"
     );
     again.belt(101.5, 0.0);
     assert_eq!(again.status().seen, 5);
@@ -450,8 +450,8 @@ fn a_clock_that_is_set_moves_all_stamps() {
     assert_eq!(line.noted("clock_step"), 1);
     line.controller.set_clock_ahead(100.12);
     let remarks = line.controller.take_remarks();
-    let rest = "decisions go by a clock that nobody sets, stamps are mapped, and open tasks are \
-                sent again with their new stamps";
+    let rest = "decisions use a steady clock, timestamps are mapped, and open tasks are sent again \
+                with their new timestamps";
     for (remark, by) in remarks.iter().zip(["0.5", "99.62"]) {
         assert_eq!(
             remark,

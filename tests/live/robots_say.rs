@@ -253,9 +253,9 @@ fn a_robot_that_drops_its_tasks_rests_longer_and_longer() {
     }
     assert_eq!(line.noted("task_cancelled"), 10);
     assert_eq!(line.noted("robot_rested"), 1);
-    let told = "robot `delta-1` has answered CANCELLED to 3 tasks in a row that were not cancelled; \
-                it gets its next ones after a pause that grows\n  see why it drops them; a robot \
-                that must not work reports `fault`";
+    let told = "robot `delta-1` has answered CANCELLED to 3 tasks in a row that were not \
+                cancelled; it gets its next ones after increasing pauses\n  check why it drops \
+                them; a robot that must not work should report `fault`";
     assert_eq!(line.controller.take_remarks(), [told]);
 }
 

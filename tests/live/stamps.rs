@@ -127,7 +127,7 @@ fn what_nothing_follows() {
     line.0.finish();
     let dropped = line.0.take_dropped().unwrap();
     assert!(
-        dropped.message.contains("stamp = 100, while it is 5"),
+        dropped.message.contains("stamp = 100, but the time is 5"),
         "{dropped:?}"
     );
     let status = line.status();

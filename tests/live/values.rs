@@ -107,11 +107,11 @@ fn what_is_most_likely_wrong_is_questioned_and_goes_on() {
         ),
         (
             r#""kind":"detection","stamp":1,"x":0,"y":0,"covariance":[0.01,0,0.01]"#,
-            &["detection: covariance", "taken for one item"],
+            &["detection: covariance", "treated as one item"],
         ),
         (
             r#""kind":"robot","name":"r1","state":"busy","stamp":1,"available_at":1000000001"#,
-            &["robot: available_at: 1000000001 s", "is not used"],
+            &["robot: available_at: 1000000001 s", "is ignored"],
         ),
         (
             r#""kind":"robot","name":"r1","state":"busy","stamp":1,"available_at":5e4"#,

@@ -1,44 +1,44 @@
-//! How far from where it was sent each robot finds its items, and what that tells.
+//! How far from the expected position each robot finds its items, and what that shows.
 //!
-//! A camera that stamps its pictures late, or whose place is not what it is thought to be,
-//! moves all items alike, and every grasp goes beside them. Nothing in the stream of messages
-//! shows it but what the robots find.
+//! If a camera's timestamps are late, or its position is not the configured one, all items are
+//! shifted alike and every grasp misses. Only the robots' results show this.
 //!
-//! Invariant: what is remembered is of the last [`KEPT`] results.
+//! Invariant: only the last [`KEPT`] results are kept.
 
 use super::protocol::Verdict;
 use pickline::error::{rounded, shown};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
-/// Results that are remembered.
+/// Number of results that are kept.
 const KEPT: usize = 48;
-/// From so few on they tell something.
+/// Fewer results than this show nothing.
 const ENOUGH: usize = 8;
-/// Offsets up to this [m] are how robots are.
+/// Offsets up to this [m] are normal for a robot.
 const LEAST: f64 = 3e-3;
-/// A mean is no chance beyond so many of its standard errors.
+/// A mean beyond this many of its standard errors is not chance.
 const ERRORS: f64 = 4.0;
-/// Speeds that differ by more than this share tell a delay from a place.
+/// If the speeds vary by more than this share, a delay can be told from a wrong position.
 const SPREAD: f64 = 0.1;
-/// It is told again when it has changed by this share.
+/// A finding is reported again once it has changed by this share.
 const CHANGED: f64 = 0.25;
-/// Of so many results without a place all but one found nothing, or all failed.
+/// Length of a run of results without `found` of which all but one are `MISSED`, or none is
+/// `PICKED`.
 const RUN: usize = 10;
 
-/// What a robot has found.
+/// One `found` of a robot.
 #[derive(Debug, Clone, Copy)]
 struct Found {
     robot: usize,
-    /// From where it was sent to where it found the item, along and across [m].
+    /// From the place where it was sent to the place where it found the item, along and across [m].
     off: (f64, f64),
     /// Speed of the belt when the picture was taken [m/s].
     speed: f64,
 }
 
-/// The last grasps of one robot, or of all, that do not say where the item was.
+/// The last grasps of one robot, or of all, that do not report where the item was.
 #[derive(Debug, Clone, Default)]
 struct Grasps {
-    /// The number of each, and what came of it.
+    /// Number and result of each grasp.
     last: VecDeque<(u64, Verdict)>,
     has_told: bool,
 }
@@ -57,7 +57,7 @@ impl Grasps {
         self.last.iter().filter(|last| last.1 == verdict).count()
     }
 
-    /// That nearly all found nothing or that all failed, unless that was told.
+    /// Reports that nearly all grasps found nothing or that all failed, unless already reported.
     fn run(&self) -> Option<String> {
         if self.has_told || self.last.len() < RUN {
             return None;
@@ -75,22 +75,22 @@ impl Grasps {
     }
 }
 
-/// What was found lately.
+/// The recent results of all robots.
 #[derive(Debug, Clone, Default)]
 pub struct Aim {
     found: VecDeque<Found>,
     /// The last grasps of all robots, and of each.
     grasps: Grasps,
     by_robot: BTreeMap<usize, Grasps>,
-    /// How many grasps there were.
+    /// Number of grasps so far.
     number: u64,
-    /// What was told of last [m], and of which robot if it was one alone.
+    /// The offset reported last [m], and its robot if it was a single one.
     told: Option<(Option<usize>, (f64, f64))>,
-    /// Robots that have found an item where none can have been.
+    /// Robots that have reported an impossible `found`.
     elsewhere: BTreeSet<usize>,
 }
 
-/// Mean of some values, and its standard error.
+/// Mean of the values, and its standard error.
 fn mean(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
     let count = values.clone().count().max(1) as f64;
     let mean = values.clone().sum::<f64>() / count;
@@ -98,7 +98,7 @@ fn mean(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
     (mean, (squares / (count - 1.0).max(1.0) / count).sqrt())
 }
 
-/// Whether a mean is more than chance and than what robots bear.
+/// Whether a mean is larger than chance and than what is normal for a robot.
 fn is_systematic((mean, error): (f64, f64)) -> bool {
     mean.abs() > LEAST.max(ERRORS * error)
 }
@@ -108,8 +108,8 @@ fn millimetres(off: f64) -> String {
 }
 
 impl Aim {
-    /// `robot` has found its item `off` [m] from where it was sent; the belt was at `speed`
-    /// [m/s] when the picture was taken.
+    /// `robot` has found its item `off` [m] from where it was sent; the belt moved at `speed` [m/s]
+    /// when the picture was taken.
     pub fn find(&mut self, robot: usize, off: (f64, f64), speed: f64) {
         if self.found.len() == KEPT {
             self.found.pop_front();
@@ -117,13 +117,12 @@ impl Aim {
         self.found.push_back(Found { robot, off, speed });
     }
 
-    /// A robot says that it has found an item where none can have been; whether that is the
-    /// first time.
+    /// Notes an impossible `found` of `robot`. Returns whether it is its first.
     pub fn find_elsewhere(&mut self, robot: usize) -> bool {
         self.elsewhere.insert(robot)
     }
 
-    /// `robot` has said what came of a task, and not where the item was.
+    /// `robot` has reported a result without `found`.
     pub fn conclude(&mut self, robot: usize, verdict: Verdict) {
         if matches!(verdict, Verdict::Rejected | Verdict::Cancelled) {
             return;
@@ -134,8 +133,9 @@ impl Aim {
         its.conclude(self.number, verdict);
     }
 
-    /// What the results show, if it is news. Pictures are taken to be stamped `delay` [s] late
-    /// already; `camera` says when the pictures come; the belt was at `speed` [m/s] at the last.
+    /// What the results show, if it is new. `delay` [s] is already subtracted from the timestamps
+    /// of pictures; `camera` is the time from a picture's timestamp to its arrival [s]; the belt
+    /// moved at `speed` [m/s] last.
     pub fn remark(
         &mut self,
         delay: f64,
@@ -155,7 +155,7 @@ impl Aim {
         let along = mean(self.found.iter().map(|found| found.off.0));
         let across = mean(self.found.iter().map(|found| found.off.1));
         let is_shifted = is_systematic(along) || is_systematic(across);
-        // Where the mean of all shows nothing, one robot has to show it the more surely.
+        // If the mean of all robots shows nothing, a single robot needs more results as evidence.
         let odd = self.odd_one(if is_shifted { ENOUGH / 2 } else { ENOUGH });
         if !is_shifted && odd.is_none() {
             self.told = None;
@@ -175,8 +175,8 @@ impl Aim {
         if let Some(robot) = odd {
             let name = names.get(robot).copied().unwrap_or_default();
             text += &format!(
-                " those of robot `{}` alone were beside where they were sent: on average {}\n  its \
-                 base and its own frame are to be measured again",
+                " only those of robot `{}` were off: on average {} from where it was sent\n  \
+                 measure its base and its own frame again",
                 shown(name),
                 offsets(off)
             );
@@ -188,14 +188,14 @@ impl Aim {
         }
         if is_systematic(across) {
             text += &format!(
-                "\n  {} across the belt: the camera's y, or the robots' frames, are off by that",
+                "\n  {} across the belt: the camera's y or the robots' frames are off by that much",
                 millimetres(off.1)
             );
         }
         Some(text)
     }
 
-    /// What shifts items along the belt by `off` [m], most likely.
+    /// The most likely cause of a shift of items along the belt by `off` [m].
     fn cause(&self, off: f64, delay: f64) -> String {
         let speeds = self.found.iter().map(|found| found.speed);
         let count = self.found.len() as f64;
@@ -207,11 +207,12 @@ impl Aim {
         let squares = speeds.map(|v| v * v).sum::<f64>();
         if squares == 0.0 {
             return format!(
-                "the belt stood, so the camera's x is off by {}",
+                "the belt was stationary, so the camera's x is off by {}",
                 millimetres(off)
             );
         }
-        // Least squares: through 0, or with a constant where the speeds tell the two apart.
+        // Least squares: through 0, or with a constant if the speeds vary enough to separate the
+        // two.
         let tells = (variance / count).sqrt() > SPREAD * mean_speed.abs();
         let found = self.found.iter();
         let (late, place) = if tells {
@@ -225,10 +226,11 @@ impl Aim {
         let (way, ms) = (if late < 0.0 { "early" } else { "late" }, 1e3 * late);
         let flag = format!("--camera-delay {:.0}", 1e3 * delay + ms);
         let ms = format!("{:.0} ms", ms.abs());
-        let stamped = format!("as if pictures were stamped {ms} {way}: {flag} cures that");
+        let stamped = format!("as if timestamps of pictures were {ms} {way}: {flag} corrects that");
         match tells {
             false => format!(
-                "{stamped}, unless the camera's x is off by {}; other belt speeds would tell",
+                "{stamped}, unless the camera's x is off by {}; results at another belt speed \
+                 would show which",
                 millimetres(off)
             ),
             true if place.abs() > 2.0 * LEAST => format!(
@@ -239,8 +241,8 @@ impl Aim {
         }
     }
 
-    /// The one robot whose items are beside where it was sent, if those of the others are not,
-    /// and by how much [m]; `enough` of its items were found.
+    /// The one robot that finds its items off, if the others do not, and by how much [m]. It must
+    /// have found at least `enough` items.
     fn odd_one(&self, enough: usize) -> Option<(usize, (f64, f64))> {
         let means = |is_its: &dyn Fn(usize) -> bool| {
             let of = |side: fn(&Found) -> f64| {
@@ -269,7 +271,7 @@ impl Aim {
         Some((robot, (along.0, across.0)))
     }
 
-    /// One robot that fails again and again while the others pick.
+    /// A single robot that keeps failing while the others pick.
     fn run_of_one(&mut self, names: &[&str]) -> Option<String> {
         let (robot, what) = self.by_robot.iter().find_map(|(robot, its)| {
             let what = its.run()?;
@@ -284,8 +286,8 @@ impl Aim {
         self.by_robot.get_mut(&robot)?.has_told = true;
         let name = names.get(robot).copied().unwrap_or_default();
         Some(format!(
-            "robot `{}`: {what}, while the other robots pick\n  look at its gripper, and measure \
-             its base and its own frame again",
+            "robot `{}`: {what}, while the other robots pick\n  check its gripper, and measure its \
+             base and its own frame again",
             shown(name)
         ))
     }
@@ -293,7 +295,7 @@ impl Aim {
     fn run(&mut self, delay: f64, camera: Option<f64>, speed: f64) -> Option<String> {
         let what = self.grasps.run()?;
         let since = self.grasps.last.front()?.0;
-        // The one that is told of alone may have made nearly all of these.
+        // A robot that was already reported may account for nearly all of these.
         let is_known = self.by_robot.values().any(|its| {
             let recent = its.last.iter().filter(|last| last.0 >= since).count();
             its.has_told && recent + 1 >= RUN
@@ -305,22 +307,22 @@ impl Aim {
         let gripper = if self.grasps.count(Verdict::Missed) + 1 >= RUN {
             ""
         } else {
-            ", or the grippers do not hold them"
+            ", or the grippers do not hold items"
         };
         let way = rounded(0.1 * speed.abs() * 1e3, 3);
         let delay = rounded(1e3 * delay, 4);
         let comes = camera.map_or(String::new(), |offset| {
             let ms = rounded(1e3 * offset, 2);
             format!(
-                " Pictures come {ms} ms after their stamps: if taking and reading one needs \
-                 longer, they are stamped too late by the rest."
+                " Pictures come {ms} ms after their timestamps: if taking and processing one needs \
+                 longer, the timestamps are late by the difference."
             )
         });
         Some(format!(
-            "{what}: items are not where they are thought \
-             to be{gripper}\n  most likely pictures are stamped late: 100 ms are {way} mm at this speed, and \
-             --camera-delay MS, now {delay}, takes them off.{comes}\n  `found {{x, y}}` in \
-             results tells how many; or look at the camera's place and the belt's speed"
+            "{what}: items are not where they are expected{gripper}\n  most likely the timestamps \
+             of pictures are late: 100 ms are {way} mm at this speed, and --camera-delay MS, now \
+             {delay}, subtracts them.{comes}\n  `found {{x, y}}` in results would show how many; \
+             also check the camera's position and the belt's speed"
         ))
     }
 }
@@ -363,7 +365,7 @@ mod tests {
     fn a_late_stamp_is_told_of_with_what_cures_it() {
         let remarks = told((0..100).map(|i| (i % 2, 0.045 + jitter(i), jitter(i + 3), 0.3)));
         assert_eq!(remarks.len(), 1, "{remarks:?}");
-        let cure = remarks[0].contains("stamped 149 ms late: --camera-delay 169 cures");
+        let cure = remarks[0].contains("were 149 ms late: --camera-delay 169 corrects");
         assert!(cure && remarks[0].contains("mm downstream"), "{remarks:?}");
         assert!(remarks[0].contains("unless the camera's x is off by 44.8 mm"));
         let remarks = told((0..100).map(|i| (i % 2, -0.03 + jitter(i), 0.0, 0.3)));
@@ -380,7 +382,7 @@ mod tests {
             let finds = (0..24).map(|i| (i % 2, place + 0.2 * speed(i) + jitter(i), 0.0, speed(i)));
             told(finds).pop().unwrap()
         };
-        assert!(late(0.0).contains("stamped 2"), "{}", late(0.0));
+        assert!(late(0.0).contains("were 2"), "{}", late(0.0));
         assert!(!late(0.0).contains("camera's x"));
         assert!(
             late(0.03).contains("and the camera's x is off by"),
@@ -393,7 +395,7 @@ mod tests {
     fn one_robot_alone_is_named_and_chance_is_not() {
         let remarks = told((0..40).map(|i| (i % 2, 0.02 * (i % 2) as f64 + jitter(i), 0.0, 0.3)));
         let last = remarks.last().unwrap();
-        assert!(last.contains("robot `b` alone"), "{remarks:?}");
+        assert!(last.contains("only those of robot `b`"), "{remarks:?}");
         let remarks = told((0..100).map(|i| (i % 2, 4.0 * jitter(i), 3.0 * jitter(i + 1), 0.3)));
         assert!(remarks.is_empty(), "{remarks:?}");
     }
@@ -406,7 +408,7 @@ mod tests {
             let last = told(finds).pop().unwrap();
             let is_its = last.contains("average 20") || last.contains("average 19");
             assert!(
-                is_its && last.contains("robot `b` alone"),
+                is_its && last.contains("only those of robot `b`"),
                 "{robots}: {last}"
             );
         }
@@ -418,7 +420,7 @@ mod tests {
             (Verdict::Missed, "10 of the last 10 grasps found nothing"),
             (Verdict::GraspFail, "(10 GRASP_FAIL, 0 MISSED)"),
         ] {
-            // Many robots between its tasks, and bursts of its own.
+            // Many robots between its tasks, and several of its results in a row.
             for of in [2, 8] {
                 let (mut aim, mut remarks) = (Aim::default(), Vec::new());
                 for i in 0..30 * of {
@@ -447,7 +449,7 @@ mod tests {
         let none = remarks[0].contains("none of the last 10 grasps");
         assert!(none && remarks[0].contains("--camera-delay"), "{remarks:?}");
         assert!(remarks[0].contains("or the grippers"), "{remarks:?}");
-        // One pick in ten, and nothing is said.
+        // One pick in ten: nothing is reported.
         let mut aim = Aim::default();
         for i in 0..100 {
             let verdict = [Verdict::GraspFail, Verdict::Picked][usize::from(i % 10 == 0)];
@@ -467,7 +469,7 @@ mod tests {
         assert_eq!(remarks.len(), 1);
         assert!(remarks[0].contains("--camera-delay") && remarks[0].contains("30 mm"));
         assert!(remarks[0].contains("come 4 ms after"), "{remarks:?}");
-        // Again after it was better.
+        // Reported again after an improvement.
         for _ in 0..RUN / 2 {
             aim.conclude(0, Verdict::Picked);
         }

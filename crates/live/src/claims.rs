@@ -1,4 +1,4 @@
-//! A robot's claim on an item: the task, and how far it has come.
+//! A robot's claim on an item: the task, and its stage.
 
 use super::lifecycle::Stage;
 use pickline::decision::{Candidate, Moment};
@@ -7,10 +7,10 @@ use pickline::station::{Belt, Robot};
 use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
 
-/// Longest time between two cancels of one task [s].
+/// Longest interval between two cancels of a task [s].
 const LONGEST_PAUSE: f64 = 30.0;
 
-/// Why a task is cancelled, as the robot is told.
+/// Why a task is cancelled; the `reason` of its `cancel`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Reason {
@@ -20,24 +20,24 @@ pub enum Reason {
     BeltBackwards,
     /// The belt is as fast as an arm of the line.
     BeltTooFast,
-    /// With the belt's new speed the robot does not meet the item within its reach.
+    /// At the belt's new speed the robot would meet the item outside its reach.
     BeltSpeed,
-    /// The item is not where it was, and out of reach there.
+    /// The item has moved on the belt, out of the robot's reach.
     ItemMoved,
-    /// No acknowledgement has come before the last start.
+    /// No acknowledgement came before the last start.
     NoAck,
     /// The robot has reported a fault.
     Fault,
     /// Another robot has picked the item.
     TakenByOther,
-    /// The robot itself has picked it, by an earlier task.
+    /// The same robot has picked the item, in an earlier task.
     PickedBefore,
     /// The operator has stopped the line or the robot.
     Stopped,
 }
 
 impl Reason {
-    /// As it is written in a `cancel`.
+    /// The text of the `reason` in a `cancel`.
     pub fn text(self) -> &'static str {
         match self {
             Self::BeltStopped => "the belt has stopped before the item came within reach",
@@ -54,7 +54,7 @@ impl Reason {
     }
 }
 
-/// One task whose result is not known. Times are those of the controller [s].
+/// A task without a result yet. Times are in controller time [s].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Claim {
     /// Number of the task.
@@ -63,34 +63,34 @@ pub struct Claim {
     pub robot: usize,
     /// Number of the item.
     pub item: u32,
-    /// When it was decided.
+    /// When the task was decided.
     pub decided: f64,
     /// When the robot leaves its bin.
     pub start: f64,
-    /// First and last start that meet the item in the workspace.
+    /// First and last start with which the robot meets the item in its workspace.
     pub window: (f64, f64),
-    /// When it meets the item.
+    /// When the robot meets the item.
     pub meet_at: f64,
-    /// Where [m].
+    /// Where the robot meets the item [m].
     #[serde(with = "point")]
     pub meet: Point2<f64>,
-    /// When it is expected to be free again.
+    /// When the robot is expected to be free again.
     pub free_at: f64,
-    /// How far the task has come.
+    /// The stage of the task.
     pub stage: Stage,
-    /// When the robot has acknowledged it first, by its stamp.
+    /// Timestamp of the robot's first acknowledgement.
     pub acknowledged: Option<f64>,
-    /// Why it is cancelled, once it is.
+    /// Why the task was cancelled, if it was.
     pub reason: Option<Reason>,
-    /// Sendings that were not acknowledged, since somebody was there to hear them.
+    /// Unacknowledged transmissions since a peer was there to receive them.
     pub unheard: u32,
-    /// How often the cancel was sent.
+    /// How often the cancel has been sent.
     pub cancels: u32,
-    /// When the cancel is sent again.
+    /// When the cancel will be sent again.
     pub repeat_at: Option<f64>,
-    /// How often it was sent before.
+    /// How often the task was sent before.
     pub revision: u32,
-    /// When something has to be done about it if nothing is heard.
+    /// When to act if nothing is heard until then.
     pub deadline: f64,
 }
 
@@ -123,10 +123,9 @@ impl Claim {
         }
     }
 
-    /// The same task for a robot that has not left yet, from `now` on, for the item that
-    /// was at (`x0`, `y`) [m] at time 0; whether it can still be done, with a start by
-    /// `latest` [s]: a robot is not kept for an item that a belt about to stand brings in
-    /// an hour.
+    /// Replans the task from `now` on for a robot that has not left yet; the item was at (`x0`,
+    /// `y`) [m] at time 0. Returns whether the task can still be done with a start by `latest` [s].
+    /// So no robot waits for an item that a nearly stationary belt brings in an hour.
     pub fn plan_again(
         &mut self,
         robot: &Robot,
@@ -169,8 +168,9 @@ impl Claim {
         possible
     }
 
-    /// The same task for a robot on its way, when the item is not where it was expected:
-    /// it turns to the new meeting point from where it is; whether it can still be done.
+    /// Replans the task for a robot on its way, if the item is not where it was expected: the robot
+    /// turns to the new meeting point from its present position. Returns whether the task can still
+    /// be done.
     pub fn redirect(&mut self, robot: &Robot, belt: &Belt, now: f64, (x0, y): (f64, f64)) -> bool {
         let way = self.meet - robot.bin;
         let whole = self.meet_at - self.start;
@@ -199,8 +199,8 @@ impl Claim {
 }
 
 impl Claim {
-    /// The next time at which something has to be done about it. While its robot cannot be
-    /// reached nothing is sent, so nothing is due but what follows from its silence.
+    /// The next time to act on the task. While its robot is `unreachable` nothing is sent, so only
+    /// the consequences of its silence are due.
     pub fn due(&self, unreachable: bool) -> Option<f64> {
         match (self.stage, self.repeat_at) {
             (Stage::Sent, _) if unreachable => None,
@@ -211,14 +211,14 @@ impl Claim {
         }
     }
 
-    /// From when on nothing can come of it any more: the robot had to set out by then, or
-    /// to be back, `patience` [s] ago.
+    /// When the task becomes moot: `patience` [s] after both the last start and the robot's
+    /// expected return.
     pub fn moot_from(&self, patience: f64) -> f64 {
         self.window.1.max(self.free_at) + patience
     }
 
-    /// A cancel is sent at `now`; when the next one is follows from `pause` [s], which
-    /// doubles each time.
+    /// Notes a cancel sent at `now`. The next one follows after `pause` [s], which doubles each
+    /// time.
     pub fn note_cancel(&mut self, now: f64, pause: f64) {
         let doubled = pause * f64::from(2u32.saturating_pow(self.cancels.min(16)));
         self.cancels += 1;
@@ -226,7 +226,7 @@ impl Claim {
     }
 }
 
-/// A place as its two coordinates.
+/// Serializes a point as its two coordinates.
 mod point {
     use nalgebra::Point2;
     use serde::{Deserialize as _, Deserializer, Serialize as _, Serializer};

@@ -1,17 +1,17 @@
-//! Which clock rules, and which stamps are believed.
+//! The clock of the controller, and which timestamps are accepted.
 
 use super::protocol::{Rejected, Rejection};
 use pickline::error::shown_number;
 
-/// Stamps further behind than this [s] are refused: what they tell is of no use any more.
+/// Older timestamps than this [s] are refused, because their content is no longer of use.
 pub const OLDEST: f64 = 60.0;
-/// With the system clock, stamps further ahead than this [s] are refused.
+/// With the system clock, timestamps further ahead than this [s] are refused.
 const AHEAD: f64 = 5.0;
-/// With message time, what is further ahead than this [s] is doubtful. One wild stamp must
-/// not make all that follows too old, and this much makes nothing too old.
+/// With message time, timestamps further ahead than this [s] are doubtful. One wild timestamp must
+/// not make everything after it too old; a step of this size cannot.
 const DOUBTFUL: f64 = OLDEST;
-/// A tick so far ahead [s] is not: it comes from whoever keeps the time, and waits for an
-/// answer.
+/// A tick is only doubtful further ahead than this [s]: it comes from the timekeeper, which waits
+/// for an answer.
 pub const LEAP: f64 = 3600.0;
 
 /// Where the time comes from.
@@ -20,12 +20,12 @@ pub enum ClockKind {
     /// The machine's clock [s since 1970]; decisions are made when they are due.
     #[default]
     System,
-    /// The stamps of the messages: the same messages give the same output, to the bit.
+    /// The timestamps of the messages: the same messages give the same output bit-exactly.
     Messages,
 }
 
 impl ClockKind {
-    /// Its name, as it is written after `--clock`.
+    /// The value of `--clock` for this kind.
     pub fn name(self) -> &'static str {
         match self {
             Self::System => "system",
@@ -33,35 +33,35 @@ impl ClockKind {
         }
     }
 
-    /// The kind of this name.
+    /// The kind for this value of `--clock`, if there is one.
     pub fn named(name: &str) -> Option<Self> {
         let kinds = [Self::System, Self::Messages];
         kinds.into_iter().find(|kind| kind.name() == name)
     }
 }
 
-/// What is thought of a stamp.
+/// How a timestamp is judged.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Belief {
-    /// It is near enough to the present; the time [s].
+    /// It is near enough to the present; its time [s].
     Certain(f64),
-    /// With message time: it is far ahead, or the first. The next stamp decides.
+    /// With message time: it is far ahead, or the first. The next timestamp decides.
     Doubtful,
 }
 
-/// The controller's time: 0 at its beginning, so that it keeps its digits.
+/// The controller's time. It starts at 0 to keep its precision.
 #[derive(Debug, Clone)]
 pub struct Clock {
     /// Where the time comes from.
     pub kind: ClockKind,
-    /// Stamp of time 0 [s]; with message time that of the first message.
+    /// Timestamp of time 0 [s]; with message time that of the first message.
     origin: Option<f64>,
-    /// Time of the controller [s]; it never goes back.
+    /// The controller's time [s]; it never goes back.
     pub now: f64,
 }
 
 impl Clock {
-    /// A clock that begins with the first stamp it hears of, or the first reading.
+    /// A clock that starts at the first timestamp or reading.
     pub fn new(kind: ClockKind) -> Self {
         Self {
             kind,
@@ -70,29 +70,29 @@ impl Clock {
         }
     }
 
-    /// A clock that goes on from `now` [s], with its time 0 at the stamp `origin`.
+    /// A clock that resumes at `now` [s], with time 0 at the timestamp `origin` [s].
     pub fn resume(kind: ClockKind, origin: Option<f64>, now: f64) -> Self {
         Self { kind, origin, now }
     }
 
-    /// Stamp of time 0 [s], once there is one.
+    /// Timestamp of time 0 [s], once it is known.
     pub fn origin(&self) -> Option<f64> {
         self.origin
     }
 
-    /// The time [s] of a stamp.
+    /// The controller's time [s] of a timestamp [s].
     pub fn time(&mut self, stamp: f64) -> f64 {
         stamp - *self.origin.get_or_insert(stamp)
     }
 
-    /// The stamp of a time [s].
+    /// The timestamp [s] of a controller time [s].
     pub fn stamp(&self, time: f64) -> f64 {
-        // 0 + t is t, so with a recording that begins at 0 nothing is rounded.
+        // 0 + t is t, so nothing is rounded in a recording that starts at 0.
         self.origin.unwrap_or(0.0) + time
     }
 
-    /// The first stamp by which `time` [s] has come. The nearest one may be a little before,
-    /// for stamps have fewer digits after the point, and whoever waits for it would wait for
+    /// The first timestamp [s] that is not before `time` [s]. The nearest one may be slightly
+    /// earlier, because timestamps have fewer decimals, and a peer that waits for it would wait for
     /// ever.
     pub fn stamp_reaching(&self, time: f64) -> f64 {
         let origin = self.origin.unwrap_or(0.0);
@@ -103,10 +103,10 @@ impl Clock {
         stamp
     }
 
-    /// What is to be thought of the stamp of a message, that of a tick or of another.
+    /// Judges the timestamp of a message, which may be a tick.
     ///
     /// # Errors
-    /// A stamp that is too far from the present to be believed, whatever comes.
+    /// The timestamp is too far from the present to be accepted in any case.
     pub fn judge(&mut self, stamp: f64, is_tick: bool) -> Result<Belief, Rejected> {
         let ahead = match self.kind {
             ClockKind::System => AHEAD,
@@ -126,28 +126,28 @@ impl Clock {
         })
     }
 
-    /// Whether time has come to `doubtful`, a stamp, now that the next one is `next`. The
-    /// first of all has to be near its next: there is no other to tell that it is wild.
+    /// Whether the timestamp `doubtful` is confirmed by the next one, `next`. The very first
+    /// timestamp must be near the next one, because nothing else shows whether it is wild.
     pub fn confirms(&self, doubtful: f64, next: f64) -> bool {
         next >= doubtful - OLDEST && (self.origin.is_some() || next <= doubtful + LEAP)
     }
 
-    /// Why a message with this stamp, which was doubtful, is refused.
+    /// The refusal of a message whose doubtful timestamp was not confirmed.
     pub fn unconfirmed(&self, stamp: f64) -> Rejected {
         if self.origin.is_some() {
-            let ahead = format!("{DOUBTFUL} s ahead, or a next stamp as late");
+            let ahead = format!("{DOUBTFUL} s ahead, or confirmed by the next message");
             return self.refuse(stamp, &ahead);
         }
         let stamp = shown_number(stamp);
-        let problem = format!("stamp = {stamp} is the first, and the next is not near it");
+        let problem = format!("stamp = {stamp} is the first, and the next one is not near it");
         let expected = format!("at most {OLDEST} s before or {LEAP} s after it");
         Rejected::new(Rejection::Stamp, format!("{problem}; expected {expected}"))
     }
 
     fn refuse(&self, stamp: f64, ahead: &str) -> Rejected {
         let (stamp, now) = (shown_number(stamp), shown_number(self.stamp(self.now)));
-        let problem = format!("stamp = {stamp}, while it is {now}");
-        let expected = format!("at most {OLDEST} s behind and {ahead}");
+        let problem = format!("stamp = {stamp}, but the time is {now}");
+        let expected = format!("at most {OLDEST} s in the past and {ahead}");
         Rejected::new(Rejection::Stamp, format!("{problem}; expected {expected}"))
     }
 }
@@ -156,7 +156,7 @@ impl Clock {
 mod tests {
     use super::*;
 
-    /// A tick at the stamp that a `due` has named brings what is due then.
+    /// A tick at the timestamp given by a `due` triggers what is due then.
     #[test]
     fn a_stamp_that_is_waited_for_brings_its_time() {
         let mut early = 0;

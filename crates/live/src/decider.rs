@@ -1,4 +1,4 @@
-//! The strategy, how long it takes, and what is wrong with its answers.
+//! The strategy, the durations of its decisions, and its invalid answers.
 
 use super::latency::{DecisionTimes, Histogram};
 use super::protocol::Latency;
@@ -6,28 +6,28 @@ use pickline::decision::{Action, BeltItem, Candidate, Snapshot, Strategy};
 use pickline::error::{counted, shown};
 use pickline::station::Station;
 
-/// Reads a stopwatch [s]; passed in, as the controller has no clock of its own.
+/// Reads a stopwatch [s]. It is passed in because the controller has no clock.
 pub type Stopwatch = Box<dyn FnMut() -> f64 + Send>;
 
-/// The strategy with the room that its snapshots need.
+/// The strategy, with reusable buffers for its snapshots.
 pub struct Decider {
     strategy: Box<dyn Strategy>,
     name: String,
     stopwatch: Option<Stopwatch>,
     latency: Histogram,
-    /// What is wrong with the strategy's first unusable answer, until somebody asks.
+    /// The complaint about the strategy's first invalid answer, until it is taken.
     complaint: Option<String>,
     has_complained: bool,
-    /// What a decision is made on, kept to be filled again.
+    /// The candidates of a decision; a buffer that is filled again each time.
     pub candidates: Vec<Candidate>,
-    /// The free items in view, for strategies that need them.
+    /// The free items in view, for strategies that use them.
     pub view: Vec<BeltItem>,
     /// When each robot can set out next [s].
     pub free_at: Vec<f64>,
 }
 
 impl Decider {
-    /// Decides with `strategy`.
+    /// A decider that uses `strategy`.
     pub fn new(strategy: Box<dyn Strategy>) -> Self {
         Self {
             name: strategy.name(),
@@ -42,7 +42,7 @@ impl Decider {
         }
     }
 
-    /// Times the decisions from now on.
+    /// Times the decisions from now on with `stopwatch`.
     pub fn time_with(&mut self, stopwatch: Stopwatch) {
         self.stopwatch = Some(stopwatch);
     }
@@ -52,12 +52,12 @@ impl Decider {
         &self.name
     }
 
-    /// Whether the strategy looks at the items in view.
+    /// Whether the strategy uses the items in view.
     pub fn needs_view(&self) -> bool {
         self.strategy.needs_view()
     }
 
-    /// What `robot` does at `time` [s] with the candidates as they are filled in.
+    /// Decides the action of `robot` at `time` [s], with the buffers filled in.
     pub fn decide(&mut self, station: &Station, time: f64, robot: usize) -> Action {
         let snapshot = Snapshot {
             station,
@@ -75,8 +75,8 @@ impl Decider {
         action
     }
 
-    /// Keeps what is wrong with the answer `action` for the robot of this name at `time`
-    /// [s], if it is the first that is wrong.
+    /// Records that the answer `action` for `robot` at `time` [s] is invalid, if it is the first
+    /// such answer.
     pub fn complain(&mut self, action: Action, robot: &str, time: f64) {
         if std::mem::replace(&mut self.has_complained, true) {
             return;
@@ -89,25 +89,25 @@ impl Decider {
             }
         };
         self.complaint = Some(format!(
-            "the strategy {} has no usable answer for robot `{}` at t = {time} s: {problem}\n  the \
-             robot gets no task and waits; further ones are only counted, as illegal_action in \
+            "the strategy {} gave no valid answer for robot `{}` at t = {time} s: {problem}\n  the \
+             robot gets no task and waits; further cases are only counted, as illegal_action in \
              the status",
             self.strategy.name(),
             shown(robot),
         ));
     }
 
-    /// What is wrong with the first answer that cannot be used, once.
+    /// Takes the complaint about the first invalid answer.
     pub fn take_complaint(&mut self) -> Option<String> {
         self.complaint.take()
     }
 
-    /// How long decisions took so far.
+    /// Durations of the decisions so far.
     pub fn latency(&self) -> Latency {
         self.latency.latency()
     }
 
-    /// The same as counts within fixed limits.
+    /// The same durations, as counts within fixed limits.
     pub fn decision_times(&self) -> DecisionTimes {
         self.latency.decision_times()
     }

@@ -1,8 +1,8 @@
-//! Values that can be and most likely are wrong: in millimetres, in metres per minute.
+//! Values that are possible but most likely wrong: in millimetres, in metres per minute.
 //!
-//! What cannot be is refused ([`super::protocol::decode`]); what is left here is believed,
-//! and questioned once in a while, for a line that runs on it picks nothing. What a robot says
-//! besides its state or its result, and cannot be, is left out: the rest of the message counts.
+//! Impossible values are refused ([`super::protocol::decode`]). The values here are used, but cause
+//! a warning now and then, because with them a line picks nothing. Impossible extra fields of a
+//! robot's state or result are removed; the rest of the message counts.
 
 use super::protocol::{BeltState, Detection, Incoming, Place};
 use pickline::error::shown_number;
@@ -12,27 +12,28 @@ use pickline::plausible::{
 };
 use pickline::station::Station;
 
-/// A belt so many times as fast as the station says is questioned.
+/// A belt that is this many times as fast as the station says causes a warning.
 const TIMES_AS_FAST: f64 = 10.0;
-/// Travel that is compared with the speed [m]; of less, rounding and noise are too large a part.
+/// Minimum travel that is compared with the speed [m]; below it, rounding and noise dominate.
 const LEAST_TRAVEL: f64 = 1e-3;
-/// No robot finds its item further than this [m] from the belt's start.
+/// A `found` further than this [m] from the belt's start is impossible.
 const FURTHEST_FOUND: f64 = 250.0;
-/// A robot is free so long [s] before its message at most, and so long after it.
+/// An `available_at` is at most this long [s] before its message, and at most [`FREE_AFTER`] [s]
+/// after it.
 const FREE_BEFORE: f64 = 60.0;
 const FREE_AFTER: f64 = 3600.0;
 
-/// What is known to judge values by.
+/// What values are judged by.
 #[derive(Debug, Clone)]
 pub struct Doubts {
-    /// Speed of the belt as the station says [m/s].
+    /// Speed of the belt in the station file [m/s].
     belt_speed: f64,
     last_belt: Option<BeltState>,
     found: Option<Warning>,
 }
 
 impl Doubts {
-    /// Doubts of what is said on `station`.
+    /// Doubts about messages on `station`.
     pub fn new(station: &Station) -> Self {
         Self {
             belt_speed: station.belt().speed,
@@ -41,14 +42,14 @@ impl Doubts {
         }
     }
 
-    /// What of the message looked at last is doubtful, if that was not asked before: its
-    /// place is the kind of message with the field.
+    /// Takes the warning about the last message, if any. Its place is the kind of message with the
+    /// field.
     pub fn take(&mut self) -> Option<Warning> {
         self.found.take()
     }
 
-    /// Looks at a message; whether something of it is doubtful. What cannot be, and the rest
-    /// of the message does not hang on, is taken out.
+    /// Checks a message. Returns whether any of its values is doubtful. Impossible values in
+    /// optional fields are removed.
     pub fn look(&mut self, message: &mut Incoming) -> bool {
         self.found = match message {
             Incoming::Detection(detection) => look_at_item(detection),
@@ -78,7 +79,7 @@ impl Doubts {
     fn look_at_speed(&self, belt: &BeltState) -> Option<Warning> {
         let (speed, nominal) = (belt.speed.abs(), self.belt_speed);
         if let Some(doubt) = BELT_SPEED.check("belt: speed", speed) {
-            // A belt that stands may drift a little.
+            // A stationary belt may drift a little.
             return (speed > 1.0).then_some(doubt);
         }
         let near = |speed: f64| (nominal / 2.0..=nominal * 2.0).contains(&speed);
@@ -87,17 +88,17 @@ impl Doubts {
             return None;
         }
         let problem = format!(
-            "{} m/s is {:.0} times the {} m/s of the station{meant}",
+            "{} m/s is {:.0} times the station's {} m/s{meant}",
             shown_number(belt.speed),
             speed / nominal,
             shown_number(nominal),
         );
         let cure =
-            "send metres per second [m/s]; or give the belt's usual speed in the station file";
+            "send metres per second [m/s]; or set the belt's usual speed in the station file";
         Some(Warning::new("belt: speed", problem, cure))
     }
 
-    /// The encoder against the speed.
+    /// Compares the encoder with the speed.
     fn look_at_travel(&self, belt: &BeltState) -> Option<Warning> {
         let last = self.last_belt.as_ref()?;
         let travel = belt.position? - last.position?;
@@ -111,7 +112,7 @@ impl Doubts {
             return None;
         }
         let problem = format!(
-            "the belt has travelled {} m where its speed makes {} m{meant}",
+            "the belt has travelled {} m, but its speed gives {} m{meant}",
             shown_number(travel),
             shown_number(expected),
         );
@@ -119,7 +120,7 @@ impl Doubts {
     }
 }
 
-/// Takes out a place that no robot can have found an item at.
+/// Removes an impossible `found`.
 fn take_out_place(found: &mut Option<Place>) -> Option<Warning> {
     let at = (*found)?;
     let sides = [("x", at.x), ("y", at.y)].into_iter();
@@ -127,7 +128,7 @@ fn take_out_place(found: &mut Option<Place>) -> Option<Warning> {
     let (name, value) = wrong.next()?;
     *found = None;
     let problem = format!(
-        "{} m is on no belt, and is not used{}",
+        "{} m is not on any belt, and is ignored{}",
         shown_number(value),
         ITEM_PLACE.question(value)
     );
@@ -135,7 +136,7 @@ fn take_out_place(found: &mut Option<Place>) -> Option<Warning> {
     Some(Warning::new(format!("result: found.{name}"), problem, cure))
 }
 
-/// Takes out a time [s] at which a robot that says so at `stamp` [s] cannot be free.
+/// Removes an impossible `available_at` [s] from a message with the timestamp `stamp` [s].
 fn take_out_time(place: &str, stamp: f64, available: &mut Option<f64>) -> Option<Warning> {
     let at = (*available)?;
     let fits = |at: f64| (stamp - FREE_BEFORE..=stamp + FREE_AFTER).contains(&at);
@@ -149,15 +150,15 @@ fn take_out_time(place: &str, stamp: f64, available: &mut Option<f64>) -> Option
         question(at, "s", STAMPS, |factor| fits(at * factor))
     };
     let problem = format!(
-        "{} s is not from {FREE_BEFORE} s before to an hour after the message's stamp, {} s, and \
-         is not used{meant}",
+        "{} s is not between {FREE_BEFORE} s before and an hour after the message's timestamp, {} \
+         s, and is ignored{meant}",
         shown_number(at),
         shown_number(stamp),
     );
     Some(Warning::new(
         place,
         problem,
-        "send a time as stamps are [s]",
+        "send a time on the same clock as timestamps [s]",
     ))
 }
 
@@ -170,12 +171,12 @@ fn look_at_item(detection: &Detection) -> Option<Warning> {
             (variance * factor).sqrt() <= 0.05
         });
         doubt.problem = format!(
-            "a variance of {} m^2 is a standard deviation of {:.3} m: what lies within three of \
-             them is taken for one item{meant}",
+            "a variance of {} m^2 is a standard deviation of {:.3} m: everything within three of \
+             them is treated as one item{meant}",
             shown_number(variance),
             variance.sqrt(),
         );
-        doubt.cure = "give square metres [m^2]; leave the field out where it is not known".into();
+        doubt.cure = "send square metres [m^2]; omit the field if it is not known".into();
         Some(doubt)
     };
     ITEM_PLACE
@@ -224,7 +225,7 @@ mod tests {
             // The station says 0.05 m/s.
             (
                 r#""kind":"belt","stamp":1,"speed":3"#,
-                &["60 times the 0.05 m/s", "metres per minute?"],
+                &["60 times the station's 0.05 m/s", "metres per minute?"],
             ),
         ] {
             let text = look(&mut doubts(), fields).unwrap();

@@ -1,22 +1,22 @@
-//! What the belt's drive is asked for: to stop while nobody can pick, or before an item
-//! would be lost, and to go on.
+//! Requests to the belt's drive: to stop while no robot can pick or before an item would be lost,
+//! and to restart.
 //!
-//! Invariants: while a stop is asked for, the speed to go on with is known and above 0. What
-//! somebody else does to the belt is not undone: a belt that moves after it has stood as asked,
-//! or stands after it has moved as asked, is left alone until the next reason to stop it.
+//! Invariants: while a stop is requested, the speed for the restart is known and above 0. The
+//! actions of others are not overruled: a belt that moves after it stood as requested, or stands
+//! after it moved as requested, is left alone until the next reason to stop it.
 
 use serde::{Deserialize, Serialize};
 
-/// A request that was not followed is made again after [s],
+/// A request that was not followed is repeated after this time [s],
 const REPEAT: f64 = 1.0;
-/// so often.
+/// at most this many times.
 const MOST_REPEATS: u32 = 10;
-/// A belt that moves has the speed that was asked for once it is this share of it.
+/// A moving belt has reached the requested speed once it has this share of it.
 const NEARLY: f64 = 0.9;
-/// It gains speed once it is faster than at its slowest by this share of it.
+/// It is accelerating once it exceeds its lowest speed by this share of the requested one.
 const GAIN: f64 = 0.05;
 
-/// Why the belt is asked to stop or to go on.
+/// Why the belt is requested to stop or to restart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Cause {
@@ -24,12 +24,12 @@ pub enum Cause {
     NoRobot,
     /// An item would leave the last robot's reach.
     ItemLost,
-    /// Neither holds any more.
+    /// Neither of these applies any more.
     Clear,
 }
 
 impl Cause {
-    /// As it is written in a request.
+    /// The text of the `reason` in a request.
     pub fn text(self) -> &'static str {
         match self {
             Self::NoRobot => "no robot takes tasks",
@@ -42,46 +42,46 @@ impl Cause {
 /// A request to the drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Request {
-    /// Speed that is asked for [m/s].
+    /// The requested speed [m/s].
     pub speed: f64,
-    /// Why.
+    /// The reason for the request.
     pub cause: Cause,
 }
 
-/// How far a request has come. Speeds [m/s] are those from before the stop.
+/// The phase of a request. Speeds [m/s] are those from before the stop.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 enum Phase {
-    /// Nothing is asked for.
+    /// Nothing is requested.
     #[default]
     Idle,
-    /// It was asked to stop and still moves.
+    /// The belt was requested to stop and still moves.
     Stopping(f64),
-    /// It stands as asked.
+    /// The belt stands as requested.
     Stopped(f64),
-    /// It was asked to go on and still stands.
+    /// The belt was requested to restart and still stands.
     Starting(f64),
-    /// It was asked to go on, and moves.
+    /// The belt was requested to restart, and moves.
     GainingSpeed(f64),
-    /// Somebody has set it going while it was to stand.
+    /// The belt was started by someone else while it was requested to stand.
     Overruled,
 }
 
-/// What is asked of the drive.
+/// The state of the requests to the drive.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Drive {
     phase: Phase,
-    /// Why it was asked to stop last.
+    /// Reason of the last requested stop.
     cause: Option<Cause>,
-    /// When the last request was made [s], and how often it was repeated.
+    /// Time of the last request [s], and how often it was repeated.
     asked_at: f64,
     repeats: u32,
-    /// The least speed since it was asked to go on [m/s]: it may still be braking.
+    /// The lowest speed since the restart was requested [m/s]: the belt may still be braking.
     lowest: f64,
 }
 
 impl Drive {
-    /// Speed that the belt had before it was asked to stop [m/s]; none while it is not.
+    /// Speed of the belt before the requested stop [m/s]; none while no stop is requested.
     pub fn running(&self) -> Option<f64> {
         match self.phase {
             Phase::Stopping(speed) | Phase::Stopped(speed) => Some(speed),
@@ -89,19 +89,19 @@ impl Drive {
         }
     }
 
-    /// When the standing request is made again if it is not followed [s].
+    /// When the open request is repeated if it is not followed [s].
     pub fn repeat_at(&self) -> Option<f64> {
         let is_open = matches!(self.phase, Phase::Stopping(_) | Phase::Starting(_));
         (is_open && self.repeats < MOST_REPEATS).then_some(self.asked_at + REPEAT)
     }
 
-    /// What is asked for at `now` [s], as the belt moves at `speed` [m/s] and there is a
-    /// `reason` to stop it, or none; nothing where it was asked for already.
+    /// The request to make at `now` [s], if the belt moves at `speed` [m/s] and there is a `reason`
+    /// to stop it or none. Returns none if it has already been made.
     pub fn ask(&mut self, now: f64, speed: f64, reason: Option<Cause>) -> Option<Request> {
         let stands = speed == 0.0;
         self.lowest = self.lowest.min(speed);
         let gains = |running: f64| speed > self.lowest + GAIN * running;
-        // What the belt has done since the last look.
+        // What the belt has done since the last call.
         self.phase = match self.phase {
             Phase::Stopping(running) if stands => Phase::Stopped(running),
             Phase::Stopped(_) if !stands => Phase::Overruled,
@@ -118,7 +118,7 @@ impl Drive {
                 };
                 Some(self.request(now, Phase::Stopping(running), cause))
             }
-            // It may be about to move.
+            // The belt may be about to move.
             (Some(cause), Phase::Starting(running)) => {
                 Some(self.request(now, Phase::Stopping(running), cause))
             }
@@ -183,7 +183,7 @@ mod tests {
         assert_eq!(speed(drive.ask(6.0, 0.0, None)), Some(0.3));
         assert_eq!(drive.ask(7.0, 0.1, None), None);
         assert_eq!(drive.ask(9.0, 0.3, None), None);
-        // A belt that the operator stops now is none of its business.
+        // A belt that the operator stops now is left alone.
         assert_eq!(drive.ask(10.0, 0.0, Some(Cause::NoRobot)), None);
         assert_eq!(drive.ask(11.0, 0.0, None), None);
     }
@@ -193,7 +193,7 @@ mod tests {
         let mut drive = Drive::default();
         assert_eq!(speed(drive.ask(1.0, 0.3, LOST)), Some(0.0));
         assert_eq!(speed(drive.ask(1.2, 0.25, None)), Some(0.3));
-        // The drive comes to its stop first; it is asked again until it moves.
+        // The drive completes its stop first; the request is repeated until the belt moves.
         assert_eq!(drive.ask(1.4, 0.1, None), None);
         assert_eq!(drive.ask(1.6, 0.0, None), None);
         assert_eq!(speed(drive.ask(2.2, 0.0, None)), Some(0.3));
@@ -203,7 +203,7 @@ mod tests {
         drive.ask(1.0, 0.3, LOST);
         drive.ask(2.0, 0.0, LOST);
         drive.ask(3.0, 0.0, None);
-        // On its way to the speed from before there is reason to stop again.
+        // A reason to stop again while the belt accelerates.
         assert_eq!(drive.ask(3.5, 0.05, None), None);
         assert_eq!(speed(drive.ask(3.6, 0.06, LOST)), Some(0.0));
         assert_eq!(drive.ask(4.0, 0.0, LOST), None);
@@ -215,11 +215,11 @@ mod tests {
         let mut drive = Drive::default();
         drive.ask(1.0, 0.3, LOST);
         drive.ask(2.0, 0.0, LOST);
-        // Set going by hand, and stopped by hand.
+        // Started by hand, and stopped by hand.
         assert_eq!(drive.ask(3.0, 0.15, LOST), None);
         assert_eq!(drive.ask(5.0, 0.0, LOST), None);
         assert_eq!(drive.ask(8.0, 0.0, None), None);
-        // The next reason counts again.
+        // The next reason is acted on again.
         drive.ask(9.0, 0.3, None);
         assert_eq!(speed(drive.ask(10.0, 0.3, LOST)), Some(0.0));
     }

@@ -2,32 +2,32 @@
 
 use pathfinding::prelude::{Matrix, kuhn_munkres};
 
-/// So many detections that compete for the same items are assigned as well as can be; more,
-/// of which no picture of a real line has any, by the cheapest pair first.
+/// Up to this many detections that compete for the same items are assigned optimally. Larger
+/// groups, which no picture of a real line has, are assigned greedily, cheapest pair first.
 const MOST_EXACT: usize = 100;
-/// Of each detection so many of its cheapest items count.
+/// Only this many of the cheapest items of each detection count.
 const MOST_RIVALS: usize = 8;
-/// Costs are compared in steps of this size, as whole numbers: they are the same on every
-/// machine.
+/// Costs are compared as multiples of this step, in integers, so that the result is the same on
+/// every machine.
 const STEP: f64 = 1e-6;
 
-/// A detection that may be of an item.
+/// A detection and an item that it may show.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pair {
     /// Index of the detection in its picture.
     pub detection: usize,
     /// Number of the item.
     pub item: u32,
-    /// What it costs to take the one for the other.
+    /// Cost of this match.
     pub cost: f64,
 }
 
-/// The item of each detection, none for those that are of none of them, such that the costs
-/// are the least possible. `alone` is what it costs each detection to be of no item.
+/// The item of each detection, or none, such that the total cost is minimal. `alone` is the cost of
+/// each detection if it matches no item.
 ///
-/// Each group of detections that compete for the same items is a problem of its own, solved
-/// by the Hungarian method (Kuhn, *The Hungarian method for the assignment problem*, Naval
-/// Research Logistics Quarterly 2, 1955, doi:10.1002/nav.3800020109).
+/// Each group of detections that compete for the same items is solved separately by the Hungarian
+/// method (Kuhn, *The Hungarian method for the assignment problem*, Naval Research Logistics
+/// Quarterly 2, 1955, doi:10.1002/nav.3800020109).
 pub fn assign(pairs: &[Pair], alone: &[f64]) -> Vec<Option<u32>> {
     let mut pairs: Vec<Pair> = pairs
         .iter()
@@ -59,7 +59,7 @@ pub fn assign(pairs: &[Pair], alone: &[f64]) -> Vec<Option<u32>> {
     found
 }
 
-/// The pairs by groups that have no detection and no item in common.
+/// The pairs in groups that share no detection and no item.
 fn groups(pairs: &[Pair], detections: usize) -> Vec<Vec<Pair>> {
     let mut leader: Vec<usize> = (0..detections).collect();
     fn lead(leader: &mut [usize], mut detection: usize) -> usize {
@@ -105,7 +105,7 @@ fn assign_group(pairs: &[Pair], alone: &[f64], found: &mut [Option<u32>]) {
         assign_greedily(pairs, &mut columns, found);
         return;
     }
-    // What is saved against a new item, which each detection may be as well.
+    // Savings compared with a new item, which every detection may also be.
     let mut saved = Matrix::new(rows.len(), columns.len() + rows.len(), 0i64);
     for pair in pairs {
         let place = (
@@ -114,7 +114,7 @@ fn assign_group(pairs: &[Pair], alone: &[f64], found: &mut [Option<u32>]) {
         );
         if let (Ok(row), Ok(column)) = place {
             let saving = (alone[pair.detection] - pair.cost) / STEP;
-            // Far below 2^53; at least one step, as the pair is better than none.
+            // Far below 2^53; at least one step, because the pair is better than none.
             saved[(row, column)] = (saving.round() as i64).max(1);
         }
     }
@@ -202,7 +202,7 @@ mod tests {
 
     #[test]
     fn one_moves_over_where_that_is_cheaper_for_all() {
-        // The nearest of both is item 1.
+        // Item 1 is the nearest of both.
         let pairs = [pair(0, 1, 1.0), pair(0, 2, 2.0), pair(1, 1, 0.5)];
         assert_eq!(assign(&pairs, &[10.5; 2]), [Some(2), Some(1)]);
         // A new item beats two bad fits.

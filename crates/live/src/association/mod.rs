@@ -1,13 +1,13 @@
-//! Which detection is of which item: by place first, and by the tracker's id where the place
-//! leaves a doubt.
+//! Matches detections to items: by position first, and by the tracker's id if the position is
+//! ambiguous.
 //!
-//! The detections of one picture are assigned to the known items together, as a picture
-//! shows an item once: global nearest neighbour association, with a gate on the squared
-//! Mahalanobis distance (Bar-Shalom, Daum and Huang, *The probabilistic data association
-//! filter*, IEEE Control Systems 29(6), 2009, doi:10.1109/MCS.2009.934469).
+//! The detections of one picture are assigned to the known items together, because a picture shows
+//! an item once: global nearest neighbour association, with a gate on the squared Mahalanobis
+//! distance (Bar-Shalom, Daum and Huang, *The probabilistic data association filter*, IEEE Control
+//! Systems 29(6), 2009, doi:10.1109/MCS.2009.934469).
 //!
-//! Here is what a pair costs, and which pairs are possible at all; `assignment` finds the
-//! cheapest assignment, and `picture` puts the detections of a picture to the items.
+//! This module defines the cost of a pair and which pairs are possible. `assignment` finds the
+//! cheapest assignment, and `picture` matches the detections of a picture to the items.
 
 mod assignment;
 mod picture;
@@ -18,68 +18,68 @@ pub use picture::{Association, Match, associate};
 /// A covariance of a position, `[xx, xy, yy]` [m^2].
 pub type Covariance = [f64; 3];
 
-/// Detections of one item lie within so many standard deviations of it.
+/// Detections of an item lie within this many standard deviations of it.
 const DEVIATIONS: f64 = 3.0;
-/// An item under its own id may have moved on the belt: its gate is so many times as wide.
+/// An item under its own id may have moved on the belt: its gate is wider by this factor.
 const KNOWN: f64 = 3.0;
-/// What was not seen for long may be this share of the belt's travel since then off: the belt
-/// slips, and its speed is not known to the last digit.
+/// An item may be off by this share of the belt's travel since it was seen: the belt slips, and its
+/// speed is not exact.
 const DRIFT: f64 = 0.01;
-/// Standard deviations are taken to be at most this [m]: with more, all neighbours merge.
+/// Upper limit of standard deviations [m]: beyond it all neighbours would merge.
 const WIDEST: f64 = 0.05;
-/// Positions that differ by less [m] are the same, whatever the tolerance.
+/// Positions that differ by less than this [m] are the same, whatever the tolerance.
 const SAME: f64 = 1e-4;
-/// No two items that a gripper can tell apart lie nearer to each other than this [m].
+/// Two items that a gripper can pick separately are at least this far apart [m].
 const CLOSEST: f64 = 0.005;
-/// What it costs that the tracker knows the item by another id.
+/// Extra cost if the tracker knows the item under another id.
 const RENUMBERED: f64 = 1.0;
-/// What it costs to take a detection for a new item: a little more than anything in the gate.
+/// Cost of treating a detection as a new item: slightly more than anything in the gate.
 const NEW: f64 = DEVIATIONS * DEVIATIONS + RENUMBERED + 0.5;
-/// What that costs where the same picture has another detection so near that both may be of
-/// one item: only an item much nearer than the gate is worth more.
+/// The same cost if the picture has another detection so near that both may show one item: then
+/// only an item much nearer than the gate is cheaper.
 const DOUBLED: f64 = 3.0;
 
-/// What the tracker's ids say about a detection and an item.
+/// How the tracker's ids of a detection and an item compare.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Number {
     /// The item was seen under the detection's id.
     Same,
-    /// It was seen under others only.
+    /// The item was seen under other ids only.
     Other,
-    /// One of them has none.
+    /// The detection or the item has no id.
     Unknown,
 }
 
-/// How far from an item a detection of it may lie.
+/// How far from an item its detections may lie.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gate {
-    /// Three standard deviations of what no covariance tells of [m].
+    /// Three standard deviations of the errors that no covariance includes [m].
     tolerance: f64,
 }
 
 impl Gate {
-    /// The gate of this `--tolerance` [m].
+    /// The gate for this `--tolerance` [m].
     pub fn new(tolerance: f64) -> Self {
         Self {
             tolerance: tolerance.max(SAME),
         }
     }
 
-    /// Two boxes of one picture no further than this from each other [m] are of one item.
+    /// Two boxes of one picture that are at most this far apart [m] show one item.
     pub fn doubled(self) -> f64 {
         CLOSEST.min(self.tolerance)
     }
 
-    /// No detection without a known id is of an item further from it along the belt than
-    /// this [m], `widest` [m^2] being the largest variance of an item.
+    /// The greatest distance along the belt [m] at which a detection without a known id can match
+    /// an item. `widest` [m^2] is the largest variance of any item.
     pub fn reach(self, seen: Option<Covariance>, widest: f64) -> f64 {
         let variance = largest_variance(seen) + widest;
         (2.0 * self.tolerance.powi(2) + DEVIATIONS.powi(2) * variance).sqrt()
     }
 
-    /// The squared distance of a detection from an item in standard deviations. The item is
-    /// `off` [m] it along and across the belt, which has travelled `way` [m] since it was
-    /// seen last.
+    /// The squared distance between a detection and an item, in standard deviations. They are `off`
+    /// [m] apart along and across the belt, which has travelled `way` [m] since the item was last
+    /// seen.
     pub fn squared_distance(
         self,
         off: [f64; 2],
@@ -102,20 +102,19 @@ fn is_inside(squared_distance: f64) -> bool {
     squared_distance <= DEVIATIONS * DEVIATIONS
 }
 
-/// Whether a squared distance is within twice the gate: near enough to be mistaken.
+/// Whether a squared distance is within twice the gate: near enough to be confused.
 pub fn is_near(squared_distance: f64) -> bool {
     squared_distance <= (2.0 * DEVIATIONS).powi(2)
 }
 
-/// Whether a squared distance is within half the gate: so near that two items are most likely
-/// one.
+/// Whether a squared distance is within half the gate: so near that two items are probably one.
 pub fn is_close(squared_distance: f64) -> bool {
     squared_distance <= (0.5 * DEVIATIONS).powi(2)
 }
 
-/// What it costs to take a detection for an item at a squared distance; none when it is too
-/// far away. The place decides: an id counts beyond the gate only, where it is better than
-/// a new item, and makes the difference between items that are as near.
+/// The cost of matching a detection to an item at a squared distance, or none if it is too far
+/// away. The position decides. An id counts only beyond the gate, where it beats a new item, and as
+/// a tie-break between items that are equally near.
 pub fn cost(squared_distance: f64, number: Number, may_move: bool) -> Option<f64> {
     let gate = DEVIATIONS * DEVIATIONS;
     match number {
@@ -129,19 +128,19 @@ pub fn cost(squared_distance: f64, number: Number, may_move: bool) -> Option<f64
     }
 }
 
-/// What it costs to take a detection for none of the known items.
+/// The cost of matching a detection to none of the known items.
 pub fn cost_of_new(is_doubled: bool) -> f64 {
     if is_doubled { DOUBLED } else { NEW }
 }
 
-/// The largest variance in any direction [m^2], as far as it counts.
+/// The largest variance in any direction [m^2], limited by `WIDEST`.
 pub fn largest_variance(covariance: Option<Covariance>) -> f64 {
     let [xx, xy, yy] = covariance.unwrap_or_default();
     let most = 0.5 * (xx + yy) + (0.5 * (xx - yy)).hypot(xy);
     most.min(WIDEST * WIDEST)
 }
 
-/// The covariance, made smaller where it is so wide that neighbours would merge.
+/// The covariance, reduced if it is so wide that neighbours would merge.
 fn limited(covariance: Covariance) -> Covariance {
     let [xx, xy, yy] = covariance;
     let most = 0.5 * (xx + yy) + (0.5 * (xx - yy)).hypot(xy);
@@ -166,7 +165,7 @@ mod tests {
     fn the_gate_is_the_tolerance_where_nothing_else_is_known() {
         assert!((distance([0.02, 0.0], None, 0.0) - 3.0).abs() < 1e-12);
         assert!((distance([0.012, 0.016], None, 0.0) - 3.0).abs() < 1e-12);
-        // And for no tolerance the same place.
+        // With zero tolerance, the same position.
         let exact = Gate::new(0.0);
         assert!(exact.squared_distance([1e-5, 0.0], None, None, 0.0) < 1.0);
         assert!(exact.squared_distance([1e-3, 0.0], None, None, 0.0) > 9.0);
@@ -182,11 +181,11 @@ mod tests {
         let diagonal = Some([1e-4, 0.99e-4, 1e-4]);
         assert!(distance([0.025, 0.025], diagonal, 0.0) < 3.0);
         assert!(distance([0.025, -0.025], diagonal, 0.0) > 3.0);
-        // 1 % of 2 m, along the belt only, and no more than the tolerance.
+        // 1 % of 2 m, along the belt only, and at most the tolerance.
         assert!(distance([0.028, 0.0], None, 2.0) < 3.0);
         assert!(distance([0.0, 0.021], None, 2.0) > 3.0);
         assert!(distance([0.029, 0.0], None, 500.0) > 3.0);
-        // One that is no use merges no neighbours.
+        // A useless covariance merges no neighbours.
         assert!(distance([0.2, 0.0], Some([1.0, 0.0, 1.0]), 0.0) > 3.0);
     }
 
@@ -208,7 +207,7 @@ mod tests {
 
     #[test]
     fn the_place_comes_first_and_the_id_second() {
-        // In the gate a known id is worth little, beyond it all.
+        // Within the gate a known id counts little, beyond it everything.
         assert!(cost(2.0, Number::Same, true) < cost(2.0, Number::Other, true));
         assert!(cost(0.5, Number::Other, true) < cost(8.0, Number::Same, true));
         assert_eq!(cost(9.1, Number::Other, true), None);
@@ -216,7 +215,7 @@ mod tests {
         assert!(cost(80.0, Number::Same, true).is_some());
         assert_eq!(cost(82.0, Number::Same, true), None);
         assert_eq!(cost(9.1, Number::Same, false), None);
-        // Nothing in the gate is dearer than a new item.
+        // Nothing in the gate costs more than a new item.
         for number in [Number::Same, Number::Other, Number::Unknown] {
             assert!(cost(9.0, number, true).unwrap() < cost_of_new(false));
         }

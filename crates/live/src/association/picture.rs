@@ -1,38 +1,39 @@
-//! What one picture shows, put to the items that are known.
+//! Matches the detections of one picture to the known items.
 
 use super::{Gate, Number, Pair, assign, cost, cost_of_new, is_close, is_near};
 use crate::items::{Items, State};
 use crate::sight::Sight;
 use std::collections::HashSet;
 
-/// What a detection is of.
+/// What a detection shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Match {
     /// This known item.
     Item(u32),
-    /// None that is known.
+    /// No known item.
     New,
-    /// The same as another detection of the picture: said again, as its id shows.
+    /// A repetition of another detection of the picture, by its id.
     Repeats(usize),
-    /// The same as another detection of the picture: a second box round one item.
+    /// A second box around the item of another detection of the picture.
     Doubles(usize),
-    /// The same as an item that an earlier part of the picture has shown.
+    /// A second box around an item that an earlier part of the picture has shown.
     DoublesItem(u32),
 }
 
-/// A picture, put to the items.
+/// A picture whose detections have been matched to items.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Association {
-    /// What each detection is of.
+    /// What each detection shows.
     pub matches: Vec<Match>,
-    /// Items where the picture shows nothing but a detection of another one, with that one.
+    /// Pairs of an item that the picture does not show and the other item whose detection is at its
+    /// place.
     pub overlooked: Vec<(u32, u32)>,
-    /// Items that the picture shows beside each other, and nothing overlooked between them.
+    /// Items that the picture shows beside each other, with none overlooked.
     pub beside: Vec<u32>,
 }
 
-/// A picture in which all this was `seen`, put to the items. `travelled` [m] is how far the
-/// belt had travelled when an item was measured and when the picture was taken.
+/// Matches the detections `seen` in one picture to the items. `travelled` [m] is the belt's travel
+/// when an item was measured and when the picture was taken.
 pub fn associate(
     items: &Items,
     gate: Gate,
@@ -52,7 +53,7 @@ pub fn associate(
     }
     let travel = travelled(time);
     let mut pairs = Vec::new();
-    // Items near a detection, and whether they are so near that they may be one with its item.
+    // Items near a detection, and whether they are so near that they may be the same item.
     let mut near: Vec<(usize, u32, bool)> = Vec::new();
     // Items that an earlier part of the picture has shown.
     let mut shown: Vec<(usize, u32)> = Vec::new();
@@ -79,8 +80,8 @@ pub fn associate(
                 Number::Unknown
             };
             let is_same = number == Number::Same;
-            // What lies where an item was picked before is another one, if the tracker does
-            // not say that it is the same.
+            // What lies where an item was already picked is another item, unless the tracker's id
+            // says that it is the same.
             let is_gone = matches!(tracked.state, State::Picked(at) if at < time);
             let is_shown = tracked.seen_at(source) == Some(time);
             if is_shown && !is_same {
@@ -157,8 +158,8 @@ pub fn associate(
     }
 }
 
-/// A later detection of the same picture that says the same thing again, or corrects it: it
-/// has the same id and is not far.
+/// The later detection of the same picture that repeats or corrects this one: it has the same id
+/// and is near.
 fn repetition(gate: Gate, seen: &[Sight], index: usize) -> Option<usize> {
     let one = &seen[index];
     let id = one.id()?;
@@ -198,7 +199,7 @@ mod tests {
         let mut items = Items::default();
         let a = items.add(&sight(Some("a"), 0.0, 0.0));
         let b = items.add(&sight(Some("b"), 0.009, 0.0));
-        // Too far to be one with the others.
+        // Too far to be the same item as the others.
         items.add(&sight(Some("c"), 0.03, 0.0));
         let both = [sight(Some("a"), 0.001, 1.0), sight(Some("b"), 0.01, 1.0)];
         let found = put(&items, &both);
@@ -206,7 +207,7 @@ mod tests {
         assert_eq!((found.overlooked, found.beside), (vec![], vec![a, b]));
         let found = put(&items, &both[..1]);
         assert_eq!((found.overlooked, found.beside), (vec![(b, a)], vec![]));
-        // Neither has the other's place.
+        // Neither takes the other's place.
         let found = put(&items, &[sight(Some("b"), 0.001, 1.0)]);
         assert_eq!(found.matches, [Match::Item(a)]);
     }
@@ -215,7 +216,7 @@ mod tests {
     fn parts_of_a_picture_know_of_each_other() {
         let mut items = Items::default();
         let a = items.add(&sight(None, 0.0, 1.0));
-        // The same stamp: another item, a second box, and what its id says is the same.
+        // The same timestamp: another item, a second box, and a repetition by id.
         let found = put(&items, &[sight(None, 0.01, 1.0)]);
         assert_eq!(found.matches, [Match::New]);
         let found = put(&items, &[sight(None, 0.003, 1.0)]);

@@ -1,97 +1,98 @@
-//! The encoder: its zero, which may change, and how far it bears out the speed.
+//! The encoder: its zero, which may change, and whether it confirms the speed.
 
 use super::history::Stretch;
 use super::speed::Spread;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
-/// An encoder may differ by this much [m] from what the speeds make, and by a tenth of it:
-/// beyond it has been set to another zero.
+/// An encoder may differ by this much [m] plus this share from the travel that the speeds give.
+/// Beyond that it was set to another zero.
 const JUMP: f64 = 5e-3;
 const SHARE: f64 = 0.1;
-/// No belt is so many times faster than it says and than its station file says.
+/// No belt is this many times as fast as it reports and as its station file says.
 const FASTEST: f64 = 10.0;
-/// So many readings in a row that contradict the speed are told of.
+/// This many readings in a row that contradict the speed are reported.
 const CONTRADICTIONS: u32 = 5;
-/// An encoder bears the speed out if the travel of a second, or whatever was heard of it,
-/// is within this [m] or this share of what the speed makes.
+/// An encoder confirms the speed if its travel over a second (or the time heard so far) is within
+/// this [m] or this share of what the speed gives.
 const AGREED: f64 = 2e-3;
 const AGREED_SHARE: f64 = 0.005;
-/// And contradicts it from here on.
+/// The encoder contradicts the speed beyond both of these [m, share].
 const DIFFERENT: f64 = 3e-3;
 const DIFFERENT_SHARE: f64 = 0.01;
-/// The two are compared over so long [s], and not before there is so much [s].
+/// Encoder and speed are compared over this time [s], and not before there is at least [`ENOUGH`]
+/// [s].
 const COMPARED: f64 = 1.0;
 const ENOUGH: f64 = 0.3;
-/// The last of a window, to see whether it is like the whole [s].
+/// The last part of a window [s], which must look like the whole.
 const LATEST: f64 = 0.02;
 
-/// How the belt moves, as the encoder shows it, where the speed says something else.
+/// How the belt moves according to the encoder, if the reported speed differs.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Slip {
-    /// So many times as fast.
+    /// Faster than the reported speed by this factor.
     Ratio(f64),
-    /// So fast [m/s], while it is said to stand.
+    /// At this speed [m/s], while it is reported as stationary.
     Speed(f64),
 }
 
-/// The zero before one that may have changed.
+/// The previous zero, while it is not certain that the zero has changed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Doubt {
     zero: f64,
-    /// How fast the belt would have been [m/s] if the zero had not changed.
+    /// Speed that the belt would have had [m/s] if the zero had not changed.
     speed: f64,
 }
 
-/// What the belt has said since the encoder was last read. Belt messages without a position
-/// may come in between: an encoder's travel is compared with what they add up to.
+/// What the belt has reported since the last encoder reading. Belt messages without a position may
+/// come in between; the encoder's travel is compared with their sum.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Since {
     /// When the encoder was last read [s].
     pub time: f64,
     /// The travel then [m].
     travel: f64,
-    /// Travel since, by the speeds that were said [m].
+    /// Travel since then by the reported speeds [m].
     driven: f64,
-    /// Travel since, by the speeds as they were taken to be [m].
+    /// Travel since then by the estimated speeds [m].
     expected: f64,
-    /// The lowest and the highest speed since, or 0 [m/s].
+    /// The lowest and the highest speed since then, or 0 [m/s].
     low: f64,
     high: f64,
 }
 
-/// What is known of the encoder, and outlives the process.
+/// What is known of the encoder. It survives a restart.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Encoder {
     /// What it shows when the travel is 0 [m].
     zero: Option<f64>,
-    /// How often that has changed.
+    /// How often the zero has changed.
     resets: u64,
-    /// The last reading was of another zero, or of a belt that is faster than it says: the
-    /// next one shows which.
+    /// Set if the last reading shows either another zero or a belt that is faster than reported;
+    /// the next reading shows which.
     #[serde(skip_serializing_if = "Option::is_none")]
     doubt: Option<Doubt>,
-    /// How the belt moves where the speed says something else.
+    /// How the belt moves if the reported speed differs.
     #[serde(skip_serializing_if = "Option::is_none")]
     slip: Option<Slip>,
-    /// Its last reading, and what was said since.
+    /// Its last reading, and the reports since.
     #[serde(skip_serializing_if = "Option::is_none")]
     since: Option<Since>,
 }
 
-/// One reading, with what it is compared with.
+/// One reading, and what it is compared with.
 #[derive(Debug, Clone, Copy)]
 pub struct Reading {
     /// What the encoder shows [m].
     pub position: f64,
     /// When [s].
     pub time: f64,
-    /// When the belt was heard before [s], and how fast it has said to be then [m/s].
+    /// When the belt was last heard before [s], and the speed reported then [m/s].
     pub heard: Option<(f64, f64)>,
-    /// The encoder's last reading, and what was said since.
+    /// The encoder's last reading, and the reports since.
     pub since: Option<Since>,
-    /// The belt as it was known.
+    /// The belt's motion as known before this reading.
     pub before: Stretch,
     /// The speed in the same message [m/s].
     pub speed: f64,
@@ -99,13 +100,13 @@ pub struct Reading {
     pub nominal: f64,
 }
 
-/// What a reading was found to be.
+/// How a reading was interpreted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Found {
     /// Travel since time 0 [m].
     Travel(f64),
-    /// The same; the encoder counts from another zero, and the travel since the last message
-    /// is known to within this [m] only.
+    /// Travel since time 0 [m], but the encoder counts from another zero; the travel since the last
+    /// message is only known to within the second value [m].
     Reset(f64, f64),
 }
 
@@ -124,17 +125,17 @@ impl Encoder {
         self.resets
     }
 
-    /// How the belt moves where the speed says something else.
+    /// How the belt moves if the reported speed differs.
     pub fn slip(&self) -> Option<Slip> {
         self.slip
     }
 
-    /// Its last reading, and what the belt has said since.
+    /// Its last reading, and what the belt has reported since.
     pub fn since(&self) -> Option<Since> {
         self.since
     }
 
-    /// It was read at `time` [s], and the belt had travelled `travel` [m].
+    /// Notes a reading at `time` [s], when the belt had travelled `travel` [m].
     pub fn mark(&mut self, time: f64, travel: f64) {
         self.since = Some(Since {
             time,
@@ -146,9 +147,8 @@ impl Encoder {
         });
     }
 
-    /// The next belt message, with a position or without, is `gap` [s] after the one before.
-    /// Over that time the belt said that it moves at `said`, and was taken to move at
-    /// `taken` [m/s].
+    /// Notes a belt message, with or without a position, `gap` [s] after the previous one. In that
+    /// time the reported speed was `said` and the estimated one `taken` [m/s].
     pub fn pass(&mut self, gap: f64, said: f64, taken: f64) {
         if let Some(since) = &mut self.since {
             since.driven += said * gap;
@@ -158,7 +158,7 @@ impl Encoder {
         }
     }
 
-    /// What `reading` shows.
+    /// Interprets `reading`.
     pub fn read(&mut self, reading: &Reading) -> Found {
         let Reading {
             position,
@@ -171,7 +171,7 @@ impl Encoder {
             self.zero = Some(position - expected);
             return Found::Travel(expected);
         };
-        // Of a state that was kept without the last reading, the last message has to do.
+        // A restored state may lack the last reading; then use the last message.
         let (last, said) = reading.heard.unwrap_or((time, before.speed));
         let (from, stood, slowest, fastest) = match reading.since {
             Some(since) => (since.time, since.travel, since.low, since.high),
@@ -183,8 +183,8 @@ impl Encoder {
             ),
         };
         let gap = time - from;
-        // It may have stood, been as fast as it has ever said since it was last read, as it
-        // says now or as the station file says.
+        // The belt may have stood, or moved at any speed reported since the last reading, at the
+        // present one, or at the station file's.
         let speed = reading.speed;
         let usual = reading.nominal.copysign(speed);
         let low = slowest.min(speed).min(usual).min(0.0) * gap;
@@ -204,8 +204,8 @@ impl Encoder {
         if let Some(doubt) = self.doubt
             && is_possible
         {
-            // The second reading in a row that is too far on: if the zero had changed, this
-            // one would show what the speed makes.
+            // The second reading in a row that shows too much travel. If the zero had changed, this
+            // one would agree with the speed.
             let alike = shown / doubt.speed;
             if (0.5..=2.0).contains(&alike) {
                 (self.zero, self.doubt) = (Some(doubt.zero), None);
@@ -213,8 +213,8 @@ impl Encoder {
                 return Found::Travel(position - doubt.zero);
             }
         }
-        // Whether it stopped at once or at the last moment nobody knows; up to the last
-        // message it is known.
+        // The speed may have changed at any moment since the last message; the travel up to that
+        // message is known.
         let (change, unknown) = (speed - said, time - last);
         let travel = if change.abs() <= SHARE * said.abs() {
             expected
@@ -228,7 +228,7 @@ impl Encoder {
     }
 }
 
-/// A moment that was compared: sums over what was read before, without the resets.
+/// A moment to compare with: sums over all previous readings, without the resets.
 #[derive(Debug, Clone, Copy, Default)]
 struct Mark {
     /// Time [s].
@@ -239,11 +239,11 @@ struct Mark {
     driven: f64,
 }
 
-/// What is remembered of the last second, to compare the encoder with the speeds.
+/// The readings of the last second, to compare the encoder with the speeds.
 #[derive(Debug, Clone, Default)]
 pub struct Comparison {
     marks: VecDeque<Mark>,
-    /// By how much single readings were off what was expected [m].
+    /// Deviations of single readings from the expected travel [m].
     steps: Spread,
     /// Resets in a row.
     contradictions: u32,
@@ -252,12 +252,12 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// By how much single readings are off [m], as a rule.
+    /// Typical deviation of a single reading [m].
     pub fn noise(&self) -> f64 {
         self.steps.level()
     }
 
-    /// Counts readings in a row that contradict the speed; whether that is to be told now.
+    /// Counts readings in a row that contradict the speed. Returns whether to report that now.
     pub fn contradicts(&mut self, is_reset: bool) -> bool {
         self.contradictions = if is_reset {
             self.contradictions.saturating_add(1)
@@ -267,7 +267,7 @@ impl Comparison {
         self.contradictions == CONTRADICTIONS
     }
 
-    /// The speed has changed in a message without a position.
+    /// Notes that the speed has changed in a message without a position.
     pub fn change(&mut self, encoder: &mut Encoder) {
         self.changed = true;
         if matches!(encoder.slip, Some(Slip::Speed(_))) {
@@ -275,8 +275,8 @@ impl Comparison {
         }
     }
 
-    /// Compares what was read with the speeds, of which the mean is now `mean` [m/s], after a
-    /// change or not, and nothing up to `dead` [m/s].
+    /// Compares a reading with the speeds. Their mean is `mean` [m/s], after a change or not; up to
+    /// `dead` [m/s] the belt is stationary.
     pub fn note(
         &mut self,
         encoder: &mut Encoder,
@@ -299,7 +299,7 @@ impl Comparison {
             _ => {}
         }
         if changed {
-            // What was before says nothing of the new speed, but the ratio may.
+            // Earlier readings say nothing about the new speed, but the ratio may still hold.
             self.marks.clear();
             if matches!(encoder.slip, Some(Slip::Speed(_))) {
                 encoder.slip = None;
@@ -338,7 +338,7 @@ impl Comparison {
             return;
         }
         if is_off {
-            // The whole window differs alike, or the belt has just changed.
+            // Either the whole window differs equally, or the belt has just changed its speed.
             let late = self.marks.iter().rev();
             let late = late.skip(1).find(|mark| now.time - mark.time >= LATEST);
             let late = late.unwrap_or(first);

@@ -1,24 +1,23 @@
-//! Where the belt was: its travel over the time just past, thinned out.
+//! The belt's travel over the last minute, thinned out.
 
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
-/// How long the past is kept [s]: a little longer than the oldest stamp that is accepted.
+/// How long the past is kept [s]: slightly longer than the age of the oldest accepted timestamp.
 const KEPT: f64 = crate::clock::OLDEST + 5.0;
-/// What is left out lies within this of the line between what is kept [m].
+/// Omitted points lie within this of the line between the kept ones [m].
 const OFF: f64 = 2e-4;
-/// Points are at least this far apart [s], so that their number is bounded whatever the
-/// rate of the encoder.
+/// Minimum time between points [s], so that their number is bounded at any rate of the encoder.
 const APART: f64 = 4e-3;
-/// A stretch that ends within this of where the next one begins [m] was driven as it says.
+/// A stretch that ends within this of the start of the next one [m] has the speed that it states.
 const SAME: f64 = 1e-9;
 
-/// From `from` on the belt has travelled `travel + speed (t - from)`.
+/// A stretch of constant speed: from `from` on, the belt's travel is `travel + speed (t - from)`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Stretch {
-    /// When it begins [s].
+    /// Start time [s].
     pub from: f64,
-    /// Travel then [m].
+    /// Travel at the start [m].
     pub travel: f64,
     /// Speed from then on [m/s].
     pub speed: f64,
@@ -33,19 +32,19 @@ impl Stretch {
 
 /// The stretches before the newest one, oldest first.
 ///
-/// Of a noisy encoder nearly every message is another stretch. What is kept are the corners
-/// of a line that passes all of them by at most [`OFF`]: the swinging door of E. H. Bristol
-/// (Swinging door trending: adaptive trend recording?, ISA National Conference, 1990,
-/// pp. 749-754).
+/// With a noisy encoder nearly every message starts another stretch. Only the corners of a line
+/// that passes all of them within [`OFF`] are kept: the swinging door of E. H. Bristol (Swinging
+/// door trending: adaptive trend recording?, ISA National Conference, 1990, pp. 749-754).
 #[derive(Debug, Clone, Default)]
 pub struct History {
     points: VecDeque<Stretch>,
-    /// Slopes [m/s] from the last point that pass everything that was left out since.
+    /// Range of slopes [m/s] from the last point that pass all points omitted since.
     door: Option<(f64, f64)>,
 }
 
 impl History {
-    /// Takes up `previous`, which `next` follows, unless it can be left out; whether it did.
+    /// Adds `previous`, which `next` follows, unless it can be omitted. Returns whether it was
+    /// added.
     pub fn push(&mut self, previous: Stretch, next: &Stretch) -> bool {
         let Some(last) = self.points.back() else {
             self.add(previous);
@@ -73,7 +72,7 @@ impl History {
         self.door = None;
     }
 
-    /// Adds points as another history has, and keeps the newest `kept` of them.
+    /// Adds the points of another history, and keeps the newest `kept` points.
     pub fn extend(&mut self, new: Vec<Stretch>, kept: usize) {
         self.points.extend(new);
         let surplus = self.points.len().saturating_sub(kept);
@@ -81,15 +80,15 @@ impl History {
         self.door = None;
     }
 
-    /// Forgets what is too old at `time` [s].
+    /// Forgets the points that are too old at `time` [s].
     pub fn forget(&mut self, time: f64) {
-        // The point before the oldest time that is asked for holds then.
+        // The point before the oldest time that can be requested is still needed.
         while self.points.get(1).is_some_and(|p| p.from < time - KEPT) {
             self.points.pop_front();
         }
     }
 
-    /// How many points there are.
+    /// Number of points.
     pub fn len(&self) -> usize {
         self.points.len()
     }
@@ -143,7 +142,7 @@ mod tests {
 
     #[test]
     fn a_minute_is_kept_at_any_rate_and_few_points_of_it() {
-        // Runs, stops at 30 s, runs on at 50 s; with noise of 0.01 mm.
+        // Moves, stops at 30 s, moves again at 50 s; with noise of 0.01 mm.
         let travel = |t: f64| {
             let noise = 1e-5 * (1e4 * t).sin();
             0.3 * t.min(30.0) + 0.3 * (t - 50.0).max(0.0) + noise

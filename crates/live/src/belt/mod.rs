@@ -1,4 +1,4 @@
-//! Where the belt is: its travel over time, measured and as it is planned with.
+//! Where the belt is: its travel over time, as measured and as planned.
 
 mod encoder;
 mod history;
@@ -11,86 +11,87 @@ use history::{History, Stretch};
 use serde::{Deserialize, Serialize};
 use speed::{FRESH, SpeedMean};
 
-/// A standing belt is planned with this speed [m/s]: a station's belt cannot be slower.
+/// Planned speed of a stationary belt [m/s]: a station's belt cannot be slower.
 const STANDING: f64 = 1e-6;
-/// Up to this share of the speed in the station file, and never above so much [m/s], the
-/// belt stands: what is measured is noise.
+/// Up to this share of the station file's speed, and at most [`MOST_DEAD`] [m/s], the belt is
+/// stationary: the reading is noise.
 const DEAD_SHARE: f64 = 0.01;
 const MOST_DEAD: f64 = 5e-3;
-/// Plans are made again when the belt is further than this from where they put it [m], or
-/// than its noise explains, which is never more than the second [m].
+/// Plans are renewed when the belt is further from its planned position than this [m] and than
+/// noise explains. Noise explains at most the second value [m].
 const DRIFT: f64 = 1e-3;
 const MOST_DRIFT: f64 = 5e-3;
-/// Or when its speed differs by more than this share of theirs, and than noise explains.
+/// Plans are also renewed when the speed differs from the planned one by more than this share and
+/// than noise explains.
 const SPEED_CHANGE: f64 = 0.01;
-/// What noise does not explain is beyond so many standard deviations.
+/// Noise explains deviations up to this many standard deviations.
 const DEVIATIONS: f64 = 3.0;
-/// Noise of the speed adds up over so long [s]: about the life of a task.
+/// Noise of the speed adds up over this time [s]: about the life of a task.
 const HORIZON: f64 = 1.0;
-/// An encoder that differs from the speed by more than this share, for so long [s], is told
-/// of; and again when the share has changed by as much.
+/// An encoder that differs from the speed by more than this share, for [`TOLD_AFTER`] [s], is
+/// reported; and again when the share has changed by as much.
 const TOLD: f64 = 0.02;
 const TOLD_AFTER: f64 = 2.0;
-/// What the sums of many messages may lose of that share.
+/// Rounding error of that share over the sums of many messages.
 const ROUNDING: f64 = 1e-6;
-/// Items may be further off than this [m] after the encoder was set to another zero: told of.
+/// An encoder reset after which items may be off by more than this [m] is reported.
 const UNSURE: f64 = 0.01;
 
-/// What a belt message changed.
+/// What a belt message has changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Change {
-    /// Nothing that matters: plans hold.
+    /// Nothing that matters: plans remain valid.
     None,
-    /// The belt is not where plans put it.
+    /// The belt is not at its planned position.
     Plan,
-    /// The message is older than one heard already.
+    /// The message is older than one that was heard before.
     Late,
 }
 
-/// The motion of the belt. Times are those of the controller, 0 at its first message.
+/// The motion of the belt. Times are in controller time, which is 0 at the first message.
 ///
-/// Invariants: stretches follow each other in time, and so do their ends and beginnings in
-/// travel; the travel at any time of the last minute is within a fraction of a millimetre of
-/// what was measured; a speed within the dead band is 0.
+/// Invariants: stretches follow each other without gaps in time or travel; the travel at any time
+/// of the last minute is within a fraction of a millimetre of the measurement; a speed within the
+/// dead band is 0.
 #[derive(Debug, Clone)]
 pub struct Motion {
-    /// As measured, before the newest stretch.
+    /// The measured stretches before the newest one.
     history: History,
-    /// Everything else that outlives the process.
+    /// Everything else that survives a restart.
     plan: Plan,
-    /// What is learned again.
+    /// What is learned again after a restart.
     learned: Learned,
 }
 
-/// What is known of the belt besides the stretches that it has travelled.
+/// What is known of the belt besides its history.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Plan {
-    /// How many stretches have ever been taken into the history.
+    /// Number of stretches ever added to the history.
     measured: u64,
     /// The speed in the station file [m/s].
     nominal: f64,
-    /// As measured last.
+    /// The newest measured stretch.
     newest: Stretch,
-    /// The mean of the speed since it last changed [m/s].
+    /// Mean of the speed since it last changed [m/s].
     mean: f64,
-    /// As planned with.
+    /// The stretch that plans are based on.
     planned: Stretch,
-    /// Whether the belt ran backwards when it was planned.
+    /// Whether the belt ran backwards when plans were made.
     backwards: bool,
     /// Its encoder.
     encoder: Encoder,
-    /// The last message: when it was measured [s], and its speed [m/s]; none before the first.
+    /// Time [s] and speed [m/s] of the last message; none before the first.
     last: Option<(f64, f64)>,
 }
 
-/// What is known of noise. It is learned within some ten messages.
+/// The noise of the belt messages. It is learned within about ten messages.
 #[derive(Debug, Clone)]
 struct Learned {
     speed: SpeedMean,
     comparison: Comparison,
-    /// Further off than this [m] the belt is elsewhere.
+    /// Beyond this deviation [m] the belt is not at its planned position.
     drift: f64,
-    /// Since when the encoder differs from the speed [s], and what share was told of.
+    /// Since when the encoder differs from the speed [s], and the share that was reported.
     differs: Option<f64>,
     told: Option<f64>,
     remarks: Vec<String>,
@@ -109,30 +110,30 @@ impl Learned {
     }
 }
 
-/// How the motion differs from what it was when it had an earlier [`Plan`].
+/// How the motion differs from an earlier one, identified by its [`Plan`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MotionChange {
-    /// Stretches taken into the history since.
+    /// Stretches added to the history since then.
     new: Vec<Stretch>,
-    /// How many there are now, the newest.
+    /// Number of newest stretches that are kept now.
     kept: usize,
     plan: Plan,
 }
 
-/// What is learned again is no part of what a motion is.
+/// What is learned again does not count when motions are compared.
 impl PartialEq for Motion {
     fn eq(&self, other: &Self) -> bool {
         self.plan == other.plan && self.history.is_same(&other.history)
     }
 }
 
-/// Up to which speed [m/s] a belt stands that runs at `nominal` [m/s] as a rule.
+/// Speed [m/s] up to which a belt counts as stationary, for a station file's speed `nominal` [m/s].
 fn dead_band(nominal: f64) -> f64 {
     (DEAD_SHARE * nominal.abs()).min(MOST_DEAD)
 }
 
 impl Motion {
-    /// A belt that moves at `speed` [m/s] until it says otherwise.
+    /// A belt that moves at `speed` [m/s] until it reports otherwise.
     pub fn new(speed: f64) -> Self {
         let stretch = Stretch {
             from: 0.0,
@@ -155,12 +156,12 @@ impl Motion {
         }
     }
 
-    /// What to compare with later, to find what has changed.
+    /// The present state, for a later comparison with [`Motion::change`].
     pub fn plan(&self) -> Plan {
         self.plan
     }
 
-    /// What has changed since the plan was `before`; all of it when there was none.
+    /// What has changed since the plan was `before`; everything if there was none.
     pub fn change(&self, before: Option<Plan>) -> Option<MotionChange> {
         if before == Some(self.plan) {
             return None;
@@ -168,14 +169,14 @@ impl Motion {
         let kept = self.history.len();
         let new = self.plan.measured - before.map_or(0, |plan| plan.measured);
         Some(MotionChange {
-            // More may have been measured than is kept.
+            // More stretches may have been measured than are kept.
             new: self.history.newest(usize::try_from(new).unwrap_or(kept)),
             kept,
             plan: self.plan,
         })
     }
 
-    /// Changes as another motion has.
+    /// Applies the change of another motion.
     pub fn apply(&mut self, change: MotionChange) {
         self.history.extend(change.new, change.kept);
         self.plan = change.plan;
@@ -192,12 +193,12 @@ impl Motion {
         self.plan.encoder.resets()
     }
 
-    /// What is strange about the belt, since this was last asked.
+    /// Takes the warnings about the belt since the last call.
     pub fn take_remarks(&mut self) -> Vec<String> {
         std::mem::take(&mut self.learned.remarks)
     }
 
-    /// Takes note of `belt`, measured at `time` [s].
+    /// Handles the message `belt`, measured at `time` [s].
     pub fn hear(&mut self, time: f64, belt: &BeltState) -> Change {
         let heard = self.plan.last;
         if heard.is_some_and(|(last, _)| time < last) {
@@ -245,8 +246,7 @@ impl Motion {
         self.plan.mean = if stands(mean) { 0.0 } else { mean };
         let speed = if stands(speed) { 0.0 } else { speed };
         self.learned.drift = self.noise(gap, belt.position.is_some());
-        // Where nothing has changed the first stretch stays, so that positions do not
-        // collect roundings.
+        // If nothing has changed, the first stretch stays, so that rounding errors do not add up.
         let same = before.speed == speed && (travel - expected).abs() < 1e-9;
         if !same {
             let next = Stretch {
@@ -254,8 +254,7 @@ impl Motion {
                 travel,
                 speed,
             };
-            // What the station file says about the time before the first message is no
-            // measurement.
+            // The station file's speed before the first message is not a measurement.
             if heard.is_some() && self.history.push(before, &next) {
                 self.plan.measured += 1;
             }
@@ -283,9 +282,9 @@ impl Motion {
             let since = reading.since.map_or(last, |since| since.time);
             let gap = rounded(reading.time - since, 3);
             self.learned.remarks.push(format!(
-                "the encoder contradicts the belt's speed again and again: at {to} m/s it shows {} m \
-                 after {gap} s, which is not where it can be; positions follow from the speed\n  check \
-                 its sign, its unit (m) and how far it counts",
+                "the encoder keeps contradicting the belt's speed: at {to} m/s it shows {} m after \
+                 {gap} s, which is not possible; positions follow from the speed\n  check its \
+                 sign, its unit (m) and its range",
                 shown_number(reading.position),
             ));
         }
@@ -295,15 +294,14 @@ impl Motion {
             let unsure = rounded(unsure, 2);
             self.learned.remarks.push(format!(
                 "the encoder was set to another zero while the belt went from {from} to {to} m/s, \
-                 in {gap} s without a message: what was seen before may be {unsure} m from where \
-                 it is thought to be\n  have the encoder keep its count, or send belt messages \
-                 more often"
+                 in {gap} s without a message: items seen before may be off by {unsure} m\n  have \
+                 the encoder keep its count, or send belt messages more often"
             ));
         }
         zeroed
     }
 
-    /// Tells of an encoder that differs from the speed for some time.
+    /// Reports an encoder that has differed from the speed for some time.
     fn compare(&mut self, time: f64, mean: f64) {
         let measured = match self.plan.encoder.slip() {
             None => {
@@ -330,25 +328,25 @@ impl Motion {
         let (set, shown) = (rounded(mean, 3), rounded(measured, 3));
         let percent = format!("{:+.1} %", 100.0 * share);
         self.learned.remarks.push(format!(
-            "the belt says {set} m/s and its encoder shows {shown} m/s ({percent}): planned with the \
-             encoder\n  check the drive's speed and the encoder's scale"
+            "the belt reports {set} m/s but its encoder shows {shown} m/s ({percent}): plans use \
+             the encoder\n  check the drive's speed and the encoder's scale"
         ));
     }
 
-    /// How far the belt may be from where plans put it [m] without being elsewhere, when
-    /// messages come every `gap` [s].
+    /// How far noise may put the belt from its planned position [m], if messages come every `gap`
+    /// [s].
     fn noise(&self, gap: Option<f64>, has_encoder: bool) -> f64 {
         let noise = if has_encoder {
             2.0 * self.learned.comparison.noise()
         } else {
-            // A random walk: the travel is the sum of what the speeds make.
+            // A random walk: the travel is the sum over the speeds.
             let steps = gap.unwrap_or(0.0).min(FRESH) * HORIZON;
             DEVIATIONS * self.learned.speed.noise() * steps.sqrt()
         };
         noise.clamp(DRIFT, MOST_DRIFT)
     }
 
-    /// The speed at `time` [s]: the mean while messages come, and their last word after.
+    /// The speed at `time` [s]: the mean while messages come, the last reported speed afterwards.
     fn estimate(&self, time: f64) -> f64 {
         match self.plan.last {
             Some((last, _)) if time - last > FRESH => self.plan.newest.speed,
@@ -356,7 +354,7 @@ impl Motion {
         }
     }
 
-    /// Whether the belt at `time` [s] is not where plans put it.
+    /// Whether the belt at `time` [s] is not at its planned position.
     pub fn is_off(&self, time: f64) -> bool {
         let (real, planned) = (self.plan.newest, self.plan.planned);
         let speed = self.estimate(time);
@@ -367,7 +365,7 @@ impl Motion {
             || (speed < 0.0) != self.plan.backwards
     }
 
-    /// Plans from `time` [s] on with what was measured last.
+    /// Renews the plan from `time` [s] on with the newest measurement.
     pub fn plan_again(&mut self, time: f64) {
         let speed = self.estimate(time);
         self.plan.backwards = speed < 0.0;
@@ -378,7 +376,7 @@ impl Motion {
         };
     }
 
-    /// Travel since time 0 at `time` [s], by the measurements around it [m].
+    /// Travel from time 0 to `time` [s], by the measurements around it [m].
     pub fn travel(&self, time: f64) -> f64 {
         let newest = &self.plan.newest;
         if time >= newest.from {
@@ -388,23 +386,23 @@ impl Motion {
         }
     }
 
-    /// Whether it stands, by what was measured last.
+    /// Whether the belt is stationary, by the newest measurement.
     pub fn stands(&self) -> bool {
         self.speed() == 0.0
     }
 
-    /// Speed as it is known [m/s]; 0 within the dead band.
+    /// The measured speed [m/s]; 0 within the dead band.
     pub fn speed(&self) -> f64 {
         self.plan.mean
     }
 
-    /// Speed that is planned with [m/s], above 0.
+    /// The planned speed [m/s], above 0.
     pub fn planned_speed(&self) -> f64 {
         self.plan.planned.speed
     }
 
-    /// What turns an item's place on the belt into its x at time 0 if the belt had always
-    /// moved at the planned speed [m].
+    /// Offset from an item's place on the belt to its x at time 0, if the belt had always moved at
+    /// the planned speed [m].
     pub fn planned_offset(&self) -> f64 {
         let planned = self.plan.planned;
         planned.travel - planned.speed * planned.from
@@ -465,7 +463,7 @@ mod tests {
         assert!((motion.travel(20.0) - 2.004).abs() < 1e-12);
         motion.hear(30.0, &belt(0.1, Some(1.0)));
         assert!((motion.travel(30.0) - 3.004).abs() < 1e-12);
-        // It stood for a minute, and nobody said so.
+        // The belt stood for a minute without reporting it.
         motion.hear(100.0, &belt(0.1, Some(2.0)));
         assert_eq!(motion.encoder_resets(), 1);
         assert!((motion.travel(100.0) - 4.004).abs() < 1e-12);
@@ -479,7 +477,7 @@ mod tests {
         assert_eq!(copy, motion);
         for i in 1..3 * 1000 {
             let before = motion.plan();
-            // Often several between two looks, once more than are kept.
+            // Often several changes between two comparisons, once more than are kept.
             let several = if i == 1000 { 2 * 1000 } else { i % 4 };
             for j in 0..several {
                 let time = i as f64 + j as f64 / 1e4;

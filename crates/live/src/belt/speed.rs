@@ -1,28 +1,27 @@
 //! The mean of a noisy speed since it last changed.
 
-/// Messages that are further apart than this [s] tell of changes, not of noise; and after
-/// so long a silence the last one holds.
+/// A difference between messages that are further apart than this [s] is a change, not noise. After
+/// a silence of this time the last message holds.
 pub const FRESH: f64 = 1.0;
-/// Of so many deviations the spread is taken.
+/// Number of deviations in the window for the spread.
 const WINDOW: usize = 15;
-/// Before there are so many there is no spread.
+/// With fewer deviations than this there is no spread.
 const LEAST: usize = 5;
-/// Noise is at most this share of the speed: more is how the belt moves.
+/// Noise is at most this share of the speed: anything larger is real motion.
 const MOST_NOISE: f64 = 0.05;
-/// The mean is over at most so many messages, or so much time [s] where that is more.
+/// The mean covers at most this many messages, or [`LONGEST`] [s] if that is more.
 const MOST: f64 = 100.0;
 const LONGEST: f64 = 1.0;
-/// The noise is smoothed over so many messages.
+/// The noise level is smoothed over this many messages.
 const SMOOTHED: f64 = 32.0;
-/// Allowance and threshold of the test for changes [standard deviations]: a message in some
-/// thousands is taken for a change by mistake, and a change of three standard deviations is
-/// found within four messages.
+/// Allowance and threshold of the change test [standard deviations]: one false alarm in some
+/// thousands of messages; a change of three standard deviations is found within four messages.
 const ALLOWANCE: f64 = 0.5;
 const THRESHOLD: f64 = 10.0;
-/// One message that is so far off [standard deviations] is a change.
+/// A single message that is this far off [standard deviations] is a change.
 const FAR: f64 = 6.0;
 
-/// How large the last deviations were, but for the largest quarter: a single change is no
+/// The size of the last deviations without the largest quarter, because a single change is not
 /// noise.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Spread {
@@ -32,14 +31,14 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// Takes note of a deviation.
+    /// Adds a deviation.
     pub fn note(&mut self, value: f64) {
         self.values[self.next] = value.abs();
         self.next = (self.next + 1) % WINDOW;
         self.len = WINDOW.min(self.len + 1);
     }
 
-    /// The value that three quarters of them stay below; 0 while there are too few.
+    /// The upper quartile of the deviations; 0 while there are too few.
     pub fn level(&self) -> f64 {
         if self.len < LEAST {
             return 0.0;
@@ -51,7 +50,7 @@ impl Spread {
     }
 }
 
-/// A sum of deviations to one side, and over how many messages.
+/// A cumulative sum of deviations to one side, and its number of messages.
 #[derive(Debug, Clone, Copy, Default)]
 struct Side {
     sum: f64,
@@ -68,7 +67,7 @@ impl Side {
         self.sum > THRESHOLD || deviation > FAR
     }
 
-    /// By how much the mean has changed [standard deviations].
+    /// The change of the mean [standard deviations].
     fn shift(&self) -> f64 {
         ALLOWANCE + self.sum / f64::from(self.messages)
     }
@@ -77,11 +76,11 @@ impl Side {
 /// The mean of a speed since it last changed by more than its noise: the test for the change
 /// is the cumulative sum of E. S. Page (1954), doi:10.1093/biomet/41.1-2.100.
 ///
-/// Without noise, every other value is a change, and the mean is the last value.
+/// Without noise, every different value is a change, and the mean is the last value.
 #[derive(Debug, Clone, Copy)]
 pub struct SpeedMean {
     mean: f64,
-    /// Up to this a speed is noise around 0 [m/s].
+    /// Speeds up to this are noise around 0 [m/s].
     dead: f64,
     count: u32,
     up: Side,
@@ -95,8 +94,8 @@ pub struct SpeedMean {
 }
 
 impl SpeedMean {
-    /// A speed of which nothing was heard yet but `mean` [m/s]; up to `dead` [m/s] it is
-    /// noise around 0.
+    /// A mean that starts at `mean` [m/s] before any message; speeds up to `dead` [m/s] are noise
+    /// around 0.
     pub fn new(mean: f64, dead: f64) -> Self {
         Self {
             mean,
@@ -115,10 +114,10 @@ impl SpeedMean {
         self.mean
     }
 
-    /// Standard deviation of one message [m/s].
+    /// Standard deviation of a single message [m/s].
     pub fn noise(&self) -> f64 {
-        // Of a second difference it is sqrt(6) of that of one value, and three quarters of a
-        // normal distribution lie within 1.15 of it.
+        // A second difference has sqrt(6) times the standard deviation of a single value, and three
+        // quarters of a normal distribution lie within 1.15 standard deviations.
         let noise = self.level / (1.15 * 6_f64.sqrt());
         noise.min(self.dead.max(MOST_NOISE * self.mean.abs()))
     }
@@ -128,8 +127,8 @@ impl SpeedMean {
         self.noise() / f64::from(self.count).sqrt()
     }
 
-    /// Takes note of a speed [m/s], which was measured `gap` [s] after the one before, if
-    /// there was one; whether it has changed.
+    /// Adds a speed [m/s], measured `gap` [s] after the previous one, if there was one. Returns
+    /// whether the speed has changed.
     pub fn note(&mut self, speed: f64, gap: Option<f64>) -> bool {
         let is_apart = gap.is_none_or(|gap| gap > FRESH);
         if is_apart {
@@ -188,7 +187,7 @@ impl SpeedMean {
 mod tests {
     use super::*;
 
-    /// Noise of standard deviation 1, always the same.
+    /// Reproducible noise of standard deviation 1.
     fn noise() -> impl Iterator<Item = f64> {
         let mut state = 1_u64;
         std::iter::repeat_with(move || {
@@ -234,7 +233,7 @@ mod tests {
         assert!(changes <= 4, "{changes} changes");
         assert!((speed.mean() - 0.3).abs() < 0.0025, "{}", speed.mean());
         assert!((0.5..2.0).contains(&(speed.noise() / 0.006)));
-        // A stop at once, a tenth slower within a few messages.
+        // A stop is found at once, a tenth slower within a few messages.
         let mut other = speed;
         assert!(say(&mut other, 0.0) && other.mean() == 0.0);
         let heard = (1..).find(|_| say(&mut speed, 0.27)).unwrap();

@@ -1,4 +1,4 @@
-//! The decisions: who is next, what it sees, what becomes of the answer.
+//! The decisions: which robot is next, what its strategy sees, and what follows from the answer.
 
 use super::Controller;
 use pickline::decision::{Action, Moment};
@@ -6,7 +6,7 @@ use crate::claims::Claim;
 use crate::robots::Wait;
 
 impl Controller {
-    /// The next decision: when [s], and whose; ties to the robot listed first.
+    /// Time [s] and robot of the next decision. Ties go to the robot listed first.
     pub(super) fn next_decision(&mut self) -> Option<(f64, usize)> {
         let waits = self.world.awaits_belt() || self.world.planning().is_none();
         if self.stopping || waits {
@@ -26,7 +26,7 @@ impl Controller {
                         .next_decision(index, now, robot.available_from(now + lead))
                 && let time = start - lead
                 && first.is_none_or(|(earliest, _)| time < earliest)
-                // Nobody is sent on the word of a belt or to a robot that has fallen silent.
+                // No task is given while the belt or the robot is silent.
                 && time <= belt_until
                 && time <= self.sources.robot_until(&self.robot_keys[index])
             {
@@ -38,7 +38,7 @@ impl Controller {
 
     /// Lets `robot` decide now.
     pub(super) fn decide(&mut self, robot: usize) {
-        // The strategy decides for the moment at which the robot can set out.
+        // The strategy decides for the moment when the robot can set out.
         let time = self.stamps.now() + self.config.lead_of(robot);
         let decider = &mut self.decider;
         self.world.offer(robot, time, &mut decider.candidates);
@@ -54,7 +54,7 @@ impl Controller {
             return;
         };
         if decider.candidates.is_empty() {
-            // Nothing is open after all; a decision on nothing has no answer.
+            // There is no candidate after all, so there is nothing to decide.
             self.fleet.get_mut(robot).free_at = time.next_up();
             return;
         }
@@ -62,7 +62,7 @@ impl Controller {
         self.act(robot, time, action);
     }
 
-    /// `robot`, which can set out at `time` [s], does as its strategy says.
+    /// Carries out the strategy's answer for `robot`, which can set out at `time` [s].
     fn act(&mut self, robot: usize, time: f64, action: Action) {
         let (until, wait) = match action {
             Action::Pick(place) if place < self.decider.candidates.len() => {
@@ -75,8 +75,8 @@ impl Controller {
                 (next.unwrap_or(f64::INFINITY), Wait::Window)
             }
             Action::Pick(_) | Action::WaitUntil(_) | Action::NoAnswer => {
-                // A strategy that breaks the rules must neither stop the line nor give a
-                // task: the robot waits, the others go on.
+                // An illegal action must neither stop the line nor become a task: the robot waits,
+                // the others continue.
                 self.note("illegal_action");
                 let name = &self.world.station().robots()[robot].name;
                 self.decider.complain(action, name, time);
@@ -88,7 +88,7 @@ impl Controller {
         (info.free_at, info.wait) = (until, wait);
     }
 
-    /// `robot` takes candidate `place` and sets out at `start` [s].
+    /// `robot` claims candidate number `place` and sets out at `start` [s].
     fn claim(&mut self, robot: usize, start: f64, place: usize) {
         let candidate = self.decider.candidates[place];
         let Some(station) = self.world.planning() else {

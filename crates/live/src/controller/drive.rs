@@ -1,4 +1,4 @@
-//! When the belt's drive is asked to stop the belt, and to go on.
+//! When to request the drive to stop or restart the belt.
 
 use super::Controller;
 use crate::drive::Cause;
@@ -6,7 +6,7 @@ use crate::protocol::{BeltRequest, Outgoing};
 use crate::robots::Service;
 
 impl Controller {
-    /// When the drive is asked for something next, if nothing is heard until then [s].
+    /// Time of the next possible request to the drive, if nothing is heard until then [s].
     pub(super) fn next_drive(&self) -> Option<f64> {
         if !self.config.may_stop_belt || self.world.awaits_belt() {
             return None;
@@ -15,19 +15,19 @@ impl Controller {
         let lost = (self.drive.running().is_none() && speed > 0.0)
             .then(|| self.first_loss(speed))
             .flatten();
-        // A robot that falls silent is no more at work from then on, and one that has met
-        // its item does not need the belt to wait.
+        // A robot that falls silent no longer takes tasks, and one that has met its item does not
+        // need the belt to wait.
         let robots = 0..self.fleet.len();
         let silent = robots.map(|robot| self.sources.robot_until(&self.robot_keys[robot]));
         let silent = silent.filter(|until| until.is_finite()).map(f64::next_up);
         let met = self.tasks.holding().map(|claim| claim.meet_at);
         let all = self.drive.repeat_at().into_iter().chain(lost);
-        // What was due before was asked for when the step began.
+        // Anything due earlier was requested when the step began.
         let all = all.chain(silent).chain(met).filter(|time| *time > now);
         all.reduce(f64::min)
     }
 
-    /// Asks the drive to stop the belt, or to go on, where there is reason to.
+    /// Requests the drive to stop or restart the belt if there is a reason to.
     pub(super) fn ask_drive(&mut self) {
         if !self.config.may_stop_belt || self.world.awaits_belt() {
             return;
@@ -64,10 +64,10 @@ impl Controller {
         is_heard && (0..self.fleet.len()).all(|robot| !self.is_at_work(robot))
     }
 
-    /// When the belt has to be asked to stop because the first free item is about to leave
-    /// the reach of the last robot that could take it, if the belt moves at `speed` [m/s];
-    /// those that have left it do not count. While the belt stands for an item, it is not
-    /// safe before its robot has met it.
+    /// When the belt must be requested to stop [s], because the first free item is about to leave
+    /// the reach of the last robot that could take it, if the belt moves at `speed` [m/s]. Items
+    /// that have already left do not count. While the belt waits for an item, the item is not safe
+    /// until its robot has met it.
     fn first_loss(&self, speed: f64) -> Option<f64> {
         let now = self.stamps.now();
         let station = self.station().with_belt_speed(speed).ok()?;
@@ -84,7 +84,7 @@ impl Controller {
             let closes = robots.filter_map(|(index, robot)| {
                 let place = tracked.place + travelled;
                 let (_, close) = robot.departure_window(station.belt(), place, tracked.y)?;
-                // A task is decided its lead time before the robot sets out.
+                // A task is decided one lead time before the robot sets out.
                 let margin = self.config.stop_margin + self.config.lead_of(index);
                 (close >= now).then_some(close - margin)
             });

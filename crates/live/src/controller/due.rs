@@ -1,21 +1,21 @@
-//! What is due, in order of time.
+//! Carries out what is due, in order of time.
 
 use super::Controller;
 use crate::clock::ClockKind;
 
 impl Controller {
-    /// With the system clock: the time is `stamp` [s since 1970], and what is due is done.
+    /// With the system clock: sets the time to `stamp` [s since 1970] and does what is due.
     pub fn advance(&mut self, stamp: f64) {
         if self.stamps.clock.kind == ClockKind::System {
             self.close_picture();
             let time = self.stamps.clock.time(stamp);
-            // Decisions are never made in the past: the robots could not leave then.
+            // Decisions are never made for the past, because no robot can leave then.
             self.stamps.clock.now = self.stamps.now().max(time);
             self.settle(self.stamps.now(), true);
         }
     }
 
-    /// With message time: no further message comes.
+    /// With message time: notes that no further message comes.
     pub fn finish(&mut self) {
         if self.stamps.clock.kind == ClockKind::Messages {
             self.resolve_last();
@@ -24,7 +24,7 @@ impl Controller {
         }
     }
 
-    /// Stamp at which something is due if no message comes [s].
+    /// Timestamp of what is due next if no message comes [s].
     pub fn next_stamp(&mut self) -> Option<f64> {
         self.next_due()
             .map(|time| self.stamps.clock.stamp_reaching(time))
@@ -38,12 +38,12 @@ impl Controller {
         all.into_iter().flatten().reduce(f64::min)
     }
 
-    /// Leaves out the statuses up to `time` [s].
+    /// Skips the statuses up to `time` [s].
     pub(super) fn skip_statuses(&mut self, time: f64) {
         if !self.next_status.is_finite() {
             return;
         }
-        // The first of the times that statuses have which is not past.
+        // The first status time that is not past.
         let every = self.config.status_every;
         self.next_status = self.next_status.max((time / every).floor() * every);
         while self.next_status <= time {
@@ -51,10 +51,10 @@ impl Controller {
         }
     }
 
-    /// Does what is due up to `until` [s], that moment included or not, in order of time.
+    /// Does what is due up to `until` [s] in order of time, with or without that moment itself.
     pub(super) fn settle(&mut self, until: f64, included: bool) {
         let is_due = |time: f64| time < until || (included && time == until);
-        // What was heard since the last step may be a reason to stop the belt.
+        // The messages since the last step may be a reason to stop the belt.
         self.ask_drive();
         loop {
             if self.world.is_off(self.stamps.now()) {
@@ -70,7 +70,7 @@ impl Controller {
             ];
             let first = first.into_iter().flatten().fold(f64::INFINITY, f64::min);
             if is_due(self.next_status) && self.next_status < first {
-                // As things are then: what is due at the same time is done before.
+                // With the state at that time: anything due at the same time is done first.
                 self.stamps.clock.now = self.stamps.now().max(self.next_status);
                 self.next_status += self.config.status_every;
                 self.forget_gone();

@@ -1,4 +1,4 @@
-//! Where things stand.
+//! The figures of a status.
 
 use super::Controller;
 use crate::clock::ClockKind;
@@ -7,7 +7,7 @@ use crate::operation::Mode;
 use crate::protocol::{Outgoing, Status};
 
 impl Controller {
-    /// The figures as they are now. `queued` is how many messages wait to be sent.
+    /// The current figures. `queued` is the number of messages waiting to be sent.
     pub fn status(&self, last: bool, queued: u64) -> Status {
         let now = self.stamps.now();
         let (mut picked, mut missed) = self.tally.forgotten();
@@ -59,14 +59,14 @@ impl Controller {
         }
     }
 
-    /// Sends the figures as they are now.
+    /// Sends a status with the current figures; see [`Controller::status`].
     pub fn report(&mut self, last: bool, queued: u64) {
         self.close_picture();
         let status = self.status(last, queued);
         self.output.push(Outgoing::Status(Box::new(status)));
     }
 
-    /// How long decisions took so far.
+    /// Durations of the decisions so far.
     pub fn latency(&self) -> crate::protocol::Latency {
         self.decider.latency()
     }

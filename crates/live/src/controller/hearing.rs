@@ -1,25 +1,25 @@
-//! What is heard: which messages are believed, and who handles them.
+//! Incoming messages: which of them are accepted, and which code handles them.
 
 use super::Controller;
 use crate::clock::{Belief, ClockKind, LEAP};
 use crate::operation::Mode;
 use crate::protocol::{Due, Incoming, Outgoing, Rejected};
 
-/// What has become of a message that was not refused.
+/// What happened to a message that was not refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Taken {
-    /// It was acted on.
+    /// It took effect.
     Accepted,
-    /// It is held back until the next one shows whether its stamp can be believed.
+    /// It is held back until the next message confirms its timestamp or not.
     Held,
 }
 
 impl Controller {
-    /// Takes a message. With message time, one that was held back before it may be acted on
-    /// first, or be refused, which [`Controller::take_dropped`] tells.
+    /// Handles a message. With message time, a message that was held back may take effect first, or
+    /// be refused, which [`Controller::take_dropped`] reports.
     ///
     /// # Errors
-    /// A message that is refused; it is counted, and nothing has changed.
+    /// The message is refused. It is counted, and nothing else changes.
     pub fn handle(&mut self, mut message: Incoming) -> Result<Taken, Rejected> {
         let is_doubtful = self.doubts.look(&mut message);
         let result = self.take(message);
@@ -49,22 +49,22 @@ impl Controller {
         }
         let is_tick = matches!(message, Incoming::Tick { .. });
         if is_tick && self.stamps.clock.origin().is_none() {
-            // Whatever time it is, nothing is due; who asks may say nothing more until
-            // there is an answer.
+            // Nothing is due at any time, and the sender may wait for this answer before it sends
+            // anything else.
             self.output.push(Outgoing::Due(Due { stamp, next: None }));
         }
         self.stamps.hold_back(message);
         Ok(Taken::Held)
     }
 
-    /// No message comes after the one that is held back.
+    /// Resolves the message held back, as no further message comes.
     pub(super) fn resolve_last(&mut self) {
         if let Some((held, confirmed)) = self.stamps.take_held_back(None) {
             self.resolve(held, confirmed);
         }
     }
 
-    /// Acts on a message that was held back, or refuses it.
+    /// Handles a message that was held back, or refuses it.
     fn resolve(&mut self, held: Incoming, confirmed: bool) {
         let is_first = self.stamps.clock.origin().is_none();
         let result = if confirmed {
@@ -72,10 +72,10 @@ impl Controller {
             if !is_first {
                 self.note("leap");
             }
-            // Of a long pause only the end is reported on.
+            // After a long pause only its end gets statuses.
             self.skip_statuses(time - LEAP);
             if is_first && matches!(held, Incoming::Tick { .. }) {
-                // It was answered already.
+                // It has already been answered.
                 Ok(())
             } else {
                 self.act_on(time, held)
@@ -99,7 +99,7 @@ impl Controller {
             self.close_picture();
         }
         if self.stamps.clock.kind == ClockKind::Messages && time > self.stamps.clock.now {
-            // What was due before this came is decided without it.
+            // Whatever was due before this message is decided without it.
             self.settle(time, false);
         }
         self.hear_source(time, &message);

@@ -1,4 +1,4 @@
-//! What is counted of the items' identity, and remarked the first time.
+//! Events about the identity of items: counted, and reported the first time.
 
 use super::Controller;
 use pickline::error::shown;
@@ -6,7 +6,7 @@ use crate::items::News;
 use crate::sight::Sight;
 
 impl Controller {
-    /// Counts something, and remarks it if it is the first of its kind.
+    /// Counts an event, and reports it if it is the first of its kind.
     fn note_and_remark(&mut self, what: &'static str, remark: impl FnOnce(&Self) -> String) {
         if self.tally.note(what) {
             let remark = remark(self);
@@ -15,7 +15,7 @@ impl Controller {
         }
     }
 
-    /// The name of an item, as it can be shown.
+    /// The name of an item, safe to print.
     pub(super) fn name_of(&self, item: u32) -> String {
         let tracked = self.world.items().get(item);
         let name = tracked.map_or("?", |tracked| tracked.id.as_str());
@@ -28,8 +28,8 @@ impl Controller {
             let tracked = line.world.items().get(item);
             let way = tracked.map_or(0.0, |tracked| sight.way(tracked.place, tracked.y));
             format!(
-                "a picture shows item {} twice, {:.1} mm apart: the second is taken for a second \
-                 box around it",
+                "a picture shows item {} twice, {:.1} mm apart: the second detection is treated as \
+                 a second box around it",
                 line.name_of(item),
                 1e3 * way,
             )
@@ -40,33 +40,35 @@ impl Controller {
     pub(super) fn note_fused(&mut self, [one, other]: &[String; 2]) {
         self.note_and_remark("fused", |_| {
             format!(
-                "items {one} and {other} are so near that they may be one, and pictures show \
-                 one only: they are taken for one"
+                "items {one} and {other} are so near that they may be one, and pictures show only \
+                 one: they are merged"
             )
         });
     }
 
-    /// A known item was seen under an id that is new to it.
+    /// A known item was seen under a new id.
     pub(super) fn note_news(&mut self, item: u32, sight: &Sight, news: News) {
         let id = sight.id().map(shown).unwrap_or_default();
         match news {
             News::Nothing => {}
             News::Renumbered => self.note_and_remark("renumbered", |line| {
                 format!(
-                    "the tracker has another id for item {}, `{id}`: by its place it is the same",
+                    "the tracker has a new id for item {}, `{id}`: by its position it is the same \
+                     item",
                     line.name_of(item),
                 )
             }),
             News::Fused => self.note_and_remark("fused", |line| {
                 format!(
-                    "another camera has an id for item {}, `{id}`: by its place it is the same",
+                    "another camera has an id for item {}, `{id}`: by its position it is the same \
+                     item",
                     line.name_of(item),
                 )
             }),
         }
     }
 
-    /// The id of one item was seen on another, `item`, where the one is not, or beside it.
+    /// The id of item `before` was seen on another one, `item`, either elsewhere or beside it.
     pub(super) fn note_two(&mut self, before: u32, item: u32, sight: &Sight, is_split: bool) {
         let id = sight.id().map(shown).unwrap_or_default();
         let tracked = self.world.items().get(before);
@@ -76,8 +78,8 @@ impl Controller {
             self.note_and_remark("split", |line| {
                 let (before, item) = names(line);
                 format!(
-                    "a picture shows two items {:.1} mm apart, {before} and {item}, which had \
-                     been taken for one",
+                    "a picture shows two items {:.1} mm apart, {before} and {item}, which had been \
+                     treated as one",
                     1e3 * way,
                 )
             });
@@ -85,8 +87,8 @@ impl Controller {
             self.note_and_remark("id_reused", |line| {
                 let (before, item) = names(line);
                 format!(
-                    "the tracker uses the id `{id}` {way:.3} m from where its item is: it is \
-                     taken for another item, {item}; the one before is called {before} now"
+                    "the tracker uses the id `{id}` {way:.3} m from its item: this is treated as \
+                     another item, {item}; the earlier one is now called {before}"
                 )
             });
         }

@@ -1,8 +1,7 @@
-//! The controller: messages in, messages out, and the time.
+//! The controller: it takes messages and the time, and gives messages.
 //!
-//! It has no clock, thread or socket of its own and prints nothing: whoever drives it
-//! hands it messages and the time, and sends what it has to say. What it decides with is
-//! the same code that a simulation runs.
+//! It has no clock, thread or socket and prints nothing: its caller hands it messages and the time,
+//! and sends its output. It decides with the same code that a simulation runs.
 
 mod decide;
 mod drive;
@@ -43,38 +42,38 @@ use recovery::Told;
 
 pub use hearing::Taken;
 
-/// How the controller behaves where the model is silent.
+/// Settings of the controller beyond the model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     /// Where the time comes from.
     pub clock: ClockKind,
-    /// Detections within this distance of an item are of that item, as far as nothing else
-    /// is known [m].
+    /// Detections within this distance of an item show that item, unless something else is known
+    /// [m].
     pub tolerance: f64,
-    /// A task that is not acknowledged for so long is sent again [s].
+    /// An unacknowledged task is sent again after this time [s].
     pub ack_timeout: f64,
-    /// A result that is overdue for so long is not waited for [s].
+    /// A result that is overdue by this time is no longer waited for [s].
     pub result_timeout: f64,
-    /// Attempts at one item before it is given up.
+    /// Number of attempts at an item before it is given up.
     pub most_attempts: u32,
-    /// Items on the belt that are kept; more are refused.
+    /// Maximum number of items on the belt; further ones are refused.
     pub most_items: usize,
-    /// With message time, a status every so many seconds [s]; 0 is never. With the system
-    /// clock whoever drives the controller asks for them.
+    /// With message time, the interval of statuses [s]; 0 is never. With the system clock the
+    /// caller requests them.
     pub status_every: f64,
-    /// From this x on the strategy sees items [m]; a robot may leave for one before.
+    /// The strategy sees items from this x on [m]; a robot may leave for an item before that.
     pub view_from: f64,
-    /// After how long a silence the belt and a robot are not relied on.
+    /// Times of silence after which the belt or a robot is no longer relied on.
     pub timeouts: Timeouts,
-    /// Pictures are stamped so late [s].
+    /// By how much the timestamps of pictures are late [s].
     pub camera_delay: f64,
-    /// How long before its start a task is decided, for each robot [s]: as long as it takes
-    /// to the arm. Robots beyond the list have none.
+    /// How long before its start a task is decided, for each robot [s]: the time that it takes to
+    /// reach the arm. Robots beyond the list have 0.
     pub lead: Vec<f64>,
-    /// Whether the drive is asked to stop the belt while no robot takes tasks, and before
+    /// Whether the drive may be requested to stop the belt while no robot takes tasks, and before
     /// an item would be lost.
     pub may_stop_belt: bool,
-    /// How long before an item would be lost the belt is asked to stop [s].
+    /// How long before an item would be lost the belt is requested to stop [s].
     pub stop_margin: f64,
 }
 
@@ -105,56 +104,56 @@ impl Config {
     }
 }
 
-/// The state of a live line: its parts, and what is to be said.
+/// The state of a live line, and the output that is not yet taken.
 ///
-/// Each part holds what belongs together and keeps it consistent; what is done with news,
-/// and when, is here, as methods that call the parts.
+/// Each part holds related data and keeps it consistent. The methods here call the parts and decide
+/// what happens when.
 pub struct Controller {
     config: Config,
     /// Hash of the station's layout.
     layout: String,
-    /// What is known of the belt and its items.
+    /// The belt and its items.
     world: World,
-    /// What is known of the robots.
+    /// The robots.
     fleet: Fleet,
-    /// The tasks that were given.
+    /// The tasks given so far.
     tasks: Tasks,
-    /// The time, and which stamps are believed.
+    /// The time, and which timestamps are accepted.
     stamps: Stamps,
-    /// Who speaks, and whether it still does.
+    /// The sources of messages, and whether they are silent.
     sources: Sources,
-    /// Each robot as a source.
+    /// The source of each robot.
     robot_keys: Vec<Key>,
-    /// When the message that is taken came [s since 1970], by the steady clock.
+    /// Arrival time of the message in progress [s since 1970], by the steady clock.
     received: Option<f64>,
-    /// How far from where they were sent robots find items.
+    /// How far from the expected positions robots find items.
     aim: Aim,
-    /// What is counted.
+    /// The counted events.
     tally: Tally,
-    /// Which values are most likely wrong.
+    /// Checks for values that are most likely wrong.
     doubts: Doubts,
-    /// Who decides.
+    /// The strategy.
     decider: Decider,
-    /// Detections of a picture that may not be whole.
+    /// Detections of the picture that may still be incomplete.
     picture: Picture,
-    /// What the operator wants.
+    /// The operator's orders.
     operation: Operation,
-    /// What is asked of the belt's drive.
+    /// The requests to the belt's drive.
     drive: Drive,
-    /// When the next status is due [s]; never without message time.
+    /// When the next status is due [s]; never with the system clock.
     next_status: f64,
     output: Vec<Outgoing>,
-    /// What is strange about the line, until somebody asks.
+    /// Remarks about the line that are not yet taken.
     remarks: Vec<String>,
-    /// Robots that get no task for now.
+    /// Robots that get no task at the moment.
     held: Vec<usize>,
     stopping: bool,
-    /// What was last told of the state; none while nobody asks for its changes.
+    /// The state reported last; none while no changes are requested.
     told: Option<Told>,
 }
 
 impl Controller {
-    /// A line of which nothing is known yet.
+    /// A line about which nothing is known yet.
     pub fn new(station: Station, strategy: Box<dyn Strategy>, config: Config) -> Self {
         let robots = station.robots().iter();
         let robot_keys = robots.map(|robot| (SourceKind::Robot, robot.name.clone()));
@@ -190,45 +189,45 @@ impl Controller {
         }
     }
 
-    /// The same controller, which times its decisions.
+    /// The same controller, with a stopwatch to time its decisions.
     pub fn with_stopwatch(mut self, stopwatch: Stopwatch) -> Self {
         self.decider.time_with(stopwatch);
         self
     }
 
-    /// The station as its file says.
+    /// The station as given in its file.
     pub fn station(&self) -> &Station {
         self.world.station()
     }
 
-    /// What is to be sent, in order.
+    /// Takes the messages to be sent, in order.
     pub fn take_output(&mut self) -> Vec<Outgoing> {
         std::mem::take(&mut self.output)
     }
 
-    /// From now on no task is given, and no message comes.
+    /// Ends the line: from now on no task is given, and no message comes.
     pub fn stop(&mut self) {
         self.stopping = true;
         self.resolve_last();
         self.close_picture();
     }
 
-    /// Counts a line that was refused before it became a message.
+    /// Counts a line that was refused before it was decoded.
     pub fn count_rejected(&mut self, reason: Rejection) {
         self.tally.reject(reason);
     }
 
-    /// Why the message that was held back was refused, if it was since this was last asked.
+    /// Takes the refusal of a message that was held back, if there was one since the last call.
     pub fn take_dropped(&mut self) -> Option<Rejected> {
         self.stamps.take_dropped()
     }
 
-    /// What of the last message is most likely wrong, if that was not asked before.
+    /// Takes the warning about a doubtful value in the last message, if any.
     pub fn take_doubt(&mut self) -> Option<Warning> {
         self.doubts.take()
     }
 
-    /// What the user should know and has not been told yet.
+    /// Takes the remarks for the user since the last call.
     pub fn take_remarks(&mut self) -> Vec<String> {
         self.remarks.extend(self.decider.take_complaint());
         std::mem::take(&mut self.remarks)

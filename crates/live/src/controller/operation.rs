@@ -1,4 +1,4 @@
-//! What the operator orders.
+//! Handles the operator's orders.
 
 use super::Controller;
 use crate::claims::Reason;
@@ -7,7 +7,7 @@ use crate::operation::Mode;
 use crate::protocol::{Order, Rejected};
 
 impl Controller {
-    /// The operator wants `mode`, of the line or of one robot.
+    /// The operator orders `mode`, for the line or for one robot.
     pub(super) fn order(&mut self, order: &Order, mode: Mode) -> Result<(), Rejected> {
         let robot = order.robot.as_ref();
         let robot = robot.map(|name| self.robot_named(name)).transpose()?;
@@ -20,20 +20,20 @@ impl Controller {
         if mode == Mode::Stopped {
             let open = self.tasks.holding();
             let open = open.filter(|claim| robot.is_none_or(|robot| claim.robot == robot));
-            // From the meeting on the robot has the item, or will soon say that it has not.
+            // From the meeting on the robot has the item, or will soon report that it does not.
             let open = open.filter(|c| c.acknowledged.is_none() || now < c.meet_at);
             let open: Vec<u64> = open.map(|claim| claim.task).collect();
             for task in open {
                 self.step(task, Event::Impossible, Some(Reason::Stopped));
             }
         }
-        // Others may have waited because this one was to take their items, and what was
-        // let pass may be taken again.
+        // Others may have waited because this robot was to take their items, and items that it let
+        // pass may be taken again.
         self.world.rebuild_windows(now, &mut self.fleet);
         Ok(())
     }
 
-    /// What the operator wants of the line, as a status names it.
+    /// The `mode` of a status.
     pub(super) fn mode(&self) -> &'static str {
         let line = self.operation.line();
         let is_left = line == Mode::Draining && {

@@ -1,30 +1,29 @@
-//! Those at the other end: who can be told of tasks, and who has to be told again.
+//! The peers: which robots can be sent tasks, and what is sent again to new peers.
 
 use super::Controller;
 use crate::claims::Claim;
 use crate::lifecycle::Stage;
 use crate::protocol::Incoming;
 
-/// However often a robot's peer comes and goes, a result is waited for at most so many
-/// result timeouts.
+/// However often a robot's peer reconnects, a result is waited for at most this many result
+/// timeouts.
 const MOST_PATIENCE: f64 = 12.0;
 
 impl Controller {
-    /// From now on these robots get no task, and none of theirs is sent again: nobody is
-    /// there that could take it to them, or whoever does cannot keep up.
+    /// From now on these robots get no task, and none of theirs is sent again: no peer is there to
+    /// deliver it, or the peer lags behind.
     pub fn hold(&mut self, robots: &[usize]) {
         self.held.clear();
         self.held.extend_from_slice(robots);
     }
 
-    /// Whether a robot gets no task for now.
+    /// Whether a robot is held, so that it gets no task at the moment.
     pub(super) fn is_held(&self, robot: usize) -> bool {
         self.held.contains(&robot)
     }
 
-    /// The robot that says `message`, or that it is an order for, by its place in the
-    /// station; none of a message that is no robot's, or of a robot or a task that is not
-    /// known.
+    /// Index of the robot that sends `message`, or to which an order applies. None if the message
+    /// is not from a robot, or the robot or task is unknown.
     pub fn robot_of(&self, message: &Incoming) -> Option<usize> {
         let of_task = |task: u64| {
             let open = self.tasks.get(task).map(|claim| claim.robot);
@@ -42,8 +41,8 @@ impl Controller {
         }
     }
 
-    /// Tells of all open tasks as they stand, to somebody who has just come. Nothing
-    /// changes: whoever it is may speak for no robot.
+    /// Sends all open tasks as they stand, for a peer that has just connected. Nothing changes,
+    /// because it may speak for no robot.
     pub fn tell_open(&mut self) {
         for claim in self.tasks.table().clone().values() {
             match claim.stage {
@@ -53,24 +52,23 @@ impl Controller {
         }
     }
 
-    /// Tells of all open tasks again: whoever speaks for all robots is another one, or was
-    /// away. Those that are not acknowledged are sent as things are now, the others as they
-    /// stand, so that the answers and changes that were lost on the way come again, and the
-    /// results are waited for again.
+    /// Sends all open tasks again, because the peer that speaks for all robots is new or was away.
+    /// Unacknowledged tasks are sent with updated times, the others as they stand. So lost answers
+    /// and changes are repeated. The wait for results starts again.
     pub fn send_again(&mut self) {
         self.be_patient();
         self.repeat();
     }
 
-    /// The same for a connection of which nothing was heard yet: who is there may be nobody,
-    /// so nothing is waited for any longer.
+    /// The same for a connection from which nothing was heard yet. It may not lead to a robot, so
+    /// waits are not extended.
     pub fn repeat(&mut self) {
         self.repeat_where(|_| true);
     }
 
-    /// Somebody speaks for a robot from now on. It has been told of the open tasks as they
-    /// stand: those that are not acknowledged are sent as things are now, cancels are
-    /// repeated, and the results of the robot are waited for again.
+    /// A peer speaks for a robot from now on. It was already sent the open tasks as they stand.
+    /// Unacknowledged tasks are sent with updated times, cancels are repeated, and the wait for the
+    /// robot's results starts again.
     pub fn send_again_to(&mut self, robot: usize) {
         self.be_patient_where(|claim| claim.robot == robot);
         let is_meant = |claim: &Claim| claim.robot == robot && claim.stage != Stage::Acknowledged;
@@ -97,7 +95,7 @@ impl Controller {
         }
     }
 
-    /// Waits for the results of all open tasks from now on: none could come before.
+    /// Restarts the wait for the results of all open tasks, because none could come before.
     pub(super) fn be_patient(&mut self) {
         self.be_patient_where(|_| true);
     }
@@ -106,7 +104,7 @@ impl Controller {
         let until = self.stamps.now() + self.config.result_timeout;
         let open = self.tasks.iter_mut();
         for claim in open.filter(|c| c.stage != Stage::Sent && is_meant(c)) {
-            // A robot that comes and goes and never says a word must not keep its item.
+            // A robot that keeps reconnecting and reports nothing must not keep its item.
             let latest = claim.free_at + MOST_PATIENCE * self.config.result_timeout;
             claim.deadline = claim.deadline.max(until.min(latest));
         }

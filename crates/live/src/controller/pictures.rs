@@ -1,5 +1,4 @@
-//! What the camera tells. The detections of one picture are put to the items together, once
-//! all of them are there.
+//! Detections. Those of one picture are matched to the items together, once all of them are there.
 
 use super::Controller;
 use super::tasks::Cause;
@@ -10,35 +9,35 @@ use crate::protocol::{Detection, Rejected, Rejection};
 use crate::sight::Sight;
 use pickline::plausible::{LENGTHS, question};
 
-/// How far beside the belt a detection may lie [m]: cameras are not exact.
+/// How far beside the belt a detection may be [m], because cameras are not exact.
 const BESIDE: f64 = 0.05;
-/// Tasks are sent again when their item has moved on the belt by more than this [m].
+/// A task is sent again when its item has moved on the belt by more than this [m].
 const MOVED: f64 = 1e-3;
-/// So many detections are put to the items together. A picture may have more; its parts
+/// Maximum number of detections that are matched together. A larger picture is split, and its parts
 /// know of each other.
 const MOST_TOGETHER: usize = 256;
 
-/// Detections that were taken and not yet put to the items: those of one picture.
+/// Detections of one picture that are not yet matched to items.
 #[derive(Debug, Default)]
 pub(super) struct Picture {
     seen: Vec<Sight>,
-    /// Detections, with their time [s], of which it is not known where the belt was.
+    /// Detections with their times [s], for which the belt's position is not yet known.
     waiting: Vec<(f64, Detection)>,
 }
 
 impl Picture {
-    /// Whether a detection of `source` at `time` [s] belongs to it.
+    /// Whether a detection of `source` at `time` [s] belongs to this picture.
     pub fn takes(&self, source: Option<&str>, time: f64) -> bool {
         let is_same = |first: &Sight| first.time == time && first.source() == source;
         self.seen.first().is_some_and(is_same) && self.seen.len() < MOST_TOGETHER
     }
 
-    /// Detections that wait for the belt.
+    /// The detections that wait for the belt, with their times [s].
     pub fn waiting(&self) -> &[(f64, Detection)] {
         &self.waiting
     }
 
-    /// Nothing but detections that wait for the belt.
+    /// A picture that holds only detections that wait for the belt.
     pub fn restore(waiting: Vec<(f64, Detection)>) -> Self {
         Self {
             seen: Vec::new(),
@@ -48,7 +47,7 @@ impl Picture {
 }
 
 impl Controller {
-    /// The camera saw something at `time` [s]. What it is follows when the picture is whole.
+    /// Takes a detection at `time` [s]. It is matched when the picture is complete.
     pub(super) fn detect(&mut self, time: f64, detection: Detection) -> Result<(), Rejected> {
         self.check_across(detection.y)?;
         if self.world.awaits_belt() {
@@ -66,7 +65,7 @@ impl Controller {
         Ok(())
     }
 
-    /// The belt is heard after a restart: what was seen meanwhile can be placed.
+    /// Places the waiting detections, once the belt is heard after a restart.
     pub(super) fn place_waiting(&mut self) {
         for (time, detection) in std::mem::take(&mut self.picture.waiting) {
             if !self.picture.takes(detection.source.as_deref(), time) {
@@ -100,7 +99,7 @@ impl Controller {
         Err(off_belt("x", x, length, &expected))
     }
 
-    /// Whether there is room for one more item besides those that `come`.
+    /// Checks that there is room for one more item besides the `come` new ones.
     fn check_room(&self, come: usize, id: Option<&str>) -> Result<(), Rejected> {
         let most = self.config.most_items;
         if self.world.items().len() + come < most {
@@ -109,11 +108,11 @@ impl Controller {
         let id = shown(id.unwrap_or("without id"));
         Err(Rejected::new(
             Rejection::TooManyItems,
-            format!("{id} is one more than {most} items; expected fewer at a time"),
+            format!("{id} exceeds the limit of {most} items; expected fewer at a time"),
         ))
     }
 
-    /// Whether some known item is so near that the detection may be of it.
+    /// Whether a known item is so near that the detection may show it.
     fn may_be_known(&self, sight: &Sight) -> bool {
         let items = self.world.items();
         let reach = self.gate().reach(sight.covariance, items.widest());
@@ -127,8 +126,8 @@ impl Controller {
         Gate::new(self.config.tolerance)
     }
 
-    /// No more detections of the picture come: what it shows is put to the items. Whatever
-    /// else is heard, a step of the clock and a report do so too.
+    /// Completes the picture and matches its detections to the items. Any other message, a step of
+    /// the clock and a report do so too.
     pub fn close_picture(&mut self) {
         let seen = std::mem::take(&mut self.picture.seen);
         let Some(first) = seen.first() else {
@@ -155,7 +154,7 @@ impl Controller {
                 Match::Repeats(_) | Match::Doubles(_) => None,
             };
         }
-        // What is the same as another detection comes after it.
+        // A repetition or second box comes after the detection that it refers to.
         for (index, sight) in seen.iter().enumerate() {
             let mut first = index;
             while let Match::Repeats(other) | Match::Doubles(other) = matches[first] {
@@ -184,7 +183,7 @@ impl Controller {
         }
     }
 
-    /// The picture shows an item that is known.
+    /// Handles a detection of a known item.
     fn see_again(&mut self, item: u32, sight: &Sight) {
         let now = self.stamps.now();
         let Some(again) = self.world.see_again(item, sight, now, &mut self.fleet) else {
@@ -202,7 +201,7 @@ impl Controller {
         });
     }
 
-    /// The picture shows an item that is not known.
+    /// Handles a detection of a new item.
     fn add_item(&mut self, sight: &Sight, seen: &[Sight], matches: &[Match]) -> Option<u32> {
         let room = self.check_along(sight);
         if let Err(rejected) = room.and_then(|()| self.check_room(0, sight.id())) {
@@ -229,7 +228,7 @@ impl Controller {
         Some(item)
     }
 
-    /// Forgets what has left the belt, so that memory does not grow.
+    /// Forgets the items that have left the belt, so that memory does not grow.
     pub(super) fn forget_gone(&mut self) {
         let now = self.stamps.now();
         for (item, tracked, fate) in self.world.forget_gone(now) {

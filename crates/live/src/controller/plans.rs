@@ -1,4 +1,4 @@
-//! What is planned with: the belt as it is believed to move, and what follows from that.
+//! The plan of the belt's motion, and what depends on it.
 
 use super::Controller;
 use super::tasks::Cause;
@@ -24,7 +24,7 @@ impl Controller {
         self.remarks.append(&mut self.world.take_remarks());
     }
 
-    /// The belt is not where plans put it: windows, tasks and waits are made again.
+    /// Renews the plan, windows, tasks and waits, because the belt is not at its planned position.
     pub(super) fn plan_again(&mut self) {
         let now = self.stamps.now();
         self.world.plan_again(now);

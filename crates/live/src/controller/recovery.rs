@@ -1,4 +1,4 @@
-//! What outlives the process: told as it changes, and taken up again.
+//! The state that survives a restart: its changes, and restoring it.
 
 use super::pictures::Picture;
 use super::{Config, Controller};
@@ -18,8 +18,8 @@ use crate::world::World;
 use pickline::station::Station;
 use std::collections::BTreeMap;
 
-/// What was last told of the state, to tell what has changed since. The items take note
-/// of their changes themselves: there are too many to compare.
+/// The state reported last, to find later changes. The items track their changes themselves,
+/// because there are too many to compare.
 #[derive(Debug)]
 pub(super) struct Told {
     claims: BTreeMap<u64, Claim>,
@@ -33,12 +33,12 @@ pub(super) struct Told {
 }
 
 impl Controller {
-    /// The line as it was left, with what happened since unknown. Until the belt is heard
-    /// again, if it ever was, no task is given and no item forgotten: it may have stopped
-    /// in between. `stamp` is the time now with the system clock [s since 1970].
+    /// Restores the line from `state`; what happened since is unknown. If the belt was ever heard,
+    /// no task is given and no item forgotten until it is heard again, because it may have stopped
+    /// meanwhile. `stamp` is the present time with the system clock [s since 1970].
     ///
     /// # Errors
-    /// A state that is none of this station, or of a time to come.
+    /// The state is not of this station, or from the future.
     pub fn restore(
         station: Station,
         strategy: Box<dyn Strategy>,
@@ -46,7 +46,7 @@ impl Controller {
         state: State,
         stamp: Option<f64>,
     ) -> Result<Self> {
-        /// The machine's clock may have been corrected by this much [s].
+        /// The machine's clock may have been set back by up to this much [s].
         const AHEAD: f64 = 5.0;
         let kind = config.clock;
         let mut controller = Self::new(station, strategy, config);
@@ -59,7 +59,7 @@ impl Controller {
                 return Err(Error::input(
                     "its last record",
                     format!("it is {ahead:.0} s ahead of this machine's clock"),
-                    "set the clock right, or wait until it is past that time",
+                    "correct the clock, or wait until it is past that time",
                 ));
             }
             clock.now = clock.now.max(time);
@@ -84,18 +84,18 @@ impl Controller {
         Ok(controller)
     }
 
-    /// Whether nothing is done until the belt has been heard.
+    /// Whether the line waits until the belt is heard.
     pub fn awaits_belt(&self) -> bool {
         self.world.awaits_belt()
     }
 
-    /// How many items are known, and how many tasks are open.
+    /// Number of known items, and of open tasks.
     pub fn load(&self) -> (usize, usize) {
         (self.world.items().len(), self.tasks.holding().count())
     }
 
-    /// The whole state, as the change from nothing. From now on [`Controller::change`]
-    /// tells what changes.
+    /// The whole state, as a change from nothing. From now on [`Controller::change`] reports what
+    /// changes.
     pub fn whole(&mut self) -> Change {
         self.world.watch();
         let items = self.world.items().iter();
@@ -124,8 +124,8 @@ impl Controller {
         change
     }
 
-    /// What has changed since it was last told; none when that is nothing, or the time
-    /// alone and nothing was `said`.
+    /// What has changed since the last call. None if nothing changed, or only the time did and no
+    /// message was `said`.
     pub fn change(&mut self, said: bool) -> Option<Change> {
         let before = self.told.take()?;
         let mut change = Change {
@@ -153,7 +153,7 @@ impl Controller {
         let counters = self.counters();
         change.counters = (counters != before.counters).then_some(counters);
         change.motion = self.world.motion().change(Some(before.plan));
-        // It grows until it is empty.
+        // The list only grows until it is emptied.
         let waiting = self.picture.waiting();
         change.waiting = (waiting.len() != before.waiting).then(|| waiting.to_vec());
         let later = said && before.now != change.now;
@@ -165,7 +165,7 @@ impl Controller {
         Some(change)
     }
 
-    /// Stamp of time 0 by the machine's clock [s]: whoever goes on reads that.
+    /// Timestamp of time 0 by the machine's clock [s], which a resumed run reads.
     fn origin(&self) -> Option<f64> {
         let origin = self.stamps.clock.origin();
         origin.map(|origin| origin + self.sources.ahead())

@@ -1,4 +1,4 @@
-//! What robots answer to their tasks: acknowledgements and results, in time and late.
+//! Handles the robots' answers to tasks: acknowledgements and results, in time or late.
 
 use super::Controller;
 use pickline::error::rounded;
@@ -7,20 +7,20 @@ use crate::protocol::{Rejected, Rejection, Report, Verdict};
 use crate::robots::Service;
 use nalgebra::Point2;
 
-/// No robot finds its item further than this [m] from where it was sent.
+/// A `found` further than this [m] from where the robot was sent is not used.
 const ELSEWHERE: f64 = 0.5;
-/// Stamps that are late are so by about this [s].
+/// Typical delay of late timestamps [s].
 const LATE: f64 = 0.1;
 
 impl Controller {
     fn unknown_task(&self, task: u64) -> Rejected {
         Rejected::new(
             Rejection::UnknownTask,
-            format!("there is no task {task}; expected one that was given, not long ago"),
+            format!("there is no task {task}; expected a task that was given recently"),
         )
     }
 
-    /// A robot has understood a task, at `time` [s].
+    /// Handles an `ack` of a robot at `time` [s].
     pub(super) fn hear_ack(&mut self, time: f64, task: u64) -> Result<(), Rejected> {
         let Some(claim) = self.tasks.get_mut(task) else {
             if self.tasks.over(task).is_none() {
@@ -31,7 +31,7 @@ impl Controller {
         };
         claim.acknowledged.get_or_insert(time);
         if claim.stage.is_cancelled() {
-            // It has set out without having heard the cancel, or the two have crossed.
+            // The robot has set out without receiving the cancel, or the two have crossed.
             claim.repeat_at = claim.repeat_at.map(|_| self.stamps.clock.now);
             self.note("late_ack");
             return Ok(());
@@ -40,7 +40,7 @@ impl Controller {
         Ok(())
     }
 
-    /// A robot says what came of a task.
+    /// Handles the result of a task at `time` [s].
     pub(super) fn hear_result(&mut self, time: f64, report: &Report) -> Result<(), Rejected> {
         let task = report.task;
         let free = report
@@ -59,7 +59,7 @@ impl Controller {
         let info = self.fleet.get_mut(robot);
         if info.task == Some(task) && info.service != Service::Fault {
             if info.told_at.is_some_and(|told| time < told) {
-                // It has said since when it is free.
+                // The robot has since reported when it is free.
                 let free = info.free_at;
                 info.free_from(free);
             } else {
@@ -84,8 +84,8 @@ impl Controller {
         Ok(())
     }
 
-    /// The belt's speed [m/s] up to the last picture of an item: what a late stamp shifts it
-    /// by follows from that, and not from the speed when the robot is there.
+    /// The belt's speed [m/s] up to the last picture of an item. A late timestamp shifts the item
+    /// in proportion to this speed, not to the speed at the robot's arrival.
     fn speed_at_picture(&self, item: u32) -> f64 {
         let motion = self.world.motion();
         let Some(tracked) = self.world.items().get(item) else {
@@ -95,8 +95,8 @@ impl Controller {
         (motion.travel(at) - motion.travel(at - LATE)) / LATE
     }
 
-    /// Learns from where a robot has found what it was sent for to `meet` [m]; the belt was at
-    /// `speed` [m/s] when the picture was taken.
+    /// Learns from the `found` of a robot that was sent to `meet` [m]; the belt moved at `speed`
+    /// [m/s] when the picture was taken.
     fn take_aim(&mut self, (robot, meet): (usize, Point2<f64>), speed: f64, report: &Report) {
         let off = report.found.map(|at| (at.x - meet.x, at.y - meet.y));
         match off {
@@ -105,9 +105,9 @@ impl Controller {
                 if self.aim.find_elsewhere(robot) {
                     let name = &self.world.station().robots()[robot].name;
                     self.remarks.push(format!(
-                        "robot `{}`: the `found` of task {} is {} m from where the robot was sent\n  it \
-                         is the place of the item at `meet_at`, in the belt frame [m]; further ones \
-                         are only counted, as found_elsewhere in the status",
+                        "robot `{}`: the `found` of task {} is {} m from where the robot was \
+                         sent\n  send the item's position at `meet_at`, in the belt frame [m]; \
+                         further ones are only counted, as found_elsewhere in the status",
                         pickline::error::shown(name),
                         report.task,
                         rounded(x.hypot(y), 3)
@@ -126,7 +126,7 @@ impl Controller {
         }
     }
 
-    /// A robot that drops its tasks of its own accord, one after another, gets a rest.
+    /// Gives a rest to a robot that keeps dropping tasks unasked.
     fn note_dropping(&mut self, robot: usize, drops: bool) {
         let now = self.stamps.now();
         let info = self.fleet.get_mut(robot);
@@ -137,8 +137,8 @@ impl Controller {
             let name = &self.station().robots()[robot].name;
             let remark = format!(
                 "robot `{}` has answered CANCELLED to {} tasks in a row that were not cancelled; \
-                 it gets its next ones after a pause that grows\n  see why it drops them; a robot \
-                 that must not work reports `fault`",
+                 it gets its next ones after increasing pauses\n  check why it drops them; a robot \
+                 that must not work should report `fault`",
                 pickline::error::shown(name),
                 self.fleet.get(robot).dropped,
             );
@@ -146,7 +146,8 @@ impl Controller {
         }
     }
 
-    /// A result of a task that is over: what was picked after all is picked.
+    /// Handles the result of a task that is over: if the item was picked after all, it counts as
+    /// picked.
     fn hear_late_result(&mut self, time: f64, free: f64, report: &Report) -> Result<(), Rejected> {
         let Some(over) = self.tasks.over(report.task) else {
             return Err(self.unknown_task(report.task));
@@ -154,7 +155,7 @@ impl Controller {
         self.note("late_result");
         let info = self.fleet.get_mut(over.robot);
         if info.service == Service::Silent && info.task.is_none() && info.is_news(time) {
-            // This is the word that it owed.
+            // This is the overdue result.
             info.tells_free(time, free);
         }
         let is_correction = report.result == Verdict::Picked || over.verdict.is_none();

@@ -1,4 +1,4 @@
-//! Whose message it is, and what its stamps are in the node's time.
+//! Which source sent a message, and its timestamps in the node's time.
 
 use super::Controller;
 use pickline::error::{rounded, shown, shown_number};
@@ -8,8 +8,8 @@ use crate::sources::{Key, Step};
 use super::hearing::Taken;
 
 impl Controller {
-    /// Takes a message, as [`Controller::handle`], that came at `received` [s since 1970] by
-    /// the clock that [`Controller::advance`] goes by.
+    /// Handles a message, as [`Controller::handle`] does, that arrived at `received` [s since 1970]
+    /// by the clock of [`Controller::advance`].
     ///
     /// # Errors
     /// As for [`Controller::handle`].
@@ -20,9 +20,9 @@ impl Controller {
         result
     }
 
-    /// With the system clock: the machine's clock is `ahead` [s] of the steady clock that
-    /// [`Controller::advance`] goes by, for it was set. Open tasks are sent again: their
-    /// stamps are those of a clock that nobody has any more.
+    /// With the system clock: notes that the machine's clock was set and is `ahead` [s] of the
+    /// steady clock of [`Controller::advance`]. Open tasks are sent again, because their timestamps
+    /// are by the old clock.
     pub fn set_clock_ahead(&mut self, ahead: f64) {
         let Some(step) = self.sources.set_ahead(ahead) else {
             return;
@@ -33,13 +33,13 @@ impl Controller {
             rounded(step.abs(), 4),
         );
         self.remarks.push(format!(
-            "the machine's clock was set {way} by {by} s: decisions go by a clock that nobody sets, \
-             stamps are mapped, and open tasks are sent again with their new stamps"
+            "the machine's clock was set {way} by {by} s: decisions use a steady clock, timestamps \
+             are mapped, and open tasks are sent again with their new timestamps"
         ));
         self.plan_again();
     }
 
-    /// Who sends such a message; none for ticks, and for robots and tasks that are not known.
+    /// The source of a message; none for ticks, and for unknown robots and tasks.
     fn source_of(&self, message: &Incoming) -> Option<Key> {
         let robot = |index: usize| self.robot_keys.get(index).cloned();
         let of_task = |task: u64| robot(self.tasks.get(task)?.robot);
@@ -64,10 +64,10 @@ impl Controller {
         }
     }
 
-    /// Puts the stamps of a message into the node's time.
+    /// Maps the timestamps of a message to the node's time.
     ///
     /// # Errors
-    /// A stamp that lies in the future.
+    /// A timestamp in the future, or too far in the past.
     pub(super) fn map_stamps(&mut self, message: &mut Incoming) -> Result<(), Rejected> {
         let (Some(key), Some(received)) = (self.source_of(message), self.received) else {
             message.shift(-self.sources.ahead());
@@ -79,8 +79,8 @@ impl Controller {
             return Err(Rejected::new(
                 Rejection::Stamp,
                 format!(
-                    "stamp = {stamp}, while it is {now}; expected at most 60 s behind and 0.25 s \
-                     ahead, or three messages in a row that agree"
+                    "stamp = {stamp}, but the time is {now}; expected at most 60 s in the past and \
+                     0.25 s ahead, or three messages in a row that agree"
                 ),
             ));
         };
@@ -92,11 +92,11 @@ impl Controller {
             let what = match (is_first, is_behind) {
                 (true, true) => format!("is {by} s behind the node's"),
                 (true, false) => format!("is {by} s ahead of the node's"),
-                (false, true) => format!("was set back by {by} s against the node's"),
-                (false, false) => format!("was set forward by {by} s against the node's"),
+                (false, true) => format!("was set back by {by} s relative to the node's"),
+                (false, false) => format!("was set forward by {by} s relative to the node's"),
             };
             self.remarks.push(format!(
-                "{kind} `{name}`: its clock {what}; its stamps are mapped"
+                "{kind} `{name}`: its clock {what}; its timestamps are mapped"
             ));
             if key.0 == SourceKind::Robot {
                 self.plan_again();
@@ -105,7 +105,7 @@ impl Controller {
         Ok(())
     }
 
-    /// Notes that the source of a message that is believed was heard at `time` [s].
+    /// Notes that the source of an accepted message was heard at `time` [s].
     pub(super) fn hear_source(&mut self, time: f64, message: &Incoming) {
         let Some(key) = self.source_of(message) else {
             return;
@@ -130,12 +130,12 @@ impl Controller {
         self.sources.hear(&key, received.unwrap_or(time), says);
     }
 
-    /// The stamp of a time [s] as `robot` understands it.
+    /// The timestamp [s] of a controller time [s] by the clock of `robot`.
     pub(super) fn stamp_for(&self, robot: usize, time: f64) -> f64 {
         self.stamps.clock.stamp(time) - self.sources.shift(&self.robot_keys[robot])
     }
 
-    /// The stamp of a time [s] by the machine's clock.
+    /// The timestamp [s] of a controller time [s] by the machine's clock.
     pub(super) fn stamp_of(&self, time: f64) -> f64 {
         self.stamps.clock.stamp(time) + self.sources.ahead()
     }

@@ -1,4 +1,4 @@
-//! What robots say of themselves: idle, busy, fault.
+//! Handles the states that robots report: idle, busy, fault.
 
 use super::Controller;
 use pickline::error::shown;
@@ -8,10 +8,10 @@ use crate::protocol::{Rejected, Rejection, RobotState, RobotStatus};
 use crate::robots::{Service, Wait};
 
 impl Controller {
-    /// The index of the robot of this name.
+    /// The index of the robot called `name`.
     ///
     /// # Errors
-    /// There is none.
+    /// The station has no such robot.
     pub(super) fn robot_named(&self, name: &str) -> Result<usize, Rejected> {
         let robots = self.station().robots();
         robots
@@ -25,20 +25,20 @@ impl Controller {
             })
     }
 
-    /// A robot says what it is doing.
+    /// Handles a robot's state at `time` [s].
     pub(super) fn hear_robot(&mut self, time: f64, status: &RobotStatus) -> Result<(), Rejected> {
         let index = self.robot_named(&status.name)?;
         let info = self.fleet.get_mut(index);
         if status.state == RobotState::Fault {
-            // A fault counts however late it comes, and lasts until the robot has said
-            // otherwise since.
+            // A fault counts however late it comes, and lasts until the robot reports another state
+            // later.
             let newest = info.said_at.map_or(time, |said| said.max(time));
             info.said_at = Some(newest);
             info.fault_at = Some(newest);
             self.fault(index);
             return Ok(());
         }
-        // What it said before it said something newer is over.
+        // A state that is older than a newer report no longer holds.
         let is_late = info.said_at.is_some_and(|said| time < said)
             || info.fault_at.is_some_and(|fault| time <= fault);
         if is_late {
@@ -58,23 +58,22 @@ impl Controller {
                 .get(task)
                 .is_some_and(|c| c.acknowledged.is_none())
         {
-            // At work, and this is its last task: it has understood it.
+            // The robot is busy with this task, so it has received it.
             self.hear_ack(time, task)?;
         }
         let claim = current.and_then(|task| self.tasks.get(task));
-        // It may not have heard of its task when it said this.
+        // The robot may not have received its task when it sent this.
         let crossed = claim.is_some_and(|claim| {
             let knows = status.task.is_none_or(|task| task == claim.task);
             let since = claim.acknowledged.map(|at| at.max(claim.decided));
             !knows || since.is_none_or(|since| time < since)
         });
-        // A state that is read out in a cycle lags behind: without the task's id an early
-        // `idle` may be of before the task. It is believed from the time on at which the
-        // robot is expected to be done.
+        // A state that is polled cyclically lags behind: without the task's id an early `idle` may
+        // be from before the task. It counts from the expected end of the task on.
         let is_early = claim.is_some_and(|claim| time < claim.free_at);
         let may_lag = is_early && status.task.is_none() && free.is_none();
         let info = self.fleet.get_mut(index);
-        // Before its last result it was not yet what that has made it.
+        // A state from before the robot's last result no longer holds.
         let is_over = info.service == Service::Ready && info.told_at.is_some_and(|at| time < at);
         match status.state {
             RobotState::Fault => {}
@@ -82,8 +81,8 @@ impl Controller {
             RobotState::Idle | RobotState::Busy if is_over => self.note("late_robot"),
             RobotState::Idle if may_lag => info.idle_said = true,
             RobotState::Idle => {
-                // Said again by one that is free already it must not end its wait; one that
-                // had announced a later time is free before.
+                // A repeated `idle` of a free robot must not end its wait; but a robot that had
+                // announced a later time is free now.
                 let is_early = info.wait == Wait::No && info.free_at > time && info.is_news(time);
                 if !info.is_ready() || info.task.is_some() || free.is_some() || is_early {
                     info.tells_free(time, free.unwrap_or(time));
@@ -105,8 +104,7 @@ impl Controller {
         Ok(())
     }
 
-    /// A robot is out of service. What it was after goes back to the pool, unless it may
-    /// have it in its gripper.
+    /// A robot is out of service. Its item returns to the pool, unless it may be in the gripper.
     fn fault(&mut self, index: usize) {
         let now = self.stamps.now();
         let info = self.fleet.get_mut(index);
@@ -128,7 +126,7 @@ impl Controller {
             self.step(task, event, Some(Reason::Fault));
         }
         if is_new {
-            // Others may have waited because this one was to take their items.
+            // Others may have waited because this robot was to take their items.
             self.world.rebuild_windows(now, &mut self.fleet);
         }
     }

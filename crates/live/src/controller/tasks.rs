@@ -1,5 +1,5 @@
-//! The life of a task: sent, sent again, cancelled, over. What each event makes of a task
-//! is in the table of [`crate::lifecycle`].
+//! The life of a task: sent, sent again, cancelled, over. The effect of each event is in the table
+//! of [`crate::lifecycle`].
 
 use super::Controller;
 use pickline::error::shown;
@@ -10,22 +10,22 @@ use crate::lifecycle::{Effect, Event, Stage};
 use crate::protocol::{Cancel, Outgoing, Point, Task, Verdict};
 use crate::robots::Service;
 
-/// After so many sendings without an acknowledgement a task is cancelled.
+/// Number of unacknowledged transmissions after which a task is cancelled.
 const MOST_UNHEARD: u32 = 60;
 
-/// Why the plan of a task is looked at again.
+/// Why the plan of a task is checked again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Cause {
-    /// It was not acknowledged.
+    /// The task was not acknowledged.
     Unheard,
-    /// The belt does not move as it was planned with.
+    /// The belt does not move as planned.
     Belt,
-    /// The item is not where it was.
+    /// The item has moved.
     Item,
 }
 
 impl Controller {
-    /// Sends the task of `claim` as it is now.
+    /// Sends the task of `claim` with its present times.
     pub(super) fn send(&mut self, claim: &Claim) {
         let robot = &self.station().robots()[claim.robot];
         let tracked = self.world.items().get(claim.item);
@@ -60,14 +60,14 @@ impl Controller {
         }));
     }
 
-    /// Asks the robot to drop a task, now and again until it answers.
+    /// Asks the robot to drop a task, now and repeatedly until it answers.
     pub(super) fn cancel(&mut self, claim: &mut Claim) {
         let now = self.stamps.now();
         claim.note_cancel(now, self.config.ack_timeout);
         self.say_cancel(claim);
     }
 
-    /// Says that a task is cancelled.
+    /// Sends the `cancel` of a task.
     pub(super) fn say_cancel(&mut self, claim: &Claim) {
         self.output.push(Outgoing::Cancel(Cancel {
             stamp: self.stamp_for(claim.robot, self.stamps.now()),
@@ -81,16 +81,16 @@ impl Controller {
         }));
     }
 
-    /// The next time that something has to be done about a task [s], and which.
+    /// Time [s] and task of the next deadline.
     pub(super) fn next_deadline(&self) -> Option<(f64, u64)> {
         if self.world.awaits_belt() {
-            // Where the items are is not known; see `Controller::restore`.
+            // The positions of the items are unknown; see `Controller::restore`.
             return None;
         }
         self.tasks.next_deadline(|robot| self.is_held(robot))
     }
 
-    /// The time of a task has come at which something has to be done about it.
+    /// Handles the deadline of a task.
     pub(super) fn overdue(&mut self, task: u64) {
         let now = self.stamps.now();
         let Some(claim) = self.tasks.get(task) else {
@@ -117,10 +117,10 @@ impl Controller {
             let name = shown(&self.station().robots()[robot].name);
             let owed = match event {
                 Event::NoAnswer => "has not acknowledged its task",
-                _ => "owes the result of its task",
+                _ => "has not reported the result of its task",
             };
             self.remarks.push(format!(
-                "robot `{name}` {owed}: it gets no other one until it is heard again"
+                "robot `{name}` {owed}: it gets no further task until it is heard again"
             ));
         }
         match event {
@@ -131,8 +131,8 @@ impl Controller {
         self.step(task, event, None);
     }
 
-    /// Nobody has acknowledged a task. It is sent again, but not for ever: its last start
-    /// may be days away where the belt stands, and another robot may take the item.
+    /// Handles a task that was not acknowledged. It is sent again, but not for ever: if the belt
+    /// stands, its last start may be days away, and another robot could take the item.
     fn unheard(&mut self, task: u64) {
         let Some(claim) = self.tasks.get_mut(task) else {
             return;
@@ -145,8 +145,8 @@ impl Controller {
         }
     }
 
-    /// A task is looked at again as things are now: it was not acknowledged, or its item or
-    /// the belt is not where it was expected. What cannot be done any more is cancelled.
+    /// Checks a task again with the present state: it was not acknowledged, or its item or the belt
+    /// is not where it was expected. If it can no longer be done, it is cancelled.
     pub(super) fn follow(&mut self, task: u64, cause: Cause) {
         let now = self.stamps.now();
         let Some(mut claim) = self.tasks.take(task) else {
@@ -200,12 +200,13 @@ impl Controller {
         }
     }
 
-    /// Does what the table says for `event`. A task that is cancelled is so for `reason`.
+    /// Applies the table's entry for `event`. `reason` is the reason if the task is cancelled.
     pub(super) fn step(&mut self, task: u64, event: Event, reason: Option<Reason>) {
         self.step_with(task, event, reason, None);
     }
 
-    /// As [`Controller::step`], by a result of the robot with the time of the pick [s].
+    /// The same as [`Controller::step`] for a result `verdict` of the robot; a pick happened `at`
+    /// [s].
     pub(super) fn step_by_result(&mut self, task: u64, event: Event, verdict: Verdict, at: f64) {
         self.step_with(task, event, None, Some((verdict, at)));
     }
@@ -247,7 +248,7 @@ impl Controller {
         self.affect(&claim, event, effect, at);
     }
 
-    /// What a step means for the item of `claim`; a pick was made `at` [s].
+    /// Applies the effect of a step to the item of `claim`; a pick happened `at` [s].
     fn affect(&mut self, claim: &Claim, event: Event, effect: Effect, at: f64) {
         let (item, task, now) = (claim.item, claim.task, self.stamps.now());
         match effect {
@@ -266,8 +267,8 @@ impl Controller {
         self.world.give_back(item, task, most, now, &mut self.fleet);
     }
 
-    /// The robot of `task` has picked the item, at `time` [s]. Whoever else is after it is
-    /// called back.
+    /// The robot of `task` has picked the item, at `time` [s]. Any other robot that was sent to it
+    /// is recalled.
     pub(super) fn pick(&mut self, item: u32, task: u64, time: f64) {
         let Some(state) = self.world.items().get(item).map(|tracked| tracked.state) else {
             match self.tasks.picked_after_all(item) {

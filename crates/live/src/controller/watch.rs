@@ -1,4 +1,4 @@
-//! What is shown to whoever watches.
+//! The view for the dashboard.
 
 use super::Controller;
 use crate::clock::ClockKind;
@@ -7,14 +7,15 @@ use crate::items::Tracked;
 use crate::trend::TrendView;
 use crate::view::{ClaimView, ItemView, View};
 
-/// Items in one view at most, besides the claimed ones: a screen has no room for more,
-/// and the line must not wait for its picture.
+/// Maximum number of items in a view besides the claimed ones: a screen has no room for more, and
+/// the line must not wait for the view.
 const MOST_SHOWN: usize = 2000;
 /// How far before and after the belt items are shown [m].
 const ROOM: f64 = 0.5;
 
 impl Controller {
-    /// The line as it is now, without a trend. `queued` is how many messages wait to be sent.
+    /// The present view of the line, without a trend. `queued` is the number of messages waiting to
+    /// be sent.
     pub fn view(&self, queued: u64) -> View {
         let travel = self.world.motion().travel(self.stamps.now());
         let mut view = View {
@@ -35,7 +36,7 @@ impl Controller {
             .items()
             .within(-ROOM - travel, end - travel)
             .collect();
-        // By number, so that an item that is shown stays while as many are there.
+        // Selected by number, so that a shown item stays shown while the count is similar.
         let every = near.len().div_ceil(MOST_SHOWN).max(1) as u32;
         for (item, tracked) in near {
             let (fate, reason) = match self.world.fate(tracked, tracked.place + travel) {
@@ -63,7 +64,7 @@ impl Controller {
         view
     }
 
-    /// Picks of each robot so far, and whether it is busy, upstream first.
+    /// Picks of each robot so far and whether it is busy, upstream first.
     pub fn workload(&self) -> impl Iterator<Item = (u64, bool)> + '_ {
         let now = self.stamps.now();
         let robots = self.fleet.iter();
