@@ -1,4 +1,4 @@
-//! The import itself: read, split, drop, merge, drop, place.
+//! The import: read, split, drop, merge, drop, place.
 
 use super::formats::{Format, Recording};
 use super::link::{link, other_way};
@@ -12,48 +12,47 @@ use super::track::{Object, median_of, merge, split, stride};
 use crate::error::{Error, Result, rounded};
 use crate::pattern::{Item, Pattern};
 
-/// The median over all items is surer than one item's speed, so it may be off by less.
+/// Limit for the median over all items, which is more certain than the speed of a single item.
 const MEDIAN_SHARE: f64 = 0.05;
 
-/// A pattern from a tracker's file, and how it came about.
+/// A pattern from a tracker's file, with a report on how it was made.
 #[derive(Debug, Clone)]
 pub struct Import {
-    /// One item per object, named by its track.
+    /// One item per object, with the id of its track.
     pub pattern: Pattern,
     /// What was dropped, split, merged and measured.
     pub report: Report,
 }
 
-/// The median over all items is plainly wrong when it is off by more, the pattern when so
-/// large a share of the items is [`ODD_SHARE`] off.
+/// Errors: the median over all items is wrong if it is off by more than this share; the pattern is
+/// wrong if more than this share of its items are off by more than [`ODD_SHARE`].
 const WRONG_SHARE: f64 = 0.15;
 const WRONG_ITEMS: f64 = 1.0 / 3.0;
-/// How the reason begins for which a track seen too seldom is dropped.
+/// Start of the reason for dropping a track that was seen too rarely.
 const FEWER: &str = "fewer than";
-/// Places that are off by this much [m] are worth a warning, by that much an error.
+/// Positions off by this much [m] give a warning, and by the second value an error.
 const OFF_M: f64 = 0.005;
 const WRONG_M: f64 = 0.05;
-/// Speeds that agree this well are never wrong, whatever comes of them over a long pattern;
-/// the second is for errors.
+/// Speeds that agree this well are never wrong, whatever the deviation over a long pattern; the
+/// second value is for errors.
 const AGREEING_SHARE: f64 = 0.005;
 const CLOSE_SHARE: f64 = 0.01;
-/// Frame rates that cameras have [1/s].
+/// Common frame rates of cameras [1/s].
 const USUAL_FPS: [f64; 12] = [
     10.0, 15.0, 20.0, 23.976, 24.0, 25.0, 29.97, 30.0, 50.0, 60.0, 100.0, 120.0,
 ];
 
-/// Turns a recording into a pattern, as the module's head tells;
-/// `name` is how messages call the file.
+/// Turns a recording into a pattern, as described at the top of the module; messages call the file
+/// `name`.
 ///
-/// An item's `x0` [m] and `y` [m] are medians over its boxes, `area_cm2` is the median
-/// area of the boxes that have one, `p_detection` the mean of the confidences that lie
-/// in 0 to 1. A box of size -1 x -1 (or 0 x 0) is a point at left, top.
+/// An item's `x0` [m] and `y` [m] are the medians over its boxes, `area_cm2` is the median area of
+/// the boxes that have one, and `p_detection` is the mean of the confidences within 0 to 1. A box
+/// of size -1 x -1 (or 0 x 0) is a point at left, top.
 ///
 /// # Errors
-/// An option that no camera or belt has, a file with more broken lines than good
-/// ones or of numbers without a certain meaning, a file of which no item remains or whose
-/// tracks contradict the options so much that the pattern would be wrong. Never panics,
-/// whatever the text.
+/// If an option is not possible for a camera or belt; if a file has more broken lines than valid
+/// ones, or numbers of uncertain meaning; if no item remains; or if the tracks contradict the
+/// options so much that the pattern would be wrong. Never panics, whatever the text.
 pub fn import(recording: &Recording, name: &str, options: &Options) -> Result<Import> {
     options.check()?;
     let mut reading = read(recording, name, options)?;
@@ -68,7 +67,7 @@ pub fn import(recording: &Recording, name: &str, options: &Options) -> Result<Im
             return Err(Error::input(
                 name,
                 format!("the pattern would be wrong: {problem}"),
-                format!("{cure}; --accept-mismatch makes the pattern all the same"),
+                format!("{cure}; --accept-mismatch creates the pattern anyway"),
             ));
         }
         tracks = link(boxes, options);
@@ -101,10 +100,10 @@ pub fn import(recording: &Recording, name: &str, options: &Options) -> Result<Im
         pieces.append(&mut parts);
     }
     let way = way(&pieces);
-    // Of what stands for a while, too: the belt may have stopped.
+    // Includes tracks that stand still for a while: the belt may have stopped.
     let pace = pace(&pieces);
-    // What plainly does not ride goes first: its x0 means nothing, and must not draw a
-    // passing item's track into a merger. A stump too short to tell stays for now.
+    // First remove what clearly does not ride on the belt: its x0 is meaningless and must not merge
+    // with the track of a passing item. A fragment too short to decide stays for now.
     pieces.retain(|track| {
         let speed = track.speed(options);
         let lag = speed.map_or(0.0, |v| (options.belt_speed - v) * track.duration(options));
@@ -125,7 +124,7 @@ pub fn import(recording: &Recording, name: &str, options: &Options) -> Result<Im
         let reason = if object.track.sightings.len() < options.min_frames {
             Some(format!("{FEWER} {} frames", options.min_frames))
         } else if found.is_absurd(options) {
-            Some("absurdly far away or large".to_owned())
+            Some("impossibly far away or large".to_owned())
         } else {
             not_riding(speed, options).map(str::to_owned)
         };
@@ -162,7 +161,7 @@ pub fn import(recording: &Recording, name: &str, options: &Options) -> Result<Im
     Ok(Import { pattern, report })
 }
 
-/// Pairs of items, by name, that were at one place at one time.
+/// Pairs of items, by name, that were at the same position at the same time.
 fn twins(objects: &[Object], kept: &[Option<Found>]) -> Vec<String> {
     let name = |index: usize| kept[index].as_ref().map(|found| &found.item.id);
     let pair = |(index, object): (usize, &Object)| {
@@ -172,33 +171,34 @@ fn twins(objects: &[Object], kept: &[Option<Found>]) -> Vec<String> {
     objects.iter().enumerate().filter_map(pair).collect()
 }
 
-/// As [`import`], of a text.
+/// Like [`import`], for a text.
 #[cfg(test)]
 pub(super) fn import_text(text: &str, name: &str, options: &Options) -> Result<Import> {
     import(&Recording::Text(text.to_owned()), name, options)
 }
 
-/// What the tracks are compared with besides the options.
+/// What the tracks are compared with, other than the options.
 struct Seen {
-    /// What the boxes were read as.
+    /// How the four numbers of the boxes were interpreted.
     boxes: Boxes,
     speed: Option<SpeedOff>,
-    /// Whether the tracks were made here.
+    /// Whether the tracks were linked by this program.
     linked: bool,
 }
 
-/// How far the items' speed is off the belt's.
+/// Deviation of the items' speed from that of the belt.
 struct SpeedOff {
-    /// Their median speed [m/s].
+    /// Median speed of the items [m/s].
     speed: f64,
-    /// The same as a share of the belt's.
+    /// The deviation as a share of the belt speed.
     share: f64,
-    /// How far that puts the first item seen off the last one [m]; 0 where it may be chance.
+    /// The resulting position error between the first item seen and the last [m]; 0 if it may be
+    /// chance.
     off_m: f64,
 }
 
-/// Speed along the travel over speed along the direction given: what a turned camera alone
-/// makes of the speed is no fault of the other figures.
+/// Ratio of the speed along the travel to the speed along the given direction. The effect of a
+/// rotated camera must not be blamed on other options.
 fn turn(report: &Report) -> f64 {
     let turned = report.motion.as_ref().filter(|motion| is_turned(motion));
     turned.map_or(1.0, |motion| {
@@ -242,14 +242,14 @@ impl SpeedOff {
             false => String::new(),
         };
         format!(
-            "the items move at {:.4} m/s (median), the belt's speed was given as {} m/s{off}",
+            "the items move at {:.4} m/s (median), but the given belt speed is {} m/s{off}",
             self.speed, options.belt_speed
         )
     }
 }
 
-/// Whether the belt changes its speed by so much that places are off by more than `limit`
-/// [m]: then it has no one speed that could be compared with what is given.
+/// Whether the belt speed changes so much that positions are off by more than `limit` [m]. There is
+/// then no single speed to compare with the given one.
 fn is_unsteady(report: &Report, limit: f64) -> bool {
     let motion = report.motion.as_ref();
     motion.is_some_and(|motion| motion.unsteady_off_m > limit)
@@ -269,7 +269,7 @@ fn warn(report: &mut Report, found: &[Found], twins: &[String], seen: &Seen, opt
     if !odd.is_empty() {
         let cause = match unsteady {
             true => "",
-            false => ", scale, fps or belt speed may be wrong",
+            false => "; scale, fps or belt speed may be wrong",
         };
         report.warnings.push(format!(
             "{} more than 25 % off the belt's speed{cause}: {}",
@@ -291,7 +291,7 @@ fn warn(report: &mut Report, found: &[Found], twins: &[String], seen: &Seen, opt
         }
         if looks_like_corners(motion, seen.boxes) {
             found.push(format!(
-                "the boxes grow with their travel: if they are corners, {}",
+                "the boxes grow as they travel: if they are corners, {}",
                 corners(report.format)
             ));
         }
@@ -323,20 +323,20 @@ fn warn(report: &mut Report, found: &[Found], twins: &[String], seen: &Seen, opt
     if seen.linked && short > found.len() {
         report.warnings.push(format!(
             "{} linked from the boxes are too short, more than there are items: --scale, --fps \
-             or --belt-speed may be wrong, or the detector sees things that are not there",
+             or --belt-speed may be wrong, or the detector has false positives",
             count(short, "track")
         ));
     }
     if !twins.is_empty() {
         report.warnings.push(format!(
-            "{} at one place at one time, perhaps one item tracked twice: {}",
+            "{} at the same place at the same time, perhaps one item tracked twice: {}",
             count(twins.len(), "pair"),
             named(twins.iter().map(String::as_str))
         ));
     }
 }
 
-/// Refuses figures that the tracks contradict so much that the pattern would be wrong.
+/// Rejects options that the tracks contradict so much that the pattern would be wrong.
 fn contradictions(report: &Report, items: &[Item], seen: &Seen, options: &Options) -> Result<()> {
     let odd = report.odd_items;
     let mut problems = Vec::new();
@@ -347,7 +347,7 @@ fn contradictions(report: &Report, items: &[Item], seen: &Seen, options: &Option
     let backwards = backwards.count();
     if backwards > items.len() {
         problems.push(format!(
-            "{} backwards, and {} not",
+            "{} backwards, but only {} forwards",
             match backwards {
                 1 => "1 track travels".to_owned(),
                 more => format!("{more} tracks travel"),
@@ -379,14 +379,14 @@ fn contradictions(report: &Report, items: &[Item], seen: &Seen, options: &Option
     }
     if let Some(motion) = motion {
         if is_corners {
-            problems.push("the boxes grow with their travel, as corners taken for sizes do".into());
+            problems.push("the boxes grow as they travel, as if corners were read as sizes".into());
             cures.push(corners(report.format).to_owned());
         }
         if motion.angle_off_m > WRONG_M && is_turned(motion) && !is_corners {
             problems.push(turned(motion, options));
             cures.push(turning(motion, options));
         }
-        // Where the pattern is refused anyway, the lens may be why.
+        // If the pattern is rejected anyway, the lens may be the cause.
         let bent_limit = if problems.is_empty() { WRONG_M } else { OFF_M };
         if motion.bent_off_m > bent_limit && !is_corners {
             problems.push(bent(motion));
@@ -400,15 +400,15 @@ fn contradictions(report: &Report, items: &[Item], seen: &Seen, options: &Option
         &report.file,
         format!("the pattern would be wrong: {}", problems.join("; ")),
         format!(
-            "{}; --accept-mismatch makes the pattern all the same",
+            "{}; --accept-mismatch creates the pattern anyway",
             cures.join("; ")
         ),
     ))
 }
 
-/// Whether the lower right corner was taken for the size: the size moves as fast as the box
-/// then, and so does the upper left corner that is taken for the centre; a centre that is
-/// computed from both moves one and a half times as fast.
+/// Whether the lower right corner was read as the size. The size then moves as fast as the box, and
+/// so does the upper left corner that was read as the centre. A centre computed from both moves one
+/// and a half times as fast.
 fn looks_like_corners(motion: &Motion, boxes: Boxes) -> bool {
     match boxes {
         Boxes::Sizes => (0.55..0.8).contains(&motion.growth),
@@ -417,24 +417,24 @@ fn looks_like_corners(motion: &Motion, boxes: Boxes) -> bool {
     }
 }
 
-/// What to do about corners that were taken for sizes.
+/// The cure for corners that were read as sizes.
 fn corners(format: Format) -> &'static str {
     match format {
-        Format::Table => "call their columns x_max and y_max",
+        Format::Table => "name their columns x_max and y_max",
         _ => "give --boxes corners",
     }
 }
 
-/// The other way along the axis.
+/// The cure for the opposite direction along the axis.
 fn turn_over(options: &Options) -> String {
     let flag = match options.reverse {
-        true => "leave out --reverse",
+        true => "omit --reverse",
         false => "give --reverse",
     };
     format!("{flag}, or check --axis")
 }
 
-/// The figures that would agree with items at `speed` [m/s].
+/// The option values that would agree with items at `speed` [m/s].
 fn agreeing(speed: f64, options: &Options) -> String {
     let ratio = options.belt_speed / speed;
     let fps = options.fps * ratio;
@@ -443,7 +443,7 @@ fn agreeing(speed: f64, options: &Options) -> String {
         .iter()
         .min_by(|a, b| off(a).total_cmp(&off(b)))
         .filter(|usual| off(usual) < CLOSE_SHARE);
-    // So many digits that what is given does not disagree again over a long pattern.
+    // Enough digits that the suggested values also agree over a long pattern.
     let shown = |value: f64| rounded(value, 5);
     format!(
         "--scale {}, --fps {} or --belt-speed {} would agree with the tracks",
@@ -453,28 +453,28 @@ fn agreeing(speed: f64, options: &Options) -> String {
     )
 }
 
-const STEADY: &str = "cut out of the film a stretch at one speed: patterns of a belt that \
-                      changes its speed are not supported";
+const STEADY: &str = "cut a stretch at constant speed out of the video: belts that change \
+                      their speed are not supported";
 
 fn unsteadily(motion: &Motion) -> String {
     let speeds = motion
         .speeds_over_time
         .map_or(String::new(), |[slow, fast]| {
-            // Plus 0 makes a negative zero a plain one.
+            // Adding 0 turns negative zero into zero.
             let slow = (slow * 1e4).round() / 1e4 + 0.0;
             format!(", {slow:.4} to {fast:.4} m/s")
         });
     format!(
-        "the belt changes its speed during the recording{speeds}, which puts items up to {:.3} m \
+        "the belt speed changes during the recording{speeds}, which puts items up to {:.3} m \
          off",
         motion.unsteady_off_m
     )
 }
 
-const STRAIGHTEN: &str = "take the lens distortion and the tilt out of the film before tracking, \
+const STRAIGHTEN: &str = "remove the lens distortion and the tilt from the video before tracking, \
                           for example with OpenCV's undistort and warpPerspective";
 
-/// Whether the angle is more than chance.
+/// Whether the angle is statistically significant.
 fn is_turned(motion: &Motion) -> bool {
     motion.angle_deg.abs() > 3.0 * motion.angle_error_deg
 }
@@ -485,7 +485,7 @@ fn turned(motion: &Motion, options: &Options) -> String {
         angle => format!(", not at {} as given by --angle", rounded(angle, 9)),
     };
     format!(
-        "the belt travels {:.2} degrees off --axis in the picture{given}, which puts items up to \
+        "the belt travels {:.2} degrees off --axis in the image{given}, which puts items up to \
          {:.3} m off",
         options.angle_deg + motion.angle_deg,
         motion.angle_off_m
@@ -498,16 +498,16 @@ fn turning(motion: &Motion, options: &Options) -> String {
 
 fn bent(motion: &Motion) -> String {
     let cause = match motion.bends {
-        true => "as with a lens that distorts",
-        false => "as with a camera that is tilted",
+        true => "as with a distorting lens",
+        false => "as with a tilted camera",
     };
     let range = |speeds: Option<[f64; 2]>, way: &str| {
         let speeds = speeds.map(|[slow, fast]| format!(", {slow:.4} to {fast:.4} m/s {way}"));
         speeds.unwrap_or_default()
     };
     format!(
-        "the belt's motion differs over the picture{}{}, {cause}, which puts items that \
-         are seen on a part of the way only up to {:.3} m off",
+        "the belt's motion varies over the image{}{}, {cause}, which puts items that \
+         are seen only on a part of the way up to {:.3} m off",
         range(motion.speeds_along, "along it"),
         range(motion.speeds_across, "across it"),
         motion.bent_off_m
@@ -525,7 +525,7 @@ fn nothing_remains(
     let reasons: Vec<String> = groups.iter().map(each).collect();
     let most = groups.iter().max_by_key(|(_, names)| names.len());
     let speeds = format!(
-        "the tracks' median speed is {:.4} m/s, the belt's was given as {} m/s",
+        "the median speed of the tracks is {:.4} m/s, the given belt speed is {} m/s",
         report.measured_speed.unwrap_or_default(),
         options.belt_speed
     );
@@ -538,12 +538,12 @@ fn nothing_remains(
                 Axis::Y => "x",
             };
             let reverse = if across < 0.0 { " --reverse" } else { "" };
-            format!("give --axis {axis}{reverse}, which is how the tracks travel: {speeds}")
+            format!("give --axis {axis}{reverse}, the direction of the tracks: {speeds}")
         }
         BACKWARDS => format!("{}: {speeds}", turn_over(options)),
         STILL => format!("check --scale, --fps, --belt-speed and --axis: {speeds}"),
         reason if reason.starts_with(FEWER) => {
-            "lower --min-frames, or have the tracker keep its ids for longer".to_owned()
+            "lower --min-frames, or configure the tracker to keep its ids longer".to_owned()
         }
         _ => "check --scale and --fps".to_owned(),
     };
@@ -568,12 +568,12 @@ mod tests {
 
     const MESSY: &str = include_str!("../../../tests/data/messy_mot.txt");
 
-    /// 10 frames a second, 1 mm a pixel: the belt moves 10 px a frame.
+    /// 10 frames per second, 1 mm per pixel: the belt moves 10 px per frame.
     fn options() -> Options {
         Options::new(10.0, 0.001, Axis::X, 0.1)
     }
 
-    /// Lines of boxes of 40 x 20 around (`along` at frame 0 + `step` a frame, `across`).
+    /// Lines of 40 x 20 boxes around (`along` at frame 0 + `step` per frame, `across`).
     fn track(id: u32, frames: std::ops::Range<u32>, along: f64, step: f64, across: f64) -> String {
         frames.fold(String::new(), |mut text, frame| {
             let left = along + step * f64::from(frame) - 20.0;
@@ -610,7 +610,7 @@ mod tests {
         assert_eq!(ids(&result), ["4", "4.2"]);
         assert!((result.pattern.items()[1].x0 + 0.6).abs() < 1e-12);
         assert_eq!(result.report.split[0].pieces, 2);
-        assert!(has(&result.report.lines(), "id was used again: 4 into 2"));
+        assert!(has(&result.report.lines(), "id was reused: 4 into 2"));
     }
 
     #[test]
@@ -622,7 +622,7 @@ mod tests {
         assert_eq!(ids(&result), ["1"]);
         assert_eq!(result.report.merged[0].parts, ["1", "2", "3"]);
         assert!(has(&result.report.lines(), "changed its id: 1 + 2 + 3"));
-        // A glitch of one frame splits a track in three; its ends find each other.
+        // A one-frame glitch splits a track in three; its ends are merged.
         let glitch = track(1, 1..8, 0.0, 10.0, 50.0)
             + &track(1, 8..9, 400.0, 10.0, 50.0)
             + &track(1, 9..15, 0.0, 10.0, 50.0);
@@ -691,11 +691,14 @@ mod tests {
             ),
             (
                 track(1, 1..9, 0.0, 1.0, 5.0),
-                &["median speed is 0.0100 m/s", "given as 0.1"],
+                &[
+                    "median speed of the tracks is 0.0100 m/s",
+                    "given belt speed is 0.1",
+                ],
             ),
             (
                 "999999999,1,1,1,1,1,1\n1000000000,1,11,1,1,1,1".into(),
-                &["absurdly", "--fps"],
+                &["impossibly", "--fps"],
             ),
             (String::new(), &["no line"]),
         ] {
@@ -738,8 +741,8 @@ mod tests {
 
     #[test]
     fn a_long_and_degenerate_file_is_imported() {
-        // 60,000 tracks of one place at one time: every one is everybody's neighbour, so
-        // comparing all pairs would take thousands of millions of steps.
+        // 60,000 tracks at the same place and time: every track is a neighbour of all others, so
+        // comparing all pairs would take billions of steps.
         let mut text = String::new();
         for id in 0..60_000 {
             let _ = writeln!(text, "1,{id},5,5,2,2,1\n2,{id},15,5,2,2,1");

@@ -1,20 +1,19 @@
-//! Boxes of a detector without a tracker: items do not slide, so the belt's motion says
-//! which box is the same item a frame later.
+//! Links the boxes of a detector without a tracker. Items do not slide, so the belt's motion
+//! determines which box shows the same item one frame later.
 
 use super::options::{Axis, Options};
 use super::read::{Sighting, Track};
 use std::collections::BTreeMap;
 
-/// A box that is missing in so many frames in a row ends its track; pieces of one item are
+/// A track ends if its box is missing for this many consecutive frames. The pieces of an item are
 /// merged later like those of any tracker.
 const LONGEST_GAP: u32 = 5;
-/// So many tracks nearest along the belt are looked at for a box; more would be in one
-/// place only in a degenerate file.
+/// Number of tracks, nearest along the belt, that are considered for a box. Only in a degenerate
+/// file could more be at the same place.
 const NEIGHBOURS: usize = 64;
 
-/// Tracks of `boxes`, named by their order. Each box continues the track whose last box,
-/// moved with the belt, is nearest and at most the merge distance away; the nearest pairs
-/// go first.
+/// Tracks of `boxes`, numbered in order. Each box continues the track whose last box, moved with
+/// the belt, is nearest and at most the merge distance away. The nearest pairs are linked first.
 pub(super) fn link(boxes: Vec<Sighting>, options: &Options) -> Vec<Track> {
     let reach = options.merge_distance_m / options.scale_m_per_px;
     let step = options.belt_speed / (options.fps * options.scale_m_per_px);
@@ -30,7 +29,7 @@ pub(super) fn link(boxes: Vec<Sighting>, options: &Options) -> Vec<Track> {
             sighting.map_or((0, 0.0, 0.0), |s| (s.frame, s.along, s.across))
         };
         open.retain(|&track| frame - last(track, &tracks).0 <= LONGEST_GAP);
-        // Where each open track should be now.
+        // Predicted position of each open track.
         let mut expected: Vec<(f64, f64, usize)> = open
             .iter()
             .map(|&track| {
@@ -74,20 +73,21 @@ pub(super) fn link(boxes: Vec<Sighting>, options: &Options) -> Vec<Track> {
     tracks
 }
 
-/// Pairs of frames that are looked at for the way; more would only take time.
+/// Number of frame pairs examined to find the direction; more would only take time.
 const MOST_PAIRS: usize = 2000;
-/// Boxes must move by so much from one frame of a pair to the other [px]: less could be the
-/// detector's noise.
+/// Boxes must move at least this far between the two frames of a pair [px]; less could be detector
+/// noise.
 const LEAST_MOTION: f64 = 12.0;
-/// Longest time between the two in frames.
+/// Longest time between the two frames of a pair [frames].
 const LONGEST_LAG: f64 = 50.0;
 
-/// The ways along the picture's axes, as (along, across) of the way given, which is the first.
+/// The four directions along the image axes, as (along, across) relative to the given direction,
+/// which is first.
 const WAYS: [(f64, f64); 4] = [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)];
 
-/// What is wrong with `--axis` and `--reverse`, and what to give instead, where boxes without
-/// tracks plainly travel another way: how many of them are found again a little later where
-/// the belt would have carried them is compared for all four ways.
+/// What is wrong with `--axis` and `--reverse`, and what to use instead, if boxes without tracks
+/// clearly travel in another direction. For all four directions, it counts how many boxes are found
+/// again a little later where the belt would have carried them.
 pub(super) fn other_way(boxes: &[Sighting], options: &Options) -> Option<(String, String)> {
     let step = options.belt_speed / (options.fps * options.scale_m_per_px);
     let lag = (LEAST_MOTION / step).ceil().clamp(1.0, LONGEST_LAG) as u32;
@@ -114,7 +114,7 @@ pub(super) fn other_way(boxes: &[Sighting], options: &Options) -> Option<(String
             continue;
         };
         let motion = step * f64::from(then - frame);
-        // A belt of half or one and a half times the speed is still going that way.
+        // A belt with half or one and a half times the speed still moves in that direction.
         let reach = motion / 2.0;
         for ((along, across), score) in WAYS.iter().zip(&mut scores) {
             for place in from {
@@ -132,7 +132,7 @@ pub(super) fn other_way(boxes: &[Sighting], options: &Options) -> Option<(String
     let given = scores[0];
     let best = (1..WAYS.len()).max_by(|a, b| scores[*a].total_cmp(&scores[*b]))?;
     let found = scores[best];
-    // More than chance, and more than the neighbours of dense items make.
+    // More than chance, and more than the neighbours of densely spaced items cause.
     if found < 1.5 * given || found - given <= 4.0 * (found + given).sqrt() {
         return None;
     }
@@ -152,8 +152,8 @@ pub(super) fn other_way(boxes: &[Sighting], options: &Options) -> Option<(String
     };
     Some((
         format!(
-            "the boxes have no track ids and travel towards {pixels} pixels of image {axis}, \
-             which is not the way given"
+            "the boxes have no track ids and travel towards {pixels} pixel values of image {axis}, \
+             which is not the given direction"
         ),
         format!("give --axis {axis} {reverse}"),
     ))

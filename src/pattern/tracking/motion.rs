@@ -1,62 +1,62 @@
-//! The belt as the tracks show it: its direction and speed in the picture, whether both are
-//! the same all over the picture, and whether the boxes can be what they are said to be.
+//! The belt as seen in the tracks: its direction and speed in the image, whether both are the same
+//! throughout the image, and whether the boxes can be of the stated kind.
 //!
-//! Every track gives its velocity as the median of slopes (Theil 1950; Sen 1968, DOI
-//! 10.1080/01621459.1968.10480934), so that a few bad boxes or tracks change nothing; spreads
-//! are median absolute deviations.
+//! The velocity of a track is a median of slopes (Theil 1950; Sen 1968, DOI
+//! 10.1080/01621459.1968.10480934), so that a few bad boxes or tracks have no effect. Spreads are
+//! median absolute deviations.
 
 use super::options::Options;
 use super::pace::{Pace, Step, steps};
 use super::read::{Sighting, Track};
 use super::track::{median_of, slope};
 
-/// Tracks of fewer boxes or less travel [px] say too little.
+/// Tracks with fewer boxes, or a shorter travel [px], are not used.
 const FEWEST_BOXES: usize = 5;
 const LEAST_TRAVEL: f64 = 20.0;
-/// Pieces of the picture along and across the travel in which speeds are compared.
+/// Number of pieces of the image, along and across the travel, in which speeds are compared.
 const PIECES: usize = 6;
-/// Speeds from which a piece's median is known well enough.
+/// Minimum number of speeds for a reliable median of a piece.
 const FEWEST_SPEEDS: usize = 8;
-/// A median absolute deviation times this is a standard deviation of normal errors.
+/// Factor from the median absolute deviation to the standard deviation of normal errors.
 const NORMAL: f64 = 1.4826;
 
 /// What the tracks that ride on the belt show.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Motion {
-    /// Tracks that are long enough to tell.
+    /// Number of tracks that are long enough to use.
     pub tracks: usize,
-    /// The travel's angle from the direction given, positive towards larger pixels of the other axis
-    /// [degrees].
+    /// The travel's angle from the given direction, positive towards larger pixel values of the
+    /// other axis [degrees].
     pub angle_deg: f64,
-    /// Standard error of that [degrees].
+    /// Standard error of the angle [degrees].
     pub angle_error_deg: f64,
-    /// Speed along that direction [m/s].
+    /// Speed along the travel [m/s].
     pub speed: f64,
-    /// How far the places of items across the belt are off along it for the angle, or the
-    /// places of one item across from its first box to its last, whichever is more [m].
+    /// Position error due to the angle [m]: along the belt between items at different positions
+    /// across, or across the belt between the first and the last box of one item, whichever is
+    /// greater.
     pub angle_off_m: f64,
-    /// Slowest and fastest piece of the picture along the travel [m/s]; none where there are
-    /// too few boxes.
+    /// Slowest and fastest piece of the image along the travel [m/s]; `None` if there are too few
+    /// boxes.
     pub speeds_along: Option<[f64; 2]>,
-    /// The same across the travel.
+    /// Slowest and fastest piece of the image across the travel [m/s].
     pub speeds_across: Option<[f64; 2]>,
-    /// Whether the picture's middle is faster or slower than both of its ends, as with a
-    /// lens, and not only one end than the other, as with a camera that is tilted.
+    /// Whether the middle of the image is faster or slower than both ends, as with a lens, rather
+    /// than one end faster than the other, as with a tilted camera.
     pub bends: bool,
-    /// How far places are off for speeds that differ over the picture or tracks that bend
-    /// [m]; 0 where neither is more than chance.
+    /// Position error due to speeds that vary over the image or tracks that bend [m]; 0 if neither
+    /// is more than chance.
     pub bent_off_m: f64,
-    /// Slowest and fastest piece of the recording [m/s]; none where there are too few boxes.
+    /// Slowest and fastest part of the recording [m/s]; `None` if there are too few boxes.
     pub speeds_over_time: Option<[f64; 2]>,
-    /// How far places are off for speeds that differ over time [m]; 0 where that may be
-    /// chance.
+    /// Position error due to speeds that vary over time [m]; 0 if that may be chance.
     pub unsteady_off_m: f64,
-    /// How much a box grows with its travel: two thirds where the lower right corner was
-    /// taken for the size, 1 where the upper left one was taken for the centre as well.
+    /// How much a box grows per travelled distance: two thirds if the lower right corner was read
+    /// as the size, 1 if the upper left corner was read as the centre as well.
     pub growth: f64,
 }
 
-/// The velocity of a track [px a frame], along and across.
+/// The velocity of a track [px/frame], along and across.
 struct Velocity {
     along: f64,
     across: f64,
@@ -76,8 +76,8 @@ fn velocity(track: &Track) -> Option<Velocity> {
     })
 }
 
-/// The median velocity of all tracks that move at all [px a frame], along and across; none
-/// where hardly one is long enough.
+/// The median velocity of all moving tracks [px/frame], along and across; `None` if hardly any is
+/// long enough.
 pub(super) fn way(tracks: &[Track]) -> Option<(f64, f64)> {
     let velocities: Vec<Velocity> = tracks.iter().filter_map(velocity).collect();
     Some((
@@ -86,14 +86,14 @@ pub(super) fn way(tracks: &[Track]) -> Option<(f64, f64)> {
     ))
 }
 
-/// Median, and the standard error of it.
+/// The median and its standard error.
 pub(super) fn centre(values: &[f64]) -> Option<(f64, f64)> {
     let middle = median_of(values.iter().copied())?;
     let deviation = median_of(values.iter().map(|value| (value - middle).abs()))?;
     Some((middle, NORMAL * deviation / (values.len() as f64).sqrt()))
 }
 
-/// What `tracks` show on a belt of this pace; none where hardly one is long enough.
+/// Measures `tracks` on a belt with this pace; `None` if hardly any is long enough.
 pub(super) fn measure<'t>(
     tracks: impl Iterator<Item = &'t Track>,
     pace: Option<&Pace>,
@@ -121,7 +121,7 @@ pub(super) fn measure<'t>(
     });
     let travel = median_of(travels)?;
     let pieces_along = pieces_along(&moving, pace, frame_speed);
-    // Whole tracks differ in speed where the belt's differs over time.
+    // Whole tracks differ in speed if the belt speed varies over time.
     let is_steady = pace.is_none_or(|pace| !pace.explains());
     let pieces_across = pieces_across(&moving).filter(|_| is_steady);
     let bend = bend(&moving);
@@ -134,7 +134,7 @@ pub(super) fn measure<'t>(
     let off = pieces_along.as_ref().map_or(0.0, |p| p.off_px);
     let differs = pieces_across.as_ref().is_some_and(|p| p.off_px > 0.0);
     let off_across = if differs {
-        // Slower rows lag behind by their share of the way through the picture.
+        // Slower rows lag behind in proportion to the distance travelled through the image.
         pieces_across.as_ref().map_or(0.0, |p| {
             travel / 2.0 * (p.fastest - p.slowest) / frame_speed / 2.0
         })
@@ -166,20 +166,20 @@ pub(super) fn measure<'t>(
     })
 }
 
-/// Speeds by pieces of the picture [px a frame].
+/// Speeds by piece of the image [px/frame].
 struct Pieces {
     slowest: f64,
     fastest: f64,
     /// Whether the middle is faster or slower than both ends.
     bends: bool,
-    /// How far off places get for the differences [px]; 0 where they may be chance.
+    /// Position error due to the differences [px]; 0 if they may be chance.
     off_px: f64,
 }
 
-/// Compares `speeds` [px a frame], each at its place [px], in equal pieces of the picture.
+/// Compares `speeds` [px/frame], each with its position [px], between equal pieces of the image.
 fn compare(mut speeds: Vec<(f64, f64)>, frame_speed: f64, is_along: bool) -> Option<Pieces> {
     speeds.sort_by(|a, b| a.0.total_cmp(&b.0));
-    // The outermost boxes are cut by the picture's edge.
+    // The outermost boxes are cut off by the edge of the image.
     let cut = speeds.len() / 50;
     let kept = speeds.get(cut..speeds.len() - cut)?;
     let (low, high) = (kept.first()?.0, kept.last()?.0);
@@ -209,7 +209,7 @@ fn compare(mut speeds: Vec<(f64, f64)>, frame_speed: f64, is_along: bool) -> Opt
     let middle = inner.iter().map(|m| m.0).sum::<f64>() / inner.len() as f64;
     let bends = ends.iter().all(|end| *end < middle) || ends.iter().all(|end| *end > middle);
     let chance = fastest - slowest < 4.0 * error || fastest - slowest < 0.01 * frame_speed;
-    // Along the travel the differences add up on the way through the picture.
+    // Along the travel, the differences accumulate on the way through the image.
     let (mut place, mut least, mut most) = (0.0f64, 0.0f64, 0.0f64);
     let mean = medians.iter().map(|m| m.0).sum::<f64>() / medians.len() as f64;
     for (speed, _) in &medians {
@@ -228,7 +228,7 @@ fn compare(mut speeds: Vec<(f64, f64)>, frame_speed: f64, is_along: bool) -> Opt
     })
 }
 
-/// Speeds along the travel, without what is due to a belt that changes its speed.
+/// Speeds along the travel, without the effect of a belt that changes its speed.
 fn pieces_along(
     moving: &[(&Track, Velocity)],
     pace: Option<&Pace>,
@@ -240,15 +240,15 @@ fn pieces_along(
     compare(speeds.collect(), frame_speed, true)
 }
 
-/// Speeds of whole tracks across the travel.
+/// Speeds of whole tracks, by position across the travel.
 fn pieces_across(moving: &[(&Track, Velocity)]) -> Option<Pieces> {
     let speeds = moving.iter().map(|(track, v)| (track.across(), v.along));
     let frame_speed = median_of(moving.iter().map(|(_, v)| v.along))?;
     compare(speeds.collect(), frame_speed, false)
 }
 
-/// How far tracks bend aside between their ends [px]: three quarters bend less; 0 where that
-/// may be chance.
+/// How far tracks bend sideways between their ends [px]: three quarters bend less. 0 if that may be
+/// chance.
 fn bend(moving: &[(&Track, Velocity)]) -> f64 {
     let mut bends = Vec::new();
     let mut errors = Vec::new();

@@ -1,24 +1,24 @@
-//! What the import must know about the camera and the belt.
+//! What the import needs to know about the camera and the belt.
 
 use super::formats::Format;
 use crate::error::{Error, Result, shown};
 use std::str::FromStr;
 
-/// Figures outside this range are slips of the pen, and their squares may overflow.
+/// Values outside this range are typing mistakes, and their squares may overflow.
 const SENSIBLE: std::ops::RangeInclusive<f64> = 1e-9..=1e6;
 
-/// The image axis that the belt travels along.
+/// The image axis along which the belt travels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Axis {
-    /// Image x: items cross the picture from side to side.
+    /// Image x: items cross the image horizontally.
     X,
-    /// Image y: items cross the picture from top to bottom or back.
+    /// Image y: items cross the image vertically.
     Y,
 }
 
 impl Boxes {
-    /// As it is written after `--boxes`.
+    /// The value of `--boxes`.
     fn name(self) -> &'static str {
         match self {
             Self::Sizes => "sizes",
@@ -38,13 +38,13 @@ impl FromStr for Axis {
             _ => Err(Error::input(
                 "--axis",
                 format!("`{}` is not an image axis", shown(text)),
-                "give x or y, the image axis that the belt travels along",
+                "give x or y, the image axis along which the belt travels",
             )),
         }
     }
 }
 
-/// What the four figures of a box are. Some forms of file say it themselves.
+/// The meaning of the four numbers of a box. Some file formats define it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Boxes {
@@ -57,48 +57,47 @@ pub enum Boxes {
     Centres,
 }
 
-/// How pixels and frames become metres and seconds, and how forgiving to be.
+/// The conversion of pixels and frames to metres and seconds, and the tolerances.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
     /// Frames per second of the recording [1/s].
     pub fps: f64,
     /// Size of a pixel on the belt [m/px].
     pub scale_m_per_px: f64,
-    /// The image axis that the belt travels along.
+    /// The image axis along which the belt travels.
     pub axis: Axis,
     /// Whether items travel towards smaller pixel values.
     pub reverse: bool,
-    /// How far the travel is turned from that axis, positive towards larger pixels of the
-    /// other axis [degrees].
+    /// Angle of the travel from that axis, positive towards larger pixel values of the other axis
+    /// [degrees].
     pub angle_deg: f64,
-    /// Speed of the belt during the recording [m/s].
+    /// Belt speed during the recording [m/s].
     pub belt_speed: f64,
-    /// The form of the file; none: recognised by what is in it.
+    /// The file format; `None` to detect it from the content.
     pub format: Option<Format>,
-    /// What the four figures of a box are; none: sizes, or what the form of the file says.
+    /// The meaning of the four numbers of a box; `None` for sizes, or what the file format defines.
     pub boxes: Option<Boxes>,
-    /// Width and height of the picture [px], for boxes in shares of it.
+    /// Width and height of the image [px], for boxes given as fractions of them.
     pub image_size: Option<(f64, f64)>,
-    /// Whether a pattern is made although the tracks contradict the figures above by so much
-    /// that it must be wrong.
+    /// Whether to create a pattern even if the tracks contradict the options so much that it must
+    /// be wrong.
     pub accept_mismatch: bool,
-    /// The belt's centre line: its pixel on the axis across the travel [px]. None:
-    /// the middle between the outermost items.
+    /// Pixel of the belt's centre line on the axis across the travel [px]; `None` for the middle
+    /// between the outermost items.
     pub centre_px: Option<f64>,
-    /// Objects seen in fewer frames than this are dropped.
+    /// Minimum number of frames; objects seen in fewer are dropped.
     pub min_frames: usize,
-    /// A track that jumps further than this from one of its boxes to the next,
-    /// against the belt's motion, is split [m].
+    /// A track that jumps further than this between consecutive boxes, against the belt's motion,
+    /// is split [m].
     pub split_distance_m: f64,
-    /// Tracks one after the other that agree in x0 and in y this closely are one
-    /// object [m].
+    /// Consecutive tracks whose x0 and y agree this closely are one object [m].
     pub merge_distance_m: f64,
 }
 
 impl Options {
-    /// The four figures that no file can tell, [1/s], [m/px] and [m/s]; the rest as
-    /// usual: travel towards larger pixel values, centre line from the items, at
-    /// least 2 frames, split at 0.1 m, merge at 0.02 m.
+    /// Options with the four values that no file contains, [1/s], [m/px] and [m/s], and defaults
+    /// for the rest: travel towards larger pixel values, centre line from the items, at least 2
+    /// frames, split at 0.1 m, merge at 0.02 m.
     pub fn new(fps: f64, scale_m_per_px: f64, axis: Axis, belt_speed: f64) -> Self {
         Self {
             fps,
@@ -118,7 +117,7 @@ impl Options {
         }
     }
 
-    /// Refuses what no camera and no belt has, named by its flag.
+    /// Rejects values that no camera or belt has; the error names the flag.
     pub(super) fn check(&self) -> Result<()> {
         let figures = [
             (
@@ -158,7 +157,7 @@ impl Options {
                 let (least, most) = (SENSIBLE.start(), SENSIBLE.end());
                 return Err(Error::input(
                     flag,
-                    format!("{value:?} is not a {what}: it must lie in {least:?} to {most:?}"),
+                    format!("{value:?} is not a valid {what}: expected {least:?} to {most:?}"),
                     format!("give {cure}"),
                 ));
             }
@@ -166,7 +165,7 @@ impl Options {
         if !(-89.0..=89.0).contains(&self.angle_deg) {
             return Err(Error::input(
                 "--angle",
-                format!("{:?} is not an angle from --axis", self.angle_deg),
+                format!("{:?} is not a valid angle from --axis", self.angle_deg),
                 "give degrees from -89 to 89",
             ));
         }
@@ -175,51 +174,51 @@ impl Options {
         {
             return Err(Error::input(
                 "--image-size",
-                format!("{width:?}x{height:?} is not a picture's size"),
-                "give its width and height in pixels, for example 1280x720",
+                format!("{width:?}x{height:?} is not a valid image size"),
+                "give the width and height in pixels, for example 1280x720",
             ));
         }
         if self.min_frames == 0 {
             return Err(Error::input(
                 "--min-frames",
-                "0 is not a number of frames",
-                "give 1 to keep every object, 2 to drop those seen only once",
+                "0 is not a valid number of frames",
+                "give 1 to keep every object, or 2 to drop those seen only once",
             ));
         }
         match self.centre_px {
             Some(pixel) if !(pixel.is_finite() && pixel.abs() <= *SENSIBLE.end()) => {
                 Err(Error::input(
                     "--centre-px",
-                    format!("{pixel:?} is not a pixel"),
+                    format!("{pixel:?} is not a valid pixel"),
                     "give the pixel of the belt's centre line on the axis across the travel, \
-                     or leave it out",
+                     or omit the flag",
                 ))
             }
             _ => Ok(()),
         }
     }
 
-    /// What the boxes are in a form of file that says it itself, which `source` names.
+    /// The kind of boxes in a file format that defines it; `source` names the format.
     ///
     /// # Errors
-    /// Another kind of boxes was given.
+    /// If a different kind was given.
     pub(super) fn boxes_of(&self, own: Boxes, source: &str) -> Result<Boxes> {
         match self.boxes {
             Some(given) if given != own => Err(Error::input(
                 "--boxes",
                 format!(
-                    "{source} says that the boxes are {}, not {}",
+                    "in {source} the boxes are {}, not {}",
                     own.name(),
                     given.name()
                 ),
-                "leave it out",
+                "omit --boxes",
             )),
             _ => Ok(own),
         }
     }
 
-    /// Along the travel and across it [px], from image coordinates. Along grows with
-    /// the travel, across stays as the image counts it.
+    /// Converts image coordinates to pixels along and across the travel. The first grows in the
+    /// direction of travel, the second in the direction of the image axis.
     pub(super) fn turned(&self, image_x: f64, image_y: f64) -> (f64, f64) {
         let (along, across) = match self.axis {
             Axis::X => (image_x, image_y),
@@ -236,8 +235,8 @@ impl Options {
         )
     }
 
-    /// +1 where the pixels across the travel grow to its left, which is belt +y, and
-    /// -1 where they grow to its right (the table in the module's head).
+    /// +1 if the pixel values across the travel grow to its left, which is belt +y, and -1 if they
+    /// grow to its right (see the table at the top of the module).
     pub(super) fn left(&self) -> f64 {
         match (self.axis, self.reverse) {
             (Axis::X, false) | (Axis::Y, true) => -1.0,
@@ -309,8 +308,8 @@ mod tests {
 
     #[test]
     fn the_belt_frame_is_right_handed() {
-        // With z towards the camera, x cross y must be +z. On the screen (y down)
-        // that is: turning the travel a quarter against the clock gives belt y.
+        // With z towards the camera, x cross y must be +z. On the screen (y down) this means that
+        // turning the travel a quarter counterclockwise gives belt y.
         for (axis, reverse, travel) in [
             (Axis::X, false, (1.0, 0.0)),
             (Axis::X, true, (-1.0, 0.0)),

@@ -1,36 +1,36 @@
-//! Whether the belt keeps its speed during the recording.
+//! Whether the belt speed is constant during the recording.
 //!
-//! Speeds of boxes may differ over time, as with a belt that stops, and over the picture, as
-//! with a lens. Items are not everywhere at all times, so each looks like the other: what
-//! explains the speeds better is taken out before the other is looked for (one step of the
-//! median polish of Tukey 1977, "Exploratory Data Analysis").
+//! Speeds of boxes may vary over time, for example if the belt stops, and over the image, for
+//! example due to the lens. Items are not everywhere at all times, so either can look like the
+//! other. The one that explains the speeds better is removed before looking for the other (one step
+//! of the median polish of Tukey 1977, "Exploratory Data Analysis").
 
 use super::motion::centre;
 use super::read::{Sighting, Track};
 use super::track::median_of;
 
-/// Pieces of the recording in which speeds are compared, and of the picture.
+/// Number of parts of the recording, and of the image, in which speeds are compared.
 const MOST_TIMES: usize = 200;
 const PLACES: usize = 24;
-/// Speeds from which a piece's median is known well enough.
+/// Minimum number of speeds for a reliable median.
 const FEWEST_SPEEDS: usize = 8;
-/// A track counts where it is at least this share of the usual speed for a while: a belt
-/// that stops carries items that stand, dirt stands from its first frame to its last.
+/// A track counts if it reaches this share of the usual speed for some time: a belt that stops
+/// carries items that stand still, but dirt stands still in all frames.
 const MOVES: f64 = 0.5;
 
-/// A part of a track.
+/// A section of a track.
 pub(super) struct Step {
-    /// The track, by number.
+    /// Number of the track.
     track: usize,
     /// Its middle along the travel [px].
     pub place: f64,
     /// Its middle in time [frame].
     frame: f64,
-    /// [px a frame]
+    /// Speed [px/frame].
     pub speed: f64,
 }
 
-/// Steps of boxes an eighth of a track apart.
+/// Steps between boxes an eighth of a track apart.
 pub(super) fn steps<'t>(tracks: impl Iterator<Item = &'t Track>) -> Vec<Step> {
     let mut steps = Vec::new();
     for (track, seen) in tracks.map(|track| &track.sightings).enumerate() {
@@ -48,7 +48,7 @@ pub(super) fn steps<'t>(tracks: impl Iterator<Item = &'t Track>) -> Vec<Step> {
     steps
 }
 
-/// Equal pieces of a range.
+/// A range divided into equal pieces.
 struct Pieces {
     low: f64,
     width: f64,
@@ -65,11 +65,11 @@ impl Pieces {
     }
 
     fn piece(&self, place: f64) -> usize {
-        // Saturates where the place lies outside.
+        // The cast saturates if the position is outside the range.
         (((place - self.low) / self.width) as usize).min(self.count - 1)
     }
 
-    /// The speeds of every piece.
+    /// The speeds in every piece.
     fn speeds(&self, steps: &[Step], place: impl Fn(&Step) -> f64) -> Vec<Vec<f64>> {
         let mut speeds = vec![Vec::new(); self.count];
         for step in steps {
@@ -79,7 +79,7 @@ impl Pieces {
     }
 }
 
-/// Median speed of every piece, the usual one where there are too few.
+/// Median speed of every piece, or the usual speed if it has too few.
 fn medians(speeds: &[Vec<f64>], usual: f64) -> Vec<f64> {
     let median = |speeds: &Vec<f64>| match speeds.len() {
         FEWEST_SPEEDS.. => median_of(speeds.iter().copied()).unwrap_or(usual),
@@ -90,31 +90,30 @@ fn medians(speeds: &[Vec<f64>], usual: f64) -> Vec<f64> {
 
 /// The belt's speed over time.
 pub(super) struct Pace {
-    /// Slowest and fastest piece of the recording [px a frame].
+    /// Slowest and fastest part of the recording [px/frame].
     pub range: [f64; 2],
-    /// How far places are off for speeds that differ over time [px]; 0 where they may be
-    /// chance.
+    /// Position error due to speeds that vary over time [px]; 0 if they may be chance.
     pub off_px: f64,
     times: Pieces,
-    /// What every piece of the recording is faster than usual [px a frame]; nothing where
-    /// the place in the picture explains the speeds better.
+    /// How much faster than usual each part of the recording is [px/frame]; empty if the position
+    /// in the image explains the speeds better.
     excess: Vec<f64>,
 }
 
 impl Pace {
-    /// Whether time explains the differences between speeds, and they are more than chance.
+    /// Whether time explains the differences between speeds and they are more than chance.
     pub fn explains(&self) -> bool {
         self.off_px > 0.0 && !self.excess.is_empty()
     }
 
-    /// The speed of a step without what is due to its time [px a frame].
+    /// The speed of a step without the effect of its time [px/frame].
     pub fn steady(&self, step: &Step) -> f64 {
         let excess = self.excess.get(self.times.piece(step.frame));
         step.speed - excess.copied().unwrap_or_default()
     }
 }
 
-/// The pace of the belt that `tracks` show; none where there are too few.
+/// The pace of the belt from `tracks`; `None` if there are too few.
 pub(super) fn pace(tracks: &[Track]) -> Option<Pace> {
     let mut steps = steps(tracks.iter());
     let rough = median_of(steps.iter().map(|s| s.speed).filter(|v| *v > 0.0))?;
@@ -124,7 +123,7 @@ pub(super) fn pace(tracks: &[Track]) -> Option<Pace> {
         *all += 1;
         *moving += usize::from(step.speed > MOVES * rough);
     }
-    // A tenth: a few bad boxes make no motion.
+    // At least a tenth of the steps must move: a few bad boxes are not motion.
     steps.retain(|step| fast[step.track].0 * 10 > fast[step.track].1);
     let usual = median_of(steps.iter().map(|s| s.speed))?;
     let frames = steps.iter().map(|s| s.frame);
@@ -135,7 +134,7 @@ pub(super) fn pace(tracks: &[Track]) -> Option<Pace> {
         let seen = &track.sightings;
         Some(f64::from(seen.last()?.frame) - f64::from(seen.first()?.frame))
     });
-    // No shorter than a step, so that neighbours do not share steps.
+    // At least as long as a step, so that neighbouring parts do not share steps.
     let step = (median_of(lengths)? / 8.0).max(1.0);
     let count = ((last - first) / step) as usize;
     let times = Pieces::of(steps.iter().map(|s| s.frame), count.clamp(1, MOST_TIMES));
@@ -169,7 +168,7 @@ pub(super) fn pace(tracks: &[Track]) -> Option<Pace> {
     })
 }
 
-/// The range of speeds over time, and how far the belt gets off its usual motion.
+/// The range of speeds over time, and how far the belt deviates from constant motion.
 fn deviation(steps: &[Step], times: &Pieces, usual: f64) -> Option<([f64; 2], f64)> {
     let mut pieces: Vec<Vec<&Step>> = (0..times.count).map(|_| Vec::new()).collect();
     for step in steps {
@@ -183,14 +182,14 @@ fn deviation(steps: &[Step], times: &Pieces, usual: f64) -> Option<([f64; 2], f6
             let half = piece.iter().filter(|s| s.track % 2 == odd);
             median_of(half.map(|s| s.speed))
         };
-        // What one half of the tracks shows and the other does not is an error; what all
-        // show is the belt.
+        // A difference that only one half of the tracks shows is an error; one that all show is due
+        // to the belt.
         let halves = half(0).zip(half(1));
         let error_of_halves = halves.map(|(one, other)| (one - other).abs() / 2.0);
         known.push((speed, error * (speeds.len() as f64).sqrt(), error_of_halves));
     }
-    // Where a single track is seen its steps share its boxes, so they count once; they differ
-    // more than usual where the belt changes its speed in the piece, which is no error.
+    // If only a single track is visible, its steps share boxes, so they count once. They differ
+    // more than usual if the belt changes its speed within the piece, which is not an error.
     let spread = median_of(known.iter().map(|(_, spread, _)| *spread))?;
     let (mut slowest, mut fastest) = (f64::INFINITY, f64::NEG_INFINITY);
     let (mut place, mut least, mut most, mut variance) = (0.0f64, 0.0f64, 0.0f64, 0.0);

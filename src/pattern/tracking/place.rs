@@ -1,4 +1,4 @@
-//! From objects to items: the figures of each, and the belt frame.
+//! Converts objects to items: their attributes, and the belt frame.
 
 use super::options::Options;
 use super::read::Sighting;
@@ -6,25 +6,25 @@ use super::report::Report;
 use super::track::{Object, median_of};
 use crate::pattern::Item;
 
-/// Below this share of the belt's speed an object does not ride on the belt; further
-/// off than this share it does, but some given figure may be wrong.
+/// An object slower than this share of the belt speed does not ride on the belt. One whose speed is
+/// off by more than this share does, but some given value may be wrong.
 pub(super) const ODD_SHARE: f64 = 0.25;
-/// Objects further away than this [m], or larger [cm^2], come from a wrong figure.
-/// Two such places are still less than the 1e6 m apart that a pattern may be long.
+/// Objects beyond this distance [m] or area [cm^2] come from a wrong option. Two such positions are
+/// still less than 1e6 m apart, the maximum length of a pattern.
 const FURTHEST: f64 = 4e5;
 const LARGEST_AREA: f64 = 1e10;
 
 pub(super) const STILL: &str = "stands still";
 pub(super) const BACKWARDS: &str = "moves backwards";
 
-/// What is known of one object before the frame is fixed.
+/// What is known about an object before the frame is fixed.
 pub(super) struct Found {
     pub item: Item,
-    /// Across the travel, as the image counts it [px].
+    /// Position across the travel, as the image counts it [px].
     pub across: f64,
-    /// Measured along the travel [m/s].
+    /// Speed measured along the travel [m/s].
     pub speed: Option<f64>,
-    /// Middle of the time in which it was seen [s].
+    /// Middle of the time during which it was seen [s].
     pub time: f64,
 }
 
@@ -40,7 +40,7 @@ impl Found {
         let mut item = Item::at(object.track.name.clone(), object.track.x0(options), 0.0);
         item.area_cm2 =
             median_of(seen.iter().filter_map(Sighting::area)).map(|a| a * scale * scale * 1e4);
-        // The rounding of the sum may carry the mean of ones past 1.
+        // Rounding may push the mean of ones above 1.
         let mean = |p: &[f64]| (p.iter().sum::<f64>() / p.len() as f64).clamp(0.0, 1.0);
         item.p_detection = (!sure.is_empty()).then(|| mean(&sure));
         item.class = most_frequent(seen);
@@ -53,7 +53,7 @@ impl Found {
         }
     }
 
-    /// Whether it can only come from a wrong figure.
+    /// Whether it can only result from a wrong option.
     pub fn is_absurd(&self, options: &Options) -> bool {
         let aside = self.across * options.scale_m_per_px;
         let area = self.item.area_cm2.unwrap_or_default();
@@ -61,7 +61,7 @@ impl Found {
     }
 }
 
-/// The class that most boxes have, of equals the one that was seen first.
+/// The class of most boxes; on a tie, the one seen first.
 fn most_frequent(seen: &[Sighting]) -> Option<String> {
     let mut counts: Vec<(&str, usize)> = Vec::new();
     for class in seen.iter().filter_map(|s| s.class.as_deref()) {
@@ -75,8 +75,8 @@ fn most_frequent(seen: &[Sighting]) -> Option<String> {
     found.map(|(class, _)| (*class).trim().replace(['\n', '\r'], " "))
 }
 
-/// Why an object of this speed does not ride on the belt. A little backwards is still
-/// standing: nobody measures an exact 0.
+/// Why an object with this speed does not ride on the belt. A slight backward motion still counts
+/// as standing still, since a measurement is never exactly 0.
 pub(super) fn not_riding(speed: Option<f64>, options: &Options) -> Option<&'static str> {
     let least = ODD_SHARE * options.belt_speed;
     match speed? {
@@ -86,7 +86,7 @@ pub(super) fn not_riding(speed: Option<f64>, options: &Options) -> Option<&'stat
     }
 }
 
-/// Fixes the belt frame: y from the centre line, x0 from the item furthest downstream.
+/// Fixes the belt frame: y from the centre line, and x0 from the item furthest downstream.
 pub(super) fn place(found: Vec<Found>, report: &mut Report, options: &Options) -> Vec<Item> {
     let across = found.iter().map(|f| f.across);
     let (least, most) = (
@@ -100,7 +100,7 @@ pub(super) fn place(found: Vec<Found>, report: &mut Report, options: &Options) -
         .iter()
         .map(|f| f.item.x0)
         .fold(f64::NEG_INFINITY, f64::max);
-    // Plus 0 makes a negative zero a plain one.
+    // Adding 0 turns negative zero into zero.
     report.shift_m = -furthest + 0.0;
     let finish = |mut found: Found| {
         found.item.x0 -= furthest;
@@ -118,7 +118,7 @@ mod tests {
     use proptest::prelude::*;
     use std::fmt::Write;
 
-    /// 10 frames a second, 1 mm a pixel: the belt moves 10 px a frame.
+    /// 10 frames per second, 1 mm per pixel: the belt moves 10 px per frame.
     fn options() -> Options {
         Options::new(10.0, 0.001, Axis::X, 0.1)
     }
@@ -190,7 +190,7 @@ mod tests {
             }
             assert_eq!(ids(&result), ["1", "2"]);
             assert!(has(&result.report.lines(), "pixel 500.00, as given"));
-            // The other way round everything moves backwards.
+            // With the opposite direction, everything moves backwards.
             options.reverse = !reverse;
             let message = import(&text, "t", &options).unwrap_err().to_string();
             assert!(message.contains("--reverse"), "{message}");
@@ -224,7 +224,7 @@ mod tests {
             let mut options = Options::new(fps, scale, axis, speed);
             options.reverse = reverse;
             options.centre_px = Some(250.0);
-            // One item each 3 m: further apart than anything that merges or splits.
+            // One item every 3 m: too far apart to be split or merged.
             let spots = spots.into_iter().enumerate();
             let items: Vec<_> = spots.map(|(i, (x, y, n))| (-3.0 * i as f64 - x, y, n)).collect();
             let sign = if reverse { -1.0 } else { 1.0 };

@@ -1,4 +1,4 @@
-//! From lines to tracks: the broken lines set aside, the boxes without a track apart.
+//! Turns lines into tracks, and separates broken lines and boxes without a track.
 
 use super::formats::{self, Format, Recording, Row};
 use super::options::{Boxes, Options};
@@ -6,7 +6,7 @@ use super::report::{DroppedLine, LISTED};
 use crate::error::{Error, Result};
 use std::collections::HashMap;
 
-/// One box of one track.
+/// A box of a track.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Sighting {
     /// Frame, from 1.
@@ -17,11 +17,11 @@ pub(super) struct Sighting {
     pub along: f64,
     /// Centre of the box across the travel, as the image counts it [px].
     pub across: f64,
-    /// Size of the box along the axis of the travel and across [px]; none of a point.
+    /// Size of the box along and across the travel [px]; `None` for a point.
     pub size: Option<(f64, f64)>,
-    /// What the file gives as confidence, whatever its range.
+    /// Confidence in the file, possibly outside 0 to 1.
     pub confidence: Option<f64>,
-    /// What it is.
+    /// Class of the object, if given.
     pub class: Option<String>,
 }
 
@@ -42,45 +42,44 @@ impl Sighting {
         }
     }
 
-    /// Area of the box [px^2]; none of a point.
+    /// Area of the box [px^2]; `None` for a point.
     pub fn area(&self) -> Option<f64> {
         self.size.map(|(along, across)| along * across)
     }
 }
 
-/// The boxes under one id, by frame, never empty, no frame twice.
+/// The boxes with one id, by frame; never empty, and no repeated frames.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Track {
     pub name: String,
     pub sightings: Vec<Sighting>,
 }
 
-/// What a file holds.
+/// The content of a file.
 #[derive(Debug)]
 pub(super) struct Reading {
     pub format: Format,
-    /// What the boxes were read as.
+    /// How the four numbers of the boxes were interpreted.
     pub boxes: Boxes,
-    /// How its form was read.
+    /// Notes on how the file was interpreted.
     pub remarks: Vec<String>,
-    /// Lines that are not blank.
+    /// Number of lines that are not blank.
     pub lines: usize,
-    /// In the order in which their ids first appear.
+    /// Tracks in the order in which their ids first appear.
     pub tracks: Vec<Track>,
-    /// Boxes without a track, of a file that has no tracks at all.
+    /// Boxes without a track, from a file without any tracks.
     pub loose: Vec<Sighting>,
     pub malformed: usize,
     pub repeated: usize,
     pub cut_off: Option<usize>,
-    /// The first [`LISTED`] of all dropped lines.
+    /// The dropped lines, at most the first [`LISTED`].
     pub dropped: Vec<DroppedLine>,
 }
 
-/// Reads `recording`; `name` is how messages call it.
+/// Reads `recording`; messages call it `name`.
 ///
 /// # Errors
-/// A file without a line, one whose numbers have no certain meaning, or one with more broken
-/// lines than good ones.
+/// If a file has no lines, numbers of uncertain meaning, or more broken lines than valid ones.
 pub(super) fn read(recording: &Recording, name: &str, options: &Options) -> Result<Reading> {
     let source = formats::read(recording, name, options)?;
     let mut reading = Reading {
@@ -98,7 +97,7 @@ pub(super) fn read(recording: &Recording, name: &str, options: &Options) -> Resu
     let mut dropped: Vec<DroppedLine> = Vec::new();
     let mut loose: Vec<(Option<String>, Sighting)> = Vec::new();
     let mut place_of: HashMap<i64, usize> = HashMap::new();
-    // In a folder every frame has a file of its own.
+    // In a folder, every frame has its own file.
     let mut file_of: HashMap<u32, String> = HashMap::new();
     let mut usual_fields = 0;
     let mut lines = source.lines.into_iter().peekable();
@@ -106,10 +105,10 @@ pub(super) fn read(recording: &Recording, name: &str, options: &Options) -> Resu
         let is_last = lines.peek().is_none();
         let (number, filled) = (line.number, line.filled);
         let reason = match line.row {
-            // A line of fewer fields than the one before it is how a write that was
-            // broken off looks, even when the stump can be read.
+            // A line with fewer fields than the previous one indicates an interrupted write, even
+            // if the rest can be parsed.
             Ok(_) if is_last && filled < usual_fields => {
-                format!("{filled} fields where the line before has {usual_fields}")
+                format!("{filled} fields, but the previous line has {usual_fields}")
             }
             Ok(row) => {
                 usual_fields = filled;
@@ -139,7 +138,7 @@ pub(super) fn read(recording: &Recording, name: &str, options: &Options) -> Resu
         };
         let reason = if is_last {
             reading.cut_off = Some(number);
-            format!("last line, cut off: {reason}")
+            format!("last line, incomplete: {reason}")
         } else {
             reading.malformed += 1;
             reason
@@ -153,7 +152,7 @@ pub(super) fn read(recording: &Recording, name: &str, options: &Options) -> Resu
     if reading.lines == 0 {
         return Err(Error::input(
             name,
-            "the file has no line",
+            "the file has no lines",
             "give a tracker's file with lines `frame,id,left,top,width,height,conf`",
         ));
     }
@@ -166,7 +165,7 @@ pub(super) fn read(recording: &Recording, name: &str, options: &Options) -> Resu
             line: sighting.line,
             reason: "a detection without a track".to_owned(),
         }));
-        // By frame and line of a folder as well, whose files are sorted.
+        // Also orders the lines of a folder, whose files are sorted, by frame.
         dropped.sort_by(|a, b| (&a.file, a.line).cmp(&(&b.file, b.line)));
     }
     let nothing = reading.tracks.is_empty() && reading.loose.is_empty();
@@ -180,7 +179,7 @@ pub(super) fn read(recording: &Recording, name: &str, options: &Options) -> Resu
         return Err(Error::input(
             place,
             format!(
-                "{} of {} lines are not a tracker's; here: {}",
+                "{} of {} lines are not in a tracker's format; the first: {}",
                 dropped.len(),
                 reading.lines,
                 first.reason
@@ -195,7 +194,7 @@ pub(super) fn read(recording: &Recording, name: &str, options: &Options) -> Resu
     Ok(reading)
 }
 
-/// Makes 1 the first frame of a file that counts from 0; whether it did.
+/// Converts a file that counts frames from 0 so that the first frame is 1; returns whether it did.
 fn count_from_one(reading: &mut Reading) -> bool {
     let tracked = reading.tracks.iter_mut().flat_map(|t| &mut t.sightings);
     let mut all: Vec<&mut Sighting> = tracked.chain(&mut reading.loose).collect();
@@ -207,12 +206,12 @@ fn count_from_one(reading: &mut Reading) -> bool {
     from_zero
 }
 
-/// Sorts every track by frame and keeps the first line of each frame; `file_of` is the file
-/// of a frame, in a folder.
+/// Sorts every track by frame and keeps the first line of each frame. For a folder, `file_of` is
+/// the file of a frame.
 fn drop_repeated(reading: &mut Reading, file_of: impl Fn(u32) -> Option<String>) {
     let mut repeated: Vec<(usize, u32, &str)> = Vec::new();
     for track in &mut reading.tracks {
-        // Stable: of two lines of one frame the earlier one stays ahead.
+        // Stable sorting keeps the earlier of two lines with the same frame first.
         track.sightings.sort_by_key(|sighting| sighting.frame);
         let name = &track.name;
         track.sightings.dedup_by(|next, kept| {
@@ -231,7 +230,7 @@ fn drop_repeated(reading: &mut Reading, file_of: impl Fn(u32) -> Option<String>)
         .extend(listed.map(|&(line, frame, name)| DroppedLine {
             file: file_of(frame),
             line,
-            reason: format!("frame {frame} of track {name} was there before"),
+            reason: format!("duplicate frame {frame} of track {name}"),
         }));
     let place = |dropped: &DroppedLine| (dropped.file.clone(), dropped.line);
     reading.dropped.sort_by_cached_key(place);
@@ -334,9 +333,9 @@ mod tests {
             let reading = read(&text, "t", &options()).unwrap();
             assert_eq!(frames(&reading), [track("1", &[1, 2])], "{stump}");
             assert_eq!((reading.cut_off, reading.malformed), (Some(3), 0));
-            assert!(reading.dropped[0].reason.contains("cut off"), "{stump}");
+            assert!(reading.dropped[0].reason.contains("incomplete"), "{stump}");
         }
-        // One good line and a stump: not more than half is broken.
+        // One valid line and one incomplete line: not more than half is broken.
         assert!(read("1,1,1,1,1,1,1\n2,1", "t", &options()).is_ok());
     }
 
@@ -366,7 +365,7 @@ mod tests {
         for (text, words) in [
             ("", &["t: ", "no line"][..]),
             ("\u{feff} \n\n", &["no line"]),
-            ("1,1,1", &["t:1", "1 of 1 lines", "cut off"]),
+            ("1,1,1", &["t:1", "1 of 1 lines", "incomplete"]),
             ("a\nb\n1,1,1,1,1,1,1\n", &["t:1", "2 of 3 lines", "`a`"]),
             (
                 "1,-1,1,1,1,1,1\n1,-1,5,1,1,1,1\n1,2,1,1,1,1,1",

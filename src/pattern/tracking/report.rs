@@ -1,22 +1,22 @@
-//! What the import did to a file, for people and for machines.
+//! What the import did to a file, in text and machine-readable form.
 
 use super::formats::Format;
 use super::motion::Motion;
 use super::options::Options;
 use super::read::{Reading, Track};
 
-/// How many dropped lines are listed; the counts tell of all.
+/// Maximum number of dropped lines listed; the counts cover all of them.
 pub(super) const LISTED: usize = 20;
-/// How many tracks one line of text names.
+/// Maximum number of track names in one line of text.
 const NAMED: usize = 10;
 
-/// A line of the file that was not used.
+/// A line of the file that was ignored.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct DroppedLine {
-    /// The file of a folder.
+    /// Name of the file within a folder; `None` for a single file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
-    /// From 1.
+    /// Line number, from 1.
     pub line: usize,
     /// What is wrong with it.
     pub reason: String,
@@ -25,29 +25,29 @@ pub struct DroppedLine {
 /// An object that did not become an item.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Dropped {
-    /// Its id.
+    /// Id of the object.
     pub track: String,
-    /// Why.
+    /// Why it was dropped.
     pub reason: String,
-    /// In how many frames it was seen.
+    /// Number of frames in which it was seen.
     pub frames: usize,
-    /// Measured speed along the travel [m/s]; none from a single frame.
+    /// Measured speed along the travel [m/s]; `None` if it was seen in a single frame.
     pub speed: Option<f64>,
 }
 
-/// A track that was several objects under one id.
+/// A track that consisted of several objects with the same id.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct Split {
     /// The id in the file.
     pub track: String,
-    /// How many tracks it became: `ID`, `ID.2`, ...
+    /// Number of tracks that it became: `ID`, `ID.2`, ...
     pub pieces: usize,
 }
 
-/// An object that had several ids one after the other.
+/// An object whose id changed.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct Merged {
-    /// The id it goes under: its first.
+    /// The id that was kept, which is the first one.
     pub track: String,
     /// All of its ids, in order of time.
     pub parts: Vec<String>,
@@ -56,27 +56,27 @@ pub struct Merged {
 /// What was read, dropped, split, merged and measured.
 #[derive(Debug, Clone, serde::Serialize)]
 pub struct Report {
-    /// The file as messages call it.
+    /// Name of the file in messages.
     pub file: String,
-    /// The form of the file.
+    /// The file format.
     pub format: Format,
-    /// How it was read.
+    /// Notes on how the file was interpreted.
     pub remarks: Vec<String>,
-    /// Lines that are not blank.
+    /// Number of lines that are not blank.
     pub lines: usize,
-    /// Ids in the file, or tracks that its boxes were linked to.
+    /// Number of ids in the file, or of tracks that were linked from its boxes.
     pub tracks: usize,
-    /// Items of the pattern.
+    /// Number of items in the pattern.
     pub items: usize,
-    /// Lines that could not be read, the cut-off one apart.
+    /// Number of lines that could not be read, without an incomplete last line.
     pub malformed_lines: usize,
-    /// Lines whose frame and id were there before.
+    /// Number of lines with a repeated frame and id.
     pub repeated_lines: usize,
-    /// The last line, where it was cut off.
+    /// Number of the last line if it was incomplete.
     pub cut_off_line: Option<usize>,
     /// The first dropped lines of all three kinds.
     pub dropped_lines: Vec<DroppedLine>,
-    /// How many lines were dropped in all.
+    /// Total number of dropped lines.
     pub dropped_lines_total: usize,
     /// Objects that did not become items.
     pub dropped: Vec<Dropped>,
@@ -84,42 +84,42 @@ pub struct Report {
     pub split: Vec<Split>,
     /// Objects that had several ids.
     pub merged: Vec<Merged>,
-    /// Boxes without a size, taken as points: they say nothing about the area.
+    /// Number of boxes without a size, treated as points; they have no area.
     pub points: usize,
-    /// Boxes with no confidence or one outside 0 to 1: they say nothing about
+    /// Number of boxes whose confidence is missing or outside 0 to 1; they are ignored for
     /// `p_detection`.
     pub no_confidence: usize,
-    /// Boxes with confidence 0, kept.
+    /// Number of boxes with confidence 0, which are kept.
     pub zero_confidence: usize,
-    /// What may be wrong although it was used.
+    /// Possible problems that did not prevent the import.
     pub warnings: Vec<String>,
-    /// Pixel of the belt's centre line that was used [px].
+    /// Pixel of the belt's centre line [px].
     pub centre_px: f64,
-    /// Whether that was given; otherwise the middle between the outermost items.
+    /// Whether the centre line was given; otherwise it is the middle between the outermost items.
     pub centre_given: bool,
-    /// What was added to every x0 [m], so that the largest is 0.
+    /// Distance added to every x0 so that the largest is 0 [m].
     pub shift_m: f64,
-    /// Angle of the travel from the axis as given [degrees].
+    /// Given angle of the travel from the axis [degrees].
     pub angle_deg: f64,
-    /// Belt speed as given [m/s].
+    /// Given belt speed [m/s].
     pub belt_speed: f64,
-    /// Median of the objects' measured speeds [m/s], dropped ones included; none when
-    /// all were seen only once.
+    /// Median of the objects' measured speeds [m/s], including dropped objects; `None` if all were
+    /// seen only once.
     pub measured_speed: Option<f64>,
-    /// The same over the items only [m/s]: the figure to calibrate by.
+    /// Median of the items' measured speeds [m/s], to be used for calibration.
     pub measured_speed_items: Option<f64>,
-    /// Items that move more than 25 % off the belt's speed.
+    /// Number of items whose speed differs from the belt speed by more than 25 %.
     pub odd_items: usize,
-    /// The belt as the items' tracks show it; none where they are too short.
+    /// The belt as seen in the items' tracks; `None` if they are too short.
     pub motion: Option<Motion>,
 }
 
-/// "1 line", "2 lines".
+/// A count with its noun: "1 line", "2 lines".
 pub(super) fn count(number: usize, what: &str) -> String {
     format!("{number} {what}{}", if number == 1 { "" } else { "s" })
 }
 
-/// The first few names and how many more there are.
+/// The first few names, and how many more there are.
 pub(super) fn named<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     let mut names = names.into_iter();
     let mut text = names.by_ref().take(NAMED).collect::<Vec<_>>().join(", ");
@@ -131,7 +131,7 @@ pub(super) fn named<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
 }
 
 impl Report {
-    /// What reading alone tells.
+    /// The report with what is known after reading.
     pub(super) fn new(name: &str, options: &Options, reading: Reading, tracks: &[Track]) -> Self {
         let cut_off = usize::from(reading.cut_off.is_some());
         let mut report = Self {
@@ -174,7 +174,7 @@ impl Report {
         report
     }
 
-    /// Notes a drop when there is a reason for one; whether the track stays.
+    /// Records a drop if there is a reason for one; returns whether the track stays.
     pub(super) fn note_drop(
         &mut self,
         track: &Track,
@@ -191,7 +191,7 @@ impl Report {
         false
     }
 
-    /// The dropped objects by reason, in order of their first: (reason, names).
+    /// The dropped objects grouped by reason, in order of first occurrence: (reason, names).
     pub(super) fn dropped_by_reason(&self) -> Vec<(&str, Vec<&str>)> {
         let mut groups: Vec<(&str, Vec<&str>)> = Vec::new();
         for dropped in &self.dropped {
@@ -206,7 +206,7 @@ impl Report {
         groups
     }
 
-    /// The report as text without its warnings, one finding a line.
+    /// The report as text without its warnings, one finding per line.
     pub fn lines(&self) -> Vec<String> {
         let mut out = vec![format!(
             "{} ({}): {} and {} became {}",
@@ -220,16 +220,16 @@ impl Report {
         if let Some(items) = self.measured_speed_items.or(self.measured_speed) {
             let all = self.measured_speed.unwrap_or(items);
             out.push(format!(
-                "median measured speed {items:.4} m/s over the items, {all:.4} m/s over all \
-                 tracks; the belt's was given as {} m/s",
+                "median measured speed: {items:.4} m/s over the items, {all:.4} m/s over all \
+                 tracks; the given belt speed is {} m/s",
                 self.belt_speed
             ));
         }
         if let Some(motion) = &self.motion {
-            // Plus 0 makes a negative zero a plain one.
+            // Adding 0 turns negative zero into zero.
             let angle = ((self.angle_deg + motion.angle_deg) * 100.0).round() / 100.0 + 0.0;
             out.push(format!(
-                "the belt travels at {angle:.2} degrees from --axis in the picture (+/- {:.2}), by \
+                "the belt travels at {angle:.2} degrees from --axis in the image (+/- {:.2}), from \
                  {}",
                 1.96 * motion.angle_error_deg,
                 count(motion.tracks, "track")
@@ -255,7 +255,7 @@ impl Report {
     fn line_findings(&self, out: &mut Vec<String>) {
         if self.dropped_lines_total > 0 {
             out.push(format!(
-                "dropped {}: {} malformed, {} repeated, {} cut off",
+                "dropped {}: {} malformed, {} repeated, {} incomplete",
                 count(self.dropped_lines_total, "line"),
                 self.malformed_lines,
                 self.repeated_lines,
@@ -278,7 +278,7 @@ impl Report {
             (self.points, "without a size: points, no area"),
             (
                 self.no_confidence,
-                "without a confidence from 0 to 1: left out of p_detection",
+                "without a confidence from 0 to 1: ignored for p_detection",
             ),
             (
                 self.zero_confidence,
@@ -297,7 +297,7 @@ impl Report {
             let each = |s: &Split| format!("{} into {}", s.track, s.pieces);
             let all: Vec<String> = self.split.iter().map(each).collect();
             out.push(format!(
-                "split {} whose id was used again: {}",
+                "split {} whose id was reused: {}",
                 count(all.len(), "track"),
                 named(all.iter().map(String::as_str))
             ));

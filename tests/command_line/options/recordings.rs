@@ -93,7 +93,7 @@ pub const ROWS: &[Row] = &[
     }),
     row(&IMPORT, "--reverse", |rig, _| {
         let expected = imported(rig, TRUE);
-        refused(rig, &format!("{TRUE} --reverse"), "leave out --reverse");
+        refused(rig, &format!("{TRUE} --reverse"), "omit --reverse");
         rig.write("film.txt", &film(|[x, y]| [1000.0 - x, y]));
         let turned = again(rig, &format!("{TRUE} --reverse"));
         assert_eq!(ids(&turned), ids(&expected));
@@ -107,7 +107,7 @@ pub const ROWS: &[Row] = &[
         refused(
             rig,
             &TRUE.replace("0.1", "0.2"),
-            "the belt's speed was given as 0.2 m/s",
+            "the given belt speed is 0.2 m/s",
         );
     }),
     row(&IMPORT, "--centre-px", |rig, _| {

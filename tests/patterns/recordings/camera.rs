@@ -87,7 +87,7 @@ fn a_wrong_frame_rate_scale_or_speed_is_refused_with_what_would_agree() {
     let message = read(&text, &fast).unwrap_err();
     for words in [
         "0.3000 m/s",
-        "given as 0.25",
+        "given belt speed is 0.25",
         "--fps 25 ",
         "--scale 0.00166",
         "--belt-speed 0.3",
@@ -231,8 +231,8 @@ fn more_tracks_backwards_than_forwards_are_refused() {
     reverse.reverse = true;
     let message = read(&film.join("\n"), &reverse).unwrap_err();
     for words in [
-        "60 tracks travel backwards, and 1 item",
-        "leave out --reverse",
+        "60 tracks travel backwards, but only 1 item",
+        "omit --reverse",
     ] {
         assert!(message.contains(words), "{words} not in {message}");
     }
@@ -254,8 +254,8 @@ fn a_belt_that_changes_its_speed_is_named_and_refused() {
         let text = moving_film(80, moved);
         let message = read(&text, &options).unwrap_err();
         for words in [
-            "changes its speed during the recording",
-            "cut out of the film",
+            "belt speed changes during the recording",
+            "constant speed out of the video",
         ] {
             assert!(
                 message.contains(words),

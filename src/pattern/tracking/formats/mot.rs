@@ -68,9 +68,7 @@ fn eighth(lines: &[(usize, usize, [&str; FIELDS])]) -> Eighth {
     }
     match classes + others {
         0 => Eighth::Nothing,
-        all if others * 2 > all => {
-            Eighth::Other("it contains fractions, as a world position does")
-        }
+        all if others * 2 > all => Eighth::Other("it contains fractions, as a world position does"),
         all if places * 2 > all => Eighth::Other("columns 9 and 10 make it a world position"),
         _ => Eighth::Classes,
     }
