@@ -177,7 +177,7 @@ fn the_comparison_says_what_it_was_run_under() {
     for words in [
         "\nunder ",
         "x = 0.5 m",
-        "with other luck",
+        "with different luck",
         "--grasp-success P",
     ] {
         assert!(table.contains(words), "{words} not in {table}");

@@ -217,7 +217,7 @@ fn a_training_set_without_a_flow_is_named_itself() {
     let told = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2), "{told}");
     assert!(
-        told.contains("--train-patterns random:5: the feed random needs a flow"),
+        told.contains("--train-patterns random:5: the feed random needs its own flow"),
         "{told}"
     );
     assert!(told.contains("random:60/min:5"), "{told}");

@@ -360,7 +360,7 @@ fn verbs_take_flows() {
         (&["random", "--spacing", "1"], "--spacing"),
         (
             &["--spacing", "0.2", "--flow", "60"],
-            "--spacing sets the flow",
+            "--spacing already determines the flow",
         ),
         (&["random", "--gap-share", "0.5"], "--gap-share"),
         (&["gaps", "--gap-share", "1"], "--gap-share"),

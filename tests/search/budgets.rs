@@ -156,7 +156,7 @@ fn a_time_limit_ends_the_search_with_the_best_so_far() {
     assert!(
         report["notes"]
             .to_string()
-            .contains("time of --time-limit was over")
+            .contains("--time-limit was reached")
     );
     for (limit, words) in [
         ("0", "--time-limit"),

@@ -14,10 +14,10 @@ use pickline_report::{BoundReport, Provenance};
 use pickline::sim::{Conditions, Scene};
 use std::path::Path;
 
-/// More steps than this are taken for a slip of the pen.
+/// The highest accepted number of iterations; more are treated as a typing mistake.
 const MOST_ITERATIONS: usize = 1_000_000;
 
-/// What is written into the folder for result files.
+/// The result files written to the `--out` folder.
 const FILES: [&str; 2] = ["bound.json", "prices.csv"];
 
 pub fn run(args: &BoundArgs, session: &Session) -> Result<()> {
@@ -27,7 +27,7 @@ pub fn run(args: &BoundArgs, session: &Session) -> Result<()> {
     if !(1..=MOST_ITERATIONS).contains(&args.iterations) {
         return Err(Error::input(
             "--iterations",
-            format!("{} steps", args.iterations),
+            format!("{} iterations", args.iterations),
             format!("give 1 to {MOST_ITERATIONS}"),
         ));
     }
@@ -75,8 +75,8 @@ pub fn run(args: &BoundArgs, session: &Session) -> Result<()> {
     report.notes = notes(&conditions);
     if picks.coarse {
         report.notes.push(
-            "cut short: the pattern is so long that its slots are, too; a shorter --slot proves \
-             more, in more time and memory"
+            "the bound is coarse: the pattern is so long that the slots are long, too; a shorter \
+             --slot gives a tighter bound, but takes more time and memory"
                 .to_owned(),
         );
     }
@@ -88,20 +88,20 @@ pub fn run(args: &BoundArgs, session: &Session) -> Result<()> {
     outputs.deliver(session, &text)
 }
 
-/// What a reader of the bound under `conditions` should know.
+/// Notes for a bound under `conditions`.
 fn notes(conditions: &Conditions) -> Vec<String> {
     if !conditions.disturbances.any() {
         return Vec::new();
     }
     let camera = match conditions.camera_x {
         Some(_) if conditions.disturbances.position_noise > 0.0 => {
-            ", and whatever the camera has reported when"
+            " and whatever the camera reports at what time"
         }
         _ => "",
     };
     vec![format!(
-        "proven for any luck: what goes wrong only costs time, so this is the bound of the line \
-         where nothing does{camera}; there is no schedule to hold against it"
+        "proven for any luck: failures only cost time, so this is the bound of the line without \
+         failures{camera}; there is no schedule to compare it with"
     )]
 }
 
@@ -114,7 +114,7 @@ fn bound(
     let options = Options {
         slot_s: args.slot,
         iterations: args.iterations,
-        // One of the undisturbed line may fail, and is then no schedule.
+        // A schedule for the undisturbed line may fail on the disturbed one.
         schedule: !scene.conditions().disturbances.any(),
         ..Options::in_full(objective, scene.pattern().len())
     };

@@ -20,7 +20,7 @@ use pickline::station::Station;
 use pickline::strategies::{self, Parsed, policy_file};
 use std::path::Path;
 
-/// What is written into the folder for result files.
+/// The result files written to the `--out` folder.
 const FILES: [&str; 5] = [
     "throughput.csv",
     "picked_time.csv",
@@ -28,7 +28,7 @@ const FILES: [&str; 5] = [
     "runs.csv",
     "compare.json",
 ];
-/// More patterns than this a case are taken for a slip of the pen.
+/// The highest accepted number of patterns per case; more are treated as a typing mistake.
 const MOST_REPLICATES: usize = 100_000;
 
 pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
@@ -39,7 +39,7 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
     if !(1..=MOST_REPLICATES).contains(&args.replicates) {
         return Err(Error::input(
             "--replicates",
-            format!("{} patterns a case", args.replicates),
+            format!("{} patterns per case", args.replicates),
             format!("give 1 to {MOST_REPLICATES}"),
         ));
     }
@@ -50,7 +50,7 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
     args.conditions
         .check_on(&args.station, &args.common, &station)?;
     for case in &cases {
-        // The patterns of a case are alike.
+        // The patterns of a case are alike, so one is enough.
         let patterns = case.patterns(station.belt(), 1, args.common.seed)?;
         for (_, pattern) in &patterns {
             args.station.check_pattern(&case.name, pattern)?;
@@ -78,7 +78,7 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
     read.extend(args.strategy.iter().map(|s| ("--strategy", policy_file(s))));
     args.common
         .check_outputs("compare", &FILES, &read, &args.pictures.files())?;
-    // A file of one's own is known by what is in it, not by its name.
+    // A user's file is identified by its content, not by its name.
     let case_file = match Path::new(&args.cases) {
         file if file.is_file() => {
             let hash = files::fingerprint(&files::read_text(file)?);
@@ -92,14 +92,14 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
         first_notes.push(format!("{saved} is the strategy of the station file"));
         texts.insert(0, saved);
     }
-    // The paper's third column, unless another policy takes its place or the line is far from
-    // all that it was trained on.
+    // The paper's third column, unless another policy replaces it or the line is far from its
+    // training.
     let has_policy = texts.iter().any(|text| strategies::is_policy(text));
     if strategies::HAS_POLICY && !args.no_policy && !has_policy {
         let policy = strategies::parse(strategies::POLICY)?.alone(robots)?;
         match distance(&policy, &station).filter(|distance| distance.far) {
             Some(distance) => first_notes.push(format!(
-                "the policy that ships is left out: {}; --strategy {} has it run all the same",
+                "the built-in policy is left out: {}; --strategy {} runs it anyway",
                 distance.text,
                 strategies::POLICY
             )),
@@ -111,14 +111,14 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
         .map(|text| parse_strategy(text, args.common.quiet))
         .collect::<Result<_>>()?;
     for strategy in &strategies {
-        // A slip is told before the long search for robust GT.
+        // Report an error before the long search for robust GT.
         strategy.alone(robots)?;
     }
     let greedy = greedy(args, &cases, &station)?;
     first_notes.extend(greedy.clone().err());
     let greedy = greedy.is_ok() && !args.no_greedy;
     let reference = reference(args, greedy, &texts)?;
-    // Alone, the first method has nothing to differ from.
+    // A single method has nothing to differ from.
     if chart.name == "difference" && !greedy && texts.is_empty() {
         return Err(chart.missing());
     }
@@ -134,7 +134,7 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
         stop: session.stop(),
         progress: &bar,
     };
-    // The training set has the master seed, the tables those after it.
+    // The training set uses the master seed, the tables use the seeds after it.
     let first_seed = args.common.seed.wrapping_add(1);
     let report = args.common.on_threads(|| {
         let line = Line::new(&args.common, &station, &environment).under(&conditions);
@@ -156,7 +156,7 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
             notes.extend(distance(&blueprint, &station).map(|distance| distance.text));
             methods.push(Method::Strategy(blueprint));
         }
-        // The first method is what the others are measured against.
+        // The others are compared against the first method.
         methods[..=reference].rotate_right(1);
         let mut comparison = compare(
             &station,
@@ -226,8 +226,8 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
     outputs.deliver(session, &text).and(drawn)
 }
 
-/// Whether greedy GT can be found on the patterns of `cases` in about a minute, or why it is
-/// left out.
+/// Whether greedy GT (game theory) can be found on the patterns of `cases` in about a minute,
+/// or a note that it is left out.
 fn greedy(
     args: &CompareArgs,
     cases: &[Case],
@@ -246,11 +246,11 @@ fn greedy(
         Some(afforded) if !args.no_greedy => {
             let cure = match afforded {
                 0 => String::new(),
-                afforded => format!("; --replicates {afforded} has it found"),
+                afforded => format!("; --replicates {afforded} includes it"),
             };
             Err(format!(
-                "greedy GT is left out: the {}^{robots} assignments on every pattern would take \
-                 minutes{cure}",
+                "greedy GT (game theory) is left out: trying {}^{robots} assignments on every \
+                 pattern would take minutes{cure}",
                 RULES.len()
             ))
         }
@@ -258,7 +258,7 @@ fn greedy(
     })
 }
 
-/// The place of the method that the others are measured against.
+/// The index of the method that the others are compared against.
 fn reference(args: &CompareArgs, greedy: bool, texts: &[String]) -> Result<usize> {
     let mut ids = vec!["robust_gt"];
     if greedy {
@@ -270,7 +270,7 @@ fn reference(args: &CompareArgs, greedy: bool, texts: &[String]) -> Result<usize
         Error::input(
             "--reference",
             format!(
-                "`{}` is none of the methods compared",
+                "`{}` is not one of the compared methods",
                 shown(&args.reference)
             ),
             known_names(&args.reference, &ids),

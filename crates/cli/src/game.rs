@@ -15,7 +15,7 @@ use pickline::sim::Conditions;
 use pickline::station::Station;
 use std::path::Path;
 
-/// What is written into the folder for result files.
+/// The result files written to the `--out` folder.
 const FILES: [&str; 3] = ["game.json", "payoffs.csv", "game.nfg"];
 
 pub fn run(args: &GameArgs, session: &Session) -> Result<()> {
@@ -46,7 +46,7 @@ pub fn run(args: &GameArgs, session: &Session) -> Result<()> {
     outputs.add_out(common, FILES[1], || report.to_csv());
     outputs.add_out(common, FILES[2], || report.nfg.clone());
     let text = match nfg[0].1 {
-        // What is piped to Gambit must be the game alone.
+        // The output piped to Gambit must contain only the game.
         None if args.nfg.is_some() => report.nfg.clone(),
         file => {
             outputs.add(file, || report.nfg.clone());

@@ -24,15 +24,16 @@ use pickline::station::Station;
 use pickline::strategies::{Blueprint, policy_file};
 use std::time::Instant;
 
-/// Fresh patterns that the winner is scored on by default: so many, fewer where they have more
-/// items than this in all, and so many at least.
+/// Default number of fresh patterns on which the winner is scored.
 const MOST_FRESH: usize = 1000;
+/// Maximum number of items in all of them; if they have more, there are fewer patterns.
 const ITEMS_OF_FRESH: f64 = 150_000.0;
+/// Minimum default number of fresh patterns, however long they are.
 const FEWEST_FRESH: usize = 10;
-/// No more than so many where the time is over.
+/// Maximum number of fresh patterns after the time limit.
 const FRESH_IN_A_HURRY: usize = 24;
 
-/// What is written into the folder for result files.
+/// The result files written to the `--out` folder.
 const FILES: [&str; 3] = ["optimize.json", "ranking.csv", "strategies.csv"];
 
 pub fn run(args: &OptimizeArgs, session: &Session) -> Result<()> {
@@ -66,7 +67,7 @@ pub fn run(args: &OptimizeArgs, session: &Session) -> Result<()> {
     outputs.deliver(session, &text).and(drawn)?;
     match save {
         Some(_) if session.interrupted() => {
-            common.remark("nothing is saved, as the search was interrupted");
+            common.remark("nothing is saved because the search was interrupted");
         }
         Some(target) => {
             let strategy = format!("rules:{}", report.best.join(","));
@@ -77,7 +78,7 @@ pub fn run(args: &OptimizeArgs, session: &Session) -> Result<()> {
     Ok(())
 }
 
-/// The arguments resolved.
+/// The resolved arguments.
 struct Job<'a> {
     args: &'a OptimizeArgs,
     station: Station,
@@ -87,7 +88,7 @@ struct Job<'a> {
     search: Search,
     conditions: Conditions,
     strategies: Vec<Blueprint>,
-    /// Fresh patterns to score the winner on.
+    /// Number of fresh patterns to score the winner on.
     fresh: usize,
 }
 
@@ -113,7 +114,7 @@ impl<'a> Job<'a> {
         let source = source.for_length(&args.set.patterns, &recipe, pattern_set::USUAL_SET)?;
         let fresh = match args.validate {
             Some(count) => count,
-            // Long patterns show as much in smaller numbers.
+            // Fewer long patterns are as informative.
             None => {
                 let afforded = ITEMS_OF_FRESH / source.expected_items(&recipe)?.max(1.0);
                 (afforded as usize).clamp(FEWEST_FRESH, MOST_FRESH)
@@ -196,19 +197,19 @@ impl<'a> Job<'a> {
         notes.extend(self.strategies.iter().filter_map(unlike));
         if short {
             notes.push(format!(
-                "the time of --time-limit was over: at most {FRESH_IN_A_HURRY} fresh patterns to \
-                 validate on, and no bound"
+                "--time-limit was reached: validated on at most {FRESH_IN_A_HURRY} fresh patterns, \
+                 without a bound"
             ));
         }
         if environment.stopped() {
             notes.push(
                 "interrupted: what is missing above (patterns, tie-breaking by max speed, \
-                 validation, other strategies) was not done; run again for a result to rely on"
+                 validation, other strategies) was not done; run again for a reliable result"
                     .to_owned(),
             );
         } else if validation.is_none() && self.fresh > 0 {
             notes.push(format!(
-                "no validation: no fresh patterns can be drawn like {}",
+                "no validation: cannot draw fresh patterns like {}",
                 self.source
             ));
         }
@@ -231,13 +232,13 @@ impl<'a> Job<'a> {
         );
         report.beside = beside;
         if environment.stopped() {
-            // Also where the search was over and only the rest was cut short.
+            // Even if the search was complete and only later work was interrupted.
             report.stop_reason = StopReason::Interrupted.name();
         }
         Ok(report)
     }
 
-    /// Patterns that had no part in the search, drawn under the next seed.
+    /// Patterns that were not used in the search, drawn with the next seed.
     fn fresh(&self, count: usize, environment: &Environment) -> Result<Option<PatternSet>> {
         if count == 0 || environment.stopped() {
             return Ok(None);
@@ -250,12 +251,12 @@ impl<'a> Job<'a> {
         if fresh.is_some() || !self.conditions.disturbances.any() {
             return Ok(fresh);
         }
-        // The same patterns with other luck are fresh as well.
+        // The same patterns with different luck are also fresh.
         let set = pattern_set::build(&self.source, &self.recipe, &self.station)?;
         Ok(Some(pattern_set::with_draws(set, count)))
     }
 
-    /// What judges assignments and strategies on `set`.
+    /// The evaluator that scores assignments and strategies on `set`.
     fn evaluator<'s>(
         &'s self,
         set: &'s PatternSet,
@@ -264,7 +265,7 @@ impl<'a> Job<'a> {
         Evaluator::new(&self.station, &set.patterns, self.objective, conditions)
     }
 
-    /// The winner on `fresh` patterns, which `evaluator` judges on.
+    /// Scores the winner on the `fresh` patterns of `evaluator`.
     fn validation(
         &self,
         fresh: &PatternSet,
@@ -287,7 +288,7 @@ impl<'a> Job<'a> {
         Ok(validation.map(|v| ValidationReport::new(&v, &fresh.description)))
     }
 
-    /// The strategies asked for, beside the winner on `set`, which `evaluator` judges on.
+    /// Scores the requested strategies and the winner on `set`, the patterns of `evaluator`.
     fn beside(
         &self,
         set: &PatternSet,
@@ -316,12 +317,12 @@ impl<'a> Job<'a> {
         if matches!(self.objective, Objective::MaxSpeed(_)) {
             notes.push(match chosen_flow(self.objective, best) {
                 Some(_) if optimum.patterns < evaluator.pattern_count() => {
-                    "no flow is chosen: not all patterns were looked at".to_owned()
+                    "no flow is chosen: not all patterns were evaluated".to_owned()
                 }
                 Some(flow) => {
                     format!("chosen flow: {flow} m/s, the smallest speed limit of these patterns")
                 }
-                None => "no flow can be chosen: of some pattern no belt speed picks everything"
+                None => "no flow can be chosen: for some pattern no belt speed picks everything"
                     .to_owned(),
             });
         }

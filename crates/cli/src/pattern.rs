@@ -19,10 +19,9 @@ use rand::rngs::ChaCha8Rng;
 use serde::Serialize;
 use std::path::Path;
 
-/// Radius [m] and number of items of a Poisson disk pattern when none are given: a
-/// case of the paper.
+/// Default radius [m] and number of items of a Poisson disk pattern: a case of the paper.
 const DEFAULT_POISSON: (f64, usize) = (0.2, 29);
-/// Flow [1/min] of a feed that has no length of its own, when none is given.
+/// Default flow [1/min] of feeds other than profiles.
 const DEFAULT_FLOW: f64 = 60.0;
 
 pub fn run(command: PatternCommand, session: &Session) -> Result<()> {
@@ -42,7 +41,7 @@ fn generate(args: &GenerateArgs, session: &Session) -> Result<()> {
         &read,
         &[("--output", output)],
     )?;
-    // Even where the width does not come from it: a wrong one must not pass unnoticed.
+    // Load it even if the width is given: an invalid station must not go unnoticed.
     let station = args.station.load()?;
     let mut belt = *station.belt();
     match args.width {
@@ -74,8 +73,8 @@ fn generate(args: &GenerateArgs, session: &Session) -> Result<()> {
         if length.is_some() && args.feed.flow.is_some() {
             return Err(Error::input(
                 "--flow",
-                format!("{flag} sets the flow already"),
-                "give one of the two",
+                format!("{flag} already determines the flow"),
+                "give only one of the two",
             ));
         }
     }
@@ -93,7 +92,7 @@ fn generate(args: &GenerateArgs, session: &Session) -> Result<()> {
         let pattern = feeder.draw(args.count.unwrap_or(usual), &mut rng)?;
         if let Some(count) = args.count.filter(|count| *count > pattern.len()) {
             tell(&format!(
-                "warning: --count {count}: the profile brings {} items only",
+                "warning: --count {count}: the profile has only {} items",
                 pattern.len()
             ));
         }
@@ -112,12 +111,12 @@ fn generate(args: &GenerateArgs, session: &Session) -> Result<()> {
     write_pattern(output, &pattern, session)
 }
 
-/// The file of `--output`, if it is not stdout.
+/// The file of `--output`, unless it is stdout.
 fn written(output: Option<&Path>) -> Option<&Path> {
     output.filter(|file| *file != Path::new("-"))
 }
 
-/// Writes `pattern` into `file`, with the call that it comes from, or prints it.
+/// Writes `pattern` to `file`, with the command line that made it, or prints it.
 fn write_pattern(file: Option<&Path>, pattern: &Pattern, session: &Session) -> Result<()> {
     let text = to_csv(pattern);
     match file {
@@ -129,7 +128,7 @@ fn write_pattern(file: Option<&Path>, pattern: &Pattern, session: &Session) -> R
     }
 }
 
-/// A grid or a Poisson disk pattern by the distance between its items.
+/// A grid or a Poisson disk pattern, given by the distance between its items.
 fn by_distance(
     args: &GenerateArgs,
     kind: &Feed,
@@ -161,7 +160,7 @@ fn by_distance(
     poisson_disk(width, radius, count, rng)
 }
 
-/// The flow that a pattern came to.
+/// The flow that a pattern actually has, as text.
 fn achieved(pattern: &Pattern, belt_speed: f64) -> String {
     let count = pickline::error::counted(pattern.len(), "item");
     match DescriptionReport::new(describe(pattern), Some(belt_speed)).flow_per_min {
@@ -177,7 +176,7 @@ fn foreign(flag: &str, kind: &Feed) -> Error {
     };
     Error::input(
         flag,
-        format!("has no meaning for a {name} pattern"),
+        format!("does not apply to a {name} pattern"),
         "leave it out",
     )
 }
@@ -245,7 +244,7 @@ fn describe_pattern(args: &DescribeArgs, session: &Session) -> Result<()> {
     session.print(text.as_bytes())
 }
 
-/// What `--report` writes: the report and the call that it comes from.
+/// The content of the `--report` file: the report and the command line that made it.
 #[derive(Serialize)]
 struct Imported<'a> {
     command: &'a str,
@@ -253,21 +252,21 @@ struct Imported<'a> {
     report: &'a tracking::Report,
 }
 
-/// Width and height [px] as written, `1280x720`.
+/// Parses a width and height [px] such as `1280x720`.
 fn image_size(text: &str) -> Result<(f64, f64)> {
     let parts = text.split_once(['x', 'X']);
     let numbers = parts.and_then(|(w, h)| Some((w.trim().parse().ok()?, h.trim().parse().ok()?)));
     numbers.ok_or_else(|| {
         Error::input(
             "--image-size",
-            format!("`{}` is not a picture's size", shown(text)),
-            "give its width and height in pixels, for example 1280x720",
+            format!("`{}` is not an image size", shown(text)),
+            "give the width and height in pixels, for example 1280x720",
         )
     })
 }
 
-/// Refuses to write into the folder of a recording: its files are the recording, and the
-/// output would be read as one of them the next time.
+/// Refuses to write to the folder of a recording: the next import would read the output as
+/// part of the recording.
 fn check_outside(folder: &Path, written: &[(&str, Option<&Path>)]) -> Result<()> {
     let whole = std::fs::canonicalize(folder).ok();
     for (flag, file) in written {
@@ -277,8 +276,8 @@ fn check_outside(folder: &Path, written: &[(&str, Option<&Path>)]) -> Result<()>
         {
             return Err(Error::input(
                 *flag,
-                format!("{} lies in the folder of the recording", file.display()),
-                "write it to another folder",
+                format!("{} is in the folder of the recording", file.display()),
+                "use another folder",
             ));
         }
     }
@@ -346,7 +345,7 @@ fn import_tracks(args: &TracksArgs, session: &Session) -> Result<()> {
         return Err(Error::input(
             args.file.display().to_string(),
             format!("{first}{others}"),
-            "put it right, or leave out --strict",
+            "correct it, or leave out --strict",
         ));
     }
     if !args.quiet {
@@ -354,7 +353,7 @@ fn import_tracks(args: &TracksArgs, session: &Session) -> Result<()> {
             tell(&line);
         }
     }
-    // Also where remarks are not wanted, as nothing may be wrong in silence.
+    // Even with --quiet, as nothing may go wrong silently.
     for doubt in doubts {
         tell(&format!("warning: {doubt}"));
     }

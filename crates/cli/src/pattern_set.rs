@@ -1,4 +1,4 @@
-//! The set of patterns that a verb is judged on, for every verb that takes `--patterns`.
+//! The set of patterns for every verb that takes `--patterns`.
 
 use super::args::PatternSetArgs;
 use super::settings::NOTHING_FAILS;
@@ -7,15 +7,15 @@ use pickline::pattern::{FeedShape, PatternSet, PatternSource, Recipe};
 use pickline::sim::Conditions;
 use pickline::station::Station;
 
-/// Items in a generated pattern, as in the balanced set of `docs/model.md`.
-/// Items in all of a set whose size is left open.
+/// Number of items in all patterns of a set without a given size.
 pub const USUAL_SET: f64 = 40_000.0;
+/// Number of items in a generated pattern, as in the balanced set of `docs/model.md`.
 const DEFAULT_ITEMS: usize = 150;
 
-/// How the patterns of `source` are made for `station`.
+/// How to generate the patterns of `source` for `station`.
 ///
 /// # Errors
-/// A distribution that is none, a flag that has no meaning for recorded patterns.
+/// An invalid distribution, or a flag that does not apply to recorded patterns.
 pub fn recipe(
     args: &PatternSetArgs,
     seed: u64,
@@ -34,8 +34,8 @@ pub fn recipe(
         if let Some((flag, _)) = given.iter().find(|(_, given)| *given) {
             return Err(Error::input(
                 *flag,
-                "has no meaning for recorded patterns",
-                "leave it out; recorded patterns hold their own items",
+                "does not apply to recorded patterns",
+                "leave it out; recorded patterns have their own items",
             ));
         }
     }
@@ -48,10 +48,10 @@ pub fn recipe(
     })
 }
 
-/// The set, every pattern of it checked to lie on the belt.
+/// Builds the set, and checks that every pattern lies on the belt.
 ///
 /// # Errors
-/// A set that cannot be made or read, an item beside the belt, with its pattern.
+/// A set that cannot be generated or read, or an item beside the belt, with its pattern.
 pub fn build(source: &PatternSource, recipe: &Recipe, station: &Station) -> Result<PatternSet> {
     let set = source.build(recipe)?;
     for (label, pattern) in set.labels.iter().zip(&set.patterns) {
@@ -61,12 +61,11 @@ pub fn build(source: &PatternSource, recipe: &Recipe, station: &Station) -> Resu
     Ok(set)
 }
 
-/// Runs of every pattern where it is one of few and something can go wrong: enough for a
-/// mean over luck.
+/// Total number of runs of a small set if something can go wrong: enough for a mean over luck.
 const DRAWS: usize = 100;
 
-/// `set` as it is judged under `conditions`: where something can go wrong, patterns that are
-/// not drawn at random are run on as many draws of luck as make a hundred runs.
+/// `set` as scored under `conditions`: if something can go wrong, patterns that are not drawn
+/// at random are repeated with different luck, a hundred runs in total.
 pub fn with_luck(set: PatternSet, source: &PatternSource, conditions: &Conditions) -> PatternSet {
     let fixed = match source {
         PatternSource::Feed { feed, .. } => !feed.is_random(),
@@ -78,7 +77,7 @@ pub fn with_luck(set: PatternSet, source: &PatternSource, conditions: &Condition
     with_draws(set, DRAWS)
 }
 
-/// The patterns of `set` again and again, `count` in all or one of each.
+/// The patterns of `set`, repeated up to `count` in total, but at least once each.
 pub fn with_draws(set: PatternSet, count: usize) -> PatternSet {
     let one_each = set.patterns.len();
     let places = (0..count.max(one_each)).map(|place| (place % one_each, place / one_each + 1));
@@ -90,7 +89,7 @@ pub fn with_draws(set: PatternSet, count: usize) -> PatternSet {
         .unzip();
     PatternSet {
         description: format!(
-            "{}, {} runs with luck of their own",
+            "{}, {} runs, each with its own luck",
             set.description,
             count.max(one_each)
         ),
@@ -99,8 +98,8 @@ pub fn with_draws(set: PatternSet, count: usize) -> PatternSet {
     }
 }
 
-/// What a reader of any result on `set` under `conditions` should know, `independent` being the number of
-/// patterns on which the cascade served.
+/// Notes for any result on `set` under `conditions`. `independent` is the number of patterns
+/// on which the cascade could be used.
 pub fn notes(
     set: &PatternSet,
     conditions: &Conditions,
@@ -131,14 +130,14 @@ pub fn notes(
             notes.push(NOTHING_FAILS.to_owned());
         }
         notes.push(
-            "every assignment meets the same luck on a pattern; where something can go wrong \
-             the general event loop simulates, assignment by assignment"
+            "every assignment meets the same luck on a pattern; as something can go wrong, the \
+             general event loop simulates each assignment by itself"
                 .to_owned(),
         );
     } else if overlapping > 0 {
         notes.push(format!(
-            "on {overlapping} of {patterns} patterns extended workspaces overlap; those were \
-             simulated by the general event loop, assignment by assignment"
+            "extended workspaces overlap on {overlapping} of {patterns} patterns; there, the \
+             general event loop simulated each assignment by itself"
         ));
     }
     notes

@@ -20,7 +20,7 @@ use pickline::{checker, clearance};
 use std::cell::OnceCell;
 use std::path::Path;
 
-/// What is written into the folder for result files.
+/// The result files written to the `--out` folder.
 const FILES: [&str; 2] = ["run.json", "picks.csv"];
 
 pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {

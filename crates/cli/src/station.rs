@@ -69,7 +69,7 @@ fn show(
     outputs.deliver(session, &text)
 }
 
-/// A place for a camera, in the range that conditions allow.
+/// Checks that a camera position [m] is in the range that conditions allow.
 fn plausible_camera(x: f64) -> Result<f64> {
     let conditions = Conditions {
         camera_x: Some(x),
@@ -78,10 +78,10 @@ fn plausible_camera(x: f64) -> Result<f64> {
     conditions.check().map(|()| x)
 }
 
-/// A pattern that covers the whole belt, for a picture without one of its own.
+/// A pattern that covers the whole belt, for a picture without a given pattern.
 fn covering(station: &Station) -> Result<Pattern> {
     let belt = station.belt();
-    // Within the radii that a pattern may have, however odd the belt.
+    // Within the valid radii of a pattern, whatever the belt.
     let radius = (belt.width / 5.0).clamp(1e-4, 1e3);
     // A maximal pattern has about 0.7 items per square radius; 1.3 are plenty.
     let count = 1.3 * (belt.length + radius) * (belt.width + radius) / (radius * radius);
@@ -154,18 +154,18 @@ fn check(file: String, strict: bool, session: &Session) -> Result<()> {
     session.print(text.as_bytes())
 }
 
-/// Where on the belt a robot can meet items.
+/// The part of the belt where a robot can meet items.
 struct Reach {
-    /// First and last place along the travel [m].
+    /// First and last position along the travel [m].
     x: [f64; 2],
     /// Share of the belt's width.
     strip: f64,
-    /// Shortest and longest way from the bin to a meeting point [m].
+    /// Shortest and longest distance from the bin to a meeting point [m].
     way: [f64; 2],
 }
 
 impl Reach {
-    /// Looks at many lines along the belt; none when the robot reaches none of them.
+    /// Checks many lines along the belt; `None` if the robot reaches none of them.
     fn of(station: &Station, robot: &Robot) -> Option<Self> {
         const ROWS: u32 = 1000;
         let belt = station.belt();
@@ -178,7 +178,7 @@ impl Reach {
             let Some((first, last)) = range else { continue };
             met += 1;
             let to = |x: f64| kinematics::distance(x - robot.bin.x, y - robot.bin.y);
-            // Nearest is the place across from the bin, furthest one of the two ends.
+            // The nearest point is opposite the bin, the farthest is one of the two ends.
             let near = to(robot.bin.x.clamp(first, last));
             x = [x[0].min(first), x[1].max(last)];
             way = [way[0].min(near), way[1].max(to(first)).max(to(last))];
@@ -202,7 +202,7 @@ fn init(file: Option<&Path>, force: bool, session: &Session) -> Result<()> {
     {
         return Err(Error::input(
             file.display().to_string(),
-            "the file exists",
+            "the file already exists",
             "name another file, or add --force to overwrite it",
         ));
     }

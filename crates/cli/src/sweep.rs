@@ -19,7 +19,7 @@ use pickline::sim::Conditions;
 use pickline::station::Station;
 use pickline::strategies::{Parsed, policy_file};
 
-/// What is written into the folder for result files.
+/// The result files written to the `--out` folder.
 const FILES: [&str; 2] = ["sweep.csv", "sweep.json"];
 
 pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
@@ -36,7 +36,7 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
     match saved.filter(|saved| !texts.contains(saved)) {
         Some(saved) if axis == Axis::Robots => {
             remark(&format!(
-                "{saved}, the strategy of the station file, is for one number of robots and not swept"
+                "ignoring {saved}, the strategy of the station file: it is for one number of robots"
             ));
         }
         Some(saved) => {
@@ -57,8 +57,8 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
     if matches!(source, PatternSource::Files(_)) && args.items.is_some() {
         return Err(Error::input(
             "--items",
-            "has no meaning for recorded patterns",
-            "leave it out; recorded patterns hold their own items",
+            "does not apply to recorded patterns",
+            "leave it out; recorded patterns have their own items",
         ));
     }
     let patterns = source.files()?;
@@ -73,7 +73,7 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
         items: source.items(args.items, DEFAULT_GRID.1),
         shape,
         attributes: Default::default(),
-        // Another seed than the training set's.
+        // A different seed from the training set's.
         seed: args.common.seed.wrapping_add(1),
     };
     let source = source.for_length(&args.patterns, &recipe, USUAL_SET)?;
@@ -81,7 +81,7 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
     let generated = !matches!(source, PatternSource::Files(_));
     let usual = args.items.is_none() && recipe.items == DEFAULT_GRID.1;
     if generated && usual && axis != Axis::Speed {
-        // These are judged by what they pick in the steady state.
+        // These are scored by what they pick in the steady state.
         let items = sweep_values::items(&lines, &set.patterns, recipe.items)?;
         recipe.items = items;
         set = source.build(&recipe)?;
@@ -89,7 +89,7 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
     args.station.check_set(&set)?;
     args.conditions
         .check_on(&args.station, &args.common, &station)?;
-    // The ends of the range; what lies between them is no worse.
+    // Check the ends of the range; the values between them are no worse.
     if let [(_, first), .., (value, last)] = &lines[..] {
         let place = format!("--sweep {} at {value}", axis.name());
         let ends = [last, first].map(|line| line.warnings(&place));
@@ -186,8 +186,8 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
     outputs.deliver(session, &text).and(drawn)
 }
 
-/// For every policy at how many values the line is unlike what it was trained on, and how at
-/// the first of them.
+/// For every policy, at how many values the line differs from its training, and how it differs
+/// at the first of them.
 fn distances(settings: &[Setting]) -> Vec<String> {
     let methods = settings.first().map_or(0, |setting| setting.methods.len());
     let of_method = |method: usize| {
@@ -210,20 +210,20 @@ fn distances(settings: &[Setting]) -> Vec<String> {
     (0..methods).filter_map(of_method).collect()
 }
 
-/// What the methods of a sweep are made from.
+/// The inputs for the methods of a sweep.
 struct Training<'a> {
     args: &'a SweepArgs,
     strategies: &'a [Parsed],
     source: &'a PatternSource,
     recipe: &'a Recipe,
     conditions: &'a Conditions,
-    /// Whether it is the paper's own sweep, which its figures stand beside.
+    /// Whether it is the paper's own sweep, whose results are shown next to ours.
     papers_case: bool,
     environment: &'a Environment<'a>,
 }
 
 impl Training<'_> {
-    /// Robust GT of one line.
+    /// Robust GT (game theory) of one line.
     fn robust(&self, station: &Station, environment: &Environment) -> Result<Robust> {
         let (args, training) = (self.args, &self.args.training);
         let line = Line::new(&args.common, station, environment).under(self.conditions);
@@ -235,8 +235,8 @@ impl Training<'_> {
         })
     }
 
-    /// The methods on every line, and where robust GT is from: found for each, as each is
-    /// another line.
+    /// The methods on every line, and a note on where robust GT comes from; it is found for
+    /// each line separately.
     fn settings(&self, axis: Axis, lines: Vec<(f64, Station)>) -> Result<(Vec<Setting>, String)> {
         let mut note = String::new();
         let count = lines.len();

@@ -1,5 +1,5 @@
-//! The values that `pickline sweep` runs: those asked for, or about thirty around what the
-//! line can do.
+//! The values that `pickline sweep` runs: those asked for, or about thirty around the limits
+//! of the line.
 
 use super::args::SweepArgs;
 use pickline::error::{Error, Result};
@@ -10,22 +10,22 @@ use pickline::sim::{Conditions, Scene};
 use pickline::station::Station;
 use pickline::throughput::enough_items;
 
-/// Limits of the belt speed are found to about this share of the station's own speed.
+/// Resolution of belt speed limits, as a share of the station's own speed.
 const RESOLUTION: f64 = 1.0 / 50.0;
-/// They are looked for up to this many times the station's own speed.
+/// Speed limits are searched up to this multiple of the station's own speed.
 const FURTHEST: f64 = 4.0;
-/// A limit of fewer steps than this is looked for again with finer ones.
+/// A limit of fewer steps than this is searched again with finer steps.
 const FEWEST_STEPS: f64 = 10.0;
-/// So many patterns are looked at to find how long they must be.
+/// Number of patterns examined to find how long they must be.
 const FEW: usize = 100;
 
 /// The values of a sweep and the line at each.
 pub type Lines = Vec<(f64, Station)>;
 
-/// The lines at the values asked for; what was not given follows from the station.
+/// The lines at the requested values; missing ones default to values around the station's.
 ///
 /// # Errors
-/// A range that is none, a value at which there is no line.
+/// An invalid range, or a value for which there is no valid line.
 pub fn lines(args: &SweepArgs, axis: Axis, station: &Station) -> Result<Lines> {
     let robots = station.robots();
     let around = |value: f64| Range::around(0.4 * value, 1.6 * value);
@@ -45,7 +45,7 @@ pub fn lines(args: &SweepArgs, axis: Axis, station: &Station) -> Result<Lines> {
     at(args, axis, station, &range(args, axis, usual).values()?)
 }
 
-/// `usual` with what was asked for.
+/// `usual`, overridden by the arguments.
 fn range(args: &SweepArgs, axis: Axis, usual: Range) -> Range {
     let from = args.from.unwrap_or(usual.from);
     let to = args.to.unwrap_or(usual.to);
@@ -53,7 +53,7 @@ fn range(args: &SweepArgs, axis: Axis, usual: Range) -> Range {
         (Some(step), _) => step,
         (None, Axis::Robots) => step_between(from, to).ceil().max(1.0),
         (None, _) if (from, to) == (usual.from, usual.to) => usual.step,
-        // Ends that make no range are refused with the range.
+        // Invalid ends are refused later, with the range.
         (None, _) if !(from < to && to.is_finite()) => usual.step,
         (None, _) => step_between(from, to),
     };
@@ -78,7 +78,7 @@ fn at(args: &SweepArgs, axis: Axis, station: &Station, values: &[f64]) -> Result
                 "give whole numbers for --from, --to and --step, up to 100",
             )),
         };
-        // It is the range that asked for this value.
+        // The value comes from the range.
         let place = format!("--sweep {} at {value}", axis.name());
         line.map(|line| (value, line))
             .map_err(|error| error.at(&place))
@@ -86,10 +86,10 @@ fn at(args: &SweepArgs, axis: Axis, station: &Station, values: &[f64]) -> Result
     values.iter().map(line).collect()
 }
 
-/// The settings of a sweep of the belt speed around the limits of the methods of `own`, which
+/// The settings of a sweep of the belt speed around the limits of the methods in `own`, which
 /// is the station at its own speed. The limits are found first, so that the sweep neither
-/// begins above them nor ends below; each is a value of the sweep, and so is the next one,
-/// at which something is missed.
+/// begins above them nor ends below. Each limit is a value of the sweep, and so is the next
+/// value, at which something is missed.
 ///
 /// # Errors
 /// As for [`find_limits`] and [`lines`].
@@ -115,8 +115,8 @@ pub fn speeds(
     }
     let mut step = round_step(RESOLUTION * speed);
     let mut limits: Vec<ValueLimit> = Vec::new();
-    // Where the limit is only a few of these steps, as on a line that is run far above it,
-    // they are too coarse.
+    // If the limit is only a few of these steps, as on a line run far above it, they are too
+    // coarse.
     for _ in 0..3 {
         let most = fastest(station, step, FURTHEST * speed);
         limits = find_limits(setting, (step, most), patterns, luck, environment)?;
@@ -151,7 +151,7 @@ pub fn speeds(
     values.into_iter().map(setting).collect()
 }
 
-/// `range` as far as every arm of `station` is faster than the belt.
+/// `range`, cut where the belt becomes as fast as the slowest arm of `station`.
 fn below_arms(station: &Station, range: Range) -> Range {
     Range {
         to: fastest(station, range.step, range.to),
@@ -159,7 +159,7 @@ fn below_arms(station: &Station, range: Range) -> Range {
     }
 }
 
-/// The greatest multiple of `step` up to `most` that every arm of `station` outruns.
+/// The greatest multiple of `step`, up to `most`, at which every arm is faster than the belt.
 fn fastest(station: &Station, step: f64, most: f64) -> f64 {
     let mut k = (most / step + 1e-9).floor().max(1.0);
     while k > 1.0 && !station.outruns(k * step) {
@@ -168,8 +168,8 @@ fn fastest(station: &Station, step: f64, most: f64) -> f64 {
     k * step
 }
 
-/// How many items a generated pattern needs to have a steady state on all `lines`, of a
-/// density as in `patterns`; `usual` where that is not known.
+/// The number of items that a generated pattern with the density of `patterns` needs for a
+/// steady state on all `lines`; `usual` if that is unknown.
 ///
 /// # Errors
 /// A pattern that does not lie on the belt.

@@ -20,13 +20,13 @@ use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// Patterns of each random case that the policy is judged on while it is trained.
+/// Number of patterns per random case on which the policy is scored during training.
 const TRIALS: usize = 10;
-/// Their first seed, far from those of tables, which count from 1.
+/// The first seed of these patterns, far from the seeds of tables, which start at 1.
 const TRIAL_SEED: u64 = 990_000;
-/// Robots up to which greedy GT is found in seconds.
+/// Maximum number of robots for which greedy GT (game theory) is found in seconds.
 const MOST_ROBOTS: usize = 6;
-/// Endings of what stands beside a policy.
+/// Extensions of the files written next to a policy.
 const BESIDE: [&str; 4] = ["json", "csv", "svg", "checkpoint.json"];
 
 pub fn run(args: &TrainArgs, session: &Session) -> Result<()> {
@@ -45,7 +45,7 @@ pub fn run(args: &TrainArgs, session: &Session) -> Result<()> {
     let resumed = args.resume.as_deref().map(|path| {
         let text = files::read_text(path)?;
         serde_json::from_str::<Saved>(&text).map_err(|error| {
-            let cure = "give a checkpoint as `pickline train` writes it";
+            let cure = "give a checkpoint written by `pickline train`";
             Error::input(path.display().to_string(), error.to_string(), cure)
         })
     });
@@ -86,13 +86,13 @@ pub fn run(args: &TrainArgs, session: &Session) -> Result<()> {
     session.print(text.as_bytes())
 }
 
-/// Checks that policy and the files beside it can be written, and are none that is read. A
-/// checkpoint that is taken up may be: the training continues in it.
+/// Checks that the policy and the files next to it can be written and are not input files. A
+/// resumed checkpoint is the exception: the training continues in it.
 fn check_files(args: &TrainArgs, plan: &Plan, stations: &[String]) -> Result<()> {
     if args.out.extension().is_none_or(|name| name != "onnx") {
         let problem = format!("{} does not end in .onnx", args.out.display());
         let cure =
-            "give NAME.onnx; record, curve and checkpoint stand beside it under other endings";
+            "give NAME.onnx; record, curve and checkpoint have the same name, but other endings";
         return Err(Error::input("--out", problem, cure));
     }
     let beside = BESIDE.map(|ending| args.out.with_extension(ending));
@@ -109,7 +109,7 @@ fn check_files(args: &TrainArgs, plan: &Plan, stations: &[String]) -> Result<()>
     outputs::check("train", args.force, &read, &written)
 }
 
-/// The plan that the arguments ask for.
+/// The plan from the arguments.
 fn plan(args: &TrainArgs) -> Result<Plan> {
     let mut plan = match &args.plan {
         Some(path) => {
@@ -146,7 +146,7 @@ fn plan(args: &TrainArgs) -> Result<Plan> {
             ("--imitate-patterns", args.imitate_patterns),
         ] {
             if count == Some(0) {
-                let problem = "nothing is learned from 0 of them";
+                let problem = "0 is not enough to learn from";
                 return Err(Error::input(flag, problem, "give 1 or more"));
             }
         }
@@ -155,13 +155,13 @@ fn plan(args: &TrainArgs) -> Result<Plan> {
             courses: args.imitate_patterns.unwrap_or(usual.courses),
             ..usual
         });
-        // Who has learned from an expert need not begin with what is easy.
+        // After imitation, the training need not start with easy patterns.
         plan.domain.curriculum = 0.0;
     }
     Ok(plan)
 }
 
-/// The strategy to imitate, which plays on every one of `lines`.
+/// The strategy to imitate, checked to work on every one of `lines`.
 fn expert(plan: &Plan, lines: &[Station]) -> Result<Option<Parsed>> {
     let inside = |error: Error| error.inside("--imitate");
     let expert = plan.imitation.as_ref().map(|i| parse(&i.strategy));
@@ -175,7 +175,7 @@ fn expert(plan: &Plan, lines: &[Station]) -> Result<Option<Parsed>> {
     Ok(expert)
 }
 
-/// A station's name or file, and its number of robots where that is given.
+/// A station's name or file, and its number of robots if given.
 fn station_name(text: &str) -> (&str, Option<usize>) {
     match text.rsplit_once(':') {
         Some((name, count)) if count.parse::<usize>().is_ok() => (name, count.parse().ok()),
@@ -183,7 +183,7 @@ fn station_name(text: &str) -> (&str, Option<usize>) {
     }
 }
 
-/// The stations as they are written, and made.
+/// The stations, each with its text from the command line.
 fn stations(names: &[String], strict: bool) -> Result<Vec<(String, Station)>> {
     let load = |text: &String| {
         let (name, robots) = station_name(text);
@@ -198,11 +198,13 @@ fn stations(names: &[String], strict: bool) -> Result<Vec<(String, Station)>> {
             return Err(Error::input(
                 format!("--station {text}"),
                 format!(
-                    "{count} robots: greedy GT, which the policy is judged beside, tries {}^{count} assignments on every pattern",
+                    "{count} robots: the comparison with greedy GT (game theory) would try \
+                     {}^{count} assignments on every pattern",
                     RULES.len()
                 ),
                 format!(
-                    "train on lines of at most {MOST_ROBOTS} robots; the policy runs on longer ones as well"
+                    "train on lines of at most {MOST_ROBOTS} robots; the policy also runs on \
+                     longer lines"
                 ),
             ));
         }
@@ -211,7 +213,7 @@ fn stations(names: &[String], strict: bool) -> Result<Vec<(String, Station)>> {
     names.iter().map(load).collect()
 }
 
-/// The built-in cases on every station, each once.
+/// The built-in cases on every station, without duplicates.
 fn trials(stations: &[(String, Station)]) -> Result<Vec<(String, Vec<Course>)>> {
     let mut list: Vec<(String, Vec<Course>)> = Vec::new();
     for (name, station) in stations {
@@ -237,13 +239,13 @@ struct Training<'a> {
     common: &'a Common,
     started: Instant,
     trainer: Trainer,
-    /// The stations as they are written.
+    /// The stations as given on the command line.
     stations: Vec<String>,
-    /// Whom to imitate.
+    /// The strategy to imitate.
     expert: Option<Parsed>,
 }
 
-/// What a checkpoint holds.
+/// The content of a checkpoint file.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Saved {
@@ -265,7 +267,7 @@ impl Training<'_> {
             let judge = |trainer: &Trainer, round: Round| {
                 score.judge(trainer, Judged::Round(round), started.elapsed())?;
                 common.remark(&format!(
-                    "{} answers, {:.0} % given as well, at best {}",
+                    "{} answers, {:.0} % matched, best so far {}",
                     round.answers,
                     100.0 * round.agreement,
                     score.summary()
@@ -283,12 +285,12 @@ impl Training<'_> {
             let done = self.trainer.rounds();
             if done < planned {
                 if done == 0 {
-                    // Nothing was learned.
+                    // Nothing has been learned yet.
                     return Err(Error::Interrupted);
                 }
                 common.remark(&format!(
-                    "stopped after {done} of {planned} rounds; the best so far is kept, but an \
-                     imitation cannot be gone on with"
+                    "stopped after {done} of {planned} rounds; the best policy so far is kept, but \
+                     an imitation cannot be resumed"
                 ));
             }
         }
@@ -311,7 +313,7 @@ impl Training<'_> {
             }
             score.judge(&self.trainer, Judged::Phase(phase), self.started.elapsed())?;
             bar.incumbent(&score.summary());
-            // A phase that was cut short is not gone on with, but played again.
+            // An interrupted phase is not resumed, but played again.
             if self.trainer.done() || !environment.stopped() {
                 self.save(&score)?;
             }
@@ -326,7 +328,7 @@ impl Training<'_> {
         );
         files::write_whole(&self.args.out, &bytes)?;
         files::write_whole(&self.beside("json"), json(&record)?.as_bytes())?;
-        // The command names the others.
+        // The recorded command names the other stations.
         let made = Provenance::new(
             &self.session.command(),
             &self.stations[0],
@@ -340,16 +342,16 @@ impl Training<'_> {
             return Err(Error::input(
                 "the training",
                 format!(
-                    "weights are no numbers any more after {} steps",
+                    "the weights became NaN or infinite after {} steps",
                     self.trainer.steps()
                 ),
-                "lower --learning-rate or the weights of the reward; the best before that is kept",
+                "lower --learning-rate or the reward weights; the best policy before that is kept",
             ));
         }
         Ok(score.to_table())
     }
 
-    /// Writes what a training can be taken up from, and the curve so far.
+    /// Writes the checkpoint and the learning curve so far.
     fn save(&self, score: &Score) -> Result<()> {
         let checkpoint = json(&Saved {
             stations: self.stations.clone(),
@@ -366,7 +368,7 @@ impl Training<'_> {
     }
 }
 
-/// What the policy is judged on, with what rules make of it.
+/// The trials that score the policy, with the results of rules on them.
 fn judges(courses: &[(String, Vec<Course>)]) -> Result<Vec<Trial<'_>>> {
     let mut list = Vec::with_capacity(courses.len());
     for (name, courses) in courses {

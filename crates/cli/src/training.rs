@@ -1,5 +1,5 @@
-//! What the optimiser finds for a line before a verb's own work: robust GT, and the
-//! bases of strategies that look ahead.
+//! What the optimiser finds for a line before the verb's own work: robust GT (game theory) and
+//! the bases of strategies that look ahead.
 
 use super::args::{Common, TrainingArgs};
 use super::pattern_set;
@@ -21,36 +21,36 @@ use std::cell::OnceCell;
 
 /// The flag that names the training set.
 const FLAG: &str = "--train-patterns";
-/// How many of the best assignments serve as bases.
+/// Number of best assignments that serve as bases.
 const BASES: usize = 4;
-/// Grids, and as many Poisson patterns, on which bases are found when there is no other
-/// training: they need not be in exact order.
+/// Number of grids, and of Poisson disk patterns, on which bases are found without other
+/// training: their exact order does not matter.
 const FEW_PATTERNS: usize = 10;
-/// Robots beyond which a line is long: nearly all assignments are then tied on so few
-/// patterns, and to tell bases apart by speed limits would take most of the time for an
-/// order that no longer matters.
+/// Lines of more robots than this are long: nearly all assignments are then tied on so few
+/// patterns, and breaking ties by speed limits would take most of the time for an order that
+/// no longer matters.
 const LONG: usize = 6;
-/// Items in each of them, and in those of the balanced set.
+/// Number of items in each of them, and in each pattern of the balanced set.
 const ITEMS: usize = 150;
-/// Patterns of the kind that is judged on which robust GT is found.
+/// Maximum number of training patterns for robust GT, of the kind that is scored.
 const OF_THE_KIND: usize = 60;
-/// As many items as they have in all at most, unless few of them have more.
+/// Maximum number of items in all of them, unless [`FEWEST_OF_THE_KIND`] have more.
 const ITEMS_OF_THE_KIND: f64 = 150_000.0;
-/// So many they are at least, however long they are.
+/// Minimum number of these patterns, however long they are.
 const FEWEST_OF_THE_KIND: usize = 4;
-/// Robot passes that finding one robust GT on them may take: a search is made for every line
-/// of a sweep.
+/// Maximum number of robot passes for finding one robust GT on them; a sweep does this for
+/// every line.
 const PASSES: u64 = 1_000_000;
-/// Patterns of so many items on average are judged by the share that is picked. What a line
-/// picks in the steady state is that share of the flow, while the picking rate also counts how
-/// long the last items take.
+/// Patterns of at least this mean number of items are scored by the picked share. In the steady
+/// state a line picks that share of the flow, whereas the picking rate also depends on how long
+/// the last items take.
 const LONG_PATTERN: f64 = 300.0;
 
-/// What robust GT is found on where the user does not say.
+/// The default training patterns of robust GT.
 pub enum Judged {
-    /// The paper's balanced set, as its comparison was made so.
+    /// The paper's balanced set, as in its comparison.
     AsInThePaper,
-    /// Patterns like those that are judged.
+    /// Patterns like those that are scored.
     Kind(TrainingSet),
 }
 
@@ -64,7 +64,7 @@ pub struct Line<'a> {
 }
 
 impl<'a> Line<'a> {
-    /// A line under the settings that all verbs have in common.
+    /// A line with the settings that all verbs share.
     pub fn new(common: &Common, station: &'a Station, environment: &Environment<'a>) -> Self {
         Self {
             station,
@@ -74,8 +74,8 @@ impl<'a> Line<'a> {
         }
     }
 
-    /// The same line where `conditions` rule while robust GT is found: the luck is another
-    /// than that which strategies are judged with.
+    /// The same line with `conditions` while robust GT is found, but with different luck from
+    /// that used for scoring strategies.
     pub fn under(self, conditions: &Conditions) -> Self {
         Self {
             conditions: other_luck(conditions),
@@ -93,7 +93,7 @@ impl<'a> Line<'a> {
         }
     }
 
-    /// The search on `set`, ties broken by speed limits under `scan`.
+    /// Searches for the optimum on `set`, breaking ties by speed limits as `scan` says.
     fn train(
         &self,
         set: &PatternSet,
@@ -120,11 +120,11 @@ impl<'a> Line<'a> {
         Ok(optimum)
     }
 
-    /// Robust GT: given, or the best on the training set that was asked for, else on
+    /// Robust GT: as given, or the best on the requested training set, otherwise on
     /// `judged`.
     ///
     /// # Errors
-    /// Rules that do not fit the line, a set that cannot be had, [`Error::Interrupted`].
+    /// Rules that do not fit the line, an unavailable set, [`Error::Interrupted`].
     pub fn robust(
         &self,
         training: &TrainingArgs,
@@ -171,11 +171,11 @@ impl<'a> Line<'a> {
             (Objective::PickingRate, "picking rate")
         };
         let runs = MostRuns::Passes(PASSES);
-        // The one of the highest mean: whoever compares it on the same kind of patterns with
-        // a rule of his own wants to see the best, and no scan over speeds.
+        // The assignment with the highest mean, without a scan over speeds: a user who compares
+        // it with other rules on the same kind of patterns wants to see the best.
         let optimum = self.train(&kind.set, &self.conditions, objective, None, runs)?;
         let told = if kind.seen {
-            "the very patterns that are judged here, which flatters it; --train-patterns names \
+            "the very patterns used here, which favours it; --train-patterns names \
              others"
                 .to_owned()
         } else {
@@ -188,12 +188,12 @@ impl<'a> Line<'a> {
         })
     }
 
-    /// The line with every item known and nothing going wrong.
+    /// Conditions with every item known and nothing going wrong.
     fn plain(&self) -> Conditions {
         Conditions::at_update_hz(self.conditions.update_hz)
     }
 
-    /// What is said of a training as in the paper.
+    /// The note for a training as in the paper.
     fn paper_note(&self) -> String {
         let plain = if self.conditions.describe().is_empty() {
             ""
@@ -215,8 +215,8 @@ impl<'a> Line<'a> {
         {
             return Err(Error::input(
                 format!("{FLAG} {}", shown(text)),
-                format!("the feed {feed} needs a flow of its own here"),
-                format!("write it into the set, for example {FLAG} random:60/min:5"),
+                format!("the feed {feed} needs its own flow here"),
+                format!("include it in the set, for example {FLAG} random:60/min:5"),
             ));
         }
         let set = source.build(&self.recipe(items))?;
@@ -227,10 +227,10 @@ impl<'a> Line<'a> {
         Ok(set)
     }
 
-    /// Patterns like those of `source` made as `judged` says but for the seed, for robust GT.
+    /// Training patterns like those of `source` under `judged`, but with another seed.
     ///
     /// # Errors
-    /// A set that cannot be had.
+    /// As for [`PatternSource::training_set`].
     pub fn like(
         &self,
         source: &PatternSource,
@@ -247,10 +247,10 @@ impl<'a> Line<'a> {
         Ok(Judged::Kind(self.with_draws(set)))
     }
 
-    /// Patterns like those of `cases`, for robust GT.
+    /// Training patterns like those of `cases`.
     ///
     /// # Errors
-    /// A set that cannot be had.
+    /// As for [`training_set`].
     pub fn like_cases(&self, cases: &[Case], training: &TrainingArgs) -> Result<Judged> {
         let items = training.train_items;
         let each = |case: &Case| case.expected_items(self.station.belt(), items);
@@ -260,7 +260,7 @@ impl<'a> Line<'a> {
         Ok(Judged::Kind(self.with_draws(set)))
     }
 
-    /// Where something can go wrong few patterns are run on several draws of luck.
+    /// If something can go wrong, runs a small set of patterns with several draws of luck.
     fn with_draws(&self, training: TrainingSet) -> TrainingSet {
         let few = training.set.patterns.len() < OF_THE_KIND;
         if !(few && self.conditions.disturbances.any()) {
@@ -274,8 +274,8 @@ impl<'a> Line<'a> {
 
     /// `strategy` on this line.
     ///
-    /// `known` are assignments that a search has found already; `allowance` is what one
-    /// decision may cost where the strategy itself does not say.
+    /// `known` holds assignments that a search has already found; `allowance` is the budget of
+    /// one decision if the strategy itself does not set it.
     ///
     /// # Errors
     /// As for [`Parsed::on`], and [`Error::Interrupted`].
@@ -292,7 +292,7 @@ impl<'a> Line<'a> {
             }
             let few = PatternSource::Balanced(FEW_PATTERNS).build(&self.recipe(ITEMS))?;
             let scan = (robots <= LONG).then(SpeedScan::default);
-            // The plan itself meets what goes wrong when it runs.
+            // Failures need not be modelled here: the plan reacts to them when it runs.
             let plain = self.plain();
             let rate = Objective::PickingRate;
             let found = best_few(&self.train(&few, &plain, rate, scan, MostRuns::Usual)?);
@@ -307,7 +307,7 @@ impl<'a> Line<'a> {
     }
 }
 
-/// How many patterns of `items` items each robust GT is found on.
+/// The number of training patterns for robust GT, if each has `items` items.
 fn how_many(items: f64) -> usize {
     let afforded = (ITEMS_OF_THE_KIND / items.max(1.0)) as usize;
     afforded.clamp(FEWEST_OF_THE_KIND, OF_THE_KIND)
@@ -318,30 +318,30 @@ fn mean_items(set: &PatternSet) -> f64 {
     items as f64 / set.patterns.len().max(1) as f64
 }
 
-/// What `optimum` was found on and under, in words.
+/// The patterns and conditions with which `optimum` was found, as text.
 fn on(set: &PatternSet, optimum: &Optimum, conditions: &Conditions) -> String {
     let mut text = set.description.clone();
     if optimum.patterns < set.patterns.len() {
-        text += &format!(" ({} of them, by its budget of runs)", optimum.patterns);
+        text += &format!(" ({} of them, within its budget of runs)", optimum.patterns);
     }
     let conditions = conditions.describe();
     if !conditions.is_empty() {
-        text += &format!(" ({}, with other luck)", conditions.join("; "));
+        text += &format!(" ({}, with different luck)", conditions.join("; "));
     }
     text
 }
 
-/// Robust GT and what else its search found.
+/// Robust GT and other results of its search.
 pub struct Robust {
     pub rules: RuleAssignment,
-    /// Where it comes from, for the foot of a report.
+    /// Where it comes from, as a note for a report.
     pub note: String,
-    /// The best few assignments, once known.
+    /// The best few assignments, if known.
     pub best_few: OnceCell<Vec<RuleAssignment>>,
 }
 
-/// The best few that differ in what they pick. FIFO and PP, say, are one rule where all
-/// items weigh the same, and a second copy of a base is only a cost.
+/// The best few assignments that differ in what they pick. For example, FIFO and PP are the
+/// same rule if all items weigh the same, and a duplicate base only costs time.
 fn best_few(optimum: &Optimum) -> Vec<RuleAssignment> {
     let mut found: Vec<&Ranked> = Vec::new();
     let same = |a: &Ranked, b: &Ranked| {
@@ -355,17 +355,17 @@ fn best_few(optimum: &Optimum) -> Vec<RuleAssignment> {
     found.iter().map(|entry| entry.assignment.clone()).collect()
 }
 
-/// The budget that `--budget-ms` gives each decision.
+/// The budget per decision from `--budget-ms`.
 ///
 /// # Errors
-/// A time that is none.
+/// An invalid time.
 pub fn budget(ms: Option<f64>) -> Result<Option<Budget>> {
     let read = |ms: f64| {
         Budget::milliseconds(ms).ok_or_else(|| {
             let (least, most) = Budget::MILLISECONDS.into_inner();
             Error::input(
                 "--budget-ms",
-                format!("{} is not a time for a decision", shown_number(ms)),
+                format!("{} is not a valid time for a decision", shown_number(ms)),
                 format!("give milliseconds, from {least} to {most}"),
             )
         })
@@ -373,22 +373,22 @@ pub fn budget(ms: Option<f64>) -> Result<Option<Budget>> {
     ms.map(read).transpose()
 }
 
-/// What a strategy is in full, where its name does not say it.
+/// The full form of a strategy, if its name is short for it.
 pub fn full_name(blueprint: &Blueprint) -> Option<String> {
     let full = blueprint.make().name();
     (full != blueprint.name()).then(|| format!("{} is {full}", blueprint.name()))
 }
 
-/// How unlike a line is to what a policy was trained on.
+/// How a line differs from what a policy was trained on.
 pub struct Distance {
-    /// In words.
+    /// The differences as text.
     pub text: String,
-    /// Whether the policy's figures say little there.
+    /// Whether the difference is too large for the policy's scores to mean much.
     pub far: bool,
 }
 
-/// How unlike `station` is to what `blueprint` was trained on; none where it is like it, or
-/// where nothing was trained.
+/// How `station` differs from what `blueprint` was trained on; `None` if it does not differ, or
+/// if nothing was trained.
 pub fn distance(blueprint: &Blueprint, station: &Station) -> Option<Distance> {
     let outside = blueprint.trained()?.outside(station);
     let far = outside.iter().any(Outside::is_far);

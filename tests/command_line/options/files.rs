@@ -48,7 +48,7 @@ pub const ROWS: &[Row] = &[
         let before = rig.read("one.toml");
         rig.refused(
             &format!("{verb} one.toml"),
-            &["one.toml: the file exists", "--force"],
+            &["one.toml: the file already exists", "--force"],
         );
         assert_eq!(rig.read("one.toml"), before);
         std::fs::hard_link(rig.at("one.toml"), rig.at("kept")).unwrap();
