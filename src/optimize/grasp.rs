@@ -1,4 +1,4 @@
-//! GRASP: greedy randomized adaptive search.
+//! GRASP: greedy randomised adaptive search.
 //!
 //! Feo and Resende, "Greedy randomized adaptive search procedures", Journal of Global
 //! Optimization 6, 1995 (DOI 10.1007/BF01096763). Each start builds an assignment robot by

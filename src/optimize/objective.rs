@@ -1,4 +1,4 @@
-//! What is maximized: a figure of each run, and how it is aggregated over patterns.
+//! What is maximised: a figure of each run, and how it is aggregated over patterns.
 
 use super::speed_limit::SpeedScan;
 use crate::decision::Figures;
@@ -7,7 +7,7 @@ use crate::stats;
 use std::fmt;
 use std::str::FromStr;
 
-/// The figure of one pattern that is maximized.
+/// The figure of one pattern that is maximised.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Objective {
     /// Picks per minute.

@@ -1,4 +1,4 @@
-//! Many environments stepped in parallel into buffers of the caller's.
+//! Steps many environments in parallel, into the caller's buffers.
 
 use super::environment::{Environment, Step};
 use super::reward::Reward;
@@ -7,12 +7,12 @@ use crate::error::{Error, Result};
 use crate::sim::Scene;
 use rayon::prelude::*;
 
-/// Environments that a thread steps in one go: below this, handing them out costs more
-/// than stepping them.
+/// Environments that a thread steps together; smaller portions cost more to distribute than to
+/// step.
 const AT_ONCE: usize = 16;
 
-/// Environments 0, 1, ... under one seed. Each has random numbers of its own, so that no
-/// result depends on the number of threads.
+/// Environments 0, 1, ... under one seed. Each has its own random numbers, so that no result
+/// depends on the number of threads.
 #[derive(Debug)]
 pub struct Batch<'a> {
     layout: Layout,
@@ -39,11 +39,11 @@ impl<'a> Batch<'a> {
         })
     }
 
-    /// Begins an episode in every environment; `observations` [count, observation],
-    /// `masks` [count, actions].
+    /// Begins an episode in every environment. `observations` [count, observation], `masks`
+    /// [count, actions].
     ///
     /// # Panics
-    /// Slices of another length.
+    /// The slices have other lengths.
     pub fn reset(&mut self, observations: &mut [f32], masks: &mut [bool]) {
         let (size, actions) = (self.layout.observation(), self.layout.actions());
         assert_eq!(observations.len(), self.environments.len() * size);
@@ -56,14 +56,14 @@ impl<'a> Batch<'a> {
             .for_each(|((environment, observation), mask)| environment.reset(observation, mask));
     }
 
-    /// Takes one action in every environment; `actions` and `steps` [count], the rest
-    /// as for [`Batch::reset`].
+    /// Takes one action in every environment. `actions` and `steps` [count], the others as for
+    /// [`Batch::reset`].
     ///
     /// # Errors
-    /// The first illegal action. The others have been taken.
+    /// The first illegal action. The other actions have been taken.
     ///
     /// # Panics
-    /// Slices of another length.
+    /// The slices have other lengths.
     pub fn step(
         &mut self,
         actions: &[usize],

@@ -1,4 +1,4 @@
-//! What is trained on: stations and patterns drawn at random, from sparse to dense.
+//! The training domain: randomly drawn stations and patterns, from sparse to dense.
 //!
 //! Tobin et al., "Domain randomization for transferring deep neural networks from
 //! simulation to the real world", arXiv 1703.06907; Bengio et al., "Curriculum learning",
@@ -13,32 +13,33 @@ use rand::rngs::ChaCha8Rng;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// From where to where, both included.
+/// An interval, both ends included.
 pub type Range = (f64, f64);
 
 /// How patterns and belt speeds are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Domain {
-    /// Spacing of grids and radius of Poisson disk patterns [m]. Drawn as the square of
-    /// an even number, so that dense patterns, where decisions matter, are more frequent.
+    /// Spacing of grids and radius of Poisson disk patterns [m]. Drawn as the square of a
+    /// uniform number, so that dense patterns, on which decisions matter, are more frequent.
     pub spacing: Range,
-    /// Items a pattern.
+    /// Items in each pattern.
     pub items: (usize, usize),
-    /// Share of grids.
+    /// Share of grids among the patterns.
     pub grids: f64,
     /// Belt speed as a multiple of the station's.
     pub speed: Range,
-    /// Share of the training after which the densest patterns take part; until then the
-    /// least spacing falls from the largest to the least.
+    /// Share of the training after which the densest patterns are included. Until then, the
+    /// smallest spacing falls from the upper to the lower end.
     pub curriculum: f64,
-    /// Decisions at multiples of 1 / this [s] only, as 10 Hz in the paper; 0 is exact.
+    /// If above 0, decisions are made only at multiples of 1 / this [s]: 10 Hz in the paper. 0
+    /// is exact.
     #[serde(default)]
     pub update_hz: f64,
 }
 
 impl Domain {
-    /// What the built-in presets train on.
+    /// The domain of the built-in presets.
     pub const BROAD: Self = Self {
         spacing: (0.1, 0.4),
         items: (25, 150),
@@ -49,7 +50,7 @@ impl Domain {
     };
 }
 
-/// A pattern and the line that it comes to.
+/// A pattern and the line for it.
 #[derive(Debug, Clone)]
 pub struct Course {
     /// The line.
@@ -59,10 +60,10 @@ pub struct Course {
 }
 
 impl Course {
-    /// The course made ready to simulate.
+    /// The course, prepared for simulation.
     ///
     /// # Errors
-    /// A pattern beside the belt.
+    /// A pattern that does not fit on the belt.
     pub fn scene(&self) -> Result<Scene<'_>> {
         Scene::new(&self.station, &self.pattern)
     }
@@ -71,27 +72,27 @@ impl Course {
 /// The scenes of all courses.
 ///
 /// # Errors
-/// A pattern beside the belt.
+/// A pattern that does not fit on the belt.
 pub fn scenes(courses: &[Course]) -> Result<Vec<Scene<'_>>> {
     courses.par_iter().map(Course::scene).collect()
 }
 
 impl Domain {
-    /// The scenes of courses that were drawn, decided as often as the domain says.
+    /// The scenes of drawn courses, with the domain's update frequency.
     ///
     /// # Errors
-    /// A pattern beside the belt, an update frequency that is none.
+    /// A pattern that does not fit on the belt, or an invalid update frequency.
     pub fn scenes<'a>(&self, courses: &'a [Course]) -> Result<Vec<Scene<'a>>> {
         let made = scenes(courses)?.into_iter();
         made.map(|scene| scene.with_update_hz(self.update_hz))
             .collect()
     }
 
-    /// `count` courses on `stations` in turn, each from random numbers of its own.
-    /// `progress` is how far the training has come, from 0 to 1.
+    /// Draws `count` courses on `stations` in turn, each with its own random numbers.
+    /// `progress` is the completed share of the training, from 0 to 1.
     ///
     /// # Errors
-    /// Spacings, counts or speeds that make no pattern or station.
+    /// Spacings, counts or speeds that give no valid pattern or station.
     pub fn draw(
         &self,
         stations: &[Station],

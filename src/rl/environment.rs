@@ -9,8 +9,8 @@
 //! | reward | see [`Reward`] |
 //! | end | all items picked, or the last one has left the belt |
 //!
-//! After the last step of an episode the next one has begun: the observation is its
-//! first, as with the vectorised environments of Gymnasium and Stable-Baselines3.
+//! After the last step of an episode, the next episode has already begun: the observation is
+//! its first, as in the vectorised environments of Gymnasium and Stable-Baselines3.
 
 use super::reward::Reward;
 use crate::decision::observation::{Encoder, Layout};
@@ -21,19 +21,19 @@ use crate::sim::{Run, Scene};
 use rand::RngExt;
 use rand::rngs::ChaCha8Rng;
 
-/// See the module.
+/// One line as a decision process; see the module.
 #[derive(Debug)]
 pub struct Environment<'a> {
     scenes: &'a [Scene<'a>],
     rng: ChaCha8Rng,
     encoder: Encoder,
     reward: Reward,
-    /// None only while its buffers move into the next episode's.
+    /// `None` only while its buffers move into the next episode's run.
     run: Option<Run<'a>>,
     scene: usize,
 }
 
-/// What came of a step.
+/// The result of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
     /// The reward.
@@ -43,11 +43,11 @@ pub struct Step {
 }
 
 impl<'a> Environment<'a> {
-    /// Environment `index` of those under `seed`: each draws its own episodes. Begin
-    /// with [`Environment::reset`].
+    /// Environment `index` of those under `seed`; each draws its own episodes. Call
+    /// [`Environment::reset`] first.
     ///
     /// # Errors
-    /// No scene, or none that has a decision to take.
+    /// There is no scene, or some scene has no decision to make.
     pub fn new(
         scenes: &'a [Scene<'a>],
         layout: Layout,
@@ -60,8 +60,8 @@ impl<'a> Environment<'a> {
         if !scenes.iter().all(playable) || scenes.is_empty() {
             return Err(Error::input(
                 "the training patterns",
-                "some have no item that a robot can reach, or there are none",
-                "use patterns that lie on the station's belt within reach",
+                "there are none, or some have no item within reach of a robot",
+                "use patterns on the station's belt, with items within reach of a robot",
             ));
         }
         Ok(Self {
@@ -74,7 +74,7 @@ impl<'a> Environment<'a> {
         })
     }
 
-    /// Begins an episode on a scene drawn at random; writes the first observation
+    /// Begins an episode on a randomly drawn scene and writes the first observation
     /// [observation] and mask [actions].
     pub fn reset(&mut self, observation: &mut [f32], mask: &mut [bool]) {
         self.scene = self.rng.random_range(0..self.scenes.len());
@@ -87,11 +87,11 @@ impl<'a> Environment<'a> {
         self.run = Some(run);
     }
 
-    /// Takes `action` and writes the next observation and mask, those of a new episode
-    /// if this one is over.
+    /// Takes `action` and writes the next observation and mask; if the episode is over, those
+    /// of a new episode.
     ///
     /// # Errors
-    /// An action whose slot is empty, or no episode begun; nothing has changed then.
+    /// The action's slot is empty, or no episode has begun; nothing has changed then.
     pub fn step(
         &mut self,
         action: usize,
@@ -113,7 +113,7 @@ impl<'a> Environment<'a> {
         };
         let (mut reward, mut ended) = (0.0, None);
         if let Some(run) = &mut self.run {
-            // A grasp that fails brings nothing.
+            // A failed grasp has no reward.
             if run.act(chosen)?.is_some() {
                 reward += self.reward.of_pick(weight);
             }
@@ -129,17 +129,17 @@ impl<'a> Environment<'a> {
         Ok(Step { reward, ended })
     }
 
-    /// The episode under way, to ask others what they would do.
+    /// The current episode, for asking others what they would do.
     pub fn run(&mut self) -> Option<&mut Run<'a>> {
         self.run.as_mut()
     }
 
-    /// The encoder as it was left by the last observation.
+    /// The encoder in the state of the last observation.
     pub fn encoder(&self) -> &Encoder {
         &self.encoder
     }
 
-    /// Which of the scenes the episode is on.
+    /// Index of the scene of the current episode.
     pub fn scene(&self) -> usize {
         self.scene
     }

@@ -1,4 +1,4 @@
-//! How good a network is, on patterns that no training sees.
+//! Evaluates a network on patterns that no training uses.
 
 use super::nn::Network;
 use super::player::Player;
@@ -10,24 +10,24 @@ use crate::sim::{AssignmentTree, Scene, simulate, simulate_rules};
 use crate::stats::mean;
 use rayon::prelude::*;
 
-/// Patterns of one kind, with what rules make of them.
+/// Patterns of one kind, with the results of rules on them.
 #[derive(Debug)]
 pub struct Trial<'a> {
     /// Name in tables.
     pub name: String,
     scenes: Vec<Scene<'a>>,
-    /// Mean picking rate [1/min] of the robust assignment, SPT for all but the last
-    /// robot and FIFO for the last.
+    /// Mean picking rate [1/min] of the robust assignment: SPT for all but the last robot, FIFO
+    /// for the last.
     pub robust: f64,
     /// Mean over patterns of the best assignment's picking rate [1/min].
     pub greedy: f64,
 }
 
 impl<'a> Trial<'a> {
-    /// Runs the rules on `scenes`, which all have as many robots.
+    /// Runs the rules on `scenes`, which all have the same number of robots.
     ///
     /// # Errors
-    /// Never for validated scenes; passed on from the engines.
+    /// Never for valid scenes; the engines return a `Result`.
     pub fn new(name: String, scenes: Vec<Scene<'a>>, robust: &RuleAssignment) -> Result<Self> {
         let robots = scenes
             .first()
@@ -51,7 +51,7 @@ impl<'a> Trial<'a> {
     /// The figures of the network on every pattern.
     ///
     /// # Errors
-    /// Never for a network of this layout; passed on from the engine.
+    /// Never for a network of this layout; the engine returns a `Result`.
     pub fn play(
         &self,
         network: &Network,

@@ -4,7 +4,7 @@ use super::nn::{Activation, Head, Linear, Mlp, Network, Scorer, SetEncoder};
 use crate::decision::observation::Layout;
 use crate::policy::{Attribute, GraphBuilder, INPUT, MASK, Metadata};
 
-/// Kept from the pooled maximum: masked slots are lowered by this much.
+/// Masked slots are lowered by this much, to exclude them from the pooled maximum.
 const BELOW_ALL: f32 = 1e9;
 
 /// The bytes of the file: the policy without its value.
@@ -76,7 +76,7 @@ impl Writer<'_> {
         let shape = self.graph.integers(&[0, k as i64, features as i64]);
         let slots = self.graph.node("Reshape", &[&flat, &shape]);
         let mask = self.graph.columns(MASK, 0, k);
-        // 1 is the format's number for f32.
+        // 1 is the format's code for f32.
         let present = self
             .graph
             .node_with("Cast", &[&mask], &[("to", Attribute::Int(1))]);
@@ -100,7 +100,7 @@ impl Writer<'_> {
         }
     }
 
-    /// The slots' vectors [batch, K, width], and mean and maximum of those present.
+    /// The slots' vectors [batch, K, width], and the mean and maximum of occupied slots.
     fn encode(
         &mut self,
         encoder: &SetEncoder,

@@ -1,9 +1,9 @@
-//! Learning from a strategy that plans: its answers at the states that the network
-//! itself comes to.
+//! Learning from a strategy that plans: from its answers in the states that the network itself
+//! reaches.
 //!
-//! Ross, Gordon, Bagnell, "A reduction of imitation learning and structured prediction
-//! to no-regret online learning" (DAgger), arXiv 1011.0686. In the first round the
-//! expert plays, in the others the network, and the expert says what it would have done.
+//! Ross, Gordon, Bagnell, "A reduction of imitation learning and structured prediction to
+//! no-regret online learning" (DAgger), arXiv 1011.0686. In the first round the expert plays;
+//! in later rounds the network plays and the expert says what it would have done.
 
 use super::nn::Network;
 use super::player::Player;
@@ -17,24 +17,24 @@ use rand::Rng;
 use rand::seq::SliceRandom;
 use serde::{Deserialize, Serialize};
 
-/// How much is learned from whom.
+/// The expert and the amount of learning.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Imitation {
-    /// The expert, as it is written after `--strategy`.
+    /// The expert, as written after `--strategy`.
     pub strategy: String,
-    /// Rounds.
+    /// Number of rounds.
     pub rounds: usize,
-    /// Patterns of each round.
+    /// Number of patterns in each round.
     pub courses: usize,
-    /// Passes over all answers so far after each round.
+    /// Passes over all answers so far, after each round.
     pub epochs: usize,
     /// Learning rate, falling linearly to 0 over each round.
     pub learning_rate: f32,
 }
 
 impl Imitation {
-    /// What `--imitate` does when nothing else is said.
+    /// The defaults of `--imitate`.
     pub fn of(strategy: &str) -> Self {
         Self {
             strategy: strategy.to_owned(),
@@ -46,16 +46,16 @@ impl Imitation {
     }
 }
 
-/// Answers of the expert, one row a decision.
+/// Answers of the expert, one row per decision.
 #[derive(Debug, Default)]
 pub struct Answers {
-    /// [rows, observation].
+    /// Observations [rows, observation].
     observations: Vec<f32>,
-    /// [rows, actions].
+    /// Masks [rows, actions].
     masks: Vec<bool>,
-    /// [rows].
+    /// The expert's actions [rows].
     actions: Vec<usize>,
-    /// Discounted rewards from there to the end of the episode [rows].
+    /// Discounted rewards from the decision to the end of the episode [rows].
     returns: Vec<f32>,
 }
 
@@ -68,17 +68,17 @@ pub enum Pupil<'a> {
 }
 
 impl Answers {
-    /// How many.
+    /// Number of answers.
     pub fn len(&self) -> usize {
         self.actions.len()
     }
 
-    /// Whether there are none.
+    /// Whether there are no answers.
     pub fn is_empty(&self) -> bool {
         self.actions.is_empty()
     }
 
-    /// Takes over the answers of another episode.
+    /// Appends the answers of another episode.
     pub fn append(&mut self, mut other: Self) {
         self.observations.append(&mut other.observations);
         self.masks.append(&mut other.masks);
@@ -86,11 +86,11 @@ impl Answers {
         self.returns.append(&mut other.returns);
     }
 
-    /// Plays `scene` to its end and asks `expert` at every decision. Answers that have no
-    /// slot are left out.
+    /// Plays `scene` to its end and asks `expert` at every decision. Answers without a slot are
+    /// ignored.
     ///
     /// # Errors
-    /// An expert that acts illegally.
+    /// The expert acts illegally.
     pub fn collect(
         scene: &Scene,
         expert: &mut dyn Strategy,
@@ -140,8 +140,8 @@ impl Answers {
         Ok(answers)
     }
 
-    /// Moves `learner` towards the answers: cross entropy of the actions, squared error
-    /// of the values. Returns the terms of the last epoch.
+    /// Trains `learner` on the answers: cross entropy of the actions, squared error of the
+    /// values. Returns the terms of the last pass.
     pub fn teach(
         &self,
         learner: &mut Learner,
@@ -187,8 +187,8 @@ impl Answers {
     }
 }
 
-/// Cross entropy and squared error of one row; logits and value become derivatives. The
-/// share of right answers stands in `clipped`.
+/// Cross entropy and squared error of one row; logits and value become derivatives. `clipped`
+/// holds the share of correct answers.
 fn answer_loss(
     sample: &Sample,
     mask: &[bool],

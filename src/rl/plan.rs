@@ -1,4 +1,4 @@
-//! Everything that a training is made from, and the presets.
+//! All settings of a training, and the presets.
 
 use super::domain::{Domain, Range};
 use super::imitation::Imitation;
@@ -9,43 +9,43 @@ use crate::decision::observation::{Layout, View};
 use crate::error::{Error, Result, known_names, shown};
 use serde::{Deserialize, Serialize};
 
-/// Most samples of an update, some gigabytes of memory.
+/// Maximum number of samples of an update, which take some gigabytes of memory.
 const MOST_SAMPLES: usize = 10_000_000;
-/// A cure.
+/// A cure that several checks share.
 const ABOVE: &str = "give a number above 0";
 
-/// A training, but for its seed and the stations.
+/// All settings of a training except its seed and stations.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
-    /// Name of the preset that it began as.
+    /// Name of the preset on which it is based.
     pub preset: String,
     /// Name of the observation's view.
     pub view: String,
-    /// Slots, K.
+    /// Number of slots, K.
     pub slots: usize,
     /// Whether waiting is an action.
     pub wait: bool,
     /// The network.
     pub architecture: Architecture,
-    /// What an episode is worth.
+    /// The reward of an episode.
     pub reward: Reward,
-    /// What is trained on.
+    /// The training domain.
     pub domain: Domain,
-    /// Hyper-parameters.
+    /// Hyper-parameters of PPO.
     pub ppo: Settings,
-    /// Whom the network imitates before it plays on its own.
+    /// The expert to imitate before the network plays on its own.
     pub imitation: Option<Imitation>,
-    /// Decisions to learn from.
+    /// Number of decisions to learn from.
     pub steps: u64,
-    /// Patterns drawn for a phase.
+    /// Number of patterns drawn for a phase.
     pub courses: usize,
-    /// Updates of a phase, after which patterns are drawn anew; fewer where the training
-    /// would have fewer than seven phases.
+    /// Updates per phase, after which new patterns are drawn; fewer if the training would have
+    /// fewer than seven phases.
     pub updates: usize,
 }
 
-/// The presets by name, with a line for help texts.
+/// The presets by name, with one line each for help texts.
 pub const PRESETS: [(&str, &str); 2] = [
     (
         "default",
@@ -58,10 +58,10 @@ pub const PRESETS: [(&str, &str); 2] = [
 ];
 
 impl Plan {
-    /// The preset of that name.
+    /// The preset with this name.
     ///
     /// # Errors
-    /// An unknown name.
+    /// The name is unknown.
     pub fn preset(name: &str) -> Result<Self> {
         let names = PRESETS.map(|preset| preset.0);
         match name {
@@ -120,10 +120,10 @@ impl Plan {
         }
     }
 
-    /// Checks that a training can be made from it.
+    /// Checks that the plan is valid.
     ///
     /// # Errors
-    /// Names the key whose value makes none.
+    /// Names the key of an invalid value.
     pub fn check(&self) -> Result<()> {
         self.layout()?;
         self.architecture.check()?;
@@ -207,7 +207,7 @@ impl Plan {
         match checks.into_iter().find(|(_, fits, _)| !fits) {
             None => Ok(()),
             Some((key, _, cure)) => {
-                let problem = "this makes no training";
+                let problem = "the value is not valid";
                 Err(Error::input(
                     format!("the training plan: {key}"),
                     problem,
@@ -220,7 +220,7 @@ impl Plan {
     /// Shape of observations and actions.
     ///
     /// # Errors
-    /// An unknown view, no slots or too many.
+    /// An unknown view, no slots or too many slots.
     pub fn layout(&self) -> Result<Layout> {
         if !(1..=Layout::MOST_SLOTS).contains(&self.slots) {
             return Err(Error::input(

@@ -1,7 +1,7 @@
-//! Plans as files: what is to differ from a preset, as JSON.
+//! Plans as files: the differences from a preset, as JSON.
 //!
-//! A file has the keys of [`Plan`], as they stand under `plan` in a training record; what
-//! it leaves out is the preset's. A whole training record is taken as well.
+//! A file has the keys of [`Plan`], as in `plan` in a training record. Missing keys have the
+//! preset's values. A whole training record is accepted as well.
 
 use super::imitation::Imitation;
 use super::plan::{PRESETS, Plan};
@@ -9,12 +9,12 @@ use crate::error::{Error, Result, known_names, shown};
 use serde_json::Value;
 
 impl Plan {
-    /// The plan that the file's `text` asks for, beginning from the preset that it names,
-    /// or else from the first. `place` names the file in errors.
+    /// Reads a plan from `text`, starting from the preset that it names, or else from the first
+    /// one. `place` is the file's name in errors.
     ///
     /// # Errors
-    /// No JSON object, unknown keys, values of another type, an unknown preset, or a plan
-    /// that does not fit together.
+    /// Not a JSON object, unknown keys, values of the wrong type, an unknown preset, or an
+    /// invalid plan.
     pub fn from_file(text: &str, place: &str) -> Result<Self> {
         let file: Value = serde_json::from_str(text).map_err(|error| {
             let cure = "give a JSON object with keys of a plan, or a training record";
@@ -39,7 +39,7 @@ impl Plan {
         }
         merge(&mut value, asked, "", place)?;
         let plan: Self = serde_json::from_value(value).map_err(|error| {
-            let cure = "give every key as it stands in a training record";
+            let cure = "give every key as in a training record";
             Error::input(place, error.to_string(), cure)
         })?;
         plan.check().map_err(|error| error.inside(place))?;
@@ -47,8 +47,7 @@ impl Plan {
     }
 }
 
-/// Writes what is `asked` for over `value`, key by key. `path` is where both stand in the
-/// plan.
+/// Overwrites `value` with `asked`, key by key. `path` is the path of both in the plan.
 fn merge(value: &mut Value, asked: &Value, path: &str, place: &str) -> Result<()> {
     let wrong = |problem: String, cure: String| Err(Error::input(place, problem, cure));
     match (&mut *value, asked) {
@@ -74,7 +73,7 @@ fn merge(value: &mut Value, asked: &Value, path: &str, place: &str) -> Result<()
             *value = new.clone();
             Ok(())
         }
-        // Asked to leave out what the preset has.
+        // Asked to remove what the preset has.
         (_, Value::Null) if path == "imitation." => {
             *value = Value::Null;
             Ok(())
@@ -89,25 +88,25 @@ fn merge(value: &mut Value, asked: &Value, path: &str, place: &str) -> Result<()
             let cure = match old {
                 Value::Object(_) => "give an object, {...}".to_owned(),
                 Value::Null => "give a number, or null for none".to_owned(),
-                old => format!("give it like {old}"),
+                old => format!("give a value like {old}"),
             };
             wrong(format!("{name} is {new}"), cure)
         }
     }
 }
 
-/// The one list that may be of any length: the widths of layers.
+/// The only list that may have any length: the widths of layers.
 const LAYERS: &str = "architecture.hidden.";
 
-/// Entries of a list; 0 of anything else.
+/// Number of entries of a list; 0 for anything else.
 fn length(value: &Value) -> usize {
     value.as_array().map_or(0, Vec::len)
 }
 
-/// Whether `new` is of the type of `old`.
+/// Whether `new` has the type of `old`.
 fn fits(old: &Value, new: &Value) -> bool {
     match (old, new) {
-        // Left out in every preset.
+        // Missing in every preset.
         (Value::Null, Value::Number(_) | Value::Null) => true,
         (Value::Number(old), Value::Number(new)) => !old.is_u64() || new.is_u64(),
         (Value::Array(old), Value::Array(new)) => {

@@ -1,11 +1,11 @@
-//! A network that plays: its weights as a strategy, without a file in between.
+//! A network as a strategy, without a file in between.
 
 use super::nn::{Batch, Network, Workspace};
 use super::ppo::likeliest;
 use crate::decision::observation::{Encoder, Layout};
 use crate::decision::{Action, Snapshot, Strategy};
 
-/// Takes the likeliest action of a network.
+/// Chooses the most likely action of a network.
 #[derive(Debug)]
 pub struct Player<'a> {
     network: &'a Network,
@@ -17,7 +17,7 @@ pub struct Player<'a> {
 }
 
 impl<'a> Player<'a> {
-    /// A player of this network.
+    /// A player with this network.
     pub fn new(network: &'a Network, parameters: &'a [f32], layout: Layout) -> Self {
         Self {
             network,
@@ -41,7 +41,7 @@ impl Strategy for Player<'_> {
         };
         self.network.forward(self.parameters, batch, &mut self.work);
         let best = likeliest(&self.work.logits[..self.mask.len()], &self.mask);
-        // The likeliest allowed action is always legal.
+        // The most likely allowed action is always legal.
         self.encoder
             .action(snapshot, best)
             .unwrap_or(Action::Pick(0))

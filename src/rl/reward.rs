@@ -1,32 +1,32 @@
-//! What an episode is worth.
+//! The reward of an episode.
 
 use crate::decision::Figures;
 use serde::{Deserialize, Serialize};
 
-/// Weights of the two rewards of the paper (Jermann et al., section on actions,
-/// observations and rewards).
+/// Weights of the paper's two rewards (Jermann et al., section on actions, observations and
+/// rewards).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Reward {
-    /// Of the item's reward r, at its pick.
+    /// Weight of the item's reward r, paid at its pick.
     pub pick: f64,
-    /// Of the reward-weighted picking rate `60 sum(r) / T` [1/min], at the end.
+    /// Weight of the reward-weighted picking rate `60 sum(r) / T` [1/min], paid at the end.
     pub rate: f64,
 }
 
 impl Reward {
-    /// Both as they are.
+    /// Both rewards with weight 1.
     pub const PAPER: Self = Self {
         pick: 1.0,
         rate: 1.0,
     };
 
-    /// At the pick of an item of reward `weight`.
+    /// The reward for the pick of an item of reward `weight`.
     pub fn of_pick(&self, weight: f64) -> f64 {
         self.pick * weight
     }
 
-    /// At the end of an episode.
+    /// The reward at the end of an episode.
     pub fn of_end(&self, figures: &Figures) -> f64 {
         self.rate * figures.weighted_rate()
     }

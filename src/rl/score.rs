@@ -1,4 +1,4 @@
-//! How a training goes: the learning curve, the best network so far, the record.
+//! The results of a training: the learning curve, the best network so far, the record.
 
 use super::evaluation::Trial;
 use super::export::export;
@@ -11,10 +11,10 @@ use crate::stats::mean;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// What the network was judged after.
+/// What happened before the network was evaluated.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Judged {
-    /// Nothing but what was there before this call.
+    /// Nothing; it was evaluated at the start of this call.
     Start,
     /// A round of imitation.
     Round(Round),
@@ -31,10 +31,10 @@ struct Row {
     rates: Vec<f64>,
 }
 
-/// The best so far.
+/// The best network so far.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Best {
-    /// Mean over trials of the rate as a multiple of greedy GT's.
+    /// Mean over trials of the rate as a multiple of greedy GT's rate.
     score: f64,
     steps: u64,
     parameters: Vec<f32>,
@@ -44,80 +44,81 @@ struct Best {
 /// A learning curve.
 #[derive(Debug, Clone)]
 pub struct Curve {
-    /// The stations judged on, as they were written.
+    /// The stations of the evaluation, as the user wrote them.
     pub stations: Vec<String>,
-    /// [SPT; FIFO] on each as a share of greedy GT's picking rate.
+    /// The picking rate of [SPT; FIFO] on each station, as a share of greedy GT's (game
+    /// theory).
     pub robust: Vec<f64>,
-    /// In the order of learning.
+    /// The points, in the order of learning.
     pub points: Vec<CurvePoint>,
 }
 
-/// How good the network was at one time.
+/// The quality of the network at one time.
 #[derive(Debug, Clone)]
 pub struct CurvePoint {
-    /// Decisions learned from: answers of an expert, and steps of its own.
+    /// Decisions learned from: the expert's answers and the network's own steps.
     pub decisions: u64,
-    /// Mean picking rate on each station's cases as a share of greedy GT's.
+    /// Mean picking rate on each station's cases, as a share of greedy GT's.
     pub shares: Vec<f64>,
 }
 
-/// What is to be kept of a score between two calls.
+/// The state of a score that is stored between two calls.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Kept {
     rows: Vec<Row>,
     best: Option<Best>,
 }
 
-/// See the module.
+/// The results of a training; see the module.
 #[derive(Debug)]
 pub struct Score<'a> {
     trials: Vec<Trial<'a>>,
     kept: Kept,
-    /// Seconds spent in earlier calls.
+    /// Duration of earlier calls [s].
     before: f64,
 }
 
-/// What is kept of a training, so that anyone can do it again.
+/// The record of a training, for reproducing it.
 #[derive(Debug, Clone, Serialize)]
 pub struct Record {
-    /// The call.
+    /// The command line.
     pub command: String,
     /// The program's version.
     pub version: String,
-    /// The stations trained on, in turn.
+    /// The stations used in turn for training.
     pub stations: Vec<String>,
     /// Master seed.
     pub seed: u64,
-    /// Decisions learned from.
+    /// Number of decisions learned from.
     pub steps: u64,
-    /// Those of the network that was exported.
+    /// Number of decisions that the exported network had learned from.
     pub best_steps: u64,
     /// Wall time of this call [s].
     pub wall_time_s: f64,
-    /// Everything else.
+    /// All other settings.
     pub plan: Plan,
-    /// What it was judged on.
+    /// Results of the evaluation.
     pub trials: Vec<TrialRecord>,
 }
 
 /// A trial's figures [1/min].
 #[derive(Debug, Clone, Serialize)]
 pub struct TrialRecord {
-    /// Its name.
+    /// Name of the trial.
     pub name: String,
     /// Mean picking rate of [SPT; FIFO].
     pub robust: f64,
-    /// Of greedy GT.
+    /// Mean picking rate of greedy GT.
     pub greedy: f64,
-    /// Of the network that was exported.
+    /// Mean picking rate of the exported network.
     pub policy: f64,
 }
 
 impl<'a> Score<'a> {
-    /// Goes on from what was `kept`, nothing at the start, of the training of `trainer`.
+    /// Continues from what was `kept` (empty at the start) for the training of `trainer`.
     ///
     /// # Errors
-    /// What belongs to another training.
+    /// `kept` belongs to another training.
     pub fn new(trials: Vec<Trial<'a>>, kept: Kept, trainer: &Trainer) -> Result<Self> {
         let rates = kept.rows.iter().map(|row| &row.rates);
         let mut rates = rates.chain(kept.best.iter().map(|best| &best.rates));
@@ -128,7 +129,7 @@ impl<'a> Score<'a> {
             return Err(Error::input(
                 "the checkpoint",
                 "its learning curve belongs to another training",
-                "use a checkpoint as it was written",
+                "use an unmodified checkpoint",
             ));
         }
         Ok(Self {
@@ -138,12 +139,12 @@ impl<'a> Score<'a> {
         })
     }
 
-    /// What is to be kept.
+    /// The state to store.
     pub fn kept(&self) -> &Kept {
         &self.kept
     }
 
-    /// Judges the network as it is now, at the time `elapsed`.
+    /// Evaluates the current network, after the time `elapsed`.
     ///
     /// # Errors
     /// As for [`Trial::rate`].
@@ -175,12 +176,12 @@ impl<'a> Score<'a> {
         Ok(())
     }
 
-    /// Whether nothing was judged yet.
+    /// Whether nothing was evaluated yet.
     pub fn is_empty(&self) -> bool {
         self.kept.rows.is_empty()
     }
 
-    /// The best so far in a few words.
+    /// A short description of the best network so far.
     pub fn summary(&self) -> String {
         match &self.kept.best {
             Some(best) => format!("{:.1} % of greedy GT", 100.0 * best.score),
@@ -188,7 +189,7 @@ impl<'a> Score<'a> {
         }
     }
 
-    /// The learning curve: one line a phase, rates [1/min].
+    /// The learning curve: one line per evaluation, rates in [1/min].
     pub fn to_csv(&self) -> String {
         let fixed = [
             "steps",
@@ -232,9 +233,9 @@ impl<'a> Score<'a> {
         csv_text(lines)
     }
 
-    /// The learning curve as shares of greedy GT, station by station.
+    /// The learning curve as shares of greedy GT, for each station.
     pub fn curve(&self) -> Curve {
-        // A trial's name is that of its station, a colon and that of its case.
+        // A trial's name is the station's name, a colon and the case's name.
         let station = |trial: &Trial| {
             let name = trial.name.rsplit_once(": ");
             name.map_or("", |(station, _)| station).to_owned()
@@ -312,9 +313,11 @@ impl<'a> Score<'a> {
         export(trainer.network(), parameters, &layout, &metadata)
     }
 
-    /// The last word, for people.
+    /// The final results, for people.
     pub fn to_table(&self) -> String {
-        let mut text = String::from("picking rates [1/min]: [SPT; FIFO], greedy GT, the policy\n");
+        let mut text = String::from(
+            "picking rates [1/min]: [SPT; FIFO], greedy GT (game theory), the policy\n",
+        );
         for trial in self.figures() {
             text += &format!(
                 "{:<40}{:>7.1}{:>7.1}{:>7.1}\n",

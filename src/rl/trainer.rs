@@ -1,8 +1,8 @@
-//! Training in phases: each draws patterns, plays and learns on them for a few updates.
+//! Training in phases: each phase draws patterns, plays and learns on them for a few updates.
 //!
-//! Everything random in a phase follows from the seed and the phase's number, so that a
-//! training taken up from a checkpoint, written between two phases, goes on to the bit as
-//! if it had never stopped, on any number of threads.
+//! Everything random in a phase depends only on the seed and the phase's number. A training
+//! resumed from a checkpoint, which is written between two phases, therefore continues
+//! bit-exactly as if it had never stopped, on any number of threads.
 
 use super::imitation::{Answers, Pupil};
 use super::nn::{Adam, Network};
@@ -20,14 +20,14 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
-/// Phases of neighbouring seeds draw from seeds this far apart.
+/// Distance between the seeds from which neighbouring phases draw.
 const PHASE_STRIDE: u64 = 1_000_003;
-/// A training has at least so many phases, if it has so many updates.
+/// Minimum number of phases of a training with enough updates.
 const LEAST_PHASES: u64 = 7;
-/// Stream of the order of samples, past those of environments and patterns.
+/// Random stream for the order of samples, beyond those of environments and patterns.
 const SHUFFLE: u64 = u64::MAX - 1;
 
-/// A training under way.
+/// A training in progress.
 #[derive(Debug)]
 pub struct Trainer {
     plan: Plan,
@@ -35,41 +35,41 @@ pub struct Trainer {
     stations: Vec<Station>,
     seed: u64,
     learner: Learner,
-    /// Rounds of imitation done.
+    /// Number of completed rounds of imitation.
     rounds: usize,
     phase: u64,
     steps: u64,
 }
 
-/// What a phase came to.
+/// The results of a phase.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Phase {
-    /// Decisions so far.
+    /// Number of decisions so far.
     pub steps: u64,
-    /// Mean picking rate of the episodes that ended [1/min].
+    /// Mean picking rate of the completed episodes [1/min].
     pub rate: f64,
-    /// Mean share of the items that they picked.
+    /// Mean share of the items picked in these episodes.
     pub picked_share: f64,
     /// Mean entropy of the policy in the last update.
     pub entropy: f64,
     /// Mean squared error of the value in the last update.
     pub value_loss: f64,
-    /// Approximate divergence of the last update.
+    /// Approximate divergence in the last update.
     pub divergence: f64,
-    /// Share of the samples whose ratio was clipped in it.
+    /// Share of the samples in the last update whose ratio was clipped.
     pub clipped: f64,
 }
 
-/// What a round of imitation came to.
+/// The results of a round of imitation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Round {
-    /// Answers learned from so far.
+    /// Number of answers learned from so far.
     pub answers: usize,
-    /// Share of them that the network gives as well.
+    /// Share of these answers that the network also gives.
     pub agreement: f64,
 }
 
-/// What is needed to go on.
+/// The state needed to resume a training.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Checkpoint {
@@ -79,23 +79,23 @@ pub struct Checkpoint {
     pub seed: u64,
     /// Fingerprints of the stations.
     pub stations: Vec<String>,
-    /// Rounds of imitation done.
+    /// Number of completed rounds of imitation.
     pub rounds: usize,
-    /// Phases done.
+    /// Number of completed phases.
     pub phase: u64,
-    /// Decisions done.
+    /// Number of completed decisions.
     pub steps: u64,
     /// The network's parameters.
     pub parameters: Vec<f32>,
-    /// The optimiser.
+    /// The optimiser's state.
     pub adam: Adam,
 }
 
 impl Trainer {
-    /// A training from the beginning, on `stations` in turn.
+    /// Starts a new training on `stations` in turn.
     ///
     /// # Errors
-    /// A plan that does not fit together, no station.
+    /// An invalid plan, or no station.
     pub fn new(plan: Plan, stations: Vec<Station>, seed: u64) -> Result<Self> {
         let layout = plan.layout()?;
         plan.check()?;
@@ -103,7 +103,7 @@ impl Trainer {
             let problem = "no station to train on";
             return Err(Error::input("the training", problem, "give one or more"));
         }
-        // The belt must be slower than every arm at whatever speed is drawn.
+        // Every arm must be faster than the belt at every speed that can be drawn.
         for (station, factor) in stations
             .iter()
             .flat_map(|s| [(s, plan.domain.speed.0), (s, plan.domain.speed.1)])
@@ -126,28 +126,29 @@ impl Trainer {
         })
     }
 
-    /// A training taken up where `checkpoint` was written.
+    /// Resumes a training from `checkpoint`.
     ///
     /// # Errors
-    /// As for [`Trainer::new`], or a checkpoint whose parts do not fit together.
+    /// As for [`Trainer::new`], or a checkpoint whose parts do not match.
     pub fn resume(checkpoint: Checkpoint, stations: Vec<Station>) -> Result<Self> {
         let planned = checkpoint.plan.imitation.as_ref().map_or(0, |i| i.rounds);
         if checkpoint.rounds < planned {
             return Err(Error::input(
                 "the checkpoint",
                 format!(
-                    "its imitation was stopped after {} of {planned} rounds, and the answers are not kept",
+                    "its imitation was stopped after {} of {planned} rounds, and the answers were \
+                     not kept",
                     checkpoint.rounds
                 ),
-                "begin again with --imitate; what was best so far stands in the policy",
+                "start again with --imitate; the policy file has the best network so far",
             ));
         }
         let mut trainer = Self::new(checkpoint.plan, stations, checkpoint.seed)?;
         if trainer.station_hashes() != checkpoint.stations {
             return Err(Error::input(
                 "the checkpoint",
-                "its training was on other stations",
-                "give the station files as they were then",
+                "it belongs to a training on other stations",
+                "give the station files of that training",
             ));
         }
         let expected = trainer.learner.parameters.len();
@@ -156,10 +157,10 @@ impl Trainer {
             return Err(Error::input(
                 "the checkpoint",
                 format!(
-                    "it has {} parameters and moments of {}, where its plan has {expected}",
+                    "it has {} parameters and moments of {}, but its plan needs {expected}",
                     found[0], found[1]
                 ),
-                "use a checkpoint as it was written",
+                "use an unmodified checkpoint",
             ));
         }
         trainer.learner.parameters = checkpoint.parameters;
@@ -170,7 +171,7 @@ impl Trainer {
         Ok(trainer)
     }
 
-    /// What is needed to go on from here.
+    /// The state needed to resume from here.
     pub fn checkpoint(&self) -> Checkpoint {
         Checkpoint {
             plan: self.plan.clone(),
@@ -214,13 +215,13 @@ impl Trainer {
         &self.stations
     }
 
-    /// Fingerprints of the stations, as in result files.
+    /// Hashes of the stations, as in result files.
     pub fn station_hashes(&self) -> Vec<String> {
         let hash = |station: &Station| crate::files::fingerprint(station::to_toml(station));
         self.stations.iter().map(hash).collect()
     }
 
-    /// The numbers of robots trained on, each once.
+    /// All numbers of robots in the training, each once.
     pub fn robots(&self) -> String {
         let counts = self.stations.iter().map(|station| station.robots().len());
         let counts: BTreeSet<usize> = counts.collect();
@@ -228,37 +229,36 @@ impl Trainer {
         counts.join(", ")
     }
 
-    /// Rounds of imitation done.
+    /// Number of completed rounds of imitation.
     pub fn rounds(&self) -> usize {
         self.rounds
     }
 
-    /// Trains up to so many decisions, whatever was planned.
+    /// Changes the planned number of decisions to `steps`.
     pub fn up_to(&mut self, steps: u64) {
         self.plan.steps = steps;
     }
 
-    /// Decisions learned from.
+    /// Number of decisions learned from.
     pub fn steps(&self) -> u64 {
         self.steps
     }
 
-    /// Whether the planned steps are done.
+    /// Whether the planned steps are complete.
     pub fn done(&self) -> bool {
         self.steps >= self.plan.steps
     }
 
-    /// The share of the planned steps that is done.
+    /// The completed share of the planned steps.
     fn progress(&self) -> f64 {
         (self.steps as f64 / self.plan.steps.max(1) as f64).min(1.0)
     }
 
-    /// Learns from an expert as the plan says; `expert` gives it for a number of robots.
-    /// Tells `report` after every round. When asked to stop it ends with the last whole
-    /// round.
+    /// Learns from an expert according to the plan; `expert` returns it for a number of robots.
+    /// Calls `report` after every round. A stop request takes effect after a whole round.
     ///
     /// # Errors
-    /// Patterns that cannot be drawn, an expert that acts illegally, what `report` says.
+    /// Patterns that cannot be drawn, an expert that acts illegally, or an error of `report`.
     pub fn imitate(
         &mut self,
         expert: &(dyn Fn(usize) -> Result<Blueprint> + Sync),
@@ -316,25 +316,25 @@ impl Trainer {
             report(self, round)?;
         }
         environment.progress.end();
-        // The moments of another loss would mislead the first updates.
+        // Moments of another loss would mislead the first updates.
         self.learner.adam = self.learner.network.adam(1e-5);
         Ok(())
     }
 
-    /// Updates of a phase: as the plan says, and in short trainings fewer, so that patterns
-    /// become denser in time.
+    /// Updates per phase: as planned, but fewer in short trainings, so that patterns become
+    /// denser in time.
     fn updates(&self) -> usize {
         let all = self.plan.steps / self.plan.ppo.samples().max(1) as u64;
         self.plan.updates.min((all / LEAST_PHASES) as usize).max(1)
     }
 
-    /// Whether every parameter is a number: no update has gone astray.
+    /// Whether every parameter is finite: no update has diverged.
     pub fn is_finite(&self) -> bool {
         self.learner.parameters.iter().all(|p| p.is_finite())
     }
 
-    /// Plays and learns for one phase. When asked to stop it ends between two updates; what
-    /// such a phase was cut to cannot be gone on with to the bit.
+    /// Plays and learns for one phase. A stop request takes effect between two updates; a phase
+    /// cut short by it cannot be resumed bit-exactly.
     ///
     /// # Errors
     /// Patterns that cannot be drawn.

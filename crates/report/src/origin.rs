@@ -104,7 +104,7 @@ fn is_call(line: &str, called: &str) -> bool {
     })
 }
 
-/// Reports and training records name the call. A checkpoint is recognized by its parts, because
+/// Reports and training records name the call. A checkpoint is recognised by its parts, because
 /// a resumed training must write the same checkpoint as an uninterrupted one.
 fn is_json_of(text: &str, called: &str) -> bool {
     let Ok(Value::Object(fields)) = serde_json::from_str(text) else {

@@ -99,7 +99,7 @@ pub fn replay_page(
     report: &RunReport,
     clearance: Option<&ClearanceReport>,
 ) -> String {
-    // The report and the station can always be serialized as JSON.
+    // The report and the station can always be serialised as JSON.
     let data = serde_json::to_string(&Data {
         clearance,
         ..data(scene, station, report)

@@ -94,7 +94,7 @@ pub fn play(game: &Game) -> Play {
         .collect();
     let mut ends: Vec<Option<End>> = vec![None; count];
     let mut cycles: Vec<Cycle> = Vec::new();
-    // The walk that last visited each profile, so that a walk recognizes its own steps.
+    // The walk that last visited each profile, so that a walk recognises its own steps.
     let mut met = vec![usize::MAX; count];
     for start in 0..count {
         let mut walk = Vec::new();

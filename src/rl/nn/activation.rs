@@ -1,11 +1,11 @@
 //! Activation functions, written so that the compiler can vectorise them.
 
-/// Past this the quotient below is 1 to the last bit of f32.
+/// Beyond this, the quotient below equals 1 in f32.
 const SATURATED: f32 = 7.905_311;
 
-/// The hyperbolic tangent as a quotient of polynomials; off by less than 4e-7
-/// everywhere, which a test checks. The library's `tanh` is a call per number and takes
-/// longer than the matrix products around it.
+/// The hyperbolic tangent as a quotient of polynomials. The error is below 4e-7 everywhere,
+/// which a test checks. The standard library's `tanh` is a call per number and takes longer
+/// than the matrix products around it.
 ///
 /// Coefficients: Eigen, `generic_fast_tanh_float` (MathFunctionsImpl.h).
 #[inline(always)]
@@ -30,7 +30,7 @@ pub fn tanh(x: f32) -> f32 {
     x * odd / even
 }
 
-/// What stands between two layers.
+/// The activation between two layers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Activation {
@@ -41,7 +41,7 @@ pub enum Activation {
 }
 
 impl Activation {
-    /// Applies it in place.
+    /// Applies the activation in place.
     pub fn apply(self, values: &mut [f32]) {
         match self {
             Self::Tanh => values.iter_mut().for_each(|v| *v = tanh(*v)),
@@ -49,7 +49,7 @@ impl Activation {
         }
     }
 
-    /// Multiplies `gradient` by the derivative, given what [`Activation::apply`] made.
+    /// Multiplies `gradient` by the derivative, given the output of [`Activation::apply`].
     pub fn backward(self, output: &[f32], gradient: &mut [f32]) {
         let pairs = gradient.iter_mut().zip(output);
         match self {

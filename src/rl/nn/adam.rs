@@ -1,10 +1,10 @@
 //! Adam as torch computes it.
 //!
-//! Kingma, Ba, "Adam: a method for stochastic optimization", arXiv 1412.6980, with
-//! torch's place of epsilon: outside the root, after the bias correction.
+//! Kingma, Ba, "Adam: a method for stochastic optimization", arXiv 1412.6980, with epsilon
+//! where torch puts it: outside the root, after the bias correction.
 
-/// Moments smaller than this become 0. They are far below what moves a weight, and
-/// numbers below 1e-38 (denormals) would make every later step many times slower.
+/// Moments smaller than this become 0. They are far too small to move a weight, and numbers
+/// below 1e-38 (denormals) would make every later step many times slower.
 const SMALLEST_FIRST: f32 = 1e-20;
 /// The same for second moments, which are squares.
 const SMALLEST_SECOND: f32 = 1e-35;
@@ -16,7 +16,7 @@ pub struct Adam {
     pub beta1: f32,
     /// Decay of the second moments.
     pub beta2: f32,
-    /// Keeps the quotient finite.
+    /// Prevents division by zero.
     pub epsilon: f32,
     steps: u64,
     first: Vec<f32>,
@@ -24,7 +24,7 @@ pub struct Adam {
 }
 
 impl Adam {
-    /// torch's decays; `epsilon` 1e-5 is Stable-Baselines3's for PPO.
+    /// An optimiser with torch's decays; `epsilon` 1e-5 is Stable-Baselines3's value for PPO.
     pub fn new(parameters: usize, epsilon: f32) -> Self {
         Self {
             beta1: 0.9,
@@ -36,12 +36,12 @@ impl Adam {
         }
     }
 
-    /// How many parameters it moves.
+    /// Number of parameters that it updates.
     pub fn parameters(&self) -> usize {
         self.first.len()
     }
 
-    /// Moves `parameters` one step against `gradient`.
+    /// Updates `parameters` by one step against `gradient`.
     pub fn step(&mut self, learning_rate: f32, gradient: &[f32], parameters: &mut [f32]) {
         self.steps += 1;
         let correction = |beta: f32| 1.0 - f64::from(beta).powf(self.steps as f64);
@@ -67,10 +67,10 @@ impl Adam {
     }
 }
 
-/// Scales `gradient` so that its norm is at most `most`, as torch's `clip_grad_norm_`
-/// does, and returns the norm it had.
+/// Scales `gradient` to a norm of at most `most`, as torch's `clip_grad_norm_` does, and
+/// returns the norm before that.
 pub fn clip_gradient(gradient: &mut [f32], most: f32) -> f32 {
-    // Eight sums at once: one f64 sum would wait for every addition.
+    // Eight sums in parallel: a single f64 sum would wait for every addition.
     let mut sums = [0.0f64; 8];
     let chunks = gradient.chunks_exact(8);
     for (sum, g) in sums.iter_mut().zip(chunks.remainder()) {

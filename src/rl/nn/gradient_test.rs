@@ -1,4 +1,4 @@
-//! Gradients against finite differences, and what the architectures promise.
+//! Compares gradients with finite differences and tests what the architectures promise.
 
 use super::activation::Activation;
 use super::network::{Architecture, Batch, Network, Shape, Workspace};
@@ -59,7 +59,7 @@ impl Case {
         }
     }
 
-    /// A loss that weighs every allowed logit and every value differently, with its
+    /// A loss that weights every allowed logit and every value differently, with its
     /// derivatives.
     fn loss(&self, work: &Workspace) -> (f64, Vec<f32>, Vec<f32>) {
         let mut loss = 0.0;
@@ -86,7 +86,7 @@ fn gradients_are_those_of_finite_differences() {
             let case = Case::new(wait);
             let net = Network::new(&architecture, case.shape);
             let mut parameters = net.initial(&mut random_stream(1, 1));
-            // The small output layers would hide mistakes below them.
+            // The small output layers would hide errors in the layers below.
             let mut rng = random_stream(2, 1);
             parameters
                 .iter_mut()
@@ -110,7 +110,7 @@ fn gradients_are_those_of_finite_differences() {
                     net.forward(&moved, case.batch(), &mut work);
                     case.loss(&work).0
                 };
-                // Fourth order, so that f32 leaves enough digits at this step.
+                // Fourth order, so that f32 has enough digits for this step.
                 let slope = (8.0 * (at(step) - at(-step)) - at(2.0 * step) + at(-2.0 * step))
                     / (12.0 * f64::from(step));
                 let error = (slope - f64::from(gradient[i])).abs();
@@ -134,7 +134,7 @@ fn reordering_the_slots_reorders_the_scorers_logits() {
     let mut work = Workspace::default();
     net.forward(&parameters, case.batch(), &mut work);
     let (logits, values) = (work.logits.clone(), work.values.clone());
-    // Slots in reverse, and what stands in masked ones replaced.
+    // Slots in reverse order, and masked slots with other content.
     let mut other = Case::new(true);
     for row in 0..ROWS {
         for slot in 0..shape.slots {

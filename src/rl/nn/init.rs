@@ -7,8 +7,8 @@ use super::linear::Linear;
 use rand::Rng;
 use rand_distr::{Distribution as _, StandardNormal};
 
-/// Fills the layer's weights with an orthogonal matrix times `gain`; biases stay 0.
-/// The longer side's vectors are orthogonalised one after the other.
+/// Fills the layer's weights with an orthogonal matrix times `gain`; biases stay 0. The vectors
+/// along the longer side are orthogonalised one after the other.
 pub fn orthogonal(layer: &Linear, gain: f32, parameters: &mut [f32], rng: &mut impl Rng) {
     let (rows, columns) = (layer.inputs, layer.outputs);
     // `count` orthonormal vectors of dimension `size`.
@@ -16,7 +16,7 @@ pub fn orthogonal(layer: &Linear, gain: f32, parameters: &mut [f32], rng: &mut i
     let mut vectors: Vec<Vec<f64>> = Vec::with_capacity(count);
     while vectors.len() < count {
         let mut vector: Vec<f64> = (0..size).map(|_| StandardNormal.sample(rng)).collect();
-        // Twice, as once leaves what rounding left.
+        // Twice, because one pass leaves rounding errors.
         for _ in 0..2 {
             for other in &vectors {
                 let dot: f64 = vector.iter().zip(other).map(|(a, b)| a * b).sum();
@@ -27,7 +27,7 @@ pub fn orthogonal(layer: &Linear, gain: f32, parameters: &mut [f32], rng: &mut i
             }
         }
         let norm = vector.iter().map(|a| a * a).sum::<f64>().sqrt();
-        // A draw within the span of the others is as good as impossible.
+        // A draw within the span of the others is practically impossible.
         if norm > 1e-6 {
             vector.iter_mut().for_each(|a| *a /= norm);
             vectors.push(vector);

@@ -1,20 +1,20 @@
-//! A layer `y = x W + b`, its parameters a part of the network's flat vector.
+//! A layer `y = x W + b` whose parameters are part of the network's flat vector.
 
 use super::matrix::{View, multiply, multiply_nt, multiply_tn};
 
-/// Where a layer's weights [inputs, outputs] and biases [outputs] stand.
+/// Positions of a layer's weights [inputs, outputs] and biases [outputs].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Linear {
-    /// Inputs.
+    /// Number of inputs.
     pub inputs: usize,
-    /// Outputs.
+    /// Number of outputs.
     pub outputs: usize,
     start: usize,
     has_bias: bool,
 }
 
 impl Linear {
-    /// The layer whose parameters begin at `*next`, which moves behind them.
+    /// The layer whose parameters begin at `*next`, which is advanced past them.
     pub fn new(inputs: usize, outputs: usize, has_bias: bool, next: &mut usize) -> Self {
         let layer = Self {
             inputs,
@@ -26,17 +26,17 @@ impl Linear {
         layer
     }
 
-    /// The weights within all parameters.
+    /// The weights, as a part of all parameters.
     pub fn weight<'p>(&self, parameters: &'p [f32]) -> &'p [f32] {
         &parameters[self.start..self.start + self.inputs * self.outputs]
     }
 
-    /// The weights, to change.
+    /// The weights, mutable.
     pub fn weight_mut<'p>(&self, parameters: &'p mut [f32]) -> &'p mut [f32] {
         &mut parameters[self.start..self.start + self.inputs * self.outputs]
     }
 
-    /// The biases within all parameters; empty without.
+    /// The biases, as a part of all parameters; empty without a bias.
     pub fn bias<'p>(&self, parameters: &'p [f32]) -> &'p [f32] {
         let start = self.start + self.inputs * self.outputs;
         &parameters[start..start + if self.has_bias { self.outputs } else { 0 }]
@@ -67,7 +67,7 @@ impl Linear {
         }
     }
 
-    /// `y += x W` for `rows` dense rows; the bias is left out.
+    /// `y += x W` for `rows` dense rows, without the bias.
     pub fn forward_add(&self, parameters: &[f32], x: &[f32], rows: usize, y: &mut [f32]) {
         multiply(
             View::new(x, rows, self.inputs),

@@ -2,7 +2,7 @@
 
 use matrixmultiply::sgemm;
 
-/// A matrix inside a slice: element (i, j) stands at `i * stride + j`.
+/// A matrix in a slice: element (i, j) is at `i * stride + j`.
 #[derive(Clone, Copy)]
 pub struct View<'a> {
     data: &'a [f32],
@@ -17,7 +17,7 @@ impl<'a> View<'a> {
         Self::strided(data, rows, columns, columns)
     }
 
-    /// `rows` x `columns`, the first of rows that are `stride` long.
+    /// `rows` x `columns`, the beginnings of rows that are `stride` long.
     pub fn strided(data: &'a [f32], rows: usize, columns: usize, stride: usize) -> Self {
         assert!(columns <= stride && span(rows, columns, stride) <= data.len());
         Self {
@@ -56,8 +56,8 @@ pub fn multiply_nt(a: View, b: View, beta: f32, c: &mut [f32]) {
     product((a, false), (b, true), beta, c);
 }
 
-/// Each operand with whether it is transposed; the callers have checked that the inner
-/// dimensions agree.
+/// Each operand with a flag that says whether it is transposed; the callers have checked that
+/// the inner dimensions agree.
 fn product((a, ta): (View, bool), (b, tb): (View, bool), beta: f32, c: &mut [f32]) {
     let (m, k) = if ta {
         (a.columns, a.rows)

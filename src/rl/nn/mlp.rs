@@ -1,5 +1,5 @@
-//! Dense layers over the flat observation, one tower for the policy and one for the
-//! value: the `MlpPolicy` of Stable-Baselines3.
+//! Dense layers over the flat observation, with one tower for the policy and one for the value:
+//! the `MlpPolicy` of Stable-Baselines3.
 
 use super::activation::Activation;
 use super::init::orthogonal;
@@ -7,7 +7,7 @@ use super::linear::Linear;
 use super::network::{Batch, Shape, Workspace, reserve};
 use rand::Rng;
 
-/// See the module.
+/// The `MlpPolicy` network; see the module.
 #[derive(Debug, Clone)]
 pub struct Mlp {
     shape: Shape,
@@ -17,7 +17,8 @@ pub struct Mlp {
     parameters: usize,
 }
 
-/// Outputs of every layer but the last and the gradient on its way back, per tower.
+/// For each tower: outputs of every layer but the last, and the gradient during
+/// back-propagation.
 #[derive(Debug, Default)]
 pub struct Buffers {
     policy: Tower,
@@ -31,7 +32,7 @@ struct Tower {
 }
 
 impl Mlp {
-    /// Hidden layers of these widths in both towers.
+    /// A network with hidden layers of these widths in both towers.
     pub fn new(shape: Shape, hidden: &[usize], activation: Activation) -> Self {
         let mut parameters = 0;
         let mut tower = |outputs: usize| {
@@ -52,27 +53,27 @@ impl Mlp {
         }
     }
 
-    /// How many.
+    /// Number of parameters.
     pub fn parameters(&self) -> usize {
         self.parameters
     }
 
-    /// The layers of the policy, from the observation to the logits.
+    /// The policy's layers, from the observation to the logits.
     pub fn policy(&self) -> &[Linear] {
         &self.policy
     }
 
-    /// The layers of the value.
+    /// The value's layers, from the observation to the value.
     pub fn value(&self) -> &[Linear] {
         &self.value
     }
 
-    /// What stands between the layers.
+    /// The activation between the layers.
     pub fn activation(&self) -> Activation {
         self.activation
     }
 
-    /// Orthogonal weights, zero biases.
+    /// Sets orthogonal weights and zero biases.
     pub fn initialise(&self, parameters: &mut [f32], rng: &mut impl Rng) {
         for (tower, last) in [(&self.policy, 0.01), (&self.value, 1.0)] {
             for (i, layer) in tower.iter().enumerate() {
@@ -86,7 +87,7 @@ impl Mlp {
         }
     }
 
-    /// Logits and values of the batch.
+    /// Computes logits and values of the batch.
     pub fn forward(&self, parameters: &[f32], batch: Batch, work: &mut Workspace) {
         let buffers = &mut work.mlp;
         for (layers, tower, output) in [

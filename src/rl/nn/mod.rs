@@ -1,7 +1,7 @@
-//! Small networks by hand: matrix products, two architectures, Adam.
+//! Small hand-written networks: matrix products, two architectures, Adam.
 //!
-//! At this size the deep-learning crates spend their time elsewhere: plain products
-//! from `matrixmultiply` train several times faster and build in seconds. All in f32,
+//! At this size, deep-learning crates spend their time on overhead: plain products from
+//! `matrixmultiply` train several times faster and compile in seconds. Everything is f32 and
 //! row-major; a network's parameters are one flat vector.
 
 mod activation;

@@ -1,4 +1,4 @@
-//! One interface to both architectures: policy logits and value of observations.
+//! A common interface to both architectures: policy logits and value of observations.
 
 use super::activation::Activation;
 use super::adam::Adam;
@@ -8,16 +8,15 @@ use crate::error::{Error, Result};
 use rand::Rng;
 use serde::{Deserialize, Serialize};
 
-/// What goes in and comes out of one decision. An observation is `globals` numbers
-/// followed by `slots` times `slot_features`; actions are the slots and, with `wait`,
-/// one more.
+/// Input and output of one decision. An observation is `globals` numbers followed by `slots`
+/// times `slot_features` numbers; actions are the slots and, with `wait`, one more.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Shape {
     /// Numbers that do not belong to a slot.
     pub globals: usize,
-    /// Slots, K.
+    /// Number of slots, K.
     pub slots: usize,
-    /// Numbers a slot.
+    /// Numbers per slot.
     pub slot_features: usize,
     /// Whether waiting is an action.
     pub wait: bool,
@@ -35,7 +34,7 @@ impl Shape {
     }
 }
 
-/// Which network.
+/// Kind and size of a network.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "lowercase")]
 pub enum Architecture {
@@ -43,23 +42,23 @@ pub enum Architecture {
     Mlp {
         /// Widths of the hidden layers.
         hidden: Vec<usize>,
-        /// Between the layers.
+        /// Activation between the layers.
         activation: Activation,
     },
     /// One small network applied to every slot, with pooled context.
     Scorer {
-        /// Width of its layers.
+        /// Width of all layers.
         width: usize,
-        /// Between the layers.
+        /// Activation between the layers.
         activation: Activation,
     },
 }
 
 impl Architecture {
-    /// Checks that it is one.
+    /// Checks that the architecture is valid.
     ///
     /// # Errors
-    /// Layers without width, or so wide or many that they do not fit into memory.
+    /// Layers of zero width, or so wide or so many that they do not fit into memory.
     pub fn check(&self) -> Result<()> {
         let (widths, most) = match self {
             Self::Mlp { hidden, .. } => (hidden.as_slice(), 16),
@@ -79,20 +78,20 @@ impl Architecture {
 /// A batch of observations.
 #[derive(Clone, Copy)]
 pub struct Batch<'a> {
-    /// [rows, observation].
+    /// Observations [rows, observation].
     pub observations: &'a [f32],
-    /// Which actions are allowed, [rows, actions].
+    /// Allowed actions [rows, actions].
     pub masks: &'a [bool],
-    /// How many.
+    /// Number of rows.
     pub rows: usize,
 }
 
-/// Results and everything in between, reused from batch to batch.
+/// Results and intermediate values; the buffers are reused for the next batch.
 #[derive(Debug, Default)]
 pub struct Workspace {
-    /// [rows, actions]; those of forbidden actions mean nothing.
+    /// Logits [rows, actions]; those of forbidden actions are meaningless.
     pub logits: Vec<f32>,
-    /// [rows].
+    /// Values [rows].
     pub values: Vec<f32>,
     pub(super) mlp: mlp::Buffers,
     pub(super) scorer: scorer::Buffers,
@@ -120,7 +119,7 @@ impl Network {
         }
     }
 
-    /// How many parameters it takes.
+    /// Number of parameters.
     pub fn parameters(&self) -> usize {
         match self {
             Self::Mlp(net) => net.parameters(),
@@ -128,7 +127,7 @@ impl Network {
         }
     }
 
-    /// Fresh parameters: orthogonal, the output layers small (0.01) and 1 as in
+    /// Initial parameters: orthogonal; the output layers have gains 0.01 and 1, as in
     /// Stable-Baselines3.
     pub fn initial(&self, rng: &mut impl Rng) -> Vec<f32> {
         let mut parameters = vec![0.0; self.parameters()];
@@ -144,7 +143,7 @@ impl Network {
         Adam::new(self.parameters(), epsilon)
     }
 
-    /// Fills the workspace's logits and values.
+    /// Computes the workspace's logits and values.
     pub fn forward(&self, parameters: &[f32], batch: Batch, work: &mut Workspace) {
         match self {
             Self::Mlp(net) => net.forward(parameters, batch, work),
@@ -152,9 +151,9 @@ impl Network {
         }
     }
 
-    /// Adds to `gradient` the gradient of a loss whose derivatives by logits [rows,
-    /// actions] and values [rows] are given, after [`Network::forward`] of the same
-    /// batch. Derivatives by forbidden logits must be 0.
+    /// Adds the gradient of a loss to `gradient`, given its derivatives with respect to logits
+    /// [rows, actions] and values [rows], after [`Network::forward`] on the same batch.
+    /// Derivatives of forbidden logits must be 0.
     pub fn backward(
         &self,
         parameters: &[f32],
@@ -170,7 +169,7 @@ impl Network {
     }
 }
 
-/// Makes `buffer` at least `length` long; it keeps its memory from batch to batch.
+/// Makes `buffer` at least `length` long; its memory is reused for the next batch.
 pub(super) fn reserve(buffer: &mut Vec<f32>, length: usize) {
     if buffer.len() < length {
         buffer.resize(length, 0.0);

@@ -1,6 +1,6 @@
-//! The permutation-equivariant scorer: one small network gives every slot its logit
-//! from the slot's own features, the globals and pooled context. Reordering the slots
-//! reorders the logits and nothing else; masked slots are left out altogether.
+//! The permutation-equivariant scorer: one small network computes every slot's logit from the
+//! slot's own features, the globals and pooled context. Reordering the slots reorders the
+//! logits and changes nothing else. Masked slots have no influence.
 
 use super::activation::Activation;
 use super::init::orthogonal;
@@ -9,8 +9,8 @@ use super::network::{Batch, Shape, Workspace, reserve};
 use super::set_encoder::{Encoded, Rows, SetEncoder};
 use rand::Rng;
 
-/// Policy: `h_i = f(s_i, g)`, `c = (mean h, max h)`, `u_i = f(h_i, c)`, logit `w u_i`;
-/// waiting: `w f(c, g)`. Value: an encoder of its own, then `w f(c, g)`.
+/// Policy: `h_i = f(s_i, g)`, `c = (mean h, max h)`, `u_i = f(h_i, c)`, logit `w u_i`; waiting:
+/// `w f(c, g)`. Value: a separate encoder, then `w f(c, g)`.
 #[derive(Debug, Clone)]
 pub struct Scorer {
     shape: Shape,
@@ -43,7 +43,7 @@ pub struct Head {
     pub out: Linear,
 }
 
-/// Everything in between.
+/// Intermediate values of both passes.
 #[derive(Debug, Default)]
 pub struct Buffers {
     rows: Rows,
@@ -66,7 +66,7 @@ struct HeadBuffers {
 }
 
 impl Scorer {
-    /// All layers `width` wide.
+    /// A scorer whose layers are all `width` wide.
     pub fn new(shape: Shape, width: usize, activation: Activation) -> Self {
         let mut next = 0;
         let head = |next: &mut usize| Head {
@@ -95,17 +95,17 @@ impl Scorer {
         }
     }
 
-    /// How many.
+    /// Number of parameters.
     pub fn parameters(&self) -> usize {
         self.parameters
     }
 
-    /// What stands between the layers.
+    /// The activation between the layers.
     pub fn activation(&self) -> Activation {
         self.activation
     }
 
-    /// Orthogonal weights, zero biases.
+    /// Sets orthogonal weights and zero biases.
     pub fn initialise(&self, parameters: &mut [f32], rng: &mut impl Rng) {
         let gain = 2f32.sqrt();
         self.encoder.initialise(parameters, rng);
@@ -125,7 +125,7 @@ impl Scorer {
         }
     }
 
-    /// Logits and values of the batch.
+    /// Computes logits and values of the batch.
     pub fn forward(&self, parameters: &[f32], batch: Batch, work: &mut Workspace) {
         let b = &mut work.scorer;
         let (count, width) = (batch.rows, self.slot.outputs);
@@ -247,7 +247,7 @@ impl Scorer {
             0.0,
             &mut b.policy.slots_gradient,
         );
-        // The context was added to every slot of its row.
+        // The forward pass added the context to every slot of its row.
         for (range, context) in b.rows.ranges().zip(b.context.chunks_exact_mut(width)) {
             context.fill(0.0);
             for row in second[range.start * width..range.end * width].chunks_exact(width) {
@@ -304,7 +304,7 @@ impl Head {
             .forward(parameters, &buffers.hidden, width, count, &mut buffers.out);
     }
 
-    /// `to` takes the pooled vectors' gradient times 1 plus what it holds times the
+    /// Sets each `to` to the gradient of the pooled vectors plus its old content times the
     /// factor beside it.
     #[allow(clippy::too_many_arguments)]
     fn backward(

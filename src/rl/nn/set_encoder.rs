@@ -1,8 +1,8 @@
-//! The first layer of the scorer: every slot that holds an item on its own, with the
-//! globals added, and the mean and maximum of the results over the slots.
+//! The first layer of the scorer: encodes every slot that holds an item separately, with the
+//! globals added, and computes mean and maximum of the results over the slots.
 //!
-//! Zaheer et al., "Deep sets", arXiv 1703.06114: with pooling alone between the slots,
-//! the order of the items cannot matter.
+//! Zaheer et al., "Deep sets", arXiv 1703.06114: the slots are combined only by pooling, so the
+//! order of the items cannot matter.
 
 use super::activation::Activation;
 use super::init::orthogonal;
@@ -13,9 +13,9 @@ use rand::Rng;
 /// The slots of a batch that hold an item, one after the other.
 #[derive(Debug, Default)]
 pub struct Rows {
-    /// Where in the [rows, slots] table each stands.
+    /// The position of each in the [rows, slots] table.
     pub places: Vec<usize>,
-    /// The first of each row of the batch, and the end.
+    /// The first entry of each row of the batch, then the end.
     pub starts: Vec<usize>,
     /// Their features [places, slot_features].
     pub features: Vec<f32>,
@@ -44,22 +44,22 @@ impl Rows {
         self.starts.push(self.places.len());
     }
 
-    /// The places of each row of the batch.
+    /// The range of entries of each row of the batch.
     pub fn ranges(&self) -> impl Iterator<Item = std::ops::Range<usize>> + '_ {
         self.starts.windows(2).map(|pair| pair[0]..pair[1])
     }
 }
 
-/// What a forward pass leaves for the backward pass.
+/// Results of a forward pass that the backward pass needs.
 #[derive(Debug, Default)]
 pub struct Encoded {
     /// Each slot's vector [places, width].
     pub slots: Vec<f32>,
     /// Mean, then maximum, over the slots of a row [rows, 2 width].
     pub pooled: Vec<f32>,
-    /// The place of each maximum [rows, width].
+    /// The entry of each maximum [rows, width].
     largest: Vec<usize>,
-    /// What the globals add [rows, width].
+    /// The contribution of the globals [rows, width].
     context: Vec<f32>,
     /// Gradient of `slots`.
     pub slots_gradient: Vec<f32>,
@@ -67,7 +67,7 @@ pub struct Encoded {
     pub pooled_gradient: Vec<f32>,
 }
 
-/// See the module.
+/// The first layer of the scorer; see the module.
 #[derive(Debug, Clone, Copy)]
 pub struct SetEncoder {
     /// Slot features to width, without bias.
@@ -87,13 +87,13 @@ impl SetEncoder {
         }
     }
 
-    /// Orthogonal weights.
+    /// Sets orthogonal weights.
     pub fn initialise(&self, parameters: &mut [f32], rng: &mut impl Rng) {
         orthogonal(&self.slot, 2f32.sqrt(), parameters, rng);
         orthogonal(&self.global, 1.0, parameters, rng);
     }
 
-    /// Fills `to` from the gathered slots and the globals, which stand first in rows of
+    /// Computes `to` from the gathered slots and the globals, which come first in rows of
     /// `stride`.
     pub fn forward(
         &self,
@@ -143,7 +143,8 @@ impl SetEncoder {
         }
     }
 
-    /// Adds the parameters' gradient, given those of slots and pooled vectors in `from`.
+    /// Adds the parameters' gradient, given the gradients of slots and pooled vectors in
+    /// `from`.
     pub fn backward(
         &self,
         rows: &Rows,
@@ -178,7 +179,7 @@ impl SetEncoder {
             slots,
             gradient,
         );
-        // What the globals added to every slot of a row.
+        // The globals were added to every slot of a row.
         for (range, context) in rows.ranges().zip(from.context.chunks_exact_mut(width)) {
             context.fill(0.0);
             for slot in slots[range.start * width..range.end * width].chunks_exact(width) {

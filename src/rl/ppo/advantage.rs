@@ -1,13 +1,13 @@
 //! Generalised advantage estimation.
 //!
 //! Schulman et al., "High-dimensional continuous control using generalized advantage
-//! estimation", arXiv 1506.02438; written as Stable-Baselines3's rollout buffer does it.
+//! estimation", arXiv 1506.02438; computed as in Stable-Baselines3's rollout buffer.
 
 /// Advantages of the steps of one environment, in order of time.
 ///
-/// `rewards`, `values` and `ended` [steps]: what a step brought, the value of what was
-/// seen before it, whether the episode ended with it. `after` is the value of what was
-/// seen after the last step.
+/// `rewards`, `values` and `ended` [steps]: the reward of a step, the value of the observation
+/// before it, and whether the episode ended with it. `after` is the value of the observation
+/// after the last step.
 pub fn advantages(
     (rewards, values, ended): (&[f32], &[f32], &[bool]),
     after: f32,

@@ -1,4 +1,4 @@
-//! The clipped surrogate loss and its derivatives by logits and values.
+//! The clipped surrogate loss and its derivatives with respect to logits and values.
 
 use super::masked::log_softmax;
 use super::settings::Settings;
@@ -9,27 +9,27 @@ use std::ops::AddAssign;
 pub struct Sample {
     /// The action taken.
     pub action: usize,
-    /// Its log-probability then.
+    /// Its log-probability when it was collected.
     pub log_probability: f32,
     /// Its advantage, normalised if the settings say so.
     pub advantage: f32,
-    /// What the value should be: advantage plus the value then.
+    /// Target of the value: advantage plus the value when it was collected.
     pub target: f32,
 }
 
-/// Sums over samples of the terms of the loss.
+/// The terms of the loss, summed over samples.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Terms {
     /// Surrogate loss.
     pub policy: f64,
     /// Squared error of the value.
     pub value: f64,
-    /// Entropy.
+    /// Entropy of the policy.
     pub entropy: f64,
     /// Approximate divergence from the policy that collected the samples
     /// (Schulman, <http://joschu.net/blog/kl-approx.html>).
     pub divergence: f64,
-    /// Samples whose ratio was clipped.
+    /// Number of samples whose ratio was clipped.
     pub clipped: f64,
 }
 
@@ -44,7 +44,7 @@ impl AddAssign for Terms {
 }
 
 impl Terms {
-    /// Means over `samples`.
+    /// The means over `samples` samples.
     pub fn mean(self, samples: usize) -> Self {
         let share = 1.0 / samples.max(1) as f64;
         Self {
@@ -56,15 +56,15 @@ impl Terms {
         }
     }
 
-    /// The whole loss, of means.
+    /// The total loss, if the terms are means.
     pub fn loss(&self, settings: &Settings) -> f64 {
         self.policy + f64::from(settings.vf_coef) * self.value
             - f64::from(settings.ent_coef) * self.entropy
     }
 }
 
-/// The terms of one sample. `logits` [actions] become the derivatives of the mean loss
-/// over `count` samples by the logits, `value` that by the value.
+/// The terms of one sample. `logits` [actions] become the derivatives of the mean loss over
+/// `count` samples with respect to the logits, `value` the one with respect to the value.
 pub fn sample_loss(
     sample: &Sample,
     mask: &[bool],
@@ -79,7 +79,7 @@ pub fn sample_loss(
     let clip = settings.clip_range;
     let free = sample.advantage * ratio;
     let clipped = sample.advantage * ratio.clamp(1.0 - clip, 1.0 + clip);
-    // torch's min passes the gradient to the smaller; where both are equal the ratio is
+    // torch's min passes the gradient to the smaller one. If both are equal, the ratio is
     // within the range and both have the same gradient.
     let slope = if free <= clipped { -free * share } else { 0.0 };
     let entropy: f32 = logits

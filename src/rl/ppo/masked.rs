@@ -5,8 +5,8 @@
 
 use rand::{Rng, RngExt};
 
-/// Turns the logits of the allowed actions into log-probabilities, in place; those of
-/// the others become negative infinity.
+/// Turns the logits of the allowed actions into log-probabilities, in place; those of the other
+/// actions become negative infinity.
 pub fn log_softmax(logits: &mut [f32], mask: &[bool]) {
     let mut largest = f32::NEG_INFINITY;
     for (logit, allowed) in logits.iter_mut().zip(mask) {
@@ -21,7 +21,7 @@ pub fn log_softmax(logits: &mut [f32], mask: &[bool]) {
     logits.iter_mut().for_each(|logit| *logit -= shift);
 }
 
-/// An action drawn from log-probabilities; never one of probability 0.
+/// Draws an action from log-probabilities; never one with probability 0.
 pub fn sample(log_probabilities: &[f32], rng: &mut impl Rng) -> usize {
     let mut left: f32 = rng.random();
     let mut last = 0;
@@ -34,11 +34,11 @@ pub fn sample(log_probabilities: &[f32], rng: &mut impl Rng) -> usize {
             }
         }
     }
-    // Rounding may leave a little of the sum; the last allowed action has it.
+    // Rounding may leave a small rest of the sum; the last allowed action gets it.
     last
 }
 
-/// The likeliest allowed action, the first of equals.
+/// The most likely allowed action, the first of ties.
 pub fn likeliest(logits: &[f32], mask: &[bool]) -> usize {
     let mut best: Option<usize> = None;
     for action in (0..logits.len()).filter(|action| mask[*action]) {

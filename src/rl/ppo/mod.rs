@@ -1,5 +1,5 @@
-//! Masked proximal policy optimisation with the meaning that Stable-Baselines3 gives
-//! every hyper-parameter.
+//! Masked proximal policy optimisation. Every hyper-parameter has the same meaning as in
+//! Stable-Baselines3.
 
 mod advantage;
 mod loss;

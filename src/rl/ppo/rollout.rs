@@ -1,5 +1,5 @@
-//! Collecting samples: every group of environments plays on its own under a policy that
-//! stands still, so that threads never wait for each other between two steps.
+//! Collects samples: every group of environments plays on its own under a fixed policy, so that
+//! threads never wait for each other between two steps.
 
 use super::advantage::advantages;
 use super::masked::{log_softmax, sample};
@@ -14,33 +14,33 @@ use crate::rl::reward::Reward;
 use crate::sim::Scene;
 use rand::rngs::ChaCha8Rng;
 
-/// Environments of a group: enough for matrix products to be quick, few enough that
-/// every thread has groups to play.
+/// Environments in a group: enough for fast matrix products, few enough that every thread has
+/// groups to play.
 pub const GROUP: usize = 8;
 
-/// What one group collected: rows in order of time, environments side by side.
+/// The samples of one group: rows in order of time, environments side by side.
 #[derive(Debug)]
 pub struct Group<'a> {
     environments: Vec<Environment<'a>>,
     rng: ChaCha8Rng,
     work: Workspace,
-    /// The row after the last: what is to be decided next.
+    /// The row after the last: observation and mask of the next decision.
     next: (Vec<f32>, Vec<bool>),
-    /// [steps, environments, observation].
+    /// Observations [steps, environments, observation].
     pub observations: Vec<f32>,
-    /// [steps, environments, actions].
+    /// Masks [steps, environments, actions].
     pub masks: Vec<bool>,
-    /// [steps, environments].
+    /// Actions [steps, environments].
     pub actions: Vec<u32>,
     /// Log-probabilities of the actions [steps, environments].
     pub log_probabilities: Vec<f32>,
-    /// [steps, environments].
+    /// Advantages [steps, environments].
     pub advantages: Vec<f32>,
-    /// [steps, environments].
+    /// Values [steps, environments].
     pub values: Vec<f32>,
     rewards: Vec<f32>,
     ended: Vec<bool>,
-    /// The episodes that ended.
+    /// Figures of the completed episodes.
     pub episodes: Vec<Figures>,
 }
 
@@ -70,7 +70,7 @@ impl<'a> Group<'a> {
         }
         Ok(Self {
             environments,
-            // Streams past those of the environments.
+            // Streams beyond those of the environments.
             rng: random_stream(seed, (1 << 32) + first as u64),
             work: Workspace::default(),
             next,
@@ -86,12 +86,12 @@ impl<'a> Group<'a> {
         })
     }
 
-    /// Samples collected.
+    /// Number of samples collected.
     pub fn len(&self) -> usize {
         self.actions.len()
     }
 
-    /// Whether there are none.
+    /// Whether there are no samples.
     pub fn is_empty(&self) -> bool {
         self.actions.is_empty()
     }
@@ -99,7 +99,7 @@ impl<'a> Group<'a> {
     /// Plays `settings.n_steps` steps and computes the advantages.
     ///
     /// # Errors
-    /// Never under this policy; passed on from the environments.
+    /// Never under this policy; the environments return a `Result`.
     pub fn collect(
         &mut self,
         network: &Network,

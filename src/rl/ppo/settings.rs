@@ -3,29 +3,30 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Schulman et al., "Proximal policy optimization algorithms", arXiv 1707.06347.
+/// Settings of PPO: Schulman et al., "Proximal policy optimization algorithms", arXiv
+/// 1707.06347.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Settings {
-    /// Environments stepped side by side.
+    /// Number of environments stepped in parallel.
     pub n_envs: usize,
     /// Steps of each environment between two updates.
     pub n_steps: usize,
-    /// Samples in a minibatch.
+    /// Number of samples in a minibatch.
     pub batch_size: usize,
     /// Passes over the samples of an update.
     pub n_epochs: usize,
-    /// Discount.
+    /// Discount factor.
     pub gamma: f32,
     /// Lambda of the generalised advantage estimate.
     pub gae_lambda: f32,
-    /// How far the probability ratio may move.
+    /// How far the probability ratio may move from 1.
     pub clip_range: f32,
     /// Weight of the entropy.
     pub ent_coef: f32,
     /// Weight of the value loss.
     pub vf_coef: f32,
-    /// The gradient's norm is cut to this.
+    /// The gradient is clipped to this norm.
     pub max_grad_norm: f32,
     /// Learning rate of Adam.
     pub learning_rate: f32,
@@ -33,7 +34,8 @@ pub struct Settings {
     pub anneal: bool,
     /// Whether advantages are normalised over each minibatch.
     pub normalize_advantage: bool,
-    /// The update ends early past 1.5 times this divergence.
+    /// The update ends early if the divergence exceeds 1.5 times this; `None` to never end
+    /// early.
     pub target_kl: Option<f32>,
 }
 
@@ -56,8 +58,8 @@ impl Settings {
         target_kl: None,
     };
 
-    /// The paper's Table 1: 2048 steps per update, here of eight environments together;
-    /// all else as in Stable-Baselines3.
+    /// The paper's Table 1: 2048 steps per update, here by eight environments together;
+    /// everything else as in Stable-Baselines3.
     pub const PAPER: Self = Self {
         n_envs: 8,
         n_steps: 256,
@@ -65,7 +67,7 @@ impl Settings {
         ..Self::SB3
     };
 
-    /// Samples of an update.
+    /// Number of samples of an update.
     pub fn samples(&self) -> usize {
         self.n_envs * self.n_steps
     }

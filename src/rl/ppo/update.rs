@@ -1,4 +1,4 @@
-//! Learning from what was collected.
+//! Learns from collected samples.
 
 use super::loss::{Sample, Terms, sample_loss};
 use super::rollout::Group;
@@ -8,8 +8,8 @@ use rand::Rng;
 use rand::seq::SliceRandom;
 use rayon::prelude::*;
 
-/// Samples that one thread takes at once. Fixed, as the order in which gradients are
-/// added must not depend on the number of threads.
+/// Number of samples that one thread processes at once. It is fixed because the order in which
+/// gradients are added must not depend on the number of threads.
 const CHUNK: usize = 128;
 
 /// The learner: network, parameters, optimiser and buffers.
@@ -41,7 +41,7 @@ struct Chunk {
 pub type Rows<'a> = Vec<(&'a [f32], &'a [bool], Sample)>;
 
 impl Learner {
-    /// A learner that begins with these parameters.
+    /// A learner that starts with these parameters.
     pub fn new(network: Network, parameters: Vec<f32>) -> Self {
         let adam = network.adam(1e-5);
         Self {
@@ -53,8 +53,8 @@ impl Learner {
         }
     }
 
-    /// One step of Adam on one minibatch. Returns the means of the terms and the norm
-    /// of the gradient before it was clipped.
+    /// Makes one step of Adam on one minibatch. Returns the means of the terms and the norm of
+    /// the gradient before clipping.
     pub fn minibatch(
         &mut self,
         rows: &Rows,
@@ -72,8 +72,8 @@ impl Learner {
         self.descend(rows, &loss, settings.max_grad_norm, learning_rate)
     }
 
-    /// One step of Adam against the gradient of any loss: `loss` turns the logits and
-    /// the value of a row into their derivatives and returns the terms.
+    /// Makes one step of Adam against the gradient of any loss. `loss` turns the logits and the
+    /// value of a row into their derivatives and returns the terms.
     pub fn descend<L>(
         &mut self,
         rows: &Rows,
@@ -108,7 +108,7 @@ impl Learner {
         (terms.mean(rows.len()), norm)
     }
 
-    /// All epochs on what `groups` collected; returns the terms of the last epoch.
+    /// Makes all passes over the samples of `groups`; returns the terms of the last pass.
     pub fn update(
         &mut self,
         groups: &[Group],
@@ -156,7 +156,8 @@ impl Learner {
     }
 }
 
-/// Mean of the advantages and one over their standard deviation, as torch's `std`.
+/// Mean of the advantages and the reciprocal of their standard deviation, computed as by
+/// torch's `std`.
 fn normaliser(rows: &Rows, settings: &Settings) -> (f32, f32) {
     if !settings.normalize_advantage || rows.len() < 2 {
         return (0.0, 1.0);

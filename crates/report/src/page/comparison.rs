@@ -72,7 +72,7 @@ pub fn comparison_page(report: &ComparisonReport) -> String {
     page.html(report)
 }
 
-/// How each method performs, summarized over the cases.
+/// How each method performs, summarised over the cases.
 fn answer(report: &ComparisonReport) -> Vec<String> {
     let methods = report.methods.iter().enumerate();
     let line = |(j, method): (usize, &MethodReport)| {
