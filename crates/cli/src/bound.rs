@@ -95,7 +95,7 @@ fn notes(conditions: &Conditions) -> Vec<String> {
     }
     let camera = match conditions.camera_x {
         Some(_) if conditions.disturbances.position_noise > 0.0 => {
-            " and whatever the camera reports at what time"
+            ", whatever the camera reports and when"
         }
         _ => "",
     };

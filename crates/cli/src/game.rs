@@ -88,7 +88,7 @@ fn report(
     let mut notes = pattern_set::notes(&set, conditions, line.independent, line.patterns);
     if line.patterns < set.patterns.len() {
         notes.push(format!(
-            "interrupted: the game is over {} of {} patterns",
+            "interrupted: the game covers only {} of {} patterns",
             line.patterns,
             set.patterns.len()
         ));

@@ -387,7 +387,7 @@ impl Node<'_> {
         if stopped && !status.open_tasks.is_empty() {
             let open: Vec<String> = status.open_tasks.iter().map(u64::to_string).collect();
             self.transport
-                .remark(&format!("stopped with open tasks {}", open.join(", ")));
+                .remark(&format!("stopped; open tasks: {}", open.join(", ")));
         }
         self.transport.remark(&format!(
             "{} of {} items picked, {} missed, {} on the belt, {} claimed; {} decisions, \

@@ -54,7 +54,7 @@ pub enum Judged {
     Kind(TrainingSet),
 }
 
-/// A line to find assignments for.
+/// A line for which assignments are searched.
 #[derive(Clone, Copy)]
 pub struct Line<'a> {
     station: &'a Station,

@@ -4,7 +4,7 @@ use clap::Args;
 use std::path::PathBuf;
 
 /// Named by each argument: a heading on the struct would also apply to the arguments after it.
-const HEADING: &str = "Who may connect";
+const HEADING: &str = "Access control";
 
 /// Who may connect over TCP, and to the dashboard.
 #[derive(Debug, Clone, Args)]

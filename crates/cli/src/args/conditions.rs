@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-/// What the camera sees and what goes wrong, for every verb that runs strategies.
+/// What the camera sees and what can go wrong, for every verb that runs strategies.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Conditions")]
 pub struct ConditionArgs {

@@ -81,7 +81,7 @@ pub struct CompareArgs {
     pub pictures: Pictures,
 }
 
-/// Where robust GT comes from.
+/// How robust GT (game theory) is found.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Robust GT")]
 pub struct TrainingArgs {

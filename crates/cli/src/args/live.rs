@@ -98,7 +98,7 @@ pub struct RunArgs {
     #[command(flatten)]
     pub station: StationChoice,
     #[arg(long, value_name = "STRATEGY", help = strategy_help(
-        "Strategy, as `pickline simulate --help` lists them",
+        "Strategy (see `pickline simulate --help`)",
         " [default: FIFO for the last robot, SPT for all others]",
     ))]
     pub strategy: Option<String>,
@@ -250,9 +250,9 @@ pub struct EmulateArgs {
     pub trouble: TroubleArgs,
 }
 
-/// What goes wrong at the emulated station.
+/// Faults of the emulated station.
 #[derive(Debug, Clone, Args)]
-#[command(next_help_heading = "Trouble")]
+#[command(next_help_heading = "Faults")]
 pub struct TroubleArgs {
     /// Share of grasps that fail
     #[arg(

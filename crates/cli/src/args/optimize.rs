@@ -122,7 +122,7 @@ pub struct OptimizeArgs {
     pub pictures: Pictures,
 }
 
-/// How long a search may take.
+/// Limits on the length of a search.
 #[derive(Debug, Clone, Args)]
 pub struct LimitArgs {
     /// Maximum number of simulated runs in the search, tie-breaking included; a run is one

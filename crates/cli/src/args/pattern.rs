@@ -38,7 +38,7 @@ Examples:
 }
 
 impl Default for PatternCommand {
-    /// What `pickline pattern` alone does.
+    /// The default of `pickline pattern` without a subcommand.
     fn default() -> Self {
         Self::Describe(DescribeArgs {
             file: None,

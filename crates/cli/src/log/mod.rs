@@ -228,7 +228,7 @@ mod tests {
         drop(log);
         assert!(began.elapsed() < Duration::from_secs(30));
         gate.open();
-        // But for the first of each kind, and the first of those beyond.
+        // All but the first of each kind and the first one beyond the limit.
         gate.wait_for("and 99,743 more, the last: x");
     }
 }
