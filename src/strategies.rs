@@ -361,7 +361,7 @@ mod tests {
             ("rulse:SPT,FIFO", "did you mean `rules`"),
             ("lookahed:seed=1", "did you mean `lookahead`"),
             ("lookahaed", "did you mean `lookahead`"),
-            ("rules", "names no rule"),
+            ("rules", "contains no rule"),
             ("SPT", "1 rule for 2 robots"),
             ("SPT,FOFI", "did you mean `FIFO`"),
             ("lookahead:sed=1", "did you mean `seed`"),

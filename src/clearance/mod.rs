@@ -1,15 +1,15 @@
 //! How close the arms of a line come to each other.
 //!
-//! Nothing in the model keeps arms apart: strategies share out items, not space. This
-//! module measures. An arm is the segment from its base to its tool point (`docs/model.md`,
-//! arms that come close), without any thickness.
+//! The model does not keep arms apart: strategies divide the items, not the space. This module only
+//! measures. An arm is the segment from its base to its tool point (`docs/model.md`, arms that come
+//! close), without thickness.
 //!
-//! | file | what it is |
+//! | file | content |
 //! |---|---|
-//! | `segment.rs` | the distance of two segments |
-//! | `motion.rs` | where each tool point is over time, and the smallest distance in a run |
+//! | `segment.rs` | the distance between two segments |
+//! | `motion.rs` | the position of each tool point over time, and the smallest distance in a run |
 //! | `polygon.rs` | convex polygons: hull, intersection, area, distance |
-//! | `region.rs` | where an arm can ever be, and which of these regions overlap |
+//! | `region.rs` | the region that an arm can occupy, and which of these regions overlap |
 
 mod motion;
 mod polygon;

@@ -5,31 +5,31 @@ use crate::decision::{Outcome, Pick};
 use crate::station::{Robot, Station};
 use nalgebra::Point2;
 
-/// The distance reported is at most this much above the smallest one [m].
+/// Maximum difference between the reported distance and the true minimum [m].
 pub const TOLERANCE: f64 = 1e-4;
 
-/// The moment at which two arms of a run are closest to each other.
+/// The moment in a run at which two arms are closest to each other.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Clearance {
-    /// How far the arms are apart then [m]; 0 where they cross.
+    /// Distance between the arms [m]; 0 if they cross.
     pub distance: f64,
-    /// When [s].
+    /// The time of this moment [s].
     pub time: f64,
     /// Indices of the two robots, upstream first.
     pub robots: [usize; 2],
-    /// The nearest point on the arm of each [m].
+    /// The nearest point on each arm [m].
     pub points: [Point2<f64>; 2],
 }
 
-/// The smallest distance between the arms of two robots in the run `outcome`, to within
-/// [`TOLERANCE`] over continuous time; none for a single robot.
+/// The smallest distance between the arms of any two robots in the run `outcome`, to within
+/// [`TOLERANCE`], in continuous time; `None` for a single robot.
 ///
-/// A tool point leaves its bin at the decision, moves at constant speed to the meeting
-/// point, stays there during the grasp, and comes back along the same line. So between two
-/// turning points both tool points move evenly, and the distance of the arms changes no
-/// faster than the sum of their speeds. The search halves a span of time until this
-/// Lipschitz bound shows that it holds nothing smaller (Piyavskii 1972,
-/// doi:10.1016/0041-5553(72)90115-2; Shubert 1972, doi:10.1137/0709036).
+/// A tool point leaves its bin at the decision, moves at constant speed to the meeting point, stays
+/// there during the grasp, and returns along the same line. Between two turning points both tool
+/// points therefore move uniformly, and the distance between the arms changes no faster than the
+/// sum of their speeds. The search bisects a time interval until this Lipschitz bound shows that it
+/// contains no smaller distance (Piyavskii 1972, doi:10.1016/0041-5553(72)90115-2; Shubert 1972,
+/// doi:10.1137/0709036).
 pub fn smallest(station: &Station, outcome: &Outcome) -> Option<Clearance> {
     let robots = station.robots();
     let ways: Vec<Way> = (0..robots.len())
@@ -52,11 +52,11 @@ pub fn smallest(station: &Station, outcome: &Outcome) -> Option<Clearance> {
     best
 }
 
-/// Where a tool point is, from turning point to turning point.
+/// The path of a tool point from turning point to turning point.
 struct Way {
-    /// Times [s] in order, and where the tool point is then [m].
+    /// Times [s] in order, with the position of the tool point at each [m].
     turns: Vec<(f64, Point2<f64>)>,
-    /// How far the tool point is ever away from its base [m].
+    /// Maximum distance of the tool point from its base [m].
     furthest: f64,
 }
 
@@ -85,13 +85,13 @@ impl Way {
         }
     }
 
-    /// The time of this turn [s]; none is at infinity.
+    /// The time of this turn [s]; infinity if there is no such turn.
     fn time(&self, turn: usize) -> f64 {
         self.turns.get(turn).map_or(f64::INFINITY, |turn| turn.0)
     }
 
-    /// Where the tool point is at `time` [s]; `next`, the first turn not passed before,
-    /// becomes the first one after it.
+    /// Position of the tool point at `time` [s]. `next`, the first turn not yet passed, is advanced
+    /// to the first turn after `time`.
     fn pass(&self, time: f64, next: &mut usize) -> Point2<f64> {
         while self.time(*next) <= time {
             *next += 1;
@@ -104,13 +104,13 @@ impl Way {
     }
 }
 
-/// Two robots.
+/// A pair of robots.
 struct Pair {
     robots: [usize; 2],
     bases: [Point2<f64>; 2],
 }
 
-/// The arms at one moment.
+/// The two arms at one moment.
 #[derive(Clone, Copy)]
 struct Moment {
     time: f64,
@@ -131,7 +131,7 @@ impl Pair {
         }
     }
 
-    /// Goes through the turns of both arms in order of time.
+    /// Visits the turns of both arms in order of time.
     fn search(&self, ways: [&Way; 2], best: &mut Option<Clearance>) {
         let mut next = [1, 1];
         let mut last = self.moment(0.0, ways.map(|way| way.turns[0].1));
@@ -150,7 +150,7 @@ impl Pair {
         }
     }
 
-    /// Looks between two moments, in which both tool points move evenly.
+    /// Searches between two moments between which both tool points move uniformly.
     fn halve(&self, from: &Moment, to: &Moment, best: &mut Option<Clearance>) {
         let least = best.map_or(f64::INFINITY, |best| best.distance);
         let moved: f64 = (0..2).map(|i| (to.tools[i] - from.tools[i]).norm()).sum();
@@ -160,7 +160,7 @@ impl Pair {
         }
         let middle = |i: usize| nalgebra::center(&from.tools[i], &to.tools[i]);
         let moment = self.moment(f64::midpoint(from.time, to.time), [middle(0), middle(1)]);
-        // The earlier half first, so that of equal distances the earlier is reported.
+        // Search the earlier half first, so that on a tie the earlier moment is reported.
         self.halve(from, &moment, best);
         self.note(&moment, best);
         self.halve(&moment, to, best);

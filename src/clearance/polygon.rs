@@ -1,9 +1,9 @@
-//! Convex polygons, their corners counterclockwise.
+//! Convex polygons with corners in counterclockwise order.
 
 use super::segment::Segment;
 use nalgebra::Point2;
 
-/// A convex polygon [m]; with fewer than three corners it has no area.
+/// A convex polygon [m]. With fewer than three corners it has no area.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Polygon {
     corners: Vec<Point2<f64>>,
@@ -42,7 +42,7 @@ impl Polygon {
         Self { corners }
     }
 
-    /// The corners, counterclockwise.
+    /// The corners, in counterclockwise order.
     pub fn corners(&self) -> &[Point2<f64>] {
         &self.corners
     }
@@ -53,8 +53,8 @@ impl Polygon {
         pairs.map(|(&from, &to)| Segment { from, to })
     }
 
-    /// The part of this polygon that `other` covers, clipped edge by edge (Sutherland and
-    /// Hodgman 1974, doi:10.1145/360767.360802). Of two polygons one may be without an area.
+    /// The intersection of the two polygons, by clipping edge by edge (Sutherland and Hodgman 1974,
+    /// doi:10.1145/360767.360802). At most one of them may have no area.
     pub fn intersection(&self, other: &Self) -> Self {
         if other.corners.len() < 3 {
             return match self.corners.len() {
@@ -92,7 +92,7 @@ impl Polygon {
         0.5 * fan.sum::<f64>()
     }
 
-    /// The smallest and largest x and y [m].
+    /// The smallest and largest coordinates along x and y [m].
     pub fn bounds(&self) -> [[f64; 2]; 2] {
         let range = |of: fn(&Point2<f64>) -> f64| {
             let all = self.corners.iter().map(of);
@@ -102,7 +102,7 @@ impl Polygon {
         [range(|point| point.x), range(|point| point.y)]
     }
 
-    /// How far two polygons that share nothing are apart [m].
+    /// Distance between two disjoint polygons [m].
     pub fn distance(&self, other: &Self) -> f64 {
         let pairs = self
             .edges()
@@ -118,7 +118,7 @@ mod tests {
 
     fn square(x: f64, y: f64, side: f64) -> Polygon {
         let corner = |dx: f64, dy: f64| Point2::new(x + side * dx, y + side * dy);
-        // The middle is no corner.
+        // The midpoint is not a corner.
         Polygon::hull(vec![
             corner(0.0, 0.0),
             corner(1.0, 1.0),

@@ -1,4 +1,4 @@
-//! Where an arm can ever be, whatever the strategy, and which arms can therefore meet.
+//! The region that an arm can occupy under any strategy, and thus which arms can meet.
 
 use super::polygon::Polygon;
 use super::segment::Segment;
@@ -6,16 +6,16 @@ use crate::station::{Belt, Robot, Station};
 use nalgebra::Point2;
 use std::f64::consts::TAU;
 
-/// Corners of the polygon that stands for a circle: its edge is at most 0.3 thousandths
-/// of the radius inside the circle.
+/// Number of corners of the polygon that approximates a circle. Its edges are at most 0.0003 radii
+/// inside the circle.
 const CORNERS: u32 = 128;
 
-/// What two regions share.
+/// The intersection of two regions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shared {
-    /// From where to where along the travel [m].
+    /// The range along the travel [m].
     pub x: [f64; 2],
-    /// How much [m^2].
+    /// The area [m^2].
     pub area: f64,
 }
 
@@ -24,42 +24,42 @@ pub struct Shared {
 pub struct Overlap {
     /// Indices of the robots, upstream first.
     pub robots: [usize; 2],
-    /// What their workspaces share on the belt; none where only their ways to the bins
-    /// come together.
+    /// The intersection of their workspaces on the belt; `None` if only their paths to the bins
+    /// overlap.
     pub workspaces: Option<Shared>,
-    /// What the regions that their arms sweep share.
+    /// The intersection of the regions that their arms sweep.
     pub swept: Shared,
-    /// How far the arms are apart while both rest at their bins [m].
+    /// Distance between the arms while both rest at their bins [m].
     pub at_rest: f64,
 }
 
-/// What keeps the arms of a station apart.
+/// How far apart the arms of a station stay.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Apart {
     /// The pairs of robots whose arms can touch, upstream first.
     pub overlaps: Vec<Overlap>,
-    /// Other pairs whose arms can come nearer than [`MARGIN`], and how near [m].
+    /// Other pairs whose arms can come closer than [`MARGIN`], and how close [m].
     pub near: Vec<(f64, [usize; 2])>,
-    /// How close arms of other pairs can come at most [m], and which; none where no other
-    /// pair is left.
+    /// The smallest possible distance between the arms of the remaining pairs [m], and the pair;
+    /// `None` if there are no other pairs.
     pub others: Option<(f64, [usize; 2])>,
 }
 
 impl Apart {
-    /// Whether some arms can touch, or come nearer than [`MARGIN`].
+    /// Whether any arms can touch or come closer than [`MARGIN`].
     pub fn is_doubtful(&self) -> bool {
         !self.overlaps.is_empty() || !self.near.is_empty()
     }
 }
 
-/// Arms have a thickness that the model does not know: nearer than this they may touch [m].
+/// Arms closer than this may touch, since they have a thickness that the model ignores [m].
 pub const MARGIN: f64 = 0.05;
 
-/// Which arms of `station` can touch, by geometry alone.
+/// Determines which arms of `station` can touch, from geometry alone.
 ///
-/// A tool point is on a line from the bin to a place on the belt within reach. So an arm
-/// stays inside the convex hull of its base, its bin and the part of the belt within its
-/// reach, and can be anywhere in it. Arms whose hulls share nothing never touch.
+/// A tool point is on a line from the bin to a position on the belt within reach. An arm therefore
+/// stays inside the convex hull of its base, its bin and the part of the belt within its reach, and
+/// can be anywhere in it. Arms whose hulls are disjoint never touch.
 pub fn apart(station: &Station) -> Apart {
     let robots = station.robots();
     let belt = station.belt();
@@ -88,7 +88,7 @@ pub fn apart(station: &Station) -> Apart {
             }
             let both = one.intersection(other);
             let at_rest = arm_at_rest(&robots[first]).nearest(&arm_at_rest(&robots[second]));
-            // A robot that reaches nothing sweeps a line, without an area.
+            // A robot that cannot reach the belt sweeps a line without an area.
             let line = one.corners().len().min(other.corners().len()) < 3;
             let inside = line && !both.corners().is_empty();
             if shares(&both) || inside || at_rest.distance == 0.0 {
@@ -102,7 +102,7 @@ pub fn apart(station: &Station) -> Apart {
                 continue;
             }
             let distance = one.distance(other);
-            // Not where it is the margin but for rounding.
+            // Not if the distance equals the margin except for rounding.
             if distance < MARGIN - 1e-9 {
                 found.near.push((distance, [first, second]));
             }
@@ -140,7 +140,7 @@ fn arm_at_rest(robot: &Robot) -> Segment {
     }
 }
 
-/// Whether a polygon is more than the rounding along an edge that two regions share.
+/// Whether a polygon is larger than rounding can produce along an edge that two regions share.
 fn shares(polygon: &Polygon) -> bool {
     polygon.area() > 1e-9
 }
@@ -153,7 +153,7 @@ fn shared(polygon: &Polygon) -> Shared {
     }
 }
 
-/// How far two boxes are apart [m].
+/// Distance between two boxes [m].
 fn between([ax, ay]: [[f64; 2]; 2], [bx, by]: [[f64; 2]; 2]) -> f64 {
     let gap = |a: [f64; 2], b: [f64; 2]| (a[0] - b[1]).max(b[0] - a[1]).max(0.0);
     gap(ax, bx).hypot(gap(ay, by))

@@ -1,8 +1,8 @@
-//! The distance of two segments in the plane.
+//! The distance between two segments in the plane.
 
 use nalgebra::{Point2, Vector2};
 
-/// The segment from `from` to `to` [m]; both may be the same point.
+/// The segment from `from` to `to` [m], which may coincide.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Segment {
     pub from: Point2<f64>,
@@ -12,7 +12,7 @@ pub struct Segment {
 /// The nearest points of two segments.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Nearest {
-    /// How far they are apart [m].
+    /// Distance between the segments [m].
     pub distance: f64,
     /// One point on each segment [m].
     pub points: [Point2<f64>; 2],
@@ -34,12 +34,12 @@ impl Segment {
         self.from + direction * share.clamp(0.0, 1.0)
     }
 
-    /// Where this segment crosses `other`; none where they do not or only touch.
+    /// The crossing with `other`; `None` if the segments do not cross or only touch.
     fn crossing(&self, other: &Self) -> Option<Point2<f64>> {
         let side = |of: &Self, point: Point2<f64>| of.direction().perp(&(point - of.from));
         let (a, b) = (side(other, self.from), side(other, self.to));
         let (c, d) = (side(self, other.from), side(self, other.to));
-        // Products of two small sides may vanish, so the signs are compared.
+        // Compare signs, because the product of two small values may underflow.
         let apart = |one: f64, two: f64| (one > 0.0 && two < 0.0) || (one < 0.0 && two > 0.0);
         (apart(a, b) && apart(c, d)).then(|| self.from + self.direction() * (a / (a - b)))
     }
@@ -52,7 +52,7 @@ impl Segment {
                 points: [point, point],
             };
         }
-        // Segments that do not cross are nearest at an end of one of them.
+        // If segments do not cross, an end of one of them is nearest.
         let pairs = [
             [self.from, other.towards(self.from)],
             [self.to, other.towards(self.to)],
@@ -89,11 +89,11 @@ mod tests {
     fn segments_are_as_far_apart_as_their_nearest_points() {
         let flat = segment([0.0, 0.0], [2.0, 0.0]);
         for (other, expected) in [
-            // Crossing, touching with an end, in line and on each other.
+            // Crossing, touching at an end, collinear and overlapping.
             (segment([1.0, -1.0], [1.0, 1.0]), 0.0),
             (segment([1.0, 0.0], [1.0, 1.0]), 0.0),
             (segment([1.0, 0.0], [3.0, 0.0]), 0.0),
-            // In line with a gap, parallel, with an end nearest, a single point.
+            // Collinear with a gap, parallel, nearest at an end, a single point.
             (segment([2.5, 0.0], [3.0, 0.0]), 0.5),
             (segment([0.5, 0.3], [1.5, 0.3]), 0.3),
             (segment([5.0, 4.0], [9.0, 9.0]), 5.0),

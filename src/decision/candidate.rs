@@ -1,4 +1,4 @@
-//! One item as one robot sees it.
+//! An item from the view of one robot.
 
 use crate::kinematics;
 use crate::station::{Robot, Station};
@@ -14,25 +14,25 @@ pub struct Candidate {
     pub y: f64,
     /// Object-specific reward.
     pub weight: f64,
-    /// First departure at which the robot, knowing of the item, meets it in its
+    /// First departure time at which the robot, once it knows of the item, meets it in its
     /// workspace [s].
     pub open: f64,
-    /// Last such departure [s].
+    /// Last such departure time [s].
     pub close: f64,
 }
 
 impl Candidate {
-    /// Whether this item is further downstream than `other`, or as far with a lower
-    /// index.
+    /// Whether this item is further downstream than `other`; on a tie, whether its index is lower.
     #[inline(always)]
     pub fn is_before(&self, other: &Self) -> bool {
         self.x0 > other.x0 || (self.x0 == other.x0 && self.item < other.item)
     }
 }
 
-/// A robot about to decide, and when: what turns a [`Candidate`] into figures.
+/// A robot that is about to decide, and the time: what is needed to compute the figures of a
+/// [`Candidate`].
 ///
-/// The figures are computed when asked for, so a rule pays only for what it ranks by.
+/// Figures are computed on demand, so a rule only pays for those that it uses.
 #[derive(Debug, Clone, Copy)]
 pub struct Moment<'a> {
     /// The deciding robot.
@@ -44,7 +44,7 @@ pub struct Moment<'a> {
 }
 
 impl<'a> Moment<'a> {
-    /// Robot `index` of `station` deciding at `time` [s].
+    /// Robot `index` of `station`, which decides at `time` [s].
     pub fn new(station: &'a Station, index: usize, time: f64) -> Self {
         Self {
             robot: &station.robots()[index],
@@ -53,7 +53,7 @@ impl<'a> Moment<'a> {
         }
     }
 
-    /// Position of the item along the travel now [m].
+    /// Current position of the item along the travel [m].
     #[inline(always)]
     pub fn x(&self, candidate: &Candidate) -> f64 {
         candidate.x0 + self.belt_speed * self.time
@@ -70,7 +70,7 @@ impl<'a> Moment<'a> {
         )
     }
 
-    /// Whole time of the pick, until the robot is free again [s].
+    /// Total time of the pick, until the robot is free again [s].
     #[inline(always)]
     pub fn processing_time(&self, candidate: &Candidate) -> f64 {
         kinematics::processing_time(
@@ -80,7 +80,7 @@ impl<'a> Moment<'a> {
         )
     }
 
-    /// Distance from the item, where it is now, to the robot's base [m].
+    /// Distance from the item's current position to the robot's base [m].
     #[inline(always)]
     pub fn distance_to_base(&self, candidate: &Candidate) -> f64 {
         kinematics::distance(
@@ -120,7 +120,7 @@ mod tests {
         }
     }
 
-    /// The figures that rules rank by, each of other numbers than the rest.
+    /// The figures that rules use, all with different numbers.
     #[test]
     fn a_moment_has_the_figures_of_its_robot_and_time() {
         let belt = Belt {
@@ -141,13 +141,13 @@ mod tests {
         let moment = Moment::new(&station, 1, 10.0);
         assert_eq!((moment.robot.name.as_str(), moment.time), ("r2", 10.0));
         assert_eq!(moment.belt_speed, 0.1);
-        // Now at (1.5, 0.1): 0.7 m upstream of the bin and 0.4 m aside, k = 0.24.
+        // Now at (1.5, 0.1): 0.7 m upstream of the bin and 0.4 m to the side, k = 0.24.
         let item = candidate(3, 0.5);
         assert!((moment.x(&item) - 1.5).abs() < 1e-12);
         let tau = (0.1 * -0.7 + (0.01f64 * 0.49 + 0.24 * 0.65).sqrt()) / 0.24;
         assert!((moment.travel_time(&item) - tau).abs() < 1e-12);
         assert!((moment.processing_time(&item) - (2.0 * tau + 0.75)).abs() < 1e-12);
-        // The base is 0.5 m downstream and 0.6 m aside.
+        // The base is 0.5 m downstream and 0.6 m to the side.
         let distance = 0.61f64.sqrt();
         assert!((moment.distance_to_base(&item) - distance).abs() < 1e-12);
     }

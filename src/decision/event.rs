@@ -1,58 +1,58 @@
-//! What happens in a run, in order of time.
+//! The events of a run, in order of time.
 
 use super::snapshot::Snapshot;
 use super::strategy::Action;
 
-/// One thing that happens.
+/// An event of a run.
 #[derive(Debug, Clone, Copy)]
 pub enum Event<'a> {
     /// A robot decided.
     Decision {
-        /// What it saw.
+        /// What the robot saw.
         snapshot: &'a Snapshot<'a>,
-        /// What it does.
+        /// What the robot does.
         action: Action,
     },
     /// A robot takes its item off the belt.
     Grasp {
-        /// When [s].
+        /// When the item leaves the belt [s].
         time: f64,
-        /// Which robot.
+        /// Index of the robot.
         robot: usize,
-        /// Which item.
+        /// Index of the item in its pattern.
         item: u32,
     },
     /// A robot has dropped its item into the bin and is free.
     Release {
-        /// When [s].
+        /// When the item is in the bin [s].
         time: f64,
-        /// Which robot.
+        /// Index of the robot.
         robot: usize,
-        /// Which item.
+        /// Index of the item in its pattern.
         item: u32,
     },
     /// A grasp has failed: the item stays on the belt and may be claimed again.
     GraspFailed {
-        /// When the failed grasp is over [s].
+        /// End of the failed grasp [s].
         time: f64,
-        /// Which robot.
+        /// Index of the robot.
         robot: usize,
-        /// Which item.
+        /// Index of the item in its pattern.
         item: u32,
-        /// When the robot is back and free [s].
+        /// When the robot has returned and is free [s].
         free: f64,
     },
     /// An item leaves the belt unpicked.
     LeftBelt {
-        /// When [s].
+        /// When the item leaves the belt [s].
         time: f64,
-        /// Which item.
+        /// Index of the item in its pattern.
         item: u32,
     },
 }
 
 impl Event<'_> {
-    /// When it happens [s].
+    /// Time of the event [s].
     pub fn time(&self) -> f64 {
         match *self {
             Self::Decision { snapshot, .. } => snapshot.time,
@@ -64,9 +64,9 @@ impl Event<'_> {
     }
 }
 
-/// Is told every event of a run, in order of time.
+/// Receives every event of a run, in order of time.
 pub trait Observer {
-    /// Takes note of one event.
+    /// Called with each event.
     fn observe(&mut self, event: &Event);
 }
 

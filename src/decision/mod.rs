@@ -1,5 +1,5 @@
-//! The vocabulary that simulation and live control share: what a decider sees, what
-//! it may do, and what came of it.
+//! The types shared by simulation and live control: what a decision maker sees, what it may do, and
+//! the outcome.
 
 mod candidate;
 mod event;

@@ -1,36 +1,36 @@
-//! What came of a run.
+//! The outcome of a run.
 
 use nalgebra::Point2;
 
-/// One pick.
+/// A successful pick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pick {
     /// Index of the robot, upstream first.
     pub robot: usize,
     /// Index of the item in its pattern.
     pub item: u32,
-    /// When the robot left for it, the moment of the claim [s].
+    /// When the robot left for the item, which is also when it claimed it [s].
     pub decide: f64,
     /// When the item leaves the belt, the start of the grasp [s].
     pub grasp: f64,
-    /// When it is in the bin and the robot free [s].
+    /// When the item is in the bin and the robot is free [s].
     pub release: f64,
     /// Where the item was met [m].
     pub meet: Point2<f64>,
 }
 
-/// Why an attempt came to nothing.
+/// Why an attempt failed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum FailureCause {
-    /// The gripper did not get hold of the item.
+    /// The gripper did not hold the item.
     Grasp,
-    /// The item was not where it was reported to be, and where it was the robot could
-    /// not meet it.
+    /// The item was not at its reported position, and the robot could not meet it at its true
+    /// position.
     OutOfReach,
 }
 
 impl FailureCause {
-    /// The name in files.
+    /// The name used in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Grasp => "grasp",
@@ -39,19 +39,19 @@ impl FailureCause {
     }
 }
 
-/// An attempt at an item that stayed on the belt.
+/// A failed attempt, after which the item stayed on the belt.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Failure {
-    /// What would have been the pick: it takes the robot as long, until `release`, and
-    /// claims the item until the grasp is over.
+    /// The intended pick. The attempt occupies the robot just as long, until `release`, and claims
+    /// the item until the end of the grasp.
     pub attempt: Pick,
     /// Why it failed.
     pub cause: FailureCause,
 }
 
 impl Failure {
-    /// When the failed grasp of a robot with this grasp time [s] is over, and with it the
-    /// claim on the item [s].
+    /// End of the failed grasp, and thus of the claim on the item [s], for a robot with this grasp
+    /// time [s].
     pub fn claim_ends(&self, grasp_time: f64) -> f64 {
         self.attempt.grasp + grasp_time
     }
@@ -64,16 +64,16 @@ pub enum MissReason {
     Unreachable,
     /// It was attempted, and no attempt succeeded.
     GraspFailed,
-    /// Some robot could have picked it at some decision and chose another action.
+    /// At some decision a robot could have picked it, but chose another action.
     PassedOver,
-    /// No robot has a window for it where and from when on the camera reports it.
+    /// No robot has a window for its reported position after the camera has seen it.
     Unseen,
-    /// Whenever it was in a window, the robot was busy.
+    /// The robots were busy during all of its windows.
     Busy,
 }
 
 impl MissReason {
-    /// All reasons, the first that fits first.
+    /// All reasons; the first that applies is reported.
     pub const ALL: [Self; 5] = [
         Self::Unreachable,
         Self::GraspFailed,
@@ -82,7 +82,7 @@ impl MissReason {
         Self::Busy,
     ];
 
-    /// The name in files.
+    /// The name used in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Unreachable => "unreachable",
@@ -99,29 +99,29 @@ impl MissReason {
 pub struct Miss {
     /// Index of the item in its pattern.
     pub item: u32,
-    /// Why.
+    /// Why it was not picked.
     pub reason: MissReason,
 }
 
-/// What one robot did.
+/// The figures of one robot.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct RobotFigures {
     /// Number of picks.
     pub picked: usize,
-    /// Sum of the rewards of its items.
+    /// Sum of the rewards of the picked items.
     pub weight: f64,
-    /// Number of attempts that failed.
+    /// Number of failed attempts.
     pub failed: usize,
-    /// Sum of its processing times, those of failed attempts included [s].
+    /// Sum of the processing times, including failed attempts [s].
     pub busy: f64,
 }
 
-/// The figures of a run that everything is judged by.
+/// The figures by which a run is judged.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Figures {
-    /// Items of the pattern, n.
+    /// Number of items in the pattern, n.
     pub items: usize,
-    /// Items picked, k.
+    /// Number of items picked, k.
     pub picked: usize,
     /// Sum of the rewards of the picked items.
     pub weight: f64,
@@ -130,27 +130,27 @@ pub struct Figures {
 }
 
 impl Figures {
-    /// k / n.
+    /// The picked share k / n.
     pub fn picked_share(&self) -> f64 {
         self.picked as f64 / self.items as f64
     }
 
-    /// 60 k / T [1/min]; 0 for a run that ends at once.
+    /// The picking rate 60 k / T [1/min]; 0 if the run ends at time 0.
     pub fn picking_rate(&self) -> f64 {
         self.rate_of(self.picked)
     }
 
-    /// 60 k_i / T [1/min] of a part k_i of the picks: one robot's.
+    /// The rate 60 k_i / T [1/min] for a part k_i of the picks, such as those of one robot.
     pub fn rate_of(&self, picked: usize) -> f64 {
         self.per_minute(picked as f64)
     }
 
-    /// 60 sum(r) / T [1/min].
+    /// The weighted rate 60 sum(r) / T [1/min].
     pub fn weighted_rate(&self) -> f64 {
         self.per_minute(self.weight)
     }
 
-    /// Whether everything was picked.
+    /// Whether every item was picked.
     pub fn complete(&self) -> bool {
         self.picked == self.items
     }
@@ -164,16 +164,16 @@ impl Figures {
     }
 }
 
-/// A whole run.
+/// The complete outcome of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
-    /// What it is judged by.
+    /// The figures by which the run is judged.
     pub figures: Figures,
-    /// What each robot did, upstream first.
+    /// The figures of each robot, upstream first.
     pub robots: Vec<RobotFigures>,
     /// All picks in order of decision, ties in robot order.
     pub picks: Vec<Pick>,
-    /// All attempts that failed, in the same order; none without disturbances.
+    /// All failed attempts, in the same order; empty without disturbances.
     pub failures: Vec<Failure>,
     /// All items that were not picked, downstream first.
     pub missed: Vec<Miss>,
@@ -183,7 +183,7 @@ pub struct Outcome {
 mod tests {
     use super::*;
 
-    /// Of unlike numbers, so that none can stand in for another.
+    /// All numbers differ, so that none can be confused with another.
     const FIGURES: Figures = Figures {
         items: 200,
         picked: 150,

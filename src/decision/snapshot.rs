@@ -1,17 +1,17 @@
-//! What a strategy sees when a robot has to decide.
+//! What a strategy sees when a robot must decide.
 
 use super::candidate::{Candidate, Moment};
 use crate::error::counted;
 use crate::station::Station;
 
-/// An unclaimed item on the belt, whoever may reach it.
+/// An unclaimed item on the belt, whether or not the robot can reach it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BeltItem {
     /// Index of the item in its pattern.
     pub item: u32,
     /// Position along the travel at time 0, as reported [m].
     pub x0: f64,
-    /// Position along the travel now, as reported [m].
+    /// Current position along the travel, as reported [m].
     pub x: f64,
     /// Position across the belt, as reported [m].
     pub y: f64,
@@ -19,32 +19,31 @@ pub struct BeltItem {
     pub weight: f64,
 }
 
-/// The state at one decision.
+/// The state at a decision.
 #[derive(Debug, Clone, Copy)]
 pub struct Snapshot<'a> {
-    /// The station.
+    /// The station that the run is on.
     pub station: &'a Station,
     /// Time of the decision [s].
     pub time: f64,
     /// Index of the deciding robot, upstream first.
     pub robot: usize,
-    /// What it can pick now, downstream first; never empty.
+    /// The items that the robot can pick now, downstream first; never empty.
     pub candidates: &'a [Candidate],
-    /// When each robot is free [s]; at most `time` for an idle one, infinite for one
-    /// that waits for ever.
+    /// When each robot is free [s]: at most `time` if it is idle, infinite if it waits forever.
     pub free_at: &'a [f64],
-    /// The unclaimed items on the belt that the camera has seen, downstream first; empty when the strategy
-    /// says that it does not look (see `Strategy::needs_view`).
+    /// The unclaimed items on the belt that the camera has seen, downstream first. Empty if the
+    /// strategy does not use it (see `Strategy::needs_view`).
     pub in_view: &'a [BeltItem],
 }
 
 impl<'a> Snapshot<'a> {
-    /// The deciding robot and the time, for the candidates' figures.
+    /// The deciding robot and the time, for computing the figures of the candidates.
     pub fn moment(&self) -> Moment<'a> {
         Moment::new(self.station, self.robot, self.time)
     }
 
-    /// The decision in words, for messages: who decides between what.
+    /// The decision in words, for messages: the robot and its candidates.
     pub fn in_words(&self) -> String {
         const MOST: usize = 8;
         let moment = self.moment();
@@ -66,7 +65,7 @@ impl<'a> Snapshot<'a> {
         text
     }
 
-    /// Time until robot `index` is free [s]; 0 for an idle one.
+    /// Time until robot `index` is free [s]; 0 if it is idle.
     pub fn time_until_free(&self, index: usize) -> f64 {
         (self.free_at[index] - self.time).max(0.0)
     }

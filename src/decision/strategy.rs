@@ -1,4 +1,4 @@
-//! What a strategy may do.
+//! The interface of strategies.
 
 use super::snapshot::Snapshot;
 use crate::error::{Error, Result};
@@ -8,38 +8,38 @@ use crate::error::{Error, Result};
 pub enum Action {
     /// Pick `snapshot.candidates[i]`.
     Pick(usize),
-    /// Do nothing before this time [s], later than now.
+    /// Do nothing before this time [s], which must be in the future.
     WaitUntil(f64),
     /// Do nothing until the next window of an item opens for this robot.
     WaitForNextWindow,
-    /// The strategy has come to no answer that makes sense; [`Strategy::trouble`] says why.
-    /// A simulation ends with an error; a live line gives no task and goes on.
+    /// The strategy has no valid answer; [`Strategy::trouble`] gives the reason. A simulation then
+    /// ends with an error; a live line assigns no task and continues.
     NoAnswer,
 }
 
-/// Decides which robot takes which item. A rule ranks, a strategy decides.
+/// Decides which robot picks which item. A rule ranks candidates; a strategy decides.
 pub trait Strategy {
-    /// The answer to one decision.
+    /// Answers one decision.
     fn decide(&mut self, snapshot: &Snapshot) -> Action;
 
-    /// How the strategy is written on the command line.
+    /// The name of the strategy, in command-line form.
     fn name(&self) -> String;
 
-    /// Whether [`Snapshot::in_view`] should be filled; costs time per decision.
+    /// Whether [`Snapshot::in_view`] must be filled, which costs time per decision.
     fn needs_view(&self) -> bool {
         true
     }
 
-    /// Why its last answer was [`Action::NoAnswer`], with what it saw.
+    /// Why the last answer was [`Action::NoAnswer`], with the input that led to it.
     fn trouble(&self) -> Option<String> {
         None
     }
 }
 
-/// The answer of `strategy` to `snapshot`, checked to be one that the model allows.
+/// The answer of `strategy` to `snapshot`, after checking that the model allows it.
 ///
 /// # Errors
-/// Any other, with the strategy, the decision and what it saw.
+/// If the model does not allow it; the error names the strategy, the decision and what it saw.
 pub fn answer(strategy: &mut dyn Strategy, snapshot: &Snapshot) -> Result<Action> {
     let action = strategy.decide(snapshot);
     let problem = match action {
@@ -59,7 +59,7 @@ pub fn answer(strategy: &mut dyn Strategy, snapshot: &Snapshot) -> Result<Action
         time: snapshot.time,
         robot: snapshot.station.robots()[snapshot.robot].name.clone(),
         problem: format!(
-            "the strategy {}: {problem}\n  seen: {}\n  cure: use another strategy, or mend this \
+            "the strategy {}: {problem}\n  seen: {}\n  cure: use another strategy, or fix this \
              one (a policy: train it on stations and patterns like these and export it again)",
             strategy.name(),
             snapshot.in_words(),
@@ -73,7 +73,7 @@ mod tests {
     use crate::decision::Candidate;
     use crate::station::built_in;
 
-    /// Answers as it was made to.
+    /// Returns a preset answer.
     struct Fixed(Action, Option<&'static str>);
 
     impl Strategy for Fixed {
@@ -90,7 +90,7 @@ mod tests {
         }
     }
 
-    /// A strategy that says nothing of itself.
+    /// A strategy that relies on the default methods.
     struct Silent;
 
     impl Strategy for Silent {
@@ -160,7 +160,7 @@ mod tests {
             (Action::NoAnswer, Some("no idea"), "no idea"),
         ] {
             let message = ask(&mut Fixed(action, trouble), 2).unwrap_err().to_string();
-            // At 0.05 m/s the items have come 0.15 m.
+            // At 0.05 m/s the items have moved 0.15 m.
             for words in [
                 "the strategy fixed: ",
                 problem,
@@ -171,7 +171,7 @@ mod tests {
                 assert!(message.contains(words), "{words} not in {message}");
             }
         }
-        // Of many candidates the first are named.
+        // If there are many candidates, only the first are named.
         let message = ask(&mut Fixed(Action::Pick(9), None), 9).unwrap_err();
         let message = message.to_string();
         assert!(message.contains("9 candidates: item 0 at "), "{message}");

@@ -1,4 +1,4 @@
-//! One rule for each robot: what the combinatorial strategy searches over.
+//! One rule for each robot: the assignments that the combinatorial strategy searches.
 
 use super::registry::Rule;
 use crate::decision::{Action, Snapshot, Strategy};
@@ -11,7 +11,7 @@ use std::str::FromStr;
 pub struct RuleAssignment(Vec<Rule>);
 
 impl RuleAssignment {
-    /// The assignment of these rules.
+    /// Creates an assignment from these rules.
     pub fn new(rules: Vec<Rule>) -> Self {
         Self(rules)
     }
@@ -29,7 +29,7 @@ impl RuleAssignment {
     /// Checks that there is one rule for each robot.
     ///
     /// # Errors
-    /// Another number of rules.
+    /// If the number of rules differs from the number of robots.
     pub fn for_robots(self, robots: usize) -> Result<Self> {
         if self.0.len() == robots {
             return Ok(self);
@@ -55,7 +55,7 @@ impl fmt::Display for RuleAssignment {
 impl FromStr for RuleAssignment {
     type Err = Error;
 
-    /// Reads `SPT,FIFO` or `[SPT; FIFO]`.
+    /// Parses `SPT,FIFO` or `[SPT; FIFO]`.
     fn from_str(text: &str) -> Result<Self> {
         let inner = text.trim();
         let inner = inner
@@ -65,7 +65,7 @@ impl FromStr for RuleAssignment {
         if inner.trim().is_empty() {
             return Err(Error::input(
                 "strategy",
-                format!("`{}` names no rule", shown(text)),
+                format!("`{}` contains no rule", shown(text)),
                 "write one rule for each robot, upstream first, for example SPT,FIFO",
             ));
         }
@@ -77,7 +77,7 @@ impl FromStr for RuleAssignment {
     }
 }
 
-/// A rule assignment at work. Robots past its end stand idle.
+/// A strategy that follows a rule assignment. Robots beyond its end stay idle.
 #[derive(Debug, Clone)]
 pub struct RuleStrategy(pub RuleAssignment);
 
@@ -109,8 +109,8 @@ mod tests {
         assert_eq!(" spt , fifo ".parse::<RuleAssignment>().unwrap(), plain);
         assert_eq!(plain.to_string(), "[SPT; FIFO]");
         for (bad, problem) in [
-            ("", "`` names no rule"),
-            ("[]", "`[]` names no rule"),
+            ("", "`` contains no rule"),
+            ("[]", "`[]` contains no rule"),
             ("SPT,", "`` is not a dispatching rule"),
             ("SPT FIFO", "`SPT FIFO` is not a dispatching rule"),
             ("[SPT", "`[SPT` is not a dispatching rule"),

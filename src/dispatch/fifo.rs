@@ -3,7 +3,7 @@
 use super::DispatchingRule;
 use crate::decision::{Candidate, Moment};
 
-/// first in, first out: the item that has progressed the furthest.
+/// First in, first out: the item that is furthest downstream.
 pub struct Fifo;
 
 impl DispatchingRule for Fifo {

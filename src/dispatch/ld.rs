@@ -3,7 +3,7 @@
 use super::DispatchingRule;
 use crate::decision::{Candidate, Moment};
 
-/// longest distance: the item furthest from the robot's base.
+/// Longest distance: the item farthest from the robot's base.
 pub struct Ld;
 
 impl DispatchingRule for Ld {
@@ -16,7 +16,7 @@ impl DispatchingRule for Ld {
     }
 
     fn key_text(&self) -> &'static str {
-        "-(distance item to robot base at the decision)"
+        "-(distance from item to robot base at the decision)"
     }
 
     #[inline(always)]

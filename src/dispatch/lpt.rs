@@ -3,7 +3,7 @@
 use super::DispatchingRule;
 use crate::decision::{Candidate, Moment};
 
-/// longest processing time: the pick that takes the longest.
+/// Longest processing time: the pick that takes longest.
 pub struct Lpt;
 
 impl DispatchingRule for Lpt {

@@ -1,4 +1,4 @@
-//! Dispatching rules: one fixed way of choosing, robot by robot.
+//! Dispatching rules: fixed criteria by which each robot chooses an item.
 
 mod assignment;
 mod fifo;
@@ -16,23 +16,23 @@ use crate::decision::{Candidate, Moment};
 
 /// Ranks the candidates of one robot.
 pub trait DispatchingRule: Sync {
-    /// The short name of the field, for example `SPT`.
+    /// The abbreviation used in the literature, for example `SPT`.
     fn name(&self) -> &'static str;
 
-    /// The name in words.
+    /// The full name.
     fn title(&self) -> &'static str;
 
-    /// What the key is, in words, for help texts and the docs.
+    /// The key in words, for help texts and the documentation.
     fn key_text(&self) -> &'static str;
 
-    /// The rank of a candidate; the smallest is picked.
+    /// The rank of a candidate; the one with the smallest rank is picked.
     fn key(&self, at: &Moment, candidate: &Candidate) -> f64;
 
-    /// Position of the candidate with the smallest key. Equal keys go to the item
-    /// further downstream, then to the lower index. `candidates` is not empty.
+    /// Index of the candidate with the smallest key. Ties go to the item further downstream, then
+    /// to the lower index. `candidates` must not be empty.
     ///
-    /// Provided once here so that a call through `dyn DispatchingRule` costs one
-    /// indirect jump a decision, not one a candidate.
+    /// Implemented here so that a call through `dyn DispatchingRule` costs one indirect jump per
+    /// decision rather than one per candidate.
     fn choose(&self, at: &Moment, candidates: &[Candidate]) -> usize {
         let mut best = 0;
         let mut best_key = f64::INFINITY;

@@ -3,7 +3,7 @@
 use super::DispatchingRule;
 use crate::decision::{Candidate, Moment};
 
-/// priority picking: the item with the highest object-specific reward.
+/// Priority picking: the item with the highest object-specific reward.
 pub struct Pp;
 
 impl DispatchingRule for Pp {

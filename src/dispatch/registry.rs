@@ -1,5 +1,5 @@
-//! All rules in one list; help texts, parsing, the search and the docs' table derive
-//! from it.
+//! The list of all rules, from which help texts, parsing, the search and the table in the
+//! documentation are derived.
 
 use super::fifo::Fifo;
 use super::ld::Ld;
@@ -12,22 +12,22 @@ use crate::error::{Error, Result, known_names, shown};
 use std::fmt;
 use std::str::FromStr;
 
-/// Every rule (Jermann et al., list of single-player strategies). The order is part
-/// of the results: assignments that are equal in everything else are listed by it.
+/// Every rule (Jermann et al., list of single-player strategies). The order affects results: it
+/// decides the order of assignments that are otherwise equal.
 pub static RULES: &[&dyn DispatchingRule] = &[&Fifo, &Spt, &Lpt, &Sd, &Ld, &Pp];
 
-/// A rule by its place in [`RULES`].
+/// A rule, identified by its index in [`RULES`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Rule(u8);
 
 impl Rule {
     /// All rules, in registry order.
     pub fn all() -> impl DoubleEndedIterator<Item = Self> + ExactSizeIterator + Clone {
-        // The registry is a short list written by hand.
+        // The registry is short, so the cast is safe.
         (0..RULES.len() as u8).map(Self)
     }
 
-    /// Place in the registry.
+    /// Index in the registry.
     pub fn index(self) -> usize {
         usize::from(self.0)
     }
@@ -65,8 +65,8 @@ impl FromStr for Rule {
 }
 
 impl RuleAssignment {
-    /// All assignments, `6^robots` with six rules, in registry order; the first robot's rule varies
-    /// slowest.
+    /// All assignments in registry order, `6^robots` with six rules. The rule of the first robot
+    /// varies slowest.
     pub fn all(robots: usize) -> impl Iterator<Item = Self> {
         let mut next = Some(vec![Rule(0); robots]);
         std::iter::from_fn(move || {

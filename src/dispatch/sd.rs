@@ -3,7 +3,7 @@
 use super::DispatchingRule;
 use crate::decision::{Candidate, Moment};
 
-/// shortest distance: the item nearest to the robot's base.
+/// Shortest distance: the item nearest to the robot's base.
 pub struct Sd;
 
 impl DispatchingRule for Sd {
@@ -16,7 +16,7 @@ impl DispatchingRule for Sd {
     }
 
     fn key_text(&self) -> &'static str {
-        "distance item to robot base at the decision"
+        "distance from item to robot base at the decision"
     }
 
     #[inline(always)]

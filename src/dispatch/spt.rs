@@ -3,7 +3,7 @@
 use super::DispatchingRule;
 use crate::decision::{Candidate, Moment};
 
-/// shortest processing time: the pick that is done the soonest.
+/// Shortest processing time: the pick that is completed soonest.
 pub struct Spt;
 
 impl DispatchingRule for Spt {

@@ -1,29 +1,30 @@
-//! Patterns like those that a strategy is judged on, to find it on: of the same kind, under
-//! another seed.
+//! Patterns on which strategies are searched: of the same kind as those on which they are judged,
+//! but with a different seed.
 
 use super::grid::grid;
 use super::set::{PatternSet, PatternSource, Recipe};
 use crate::error::Result;
 
-/// Half the width of the range around a grid's spacing, as a share of it.
+/// Half the width of the range around a grid's spacing, as a share of the spacing.
 const AROUND: f64 = 0.1;
 
-/// A set to find strategies on.
+/// A set of patterns on which strategies are searched.
 #[derive(Debug, Clone)]
 pub struct TrainingSet {
     /// The patterns.
     pub set: PatternSet,
-    /// Whether they are the very patterns that strategies are judged on, which must be said.
+    /// Whether these are the same patterns on which strategies are judged, which must be reported.
     pub seen: bool,
 }
 
 impl PatternSource {
-    /// About `count` patterns of the kind of this source. The recipe's seed must be another
-    /// than that of the patterns that are judged. A grid is one pattern only, so its kind are
-    /// the grids of nearly its spacing; recorded patterns have no others of their kind.
+    /// About `count` patterns of the same kind as this source. The seed of the recipe must differ
+    /// from that of the patterns used for judging. A grid is a single pattern, so grids with
+    /// similar spacings are used instead. Recorded patterns have no alternatives and are used
+    /// themselves.
     ///
     /// # Errors
-    /// As for [`PatternSource::build`].
+    /// See [`PatternSource::build`].
     pub fn training_set(&self, recipe: &Recipe, count: usize) -> Result<TrainingSet> {
         if let Self::Grid(spacing) = self {
             let set = grids_around(*spacing, recipe, count)?;
@@ -39,10 +40,11 @@ impl PatternSource {
     }
 }
 
-/// `count` grids, or one more so that `spacing` [m] itself is none of them, evenly around it.
+/// `count` grids evenly distributed around `spacing` [m], or one more if `spacing` itself would be
+/// among them.
 ///
 /// # Errors
-/// A spacing that makes no grid.
+/// If a spacing is not valid for a grid.
 pub fn grids_around(spacing: f64, recipe: &Recipe, count: usize) -> Result<PatternSet> {
     let count = count.next_multiple_of(2).max(2);
     let share = |place: usize| 1.0 - AROUND + 2.0 * AROUND * place as f64 / (count - 1) as f64;

@@ -1,11 +1,11 @@
-//! Tells an observer what happens between decisions, in order of time.
+//! Reports the events between decisions to an observer, in order of time.
 
 use super::run::Run;
 use crate::decision::{Action, Event, Failure, Observer, Pick, Snapshot};
 
 pub(super) struct Announcer<'o> {
     observer: &'o mut dyn Observer,
-    /// What is still to come of the attempts so far; a few events a robot at most.
+    /// Future events of the attempts so far; at most a few per robot.
     pending: Vec<Event<'static>>,
     /// First item that may still leave the belt.
     leaving: usize,
@@ -20,12 +20,12 @@ impl<'o> Announcer<'o> {
         }
     }
 
-    /// Tells of a decision.
+    /// Reports a decision.
     pub fn decided(&mut self, snapshot: &Snapshot, action: Action) {
         self.observer.observe(&Event::Decision { snapshot, action });
     }
 
-    /// Remembers what is to come of a pick.
+    /// Records the future events of a pick.
     pub fn picks(&mut self, pick: &Pick) {
         let (robot, item) = (pick.robot, pick.item);
         let time = pick.grasp;
@@ -34,7 +34,7 @@ impl<'o> Announcer<'o> {
         self.pending.push(Event::Release { time, robot, item });
     }
 
-    /// Remembers what is to come of an attempt that fails.
+    /// Records the future events of a failed attempt.
     pub fn fails(&mut self, failure: &Failure, grasp_time: f64) {
         self.pending.push(Event::GraspFailed {
             time: failure.claim_ends(grasp_time),
@@ -44,8 +44,8 @@ impl<'o> Announcer<'o> {
         });
     }
 
-    /// Everything that happens in `run` up to `now` [s]. At equal times grasps come before
-    /// failures before releases before the item that leaves, each in the order of their
+    /// Reports every event of `run` up to `now` [s]. At equal times, grasps come first, then
+    /// failures, then releases, then items that leave the belt, each in the order of their
     /// decisions.
     pub fn advance(&mut self, run: &Run, now: f64) {
         let items = run.scene().pattern().len();
@@ -76,7 +76,7 @@ impl<'o> Announcer<'o> {
     }
 }
 
-/// Time [s], then what comes first at equal times.
+/// Time [s], then the order at equal times.
 fn order(event: &Event) -> (f64, u8) {
     let rank = match event {
         Event::Grasp { .. } => 0,

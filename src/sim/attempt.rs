@@ -1,11 +1,11 @@
-//! What comes of a robot that leaves for an item.
+//! The result of a robot leaving for an item.
 
 use super::scene::Scene;
 use crate::decision::{Candidate, Failure, FailureCause, Moment, Pick};
 use crate::kinematics;
 use nalgebra::Point2;
 
-/// The pick of `candidate` by a robot that leaves at `at`.
+/// The pick of `candidate` by a robot that leaves at the moment `at`.
 pub(super) fn make_pick(at: &Moment, robot: usize, candidate: &Candidate) -> Pick {
     let travel = at.travel_time(candidate);
     Pick {
@@ -19,8 +19,8 @@ pub(super) fn make_pick(at: &Moment, robot: usize, candidate: &Candidate) -> Pic
     }
 }
 
-/// As [`make_pick`] on a scene with disturbances, where it may fail; it is attempt
-/// number `attempt`, from 0, at that item.
+/// Like [`make_pick`], but on a scene with disturbances, where the pick may fail. `attempt` is the
+/// number of the attempt at this item, from 0.
 pub(super) fn try_pick(
     scene: &Scene,
     at: &Moment,
@@ -36,7 +36,7 @@ pub(super) fn try_pick(
         let belt = scene.station().belt();
         let window = at.robot.departure_window(belt, item.x0, item.y);
         if !window.is_some_and(|(open, close)| (open..=close).contains(&at.time)) {
-            // The arm goes where the item was reported and finds nothing.
+            // The arm goes to the reported position and finds nothing.
             return Err(Failure {
                 attempt: make_pick(at, robot, candidate),
                 cause: FailureCause::OutOfReach,

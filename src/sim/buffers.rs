@@ -1,4 +1,4 @@
-//! What a run keeps between decisions.
+//! The state of a run between decisions.
 
 use super::claims::Claims;
 use super::queue::Queue;
@@ -6,12 +6,12 @@ use super::scene::Scene;
 use super::view::View;
 use crate::decision::{Candidate, Failure, Pick, RobotFigures};
 
-/// What a run keeps between decisions, detached from any scene.
+/// The state of a run between decisions, independent of any scene.
 #[derive(Debug, Clone, Default)]
 pub struct RunBuffers {
     pub(super) queues: Vec<Queue>,
-    /// For each robot a lower bound of its next decision [s]; it can only be late, as
-    /// claims by others only take items away, and what is given back lowers it.
+    /// For each robot, a lower bound of its next decision time [s]. Claims by other robots can only
+    /// delay the decision, and an item that is given back lowers the bound.
     pub(super) decisions: Vec<Option<f64>>,
     pub(super) claims: Claims,
     /// Items that were a candidate of some robot at some decision.
@@ -21,16 +21,16 @@ pub struct RunBuffers {
     pub(super) view: View,
     /// Whether the view is filled before every decision.
     pub(super) looks: bool,
-    /// Robot and time [s] of the last decision come to.
+    /// Robot and time [s] of the latest decision.
     pub(super) at: (usize, f64),
-    /// Whether that decision is still to be taken.
+    /// Whether this decision has not been made yet.
     pub(super) undecided: bool,
     pub(super) robots: Vec<RobotFigures>,
     pub(super) picks: Vec<Pick>,
     pub(super) failures: Vec<Failure>,
-    /// Attempts at each item so far; filled only where they can fail.
+    /// Number of attempts at each item so far; filled only if they can fail.
     pub(super) attempts: Vec<u32>,
-    /// Claims that end, as the grasp fails: when [s], of which item; one a robot at most.
+    /// Claims that end because the grasp fails: end [s] and item; at most one per robot.
     pub(super) ending: Vec<(f64, u32)>,
     pub(super) last_release: f64,
 }
@@ -39,7 +39,7 @@ impl RunBuffers {
     pub(super) fn reset(&mut self, scene: &Scene) {
         let robots = scene.station().robots().len();
         let items = scene.pattern().len();
-        // Queues past the last robot stay, with what they have grown to.
+        // Queues beyond the last robot are kept, with their capacity.
         self.queues
             .resize_with(robots.max(self.queues.len()), Queue::default);
         self.queues.iter_mut().for_each(Queue::reset);
@@ -60,8 +60,8 @@ impl RunBuffers {
         self.last_release = 0.0;
     }
 
-    /// Which of the claims that end comes first, if it ends by `time` [s], at any time
-    /// where there is none. Equal times: the claim made first.
+    /// The claim that ends first, if it ends by `time` [s], or at any time if `time` is `None`. On
+    /// a tie, the claim that was made first.
     pub(super) fn first_ending(&self, time: Option<f64>) -> Option<usize> {
         let mut first: Option<(usize, f64)> = None;
         for (place, (ends, _)) in self.ending.iter().enumerate() {
@@ -73,7 +73,7 @@ impl RunBuffers {
         time.is_none_or(|time| ends <= time).then_some(place)
     }
 
-    /// Gives `item` back to every robot at `time` [s].
+    /// Makes `item` available to every robot again at `time` [s].
     pub(super) fn give_back(&mut self, scene: &Scene, item: u32, time: f64) {
         self.claims.remove(item);
         for (robot, decision) in self.decisions.iter_mut().enumerate() {

@@ -1,9 +1,9 @@
-//! The cascade engine: rules only, robot by robot.
+//! The cascade engine: rules only, one robot after the other.
 //!
-//! Where extended workspaces do not overlap, downstream decisions never change
-//! upstream ones (`docs/model.md`, independence). The robots can then be simulated
-//! one after the other, each on what those before it left, and all assignments that
-//! begin alike share that work (see `AssignmentTree`).
+//! If extended workspaces do not overlap, downstream decisions never affect upstream ones
+//! (`docs/model.md`, independence). The robots can then be simulated one after the other, each with
+//! the items that the previous ones left, and all assignments with a common prefix share that work
+//! (see `AssignmentTree`).
 
 use super::attempt::make_pick;
 use super::claims::Claims;
@@ -12,18 +12,18 @@ use super::scene::Scene;
 use crate::decision::{Candidate, Figures, Moment, Pick};
 use crate::dispatch::{DispatchingRule, Rule};
 
-/// Reusable buffers for one scene; nothing is allocated per decision or per pass.
+/// Reusable buffers for one scene. Neither a decision nor a pass allocates.
 pub struct Cascade<'a> {
     scene: &'a Scene<'a>,
     queue: Queue,
-    /// What the robots up to each depth of the tree left, and made of it.
+    /// For each depth of the tree, the items that the robots so far left, and their figures.
     levels: Vec<Level>,
 }
 
 #[derive(Clone)]
 struct Level {
     claims: Claims,
-    /// The next robot's queue without what is claimed, once that robot was asked for.
+    /// The next robot's queue without claimed items, once it has been requested.
     left: Vec<Candidate>,
     left_is_current: bool,
     picked: usize,
@@ -32,8 +32,8 @@ struct Level {
 }
 
 impl<'a> Cascade<'a> {
-    /// An engine for `scene`; none when its windows overlap, so that robots cannot be
-    /// simulated one after the other.
+    /// An engine for `scene`; `None` if its windows overlap, so that robots cannot be simulated one
+    /// after the other.
     pub fn new(scene: &'a Scene<'a>) -> Option<Self> {
         scene.is_independent().then(|| Self {
             scene,
@@ -52,12 +52,12 @@ impl<'a> Cascade<'a> {
         })
     }
 
-    /// The figures when the first robots follow `rules` and any others stand idle.
+    /// The figures if the first robots follow `rules` and the others stay idle.
     pub fn run(&mut self, rules: &[Rule]) -> Figures {
         self.run_observed(rules, |_| {})
     }
 
-    /// As [`Cascade::run`], telling `on_pick` every pick, robot by robot.
+    /// Like [`Cascade::run`], but calls `on_pick` for every pick, robot by robot.
     pub fn run_observed(&mut self, rules: &[Rule], mut on_pick: impl FnMut(Pick)) -> Figures {
         for (robot, rule) in rules.iter().enumerate() {
             self.pass(robot, *rule, &mut on_pick);
@@ -65,15 +65,15 @@ impl<'a> Cascade<'a> {
         self.figures(rules.len())
     }
 
-    /// Simulates `robot` under `rule` on what the robots before it left in the last
-    /// calls, and returns the figures of the line up to it.
+    /// Simulates `robot` under `rule` with the items that the robots before it left in the latest
+    /// calls, and returns the figures of the line up to this robot.
     pub fn extend(&mut self, robot: usize, rule: Rule) -> Figures {
         self.pass(robot, rule, &mut |_| {});
         self.figures(robot + 1)
     }
 
-    /// Picks of each of the first `robots` robots in the passes that led to the last
-    /// figures: what each level adds to the one before it.
+    /// Picks of each of the first `robots` robots in the passes that led to the latest figures: the
+    /// difference between consecutive levels.
     pub fn picks(&self, robots: usize) -> impl Iterator<Item = usize> + '_ {
         let levels = self.levels.windows(2).take(robots);
         levels.map(|level| level[1].picked - level[0].picked)
@@ -90,7 +90,8 @@ impl<'a> Cascade<'a> {
         )
     }
 
-    /// Simulates `robot` under `rule` on what level `robot` left, into the next level.
+    /// Simulates `robot` under `rule` with the items that level `robot` left, and fills the next
+    /// level.
     fn pass(&mut self, robot: usize, rule: Rule, on_pick: &mut impl FnMut(Pick)) {
         let (upstream, rest) = self.levels.split_at_mut(robot + 1);
         let (before, after) = (&mut upstream[robot], &mut rest[0]);
@@ -102,7 +103,7 @@ impl<'a> Cascade<'a> {
         let mut last_release = before.last_release;
         self.queue.reset();
         let mut at = Moment::new(self.scene.station(), robot, 0.0);
-        // Only this robot claims now, and what it claims leaves `active` at once.
+        // Only this robot claims items now, and an item that it claims leaves `active` immediately.
         let none = |_| false;
         while let Some(time) = self
             .queue
@@ -121,7 +122,7 @@ impl<'a> Cascade<'a> {
         }
         after.left_is_current = false;
         after.picked = picked;
-        // Robot by robot, as the event loop adds it, so that both agree to the bit.
+        // Summed per robot, as in the event loop, so that both agree to the last bit.
         after.weight = before.weight + weight;
         after.last_release = last_release;
     }

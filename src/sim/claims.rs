@@ -1,4 +1,4 @@
-//! Which items are claimed: one bit an item.
+//! The set of claimed items, with one bit per item.
 
 /// A set of item indices.
 #[derive(Debug, Clone, Default)]
@@ -7,14 +7,14 @@ pub(super) struct Claims {
 }
 
 impl Claims {
-    /// No claims on `items` items.
+    /// The empty set for `items` items.
     pub fn none(items: usize) -> Self {
         Self {
             words: vec![0; items.div_ceil(64)],
         }
     }
 
-    /// Empties the set, for `items` items from now on.
+    /// Clears the set and resizes it for `items` items.
     pub fn reset(&mut self, items: usize) {
         self.words.clear();
         self.words.resize(items.div_ceil(64), 0);
@@ -38,8 +38,8 @@ impl Claims {
         self.words.copy_from_slice(&other.words);
     }
 
-    /// The highest index below `items` that is not in the set: the last unpicked
-    /// item to leave the belt, as patterns are sorted downstream first.
+    /// The highest index below `items` that is not in the set. This is the last unpicked item to
+    /// leave the belt, because patterns are sorted downstream first.
     pub fn last_missing(&self, items: usize) -> Option<usize> {
         let last = self.words.len() - 1;
         (0..=last).rev().find_map(|w| {

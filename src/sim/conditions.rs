@@ -1,30 +1,30 @@
-//! Under which conditions a pattern is picked: what the camera sees, what goes wrong.
+//! The conditions under which a pattern is picked: the camera and disturbances.
 
 use crate::error::{Error, Result, shown_number};
 use crate::pattern::{Item, random_stream};
 use rand::RngExt;
 use rand_distr::{Distribution as _, StandardNormal};
 
-/// Positions past this [m] are no place for a camera.
+/// Camera positions beyond this [m] are rejected.
 const FURTHEST: f64 = 1e6;
-/// More position noise than this [m] is taken for a slip of the unit.
+/// Larger position noise [m] is treated as a wrong unit.
 const MOST_NOISE: f64 = 10.0;
-/// What turns the seed into that of the grasps and that of the positions, so that
-/// neither repeats the numbers that a pattern of the same seed was drawn from.
+/// Constants that derive the seeds of grasps and positions from the master seed, so that neither
+/// repeats the random numbers of a pattern with the same seed.
 const GRASPS: u64 = 0x6772_6173_7073_0001;
 const POSITIONS: u64 = 0x706f_7369_7469_6f6e;
 
-/// What can go wrong; nothing by default. The draws depend on seed, item and attempt
-/// only, so that all strategies meet the same luck (`docs/model.md`, disturbances).
+/// What can go wrong; nothing by default. The draws depend only on seed, item and attempt, so that
+/// all strategies face the same random events (`docs/model.md`, disturbances).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Disturbances {
-    /// Whether a grasp may fail: each succeeds with the item's `p_grasp`.
+    /// Whether grasps may fail. Each grasp succeeds with the item's `p_grasp`.
     pub grasp_failures: bool,
-    /// `p_grasp` of the items that have none of their own.
+    /// `p_grasp` of items that do not define it.
     pub default_p_grasp: f64,
-    /// Standard deviation of the reported positions, along the belt and across [m].
+    /// Standard deviation of the error of reported positions, along and across the belt [m].
     pub position_noise: f64,
-    /// Seed of the draws.
+    /// Seed of the random draws.
     pub seed: u64,
 }
 
@@ -40,7 +40,7 @@ impl Default for Disturbances {
 }
 
 impl Disturbances {
-    /// Whether there are any.
+    /// Whether any disturbance is active.
     pub fn any(&self) -> bool {
         self.grasp_failures || self.position_noise > 0.0
     }
@@ -54,8 +54,8 @@ impl Disturbances {
         }
     }
 
-    /// Whether grasps are said to fail, and none of `items` nor any item without a
-    /// probability of its own does.
+    /// Whether grasp failures are enabled but can never happen: neither for any of `items` nor for
+    /// an item without its own probability.
     pub fn never_fails(&self, items: &[Item]) -> bool {
         let sure = |item: &Item| self.p_grasp(item) == 1.0;
         let all_sure = if items.is_empty() {
@@ -66,8 +66,7 @@ impl Disturbances {
         self.grasp_failures && all_sure
     }
 
-    /// Whether attempt number `attempt`, from 0, at item `index` succeeds, as far as the
-    /// grasp goes.
+    /// Whether the grasp in attempt number `attempt` (from 0) at item `index` succeeds.
     pub fn grasp_succeeds(&self, index: u32, item: &Item, attempt: u32) -> bool {
         if !self.grasp_failures {
             return true;
@@ -77,7 +76,7 @@ impl Disturbances {
         rng.random::<f64>() < self.p_grasp(item)
     }
 
-    /// Where the camera puts item `index` of a belt of `width` [m]: x at time 0 and y [m].
+    /// The reported position of item `index` on a belt of `width` [m]: x at time 0 and y [m].
     pub fn reported(&self, index: u32, item: &Item, width: f64) -> (f64, f64) {
         if self.position_noise == 0.0 {
             return (item.x0, item.y);
@@ -92,20 +91,20 @@ impl Disturbances {
     }
 }
 
-/// Under which conditions a pattern is picked. The default is the plain model.
+/// The conditions under which a pattern is picked. The default is the plain model.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Conditions {
-    /// Decisions at multiples of `1 / update_hz` seconds only; 0 is exact [Hz].
+    /// Decisions are only made at multiples of `1 / update_hz` seconds; 0 means at any time [Hz].
     pub update_hz: f64,
-    /// Where the camera looks [m]: only what has passed it is known. Without one an item
-    /// is in view from the belt's start on, and its windows are those of the model.
+    /// Position of the camera [m]: only items that have passed it are known. Without a camera, an
+    /// item is in view from the start of the belt, and its windows are those of the model.
     pub camera_x: Option<f64>,
     /// What can go wrong.
     pub disturbances: Disturbances,
 }
 
 impl Conditions {
-    /// The plain model with decisions at multiples of `1 / hz` seconds only.
+    /// The plain model with decisions only at multiples of `1 / hz` seconds.
     pub fn at_update_hz(hz: f64) -> Self {
         Self {
             update_hz: hz,
@@ -113,13 +112,13 @@ impl Conditions {
         }
     }
 
-    /// The same conditions with the luck of place `place` in a set of patterns: of the
-    /// seed that many after this one.
+    /// The same conditions for the pattern with index `place` in a set; its seed is this seed plus
+    /// `place`.
     pub fn of_place(self, place: usize) -> Self {
         self.with_seed(self.disturbances.seed.wrapping_add(place as u64))
     }
 
-    /// The same conditions with other luck.
+    /// The same conditions with another seed.
     pub fn with_seed(mut self, seed: u64) -> Self {
         self.disturbances.seed = seed;
         self
@@ -128,13 +127,13 @@ impl Conditions {
     /// Checks the values.
     ///
     /// # Errors
-    /// A frequency, position, probability or deviation that is none.
+    /// If a frequency, position, probability or standard deviation is not valid.
     pub fn check(&self) -> Result<()> {
         let hz = self.update_hz;
         if !(hz == 0.0 || (1e-6..=1e6).contains(&hz)) {
             return Err(Error::input(
                 "--update-hz",
-                format!("{} is not an update frequency", shown_number(hz)),
+                format!("{} is not a valid update frequency", shown_number(hz)),
                 "give Hz, from 1e-6 to 1e6, or 0 for exact decisions",
             ));
         }
@@ -142,8 +141,8 @@ impl Conditions {
         if let Some(x) = self.camera_x.filter(|x| !on_belt.contains(x)) {
             return Err(Error::input(
                 "--camera-x",
-                format!("{} is not a place on the belt", shown_number(x)),
-                "give metres from the belt's start, negative ones upstream of it",
+                format!("{} is not a valid position along the belt", shown_number(x)),
+                "give metres from the start of the belt, negative upstream of it",
             ));
         }
         let p = self.disturbances.default_p_grasp;
@@ -151,21 +150,21 @@ impl Conditions {
             return Err(Error::input(
                 "--grasp-success",
                 format!("{} is not a probability", shown_number(p)),
-                "give the probability that a grasp succeeds, from 0 to 1, or no number",
+                "give the probability that a grasp succeeds, from 0 to 1, or omit the number",
             ));
         }
         let noise = self.disturbances.position_noise;
         if !(0.0..=MOST_NOISE).contains(&noise) {
             return Err(Error::input(
                 "--position-noise",
-                format!("{} is not a standard deviation", shown_number(noise)),
+                format!("{} is not a valid standard deviation", shown_number(noise)),
                 format!("give metres, from 0 to {MOST_NOISE}"),
             ));
         }
         Ok(())
     }
 
-    /// What the camera sees and what goes wrong, in words, one text a fact.
+    /// The camera and the disturbances in words, one text per fact.
     pub fn describe(&self) -> Vec<String> {
         let mut lines = Vec::new();
         if let Some(x) = self.camera_x {
@@ -232,7 +231,7 @@ mod tests {
         }
     }
 
-    /// An item of its own probability and one without.
+    /// An item with its own probability and one without.
     fn two_items(own: f64) -> [Item; 2] {
         let own = Item {
             p_grasp: Some(own),
@@ -313,10 +312,10 @@ mod tests {
             let found = failing(default).never_fails(&two_items(own));
             assert_eq!(found, never, "{default} {own}");
         }
-        // An item's own probability is enough, and so is the default where there are no items.
+        // An item's own probability is enough, and so is the default if there are no items.
         assert!(failing(0.9).never_fails(&two_items(1.0)[..1]));
         assert!(failing(1.0).never_fails(&[]) && !failing(0.9).never_fails(&[]));
-        // Where grasps are not said to fail there is nothing to remark.
+        // If grasp failures are not enabled, there is nothing to report.
         assert!(!Disturbances::default().never_fails(&two_items(1.0)));
     }
 
@@ -356,7 +355,7 @@ mod tests {
         assert_eq!(seeded.of_place(3), conditions.with_seed(10));
         let last = conditions.with_seed(u64::MAX);
         assert_eq!(last.of_place(2), conditions.with_seed(1));
-        // All else stays.
+        // Everything else stays the same.
         assert_eq!(seeded.with_seed(conditions.disturbances.seed), conditions);
     }
 
@@ -410,7 +409,8 @@ mod tests {
             let ys: Vec<f64> = (0..100).map(|i| noisy.reported(i, &item, 0.4).1).collect();
             assert!(ys.iter().all(|y| y.abs() <= 0.2) && ys.contains(&edge));
         }
-        // Without noise an item is where it is, though it be beside the belt by rounding.
+        // Without noise, an item is reported exactly where it is, even if rounding puts it beside
+        // the belt.
         let beside = Item::at("c", -0.3, 0.2 + 5e-10);
         let plain = Disturbances::default().reported(0, &beside, 0.4);
         assert_eq!(plain, (beside.x0, beside.y));

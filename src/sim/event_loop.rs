@@ -1,4 +1,4 @@
-//! The general engine: any strategy, any station, observers.
+//! The general engine, for any strategy, any station and observers.
 
 use super::announcer::Announcer;
 use super::run::Run;
@@ -7,29 +7,29 @@ use crate::decision::{Observer, Outcome, Strategy, answer};
 use crate::dispatch::{RuleAssignment, RuleStrategy};
 use crate::error::Result;
 
-/// Runs `strategy` on `scene`.
+/// Simulates `strategy` on `scene`.
 ///
 /// # Errors
-/// An action that the model forbids.
+/// If the strategy takes an action that the model forbids.
 pub fn simulate(scene: &Scene, strategy: &mut dyn Strategy) -> Result<Outcome> {
     let mut run = Run::new(scene);
     run.play(strategy)?;
     Ok(run.into_outcome())
 }
 
-/// Runs a rule assignment, which never acts illegally, on `scene`.
+/// Simulates a rule assignment, which never takes a forbidden action, on `scene`.
 ///
 /// # Errors
-/// Another number of rules than robots.
+/// If the number of rules differs from the number of robots.
 pub fn simulate_rules(scene: &Scene, rules: &RuleAssignment) -> Result<Outcome> {
     let rules = rules.clone().for_robots(scene.station().robots().len())?;
     simulate(scene, &mut RuleStrategy(rules))
 }
 
-/// As [`simulate`], telling `observer` every event in order of time.
+/// Like [`simulate`], but reports every event to `observer` in order of time.
 ///
 /// # Errors
-/// As for [`simulate`].
+/// See [`simulate`].
 pub fn simulate_observed(
     scene: &Scene,
     strategy: &mut dyn Strategy,

@@ -1,5 +1,5 @@
-//! Two engines, one answer: the general event loop takes any strategy, the cascade
-//! takes rules only and shares work between assignments.
+//! Two engines with identical results: the general event loop supports any strategy; the cascade
+//! supports only rules and shares work between assignments.
 
 mod announcer;
 mod attempt;

@@ -1,25 +1,25 @@
-//! One robot's view of time: which items have opened, when it decides next.
+//! The items of one robot over time: which windows have opened, and when it decides next.
 
 use super::scene::Scene;
 use crate::decision::Candidate;
 
-/// The items of one robot as time passes. Each is looked at from when its window
-/// opens until it closes or is gone, so a run costs time in proportion to the items
-/// in the workspace, not on the belt.
+/// The items of one robot over time. Each item is considered from the opening of its window until
+/// it closes or the item is gone, so the cost of a run is proportional to the items in the
+/// workspace, not on the belt.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Queue {
-    /// First item of the robot's queue that has not opened yet.
+    /// First item of the robot's queue whose window has not opened yet.
     next: usize,
-    /// Opened items that may still be picked.
+    /// Items whose windows have opened and that may still be picked.
     pub active: Vec<Candidate>,
     /// When the robot is free [s].
     pub free: f64,
-    /// Whether it is until the next window opens that it is not.
+    /// Whether the robot is waiting for the next window to open.
     pub waits: bool,
 }
 
 impl Queue {
-    /// Back to time 0.
+    /// Returns to time 0.
     pub fn reset(&mut self) {
         let mut active = std::mem::take(&mut self.active);
         active.clear();
@@ -29,12 +29,13 @@ impl Queue {
         };
     }
 
-    /// When the robot decides next [s], and leaves in `active` what it can choose
-    /// from then, and, where items are given back, some that open later; none when there is nothing left for it.
+    /// Returns when the robot decides next [s]; `None` if nothing is left for it. `active` then
+    /// contains the items that it can choose from at that time and, if items can be given back,
+    /// possibly some that open later.
     ///
-    /// `queue` is what the robot has windows for, by opening time, the same in every
-    /// call. `gone` says whether an item that has not opened yet is claimed, `lost` the
-    /// same of one that has.
+    /// `queue` contains the items that the robot has windows for, by opening time; it must be the
+    /// same in every call. `gone` returns whether an item that has not opened yet is claimed;
+    /// `lost` does so for an opened item.
     pub fn next_decision(
         &mut self,
         scene: &Scene,
@@ -42,11 +43,11 @@ impl Queue {
         gone: impl Fn(u32) -> bool,
         lost: impl Fn(u32) -> bool,
     ) -> Option<f64> {
-        // `free` stays as it is: an item may be given back before the time found here.
+        // Keep `free`: an item may be given back before the time found here.
         let from = self.free;
         loop {
             self.open_until(queue, from, &gone);
-            // An earlier call may have opened items past `from`.
+            // An earlier call may have opened items after `from`.
             let mut opened = f64::INFINITY;
             self.active.retain(|c| {
                 let stays = c.close >= from && !lost(c.item);
@@ -55,7 +56,7 @@ impl Queue {
                 }
                 stays
             });
-            // What is in `active` opens before what has not been opened.
+            // Items in `active` open before those that have not been opened.
             if self.active.is_empty() {
                 opened = self.next_opening(queue, &gone)?;
             }
@@ -84,8 +85,8 @@ impl Queue {
         Some(queue[self.next].open)
     }
 
-    /// As [`Queue::next_opening`], looking also among what is in `active`, where items
-    /// that were given back may open after `time` [s].
+    /// Like [`Queue::next_opening`], but includes the items in `active`, because items that were
+    /// given back may open after `time` [s].
     pub fn next_opening_after(
         &mut self,
         time: f64,
@@ -99,9 +100,9 @@ impl Queue {
             .or_else(|| self.next_opening(queue, gone))
     }
 
-    /// Takes `queue[place]` back, which is unclaimed again from `time` [s] on, no earlier
-    /// than any decision so far. Returns a lower bound of the robot's next decision [s],
-    /// none when it is too late for this item.
+    /// Adds `queue[place]` again, which is unclaimed from `time` [s] on; `time` must not be before
+    /// any decision so far. Returns a lower bound of the robot's next decision time [s], or `None`
+    /// if it is too late for this item.
     pub fn give_back(&mut self, queue: &[Candidate], place: usize, time: f64) -> Option<f64> {
         let candidate = queue[place];
         if candidate.close < time {
@@ -111,9 +112,9 @@ impl Queue {
         if self.waits {
             self.free = self.free.min(opens);
         }
-        // An idle robot could have left for it earlier had it been there.
+        // An idle robot could have left for the item earlier, had it been available.
         self.free = self.free.max(time);
-        // It may still be there, if the robot did not come to decide in the meantime.
+        // It may still be there if the robot has not decided in the meantime.
         if place < self.next && self.active.iter().all(|c| c.item != candidate.item) {
             self.active.push(candidate);
         }

@@ -1,4 +1,4 @@
-//! A run that goes on from decision to decision, as its caller says.
+//! A run that is stepped from decision to decision by its caller.
 
 use super::attempt::{make_pick, try_pick};
 use super::buffers::RunBuffers;
@@ -10,11 +10,11 @@ use crate::decision::{
 use crate::error::{Error, Result};
 use crate::station::Robot;
 
-/// One run on a scene, stepped from outside: [`Run::next_decision`] says who has to
-/// decide on what, [`Run::act`] takes the answer.
+/// A run on a scene, stepped by its caller: [`Run::next_decision`] returns the next decision, and
+/// [`Run::act`] takes the answer.
 ///
-/// The buffers outlive the run ([`Run::into_buffers`]), so that neither a step nor, once
-/// they have grown to the size of the scenes, a whole run allocates anything.
+/// The buffers can be reused after the run ([`Run::into_buffers`]). A step does not allocate, nor
+/// does a whole run once the buffers have grown to the size of the scenes.
 ///
 /// ```
 /// use pickline::{decision::Action, pattern::grid, sim, station};
@@ -36,44 +36,44 @@ pub struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    /// A run of `scene` from its beginning.
+    /// Starts a run of `scene`.
     pub fn new(scene: &'a Scene<'a>) -> Self {
         Self::with_buffers(scene, RunBuffers::default())
     }
 
-    /// As [`Run::new`], in the buffers of an earlier run of any scene.
+    /// Like [`Run::new`], with the buffers of an earlier run of any scene.
     pub fn with_buffers(scene: &'a Scene<'a>, buffers: RunBuffers) -> Self {
         let mut state = buffers;
         state.reset(scene);
         Self { scene, state }
     }
 
-    /// The buffers, for the next run.
+    /// Returns the buffers, for the next run.
     pub fn into_buffers(self) -> RunBuffers {
         self.state
     }
 
-    /// Back to the beginning; what [`Run::look`] was told stays.
+    /// Returns to the beginning; the setting of [`Run::look`] is kept.
     pub fn reset(&mut self) {
         let looks = self.state.looks;
         self.state.reset(self.scene);
         self.state.looks = looks;
     }
 
-    /// Whether [`Snapshot::in_view`] is filled, as it is at first; costs time per
-    /// decision.
+    /// Sets whether [`Snapshot::in_view`] is filled, which costs time per decision. It is filled by
+    /// default.
     pub fn look(&mut self, looks: bool) {
         self.state.looks = looks;
     }
 
-    /// The scene.
+    /// The scene of this run.
     pub fn scene(&self) -> &'a Scene<'a> {
         self.scene
     }
 
-    /// The state at the next decision, the earliest of all robots', ties to the one
-    /// listed first; none when the run is over. Asked again before [`Run::act`] it
-    /// gives the same.
+    /// The state at the next decision, which is the earliest over all robots; on a tie, the robot
+    /// listed first decides. `None` if the run is over. Repeated calls before [`Run::act`] return
+    /// the same state.
     pub fn next_decision(&mut self) -> Option<Snapshot<'_>> {
         if !self.state.undecided {
             self.state.at = self.find_next()?;
@@ -83,7 +83,7 @@ impl<'a> Run<'a> {
         Some(self.seen())
     }
 
-    /// The robot that decides next and when [s].
+    /// The robot that decides next, and when [s].
     fn find_next(&mut self) -> Option<(usize, f64)> {
         let state = &mut self.state;
         loop {
@@ -111,13 +111,13 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Fills the buffers that the snapshot of the decision at hand shows.
+    /// Fills the buffers for the snapshot of the current decision.
     fn look_around(&mut self) {
         let state = &mut self.state;
         let (robot, time) = state.at;
         let disturbances = &self.scene.conditions().disturbances;
         let active = &mut state.queues[robot].active;
-        // Sorted where they stay, so that next time only what has opened since is not.
+        // Sorted in place, so that next time only newly opened items are unsorted.
         if disturbances.position_noise > 0.0 {
             active.sort_unstable_by(|a, b| b.x0.total_cmp(&a.x0).then(a.item.cmp(&b.item)));
         } else {
@@ -125,7 +125,7 @@ impl<'a> Run<'a> {
         }
         state.candidates.clone_from(active);
         if disturbances.any() {
-            // What was given back may open later only.
+            // Items that were given back may open later.
             state.candidates.retain(|c| c.open <= time);
         }
         for candidate in &state.candidates {
@@ -139,7 +139,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// What the robot saw at the decision last come to, taken or not.
+    /// What the robot saw at the latest decision, whether or not it has been made.
     pub(super) fn seen(&self) -> Snapshot<'_> {
         let (robot, time) = self.state.at;
         Snapshot {
@@ -152,19 +152,19 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Takes the decision that [`Run::next_decision`] came to. Returns the pick, if it is
-    /// one; an attempt that fails is none, it stands last in [`Run::failures`].
+    /// Makes the decision that [`Run::next_decision`] returned. Returns the pick if there is one; a
+    /// failed attempt returns `None` and is the last entry of [`Run::failures`].
     ///
     /// # Errors
-    /// An action that the model forbids, or no decision to take: nothing has changed
-    /// then, another action may be tried.
+    /// If the model forbids the action, or no decision is due. The run is then unchanged, and
+    /// another action may be tried.
     pub fn act(&mut self, action: Action) -> Result<Option<Pick>> {
         let before = self.state.picks.len();
         self.take(action)?;
         Ok(self.state.picks.get(before).copied())
     }
 
-    /// As [`Run::act`], without a copy of the pick.
+    /// Like [`Run::act`], but does not copy the pick.
     fn take(&mut self, action: Action) -> Result<()> {
         let state = &mut self.state;
         let (robot, time) = state.at;
@@ -207,7 +207,7 @@ impl<'a> Run<'a> {
                         state.ending.push((ends, candidate.item));
                         state.failures.push(failure);
                         let release = failure.attempt.release;
-                        // An attempt that takes no time at all must not be made for ever.
+                        // An attempt that takes no time must not be repeated forever.
                         (release, release.max(time.next_up()))
                     }
                 };
@@ -234,10 +234,10 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Lets `strategy` take every decision that is left.
+    /// Lets `strategy` make all remaining decisions.
     ///
     /// # Errors
-    /// An action that the model forbids.
+    /// If the strategy takes an action that the model forbids.
     pub fn play(&mut self, strategy: &mut dyn Strategy) -> Result<()> {
         self.look(strategy.needs_view());
         while let Some(snapshot) = self.next_decision() {
@@ -247,7 +247,7 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// The figures, as if nothing further were picked.
+    /// The figures if nothing more were picked.
     pub fn figures(&self) -> Figures {
         let state = &self.state;
         let weight = state.robots.iter().map(|robot| robot.weight).sum();
@@ -259,7 +259,7 @@ impl<'a> Run<'a> {
             .figures(picked, weight, state.last_release, last_missing)
     }
 
-    /// What each robot did so far, upstream first.
+    /// The figures of each robot so far, upstream first.
     pub fn robots(&self) -> &[RobotFigures] {
         &self.state.robots
     }
@@ -269,23 +269,23 @@ impl<'a> Run<'a> {
         &self.state.picks
     }
 
-    /// The attempts that failed so far, in the same order.
+    /// The failed attempts so far, in the same order.
     pub fn failures(&self) -> &[Failure] {
         &self.state.failures
     }
 
-    /// Whether the item was picked, or a robot is on its way that will pick it.
+    /// Whether the item has been picked, or a robot is on its way that will pick it.
     pub(super) fn is_picked(&self, item: u32) -> bool {
         let state = &self.state;
         state.claims.contains(item) && state.ending.iter().all(|(_, other)| *other != item)
     }
 
-    /// The run, as if nothing further were picked.
+    /// The outcome if nothing more were picked.
     pub fn outcome(&self) -> Outcome {
         self.clone().into_outcome()
     }
 
-    /// As [`Run::outcome`], without a copy.
+    /// Like [`Run::outcome`], but does not copy.
     pub fn into_outcome(self) -> Outcome {
         let missed = (0..self.scene.pattern().len() as u32)
             .filter(|&item| !self.is_picked(item))
@@ -303,7 +303,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// The first that fits.
+    /// The first reason that applies.
     fn reason(&self, item: u32) -> MissReason {
         let station = self.scene.station();
         let it = &self.scene.pattern().items()[item as usize];

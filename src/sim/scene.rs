@@ -1,4 +1,4 @@
-//! A station with a pattern on its belt, made ready to simulate.
+//! A station with a pattern on its belt, prepared for simulation.
 
 use super::claims::Claims;
 use super::conditions::{Conditions, Disturbances};
@@ -7,8 +7,8 @@ use crate::error::Result;
 use crate::pattern::Pattern;
 use crate::station::{Belt, Station};
 
-/// A pattern on a station, with every departure window computed once. All runs of
-/// the pattern share it, whatever the strategy.
+/// A pattern on a station, with every departure window computed once. All runs of the pattern share
+/// the scene, whatever the strategy.
 #[derive(Debug, Clone)]
 pub struct Scene<'a> {
     station: &'a Station,
@@ -16,11 +16,11 @@ pub struct Scene<'a> {
     conditions: Conditions,
     /// The items as the camera reports them, furthest downstream first.
     sightings: Vec<Sighting>,
-    /// Per robot, the items that it has a window for, by opening time, then in the order
-    /// of `sightings`.
+    /// For each robot, the items that it has a window for, by opening time, then in the order of
+    /// `sightings`.
     queues: Vec<Vec<Candidate>>,
-    /// Per robot and item, the place in the robot's queue; filled only where an item can
-    /// be given back.
+    /// For each robot and item, the place in the robot's queue; filled only if items can be given
+    /// back.
     places: Vec<Vec<u32>>,
     /// The items that some robot has a window for.
     windowed: Claims,
@@ -36,22 +36,22 @@ pub(super) struct Sighting {
     pub weight: f64,
 }
 
-/// Stands for an item that is not in a queue; patterns hold at most ten million.
+/// Marks an item that is not in a queue; patterns have at most ten million items.
 const NOWHERE: u32 = u32::MAX;
 
 impl<'a> Scene<'a> {
     /// Puts `pattern` on `station`. Takes O(N n log n) for N robots and n items.
     ///
     /// # Errors
-    /// An item beside the belt.
+    /// If an item is beside the belt.
     pub fn new(station: &'a Station, pattern: &'a Pattern) -> Result<Self> {
         Self::under(station, pattern, Conditions::default())
     }
 
-    /// As [`Scene::new`], under conditions other than those of the plain model.
+    /// Like [`Scene::new`], under conditions other than those of the plain model.
     ///
     /// # Errors
-    /// An item beside the belt, conditions that are none (see [`Conditions::check`]).
+    /// If an item is beside the belt or a condition is not valid (see [`Conditions::check`]).
     pub fn under(
         station: &'a Station,
         pattern: &'a Pattern,
@@ -76,24 +76,24 @@ impl<'a> Scene<'a> {
         Ok(scene)
     }
 
-    /// The same scene with decisions at multiples of `1 / hz` seconds only (the
-    /// paper's system updates at 10 Hz); 0 is exact.
+    /// The same scene with decisions only at multiples of `1 / hz` seconds (the paper's system
+    /// updates at 10 Hz); 0 means at any time.
     ///
     /// # Errors
-    /// A frequency that is negative or not a number, or past 1 MHz.
+    /// If the frequency is negative, not a number, or above 1 MHz.
     pub fn with_update_hz(mut self, hz: f64) -> Result<Self> {
-        // No window depends on it.
+        // The windows do not depend on it.
         self.conditions.update_hz = hz;
         self.conditions.check()?;
         Ok(self)
     }
 
-    /// The same scene with a camera at `x` [m], negative for upstream of the belt's
-    /// start: an item is known only once it has passed it, so no window of it opens
+    /// The same scene with a camera at `x` [m], negative if it is upstream of the start of the
+    /// belt. An item is known only after it has passed the camera, so its windows do not open
     /// earlier.
     ///
     /// # Errors
-    /// A position that is not a number or absurdly large.
+    /// If the position is not a number or is too large.
     pub fn with_camera_x(self, x: f64) -> Result<Self> {
         let conditions = Conditions {
             camera_x: Some(x),
@@ -102,10 +102,10 @@ impl<'a> Scene<'a> {
         Self::under(self.station, self.pattern, conditions)
     }
 
-    /// The same scene where things go wrong.
+    /// The same scene with disturbances.
     ///
     /// # Errors
-    /// A deviation or a probability that is none.
+    /// If a standard deviation or a probability is not valid.
     pub fn with_disturbances(self, disturbances: Disturbances) -> Result<Self> {
         let conditions = Conditions {
             disturbances,
@@ -159,14 +159,14 @@ impl<'a> Scene<'a> {
         self.places = self.queues.iter().map(places).collect();
     }
 
-    /// Where `item` is in the queue of robot `robot`, on a scene with disturbances.
+    /// The place of `item` in the queue of robot `robot`, on a scene with disturbances.
     pub(super) fn place(&self, robot: usize, item: u32) -> Option<usize> {
         let place = *self.places.get(robot)?.get(item as usize)?;
         (place != NOWHERE).then_some(place as usize)
     }
 
-    /// Whether any robot has a window for `item` where and from when on the camera
-    /// reports it.
+    /// Whether any robot has a window for the reported position of `item` after the camera has seen
+    /// it.
     pub(super) fn has_window(&self, item: u32) -> bool {
         self.windowed.contains(item)
     }
@@ -182,22 +182,22 @@ impl<'a> Scene<'a> {
         let belt = self.station.belt();
         match self.conditions.camera_x {
             None => seen.x0 + belt.speed * time >= 0.0,
-            // As for the windows, so that every candidate is in view.
+            // Computed as for the windows, so that every candidate is in view.
             Some(x) => known_from(x, seen, belt) <= time,
         }
     }
 
-    /// The conditions.
+    /// The conditions of the scene.
     pub fn conditions(&self) -> &Conditions {
         &self.conditions
     }
 
-    /// The station.
+    /// The station of the scene.
     pub fn station(&self) -> &'a Station {
         self.station
     }
 
-    /// The pattern.
+    /// The pattern of the scene.
     pub fn pattern(&self) -> &'a Pattern {
         self.pattern
     }
@@ -208,22 +208,21 @@ impl<'a> Scene<'a> {
         &self.queues[index]
     }
 
-    /// Whether downstream decisions can never change upstream ones: for every item
-    /// and every pair of robots that have a window for it, the upstream one's closes
-    /// strictly before the downstream one's opens, and nothing that goes wrong gives an
-    /// item back.
+    /// Whether downstream decisions can never affect upstream ones. For every item and every pair
+    /// of robots that have a window for it, the upstream window must close strictly before the
+    /// downstream one opens, and no disturbance may give an item back.
     pub fn is_independent(&self) -> bool {
         self.independent && !self.conditions.disturbances.any()
     }
 
-    /// `time` [s] rounded up to the next update; a value within 1e-9 ticks of one
-    /// stays as it is.
+    /// `time` [s] rounded up to the next update. A value within 1e-9 ticks of an update is
+    /// unchanged.
     pub(super) fn tick(&self, time: f64) -> f64 {
         next_update(time, self.conditions.update_hz)
     }
 
-    /// The figures of a run whose last release is at `last_release` [s] and in which
-    /// `last_missing` was the last unpicked item.
+    /// The figures of a run with the last release at `last_release` [s] and with `last_missing` as
+    /// the last unpicked item.
     pub(super) fn figures(
         &self,
         picked: usize,
@@ -272,7 +271,7 @@ fn sightings(station: &Station, pattern: &Pattern, conditions: &Conditions) -> V
     sightings
 }
 
-/// When the item passes a camera at `x` [m], so that it is known from then on [s].
+/// When the item passes a camera at `x` [m], from which time on it is known [s].
 fn known_from(x: f64, seen: &Sighting, belt: &Belt) -> f64 {
     (x - seen.x0) / belt.speed
 }
@@ -301,13 +300,13 @@ mod tests {
             (0.39, 10.0, 0.4),
             (0.3, 10.0, 0.3),
             (0.7, 0.5, 2.0),
-            // Half a billionth of a tick is rounding, two are not.
+            // Half a billionth of a tick counts as rounding, two billionths do not.
             (0.3 + 5e-11, 10.0, 0.3 + 5e-11),
             (0.3 - 5e-11, 10.0, 0.3 - 5e-11),
             (0.3 + 2e-10, 10.0, 0.4),
             (0.3 - 2e-10, 10.0, 0.3),
             (f64::INFINITY, 10.0, f64::INFINITY),
-            // At 0 Hz it may be decided at any time.
+            // At 0 Hz a decision may be made at any time.
             (0.31, 0.0, 0.31),
             (f64::INFINITY, 0.0, f64::INFINITY),
         ] {
@@ -315,7 +314,7 @@ mod tests {
         }
     }
 
-    /// Whatever the rounding of the product and of the quotient.
+    /// Regardless of the rounding of the product and of the quotient.
     #[test]
     fn no_update_is_in_the_past() {
         for tick in 0..20_000 {

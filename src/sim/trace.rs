@@ -1,4 +1,4 @@
-//! A run as a table: one line an event.
+//! A run as a table with one line per event.
 
 use crate::decision::{Action, Event, Observer};
 use crate::pattern::Pattern;
@@ -13,9 +13,9 @@ pub struct Trace<'a> {
 }
 
 impl<'a> Trace<'a> {
-    /// The columns of the table: time and positions in s and m; `candidates` is how
-    /// many items the robot could choose from, `until_s` until when it waits, or is on its way back
-    /// from a grasp that failed.
+    /// The columns of the table. Times are in s and positions in m. `candidates` is the number of
+    /// items that the robot could choose from. `until_s` is the time until which it waits or
+    /// returns from a failed grasp.
     pub const COLUMNS: [&'static str; 6] =
         ["time_s", "event", "robot", "item", "candidates", "until_s"];
 

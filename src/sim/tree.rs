@@ -1,4 +1,4 @@
-//! Many assignments on one scene, with the work that they have in common done once.
+//! Evaluates many assignments on one scene and shares their common work.
 
 use super::cascade::Cascade;
 use super::run::Run;
@@ -7,13 +7,12 @@ use crate::decision::Figures;
 use crate::dispatch::{Rule, RuleAssignment, RuleStrategy};
 use crate::error::Result;
 
-/// Assignments as a prefix tree: two that begin alike share the passes of the robots
-/// that they have in common. The tree of all assignments of N robots takes
-/// 6 + 6^2 + ... + 6^N passes of one robot.
+/// Assignments as a prefix tree: assignments with a common prefix share the passes of its robots.
+/// The tree of all assignments of N robots takes 6 + 6^2 + ... + 6^N passes of one robot.
 #[derive(Debug, Clone)]
 pub struct AssignmentTree {
     assignments: Vec<RuleAssignment>,
-    /// In preorder: a node's parent is the last one before it that is one shallower.
+    /// In preorder: the parent of a node is the last node before it that is one level higher.
     nodes: Vec<Node>,
 }
 
@@ -21,13 +20,13 @@ pub struct AssignmentTree {
 struct Node {
     robot: usize,
     rule: Rule,
-    /// Position in `assignments` of the one that ends here.
+    /// Index in `assignments` of the assignment that ends here.
     assignment: Option<usize>,
 }
 
 impl AssignmentTree {
-    /// The tree of these assignments, which may be of different lengths: robots
-    /// without a rule stand idle. Empty assignments are left out, doubles kept once.
+    /// The tree of these assignments, which may differ in length: robots without a rule stay idle.
+    /// Empty and duplicate assignments are removed.
     pub fn new(mut assignments: Vec<RuleAssignment>) -> Self {
         assignments.retain(|assignment| !assignment.rules().is_empty());
         assignments.sort_unstable();
@@ -59,26 +58,26 @@ impl AssignmentTree {
         &self.assignments
     }
 
-    /// Robot passes that one walk takes where robots are independent.
+    /// Number of robot passes in one walk if the robots are independent.
     pub fn passes(&self) -> usize {
         self.nodes.len()
     }
 
-    /// The figures of every assignment on `scene`, told to `visit` with its position
-    /// in [`AssignmentTree::assignments`], in that order. Uses the cascade where the
-    /// robots are independent on this scene, else the event loop.
+    /// Calls `visit` with the figures of every assignment on `scene`, in the order of
+    /// [`AssignmentTree::assignments`] and with its index there. Uses the cascade if the robots are
+    /// independent on this scene, otherwise the event loop.
     ///
     /// # Errors
-    /// More rules than robots.
+    /// If an assignment has more rules than there are robots.
     pub fn evaluate(&self, scene: &Scene, visit: impl FnMut(usize, Figures)) -> Result<()> {
         self.evaluate_while(scene, || true, visit).map(drop)
     }
 
-    /// As [`AssignmentTree::evaluate`], as long as `go_on` says so; it is asked before
-    /// every assignment. Returns whether all were visited.
+    /// Like [`AssignmentTree::evaluate`], but stops when `go_on`, which is called before every
+    /// assignment, returns false. Returns whether all assignments were visited.
     ///
     /// # Errors
-    /// As for [`AssignmentTree::evaluate`].
+    /// See [`AssignmentTree::evaluate`].
     pub fn evaluate_while(
         &self,
         scene: &Scene,
@@ -88,12 +87,12 @@ impl AssignmentTree {
         self.evaluate_robots(scene, go_on, |place, figures, _| visit(place, figures))
     }
 
-    /// As [`AssignmentTree::evaluate_while`], telling `visit` also how many items each
-    /// robot of the station picked, upstream first. That takes no more simulation: in a
-    /// cascade a robot's picks are those of its own pass.
+    /// Like [`AssignmentTree::evaluate_while`], but also passes to `visit` how many items each
+    /// robot of the station picked, upstream first. This needs no further simulation: in a cascade
+    /// the picks of a robot are those of its own pass.
     ///
     /// # Errors
-    /// As for [`AssignmentTree::evaluate`].
+    /// See [`AssignmentTree::evaluate`].
     pub fn evaluate_robots(
         &self,
         scene: &Scene,
@@ -106,8 +105,8 @@ impl AssignmentTree {
         }
         let mut picks = vec![0; robots];
         if let Some(mut cascade) = Cascade::new(scene) {
-            // The robot behind which nothing is left, and the figures then: those below it
-            // change nothing, which on a long line is most of the tree.
+            // The robot after which no item is left, and the figures at that point. The robots
+            // below it change nothing, which on a long line is most of the tree.
             let mut last: Option<(usize, Figures)> = None;
             for node in &self.nodes {
                 let (robot, figures) = match last.filter(|(robot, _)| node.robot > *robot) {
@@ -122,7 +121,7 @@ impl AssignmentTree {
                     if !go_on() {
                         return Ok(false);
                     }
-                    // Robots past the assignment's end stand idle.
+                    // Robots beyond the end of the assignment stay idle.
                     let each = cascade.picks(robot + 1).chain(std::iter::repeat(0));
                     picks.iter_mut().zip(each).for_each(|(to, n)| *to = n);
                     visit(place, figures, &picks);
@@ -165,7 +164,7 @@ mod tests {
         assert_eq!(AssignmentTree::all(3).passes(), passes);
     }
 
-    /// What the robots behind the last item are spared is what they would not have done.
+    /// Skipping the robots after the last item does not change any result.
     #[test]
     fn robots_with_nothing_left_are_spared_without_a_difference() {
         let station = crate::station::built_in("paper").unwrap();
@@ -193,7 +192,7 @@ mod tests {
             };
             assert!(tree.evaluate_robots(&scene, || true, visit).unwrap());
         }
-        // All three kinds were among them.
+        // All three kinds occurred.
         assert!(
             early > 0 && late > 0 && missed > 0,
             "{early}, {late}, {missed}"

@@ -1,11 +1,11 @@
-//! Which items are in view.
+//! The items that are in view.
 
 use super::claims::Claims;
 use super::scene::Scene;
 use crate::decision::BeltItem;
 
-/// The unclaimed items on the belt that are known. As sightings are sorted, they lie
-/// between two places that only grow.
+/// The known unclaimed items on the belt. Because sightings are sorted, they lie between two
+/// indices that only increase.
 #[derive(Debug, Clone, Default)]
 pub(super) struct View {
     pub items: Vec<BeltItem>,
@@ -14,14 +14,14 @@ pub(super) struct View {
 }
 
 impl View {
-    /// Back to time 0.
+    /// Returns to time 0.
     pub fn reset(&mut self) {
         self.items.clear();
         self.first = 0;
         self.end = 0;
     }
 
-    /// Fills `items` with what is in view at `time` [s], no earlier than last time.
+    /// Fills `items` with what is in view at `time` [s], which must not decrease between calls.
     pub fn update(&mut self, scene: &Scene, claims: &Claims, time: f64) {
         let belt = scene.station().belt();
         let seen = scene.sightings();

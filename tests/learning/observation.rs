@@ -278,7 +278,7 @@ fn actions_are_slots_and_the_last_is_to_wait() {
         assert_eq!(encoder.index_of(Action::NoAnswer), None);
         for action in [2, 3, 5] {
             let message = encoder.action(snapshot, action).unwrap_err().to_string();
-            let words = format!("action {action} where 2 of 4 slots hold an item");
+            let words = format!("action {action}, but only 2 of 4 slots hold an item");
             assert!(
                 message.contains(&words) && message.contains('b'),
                 "{message}"

@@ -116,8 +116,8 @@ fn assignments_are_written_and_counted() {
         assert!(message.contains(words), "{message}");
     }
     for (text, words) in [
-        ("", "`` names no rule"),
-        (" [ ] ", "names no rule"),
+        ("", "`` contains no rule"),
+        (" [ ] ", "contains no rule"),
         ("SPT,", "`` is not a dispatching rule"),
         ("[SPT", "`[SPT` is not a dispatching rule"),
         ("SPT,FIFA", "did you mean `FIFO`"),

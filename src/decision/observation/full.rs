@@ -1,69 +1,69 @@
-//! The full observation, written relative to the deciding robot so that one policy
-//! serves any place in lines of any length.
+//! The full observation, relative to the deciding robot so that one policy works at any position in
+//! lines of any length.
 //!
-//! Times are shares of `T = reach / speed` [s] of the deciding robot, or `log(t) =
-//! ln(1 + t / T) / 3` where they span orders of magnitude; lengths are shares of its
-//! reach; y is mirrored so that the belt lies at y > 0 of every robot.
+//! Times are multiples of `T = reach / speed` [s] of the deciding robot, or `log(t) = ln(1 + t / T)
+//! / 3` if they span orders of magnitude. Lengths are multiples of its reach. y is mirrored so that
+//! the belt is at y > 0 of every robot.
 //!
 //! | slot | feature |
 //! |---|---|
-//! | 0 | 1: the slot holds an item |
+//! | 0 | 1 if the slot holds an item |
 //! | 1, 2 | x, y relative to the base |
 //! | 3 | processing time P / 2 T |
-//! | 4, 5 | time left in the extended workspace, as a share of the workspace's length in time; log |
+//! | 4, 5 | time left in the extended workspace / time to cross the workspace; log |
 //! | 6 | reward r |
-//! | 7 | shortest P still to come for this robot, / 2 T |
+//! | 7 | shortest future P for this robot, / 2 T |
 //! | 8 | log time until then |
-//! | 9 | P now minus that, / 2 T |
-//! | 10 | share of the other robots that could still take it |
-//! | 11 | whether the next one downstream could |
-//! | 12 | log time until the first of them could; 2 when none can |
-//! | 13 | shortest P of any of them, / 2 T; 2 when none can |
-//! | 14 | log time left until the last of them cannot |
+//! | 9 | current P minus that, / 2 T |
+//! | 10 | share of the other robots that could still pick it |
+//! | 11 | whether the next robot downstream could |
+//! | 12 | log time until the first of them could; 2 if none can |
+//! | 13 | shortest P of any of them, / 2 T; 2 if none can |
+//! | 14 | log time left until the last of them no longer can |
 //! | 15 | P minus the shortest P of all slots, / 2 T |
-//! | 16 | log time left minus the least of all slots |
+//! | 16 | log time left minus the minimum of all slots |
 //!
 //! | global | feature |
 //! |---|---|
-//! | 0..3 | place in the line from 0 to 1; first; last |
+//! | 0..3 | position in the line from 0 to 1; first; last |
 //! | 3 | number of robots / 6 |
-//! | 4, 5 | busy, log time until free of the next robot downstream |
-//! | 6, 7 | the same upstream |
-//! | 8 | mean log time until free of the others |
-//! | 9 | candidates, count(n) = ln(1 + n) / 4 |
+//! | 4, 5 | next robot downstream: busy, log time until free |
+//! | 6, 7 | next robot upstream: the same |
+//! | 8 | mean log time until free of the other robots |
+//! | 9 | number of candidates as count(n) = ln(1 + n) / 4 |
 //! | 10 | load: items in view in or upstream of the workspace, count |
-//! | 11 | those of them that no other robot can still take, count |
-//! | 12, 13, 14 | load of the next robot downstream, upstream, mean of the others, count |
+//! | 11 | those of them that no other robot can still pick, count |
+//! | 12, 13, 14 | load of the next robot downstream and upstream, mean of the others, count |
 //! | 15 | items in view, count |
 //! | 16 | belt speed / arm speed |
-//! | 17 | log time that an item takes through the middle of the workspace |
+//! | 17 | log time that an item takes to cross the middle of the workspace |
 //! | 18 | grasp and release time / T |
-//! | 19 | x of the last item in view / belt length: the end of the pattern coming in |
-//! | 20 | load per robot that could take it, of this robot: its share, count |
+//! | 19 | x of the last item in view / belt length: approach of the end of the pattern |
+//! | 20 | load divided by the robots that could pick each item: this robot's share, count |
 
 use crate::decision::candidate::{Candidate, Moment};
 use crate::decision::snapshot::{BeltItem, Snapshot};
 use crate::kinematics;
 use crate::station::Robot;
 
-/// Numbers that belong to no slot.
+/// Number of global features.
 pub const GLOBALS: usize = 21;
-/// Numbers of each slot.
+/// Number of features per slot.
 pub const FEATURES: usize = 17;
 
-/// Stands for "never" where a time or duration is asked for.
+/// The value that represents "never" for a time or duration.
 const NEVER: f32 = 2.0;
 
-/// What scales the numbers of one robot.
+/// The scales of the numbers of one robot.
 struct Scale {
-    /// T [s].
+    /// The time T [s].
     time: f64,
 }
 
 impl Scale {
     fn log(&self, time: f64) -> f32 {
-        // One that waits for ever is as good as one that waits for very long. A
-        // polynomial would be faster than `ln`, and rounding here is not load-bearing.
+        // A robot that waits forever is equivalent to one that waits very long. A polynomial would
+        // be faster than `ln`, but rounding does not matter here.
         ((1.0 + time.clamp(0.0, 1e4) / self.time) as f32).ln() / 3.0
     }
 
@@ -76,7 +76,7 @@ fn count(items: f32) -> f32 {
     (1.0 + items).ln() / 4.0
 }
 
-/// Fills `globals` and the slots of the chosen candidates.
+/// Fills `globals`, and `slots` with the features of the chosen candidates.
 pub fn encode(snapshot: &Snapshot, chosen: &[usize], globals: &mut [f32], slots: &mut [f32]) {
     let moment = snapshot.moment();
     let scale = Scale {
@@ -103,8 +103,8 @@ pub fn encode(snapshot: &Snapshot, chosen: &[usize], globals: &mut [f32], slots:
     }
 }
 
-/// The best that a robot can still make of an item that it may leave for from `from`
-/// [s] on: the shortest processing time [s] and the departure [s] that has it.
+/// The best pick of an item for a robot that may leave at or after `from` [s]: the shortest
+/// processing time [s] and the corresponding departure time [s].
 fn best_to_come(
     robot: &Robot,
     snapshot: &Snapshot,
@@ -118,7 +118,7 @@ fn best_to_come(
     let x = x0 + v * from;
     let travel = kinematics::travel_time(x - bin.x, y - bin.y, v, u);
     let soonest = x + v * travel;
-    // Nearest to the bin of where it can still be met.
+    // Nearest to the bin among the positions where it can still be met.
     let dwell = robot.grasp_time + robot.release_time;
     if soonest >= bin.x || x_out <= soonest {
         return Some((2.0 * travel + dwell, from));
@@ -141,7 +141,7 @@ fn encode_slot(
     let processing = moment.processing_time(candidate);
     let left = candidate.close - now;
     let crossing = 2.0 * robot.reach / moment.belt_speed;
-    // A candidate can be met, so there is a best.
+    // A candidate can be met, so there is always a best pick.
     let (best, when) = best_to_come(robot, snapshot, place, now).unwrap_or((processing, now));
     slot[0] = 1.0;
     slot[1] = ((moment.x(candidate) - robot.base.x) / robot.reach) as f32;
@@ -188,12 +188,12 @@ fn encode_slot(
     slot[14] = scale.log(last);
 }
 
-/// The sign that turns y towards the belt.
+/// The sign that orients y towards the belt.
 fn side(robot: &Robot) -> f64 {
     if robot.base.y <= 0.0 { 1.0 } else { -1.0 }
 }
 
-/// Whether an item lies in the workspace or will come into it.
+/// Whether an item is in the workspace or will enter it.
 fn ahead(robot: &Robot, item: &BeltItem) -> bool {
     let (dx, dy) = (item.x - robot.base.x, item.y - robot.base.y);
     let reach = robot.reach * robot.reach;

@@ -1,12 +1,12 @@
-//! What a trained network sees of a [`Snapshot`], and what its answer means: the same
-//! code in training, comparison and live control.
+//! What a trained network sees of a [`Snapshot`], and the meaning of its answer. Training,
+//! comparison and live control share this code.
 //!
-//! An observation is a row of f32: the globals, then the slots one after the other, each
-//! with as many features. A slot holds one candidate or nothing; empty slots are zeros
-//! and masked. The last action, if the layout has it, is to wait.
+//! An observation is a row of f32 values: the globals, then the slots in order, each with the same
+//! number of features. A slot holds one candidate or is empty; empty slots are zero and masked. The
+//! last action, if the layout has it, is to wait.
 //!
-//! [`VERSION`] counts the changes of meaning; it is written into every trained policy,
-//! and a policy of another version is refused.
+//! [`VERSION`] increases with every change of meaning. It is stored in every trained policy, and
+//! policies with a different version are rejected.
 
 mod full;
 mod paper;
@@ -20,29 +20,29 @@ use crate::error::{Error, Result, known_names, shown};
 use std::fmt;
 use std::str::FromStr;
 
-/// The version of what the features mean.
+/// Version of the meaning of the features.
 pub const VERSION: u32 = 1;
 
-/// How long the action `wait` lasts, as a share of the time [s] that the robot needs for
-/// a straight way as long as its reach: short enough to meet an item where it is
-/// nearest, long enough to get somewhere.
+/// Duration of the action `wait`, as a share of the time [s] that the robot needs to travel its
+/// reach in a straight line: short enough to meet an item where it is nearest, long enough to make
+/// progress.
 const WAIT: f64 = 0.25;
 
-/// Which features.
+/// A set of features.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum View {
-    /// The paper's (Jermann et al.): x, y, processing time and reward of every slot,
+    /// The paper's features (Jermann et al.): x, y, processing time and reward of every slot, and
     /// busy and time until free of every robot.
     Paper,
-    /// Everything that helps; see `full.rs` for the table.
+    /// All useful features; see the table in `full.rs`.
     Full,
 }
 
 impl View {
-    /// All views.
+    /// All feature sets.
     pub const ALL: [Self; 2] = [Self::Paper, Self::Full];
 
-    /// The name in files.
+    /// The name used in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Paper => "paper",
@@ -75,29 +75,29 @@ impl FromStr for View {
     }
 }
 
-/// Shape of observations and actions.
+/// The shape of observations and actions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Layout {
-    /// Which features.
+    /// The set of features.
     pub view: View,
-    /// Slots, K.
+    /// Number of slots, K.
     pub slots: usize,
     /// Whether waiting is an action.
     pub wait: bool,
 }
 
 impl Layout {
-    /// The paper's: ten slots.
+    /// The layout of the paper: ten slots.
     pub const PAPER: Self = Self {
         view: View::Paper,
         slots: 10,
         wait: false,
     };
 
-    /// More slots than this are refused: no layer is meant for them.
+    /// Maximum number of slots.
     pub const MOST_SLOTS: usize = 256;
 
-    /// Numbers that belong to no slot.
+    /// Number of global features.
     pub fn globals(&self) -> usize {
         match self.view {
             View::Paper => paper::GLOBALS,
@@ -105,7 +105,7 @@ impl Layout {
         }
     }
 
-    /// Numbers of each slot.
+    /// Number of features per slot.
     pub fn slot_features(&self) -> usize {
         match self.view {
             View::Paper => paper::FEATURES,
@@ -113,18 +113,18 @@ impl Layout {
         }
     }
 
-    /// Numbers in an observation.
+    /// Length of an observation.
     pub fn observation(&self) -> usize {
         self.globals() + self.slots * self.slot_features()
     }
 
-    /// Number of actions.
+    /// Number of actions, including waiting.
     pub fn actions(&self) -> usize {
         self.slots + usize::from(self.wait)
     }
 }
 
-/// Encodes snapshots; keeps its buffers, so that nothing is allocated per decision.
+/// Encodes snapshots. Its buffers are reused, so that a decision does not allocate.
 #[derive(Debug, Clone)]
 pub struct Encoder {
     layout: Layout,
@@ -132,7 +132,7 @@ pub struct Encoder {
 }
 
 impl Encoder {
-    /// An encoder of this layout.
+    /// Creates an encoder with this layout.
     pub fn new(layout: Layout) -> Self {
         Self {
             layout,
@@ -140,16 +140,16 @@ impl Encoder {
         }
     }
 
-    /// Its layout.
+    /// The layout of this encoder.
     pub fn layout(&self) -> Layout {
         self.layout
     }
 
-    /// Writes the observation [`Layout::observation`] and the mask of allowed actions
-    /// [`Layout::actions`] of `snapshot`.
+    /// Writes the observation of `snapshot`, of length [`Layout::observation`], and the mask of
+    /// allowed actions, of length [`Layout::actions`].
     ///
     /// # Panics
-    /// Slices of another length.
+    /// If a slice has a different length.
     pub fn encode(&mut self, snapshot: &Snapshot, observation: &mut [f32], mask: &mut [bool]) {
         assert_eq!(observation.len(), self.layout.observation());
         assert_eq!(mask.len(), self.layout.actions());
@@ -167,10 +167,10 @@ impl Encoder {
         }
     }
 
-    /// What action `index` means after [`Encoder::encode`] of the same snapshot.
+    /// The action with the given index, after [`Encoder::encode`] of the same snapshot.
     ///
     /// # Errors
-    /// A slot that is empty, or no action at all.
+    /// If the slot is empty, or there is no such action.
     pub fn action(&self, snapshot: &Snapshot, index: usize) -> Result<Action> {
         if self.layout.wait && index == self.layout.slots {
             let robot = &snapshot.station.robots()[snapshot.robot];
@@ -183,7 +183,7 @@ impl Encoder {
                 time: snapshot.time,
                 robot: snapshot.station.robots()[snapshot.robot].name.clone(),
                 problem: format!(
-                    "action {index} where {} of {} slots hold an item",
+                    "action {index}, but only {} of {} slots hold an item",
                     self.choice.chosen().len(),
                     self.layout.slots
                 ),
@@ -191,7 +191,7 @@ impl Encoder {
         }
     }
 
-    /// Which action index stands for `action`; none when its candidate got no slot.
+    /// The index of `action`; `None` if its candidate has no slot.
     pub fn index_of(&self, action: Action) -> Option<usize> {
         match action {
             Action::Pick(place) => self.choice.chosen().iter().position(|c| *c == place),

@@ -1,21 +1,21 @@
-//! The paper's own observation (Jermann et al., section on actions, observations and
-//! rewards). Units are m and s, which makes every number of the order of 1.
+//! The observation of the paper (Jermann et al., section on actions, observations and rewards).
+//! Units are m and s, so that all numbers are of the order of 1.
 
 use crate::decision::snapshot::Snapshot;
 
-/// Robots that have a place; a longer line's others are not seen.
+/// Number of robots that are represented; further robots of a longer line are not visible.
 const ROBOTS: usize = 6;
 /// Busy and time until free [s] of every robot, upstream first.
 pub const GLOBALS: usize = 2 * ROBOTS;
 /// x and y relative to the robot's base [m], processing time [s], reward.
 pub const FEATURES: usize = 4;
 
-/// Fills `globals` and the slots of the chosen candidates.
+/// Fills `globals`, and `slots` with the features of the chosen candidates.
 pub fn encode(snapshot: &Snapshot, chosen: &[usize], globals: &mut [f32], slots: &mut [f32]) {
     globals.fill(0.0);
     let robots = snapshot.free_at.len().min(ROBOTS);
     for (index, pair) in globals.chunks_exact_mut(2).enumerate().take(robots) {
-        // One that waits for ever is as good as busy for a very long time.
+        // A robot that waits forever is equivalent to one that is busy for a very long time.
         let time = snapshot.time_until_free(index).min(1e3) as f32;
         pair[0] = f32::from(u8::from(time > 0.0));
         pair[1] = time;

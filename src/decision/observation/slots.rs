@@ -1,11 +1,11 @@
-//! Which candidates get a slot when there are more than slots.
+//! Chooses the candidates that get a slot if there are more candidates than slots.
 
 use crate::decision::snapshot::Snapshot;
 
-/// Half of the slots go to the shortest processing times, the rest to those of what is
-/// left that close first; ties to the one further downstream. The first are what is
-/// worth picking, the second what is lost otherwise. Slots keep the candidates' order,
-/// downstream first. Without more candidates than slots everyone has one.
+/// Half of the slots go to the candidates with the shortest processing times, the rest to the
+/// remaining ones whose windows close first; on a tie, the one further downstream wins. The former
+/// are worth picking; the latter would otherwise be lost. Slots keep the order of the candidates,
+/// downstream first. If there are enough slots, every candidate gets one.
 #[derive(Debug, Clone)]
 pub struct SlotChoice {
     slots: usize,
@@ -14,7 +14,7 @@ pub struct SlotChoice {
 }
 
 impl SlotChoice {
-    /// A choice for so many slots.
+    /// Creates a choice for this number of slots.
     pub fn new(slots: usize) -> Self {
         Self {
             slots,
@@ -23,7 +23,7 @@ impl SlotChoice {
         }
     }
 
-    /// Makes the choice.
+    /// Chooses the candidates of `snapshot`.
     pub fn choose(&mut self, snapshot: &Snapshot) {
         let candidates = snapshot.candidates;
         self.chosen.clear();
@@ -52,7 +52,7 @@ impl SlotChoice {
         self.chosen.sort_unstable();
     }
 
-    /// The candidate in each slot that has one.
+    /// The candidate of each occupied slot.
     pub fn chosen(&self) -> &[usize] {
         &self.chosen
     }
@@ -67,7 +67,7 @@ mod tests {
     #[test]
     fn half_are_the_shortest_and_half_close_first() {
         let station = built_in("paper").unwrap().station(None).unwrap();
-        // Robot 0 has its bin at (1.3, -0.525): the further from it, the longer.
+        // Robot 0 has its bin at (1.3, -0.525): the further from it, the longer the pick.
         let candidate = |item: u32, y: f64, close: f64| Candidate {
             item,
             x0: 1.3,
@@ -94,7 +94,7 @@ mod tests {
         };
         let mut choice = SlotChoice::new(4);
         choice.choose(&snapshot);
-        // 1 and 3 are the shortest; 4 and 5 close first of the others.
+        // 1 and 3 have the shortest times; of the others, 4 and 5 close first.
         assert_eq!(choice.chosen(), [1, 3, 4, 5]);
         let mut choice = SlotChoice::new(1);
         choice.choose(&snapshot);

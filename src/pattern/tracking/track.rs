@@ -1,19 +1,19 @@
-//! From tracks to objects: split where an id was used again, merged where one object
-//! changed its id, and measured.
+//! Turns tracks into objects: splits tracks whose id was reused, merges the tracks of an object
+//! whose id changed, and measures the objects.
 
 use super::options::Options;
 use super::read::{Sighting, Track};
 use std::collections::HashMap;
 
-/// Up to this many boxes all pairs are compared for the speed; beyond it the cost
-/// would grow with the square while the estimate is good already.
+/// Up to this many boxes, the speed is estimated from all pairs. Beyond it, the cost would grow
+/// quadratically although the estimate is already good.
 const ALL_PAIRS: usize = 32;
-/// How many tracks of one cell are looked at for a merger. A cell is about as large as
-/// one item, so only a degenerate file has more there; the bound keeps that one quick.
+/// Number of tracks per cell that are considered for a merge. A cell is about as large as one item,
+/// so only a degenerate file has more; the limit keeps such a file fast.
 const NEIGHBOURS: usize = 64;
 
-/// The median of `values`, the mean of the middle two when their number is even; 0 of
-/// none. Reorders them; linear time.
+/// The median of `values`: the mean of the middle two if their number is even, 0 if there are none.
+/// Reorders the values; takes linear time.
 fn median(values: &mut [f64]) -> f64 {
     let middle = values.len() / 2;
     if values.is_empty() {
@@ -27,7 +27,7 @@ fn median(values: &mut [f64]) -> f64 {
     }
 }
 
-/// The median of the values, none of none.
+/// The median of the values; `None` if there are none.
 pub(super) fn median_of(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.collect();
     (!values.is_empty()).then(|| median(&mut values))
@@ -48,19 +48,19 @@ fn speed_between(from: &Sighting, to: &Sighting, options: &Options) -> f64 {
 }
 
 impl Track {
-    /// First and last frame.
+    /// The first and the last frame.
     fn span(&self) -> (u32, u32) {
         let frame = |sighting: Option<&Sighting>| sighting.map_or(0, |s| s.frame);
         (frame(self.sightings.first()), frame(self.sightings.last()))
     }
 
-    /// First to last box [s].
+    /// Time from the first box to the last [s].
     pub fn duration(&self, options: &Options) -> f64 {
         let (first, last) = self.span();
         f64::from(last.saturating_sub(first)) / options.fps
     }
 
-    /// Where it was at time 0, along the travel [m]: the median over its boxes.
+    /// Position along the travel at time 0 [m]: the median over its boxes.
     pub fn x0(&self, options: &Options) -> f64 {
         let at_start = |s: &Sighting| {
             let time = (f64::from(s.frame) - 1.0) / options.fps;
@@ -69,22 +69,21 @@ impl Track {
         median(&mut self.sightings.iter().map(at_start).collect::<Vec<_>>())
     }
 
-    /// Where it is across the travel, as the image counts it [px]: the median.
+    /// Position across the travel, as the image counts it [px]: the median over its boxes.
     pub fn across(&self) -> f64 {
         median(&mut self.sightings.iter().map(|s| s.across).collect::<Vec<_>>())
     }
 
-    /// Its speed along the travel [m/s], none from a single box: the median of the
-    /// slopes between pairs of boxes (Theil 1950; Sen 1968,
-    /// doi:10.1080/01621459.1968.10480934). Of a long track every box is paired with
-    /// the one half the track later only, which takes linear time.
+    /// Speed along the travel [m/s]: the median of the slopes between pairs of boxes (Theil 1950;
+    /// Sen 1968, doi:10.1080/01621459.1968.10480934). In a long track every box is paired only with
+    /// the one half the track later, which takes linear time. `None` for a single box.
     pub fn speed(&self, options: &Options) -> Option<f64> {
         let pairs = pairs(&self.sightings).into_iter();
         median_of(pairs.map(|(from, to)| speed_between(from, to, options)))
     }
 }
 
-/// The pairs of boxes whose slopes count: all, of a long track every box with the one half
+/// The pairs of boxes whose slopes count: all pairs, or in a long track every box with the one half
 /// the track later.
 fn pairs(seen: &[Sighting]) -> Vec<(&Sighting, &Sighting)> {
     if seen.len() <= ALL_PAIRS {
@@ -94,7 +93,7 @@ fn pairs(seen: &[Sighting]) -> Vec<(&Sighting, &Sighting)> {
     seen.iter().zip(&seen[seen.len() / 2..]).collect()
 }
 
-/// The median of the slopes of `y` over `x`; none where no pair of boxes has one.
+/// The median of the slopes of `y` over `x`; `None` if no pair of boxes has one.
 pub(super) fn slope(
     seen: &[Sighting],
     x: &dyn Fn(&Sighting) -> f64,
@@ -105,20 +104,20 @@ pub(super) fn slope(
     median_of(slopes.filter(|slope| slope.is_finite()))
 }
 
-/// The smallest step between two frames of one track: 1, or more where the tracker
-/// looked at every n-th frame only. None when no track has two boxes.
+/// The smallest step between two frames of one track: 1, or more if the tracker processed only
+/// every n-th frame. `None` if no track has two boxes.
 pub(super) fn stride(tracks: &[Track]) -> Option<u32> {
     let steps = tracks.iter().flat_map(|track| track.sightings.windows(2));
     steps.map(|pair| pair[1].frame - pair[0].frame).min()
 }
 
-/// Cuts a track where it jumps by more than the split distance from one box to the
-/// next; the pieces are called `ID`, `ID.2`, ...
+/// Splits a track where it jumps by more than the split distance between consecutive boxes; the
+/// pieces are called `ID`, `ID.2`, ...
 ///
-/// Along the travel, a jump is one against the belt's motion *and* against the
-/// track's own: what stands still, or moves at another speed than was told, falls
-/// behind the belt from box to box and is still one object. Items do not slide, so a
-/// jump across the travel is one too.
+/// Along the travel, a jump must deviate from the belt's motion *and* from the track's own motion:
+/// an object that stands still, or moves at another speed than the given one, falls behind the belt
+/// from box to box, but it is still one object. Items do not slide, so a jump across the travel
+/// also counts.
 pub(super) fn split(track: Track, stride: Option<u32>, options: &Options) -> Vec<Track> {
     let own = own_speed(&track.sightings, stride, options);
     let limit = options.split_distance_m;
@@ -147,9 +146,9 @@ pub(super) fn split(track: Track, stride: Option<u32>, options: &Options) -> Vec
     pieces
 }
 
-/// The speed that most steps of a track agree on [m/s]: the median over those of one
-/// stride, of two in the middle the one nearer to the belt's. Longer steps are left
-/// out, for an id that came back took a long one; without a short one the belt's speed.
+/// The speed of most steps of a track [m/s]: the median over the steps of one stride; of two middle
+/// values, the one closer to the belt speed. Longer steps are ignored, because the return of an id
+/// is a long step. Without steps of one stride, the belt speed.
 fn own_speed(seen: &[Sighting], stride: Option<u32>, options: &Options) -> f64 {
     let short = |pair: &&[Sighting]| Some(pair[1].frame - pair[0].frame) == stride;
     let mut speeds: Vec<f64> = seen
@@ -172,28 +171,28 @@ fn own_speed(seen: &[Sighting], stride: Option<u32>, options: &Options) -> f64 {
     nearest.unwrap_or(options.belt_speed)
 }
 
-/// One object: what was seen of it, under all of its ids.
+/// One object, with the sightings under all of its ids.
 #[derive(Debug)]
 pub(super) struct Object {
-    /// Under the name of its first track.
+    /// All sightings, under the name of its first track.
     pub track: Track,
-    /// The tracks it was put together from, in order of time.
+    /// The ids of the tracks that were merged, in order of time.
     pub parts: Vec<String>,
     /// Another object, by index, that was at the same place at the same time.
     pub twin: Option<usize>,
 }
 
-/// Puts tracks together that are one object with a new id: they do not overlap in
-/// time and agree in x0 and across within the merge distance. Every track follows the
-/// nearest one that ended before it began; linear time but for the sorting.
+/// Merges tracks that are one object with a new id: they do not overlap in time, and their x0 and
+/// their positions across agree within the merge distance. Every track follows the nearest one that
+/// ended before it began. Takes linear time except for the sorting.
 pub(super) fn merge(mut tracks: Vec<Track>, options: &Options) -> Vec<Object> {
     let reach = options.merge_distance_m;
     tracks.sort_by_key(Track::span);
     let place = |t: &Track| (t.x0(options), t.across() * options.scale_m_per_px);
     let places: Vec<(f64, f64)> = tracks.iter().map(place).collect();
     let spans: Vec<(u32, u32)> = tracks.iter().map(Track::span).collect();
-    // A cell is as wide as the merge distance, so that partners are neighbours. It
-    // holds the tracks that nothing follows yet.
+    // A cell is as wide as the merge distance, so partners are in neighbouring cells. It holds the
+    // tracks that have no successor yet.
     let cell_of = |(x, y): (f64, f64)| ((x / reach).floor() as i64, (y / reach).floor() as i64);
     let mut cells: HashMap<(i64, i64), Vec<usize>> = HashMap::with_capacity(tracks.len());
     let mut objects: Vec<Object> = Vec::new();
@@ -245,7 +244,7 @@ mod tests {
     use super::super::options::Axis;
     use super::*;
 
-    /// 10 frames a second, 1 mm a pixel: the belt moves 10 px a frame.
+    /// 10 frames per second, 1 mm per pixel: the belt moves 10 px per frame.
     fn options() -> Options {
         Options::new(10.0, 0.001, Axis::X, 0.1)
     }
@@ -267,7 +266,7 @@ mod tests {
         }
     }
 
-    /// A track over `frames` at `speed` [px a frame] from `along` at frame 0.
+    /// A track over `frames` at `speed` [px/frame] from `along` at frame 0.
     fn moving(name: &str, frames: std::ops::Range<u32>, along: f64, speed: f64) -> Track {
         let boxes: Vec<_> = frames
             .map(|f| (f, along + speed * f64::from(f), 100.0))
@@ -332,7 +331,7 @@ mod tests {
         let names = ["4", "4.2", "4.3"].map(str::to_owned);
         let expected: Vec<_> = names.into_iter().zip([10, 5, 1]).collect();
         assert_eq!(pieces(seen), expected);
-        // Right after, and to a neighbour across the belt.
+        // Right afterwards, and to a neighbour across the belt.
         let swap = track(
             "5",
             &[
@@ -349,7 +348,7 @@ mod tests {
 
     #[test]
     fn what_moves_otherwise_is_not_split() {
-        // Every step falls 0.2 m behind the belt.
+        // With every step the object falls 0.2 m behind the belt.
         let mut fast_belt = options();
         fast_belt.belt_speed = 2.0;
         let standing = moving("1", 1..20, 300.0, 0.0);
