@@ -1,37 +1,37 @@
-//! What can be planned for at one decision: the items in view and who can reach them.
+//! What can be planned at one decision: the items in view and the robots that can reach them.
 
 use super::options::Goal;
 use crate::decision::{Candidate, Snapshot};
 use crate::kinematics;
 use crate::station::Station;
 
-/// The planner's copy of a [`Snapshot`]. Items are known by their *place* in it, which
-/// is downstream first as in the pattern, so that ties fall as in the simulator.
+/// The planner's copy of a [`Snapshot`]. Items are identified by their *place* in it, which is
+/// downstream first as in the pattern, so that ties are broken as in the simulator.
 #[derive(Debug, Default)]
 pub(super) struct Horizon {
     /// Time of the decision [s].
     pub now: f64,
     /// The deciding robot.
     pub robot: usize,
-    /// When each robot can leave next [s], never before now; infinite for one that waits
-    /// for ever.
+    /// When each robot can leave next [s], never before `now`; infinite for a robot that waits
+    /// forever.
     pub free: Vec<f64>,
     /// Index of each item in its pattern.
     pub items: Vec<u32>,
-    /// Each of these indices with its place, by index.
+    /// Pairs of index and place, sorted by index.
     places: Vec<(u32, u32)>,
-    /// What each item counts, above 0: 1, or its weight.
+    /// Value of each item, above 0: 1, or its weight.
     pub values: Vec<f64>,
     /// When each item would leave the belt [s].
     pub leaves: Vec<f64>,
-    /// For each robot, one entry an item.
+    /// For each robot, one entry per item.
     reach: Vec<Vec<Reach>>,
-    /// For each robot the items that it can still reach, by opening time, then place;
+    /// For each robot, the items that it can still reach, by opening time, then place;
     /// `Candidate::item` is the place.
     pub queues: Vec<Vec<Candidate>>,
     arms: Vec<Arm>,
     belt_speed: f64,
-    /// Of the item being added, one a robot.
+    /// The windows of the item being added, one per robot.
     windows: Vec<Option<(f64, f64)>>,
 }
 
@@ -40,13 +40,13 @@ pub(super) struct Horizon {
 pub(super) struct Reach {
     /// Position along the travel at time 0 [m].
     x0: f64,
-    /// Position across the belt, seen from the bin [m].
+    /// Position across the belt, relative to the bin [m].
     dy: f64,
-    /// First departure that meets it [s]; infinite when there is none.
+    /// First departure that meets it [s]; infinite if there is none.
     pub open: f64,
-    /// Last departure that meets it [s]; minus infinity when there is none.
+    /// Last departure that meets it [s]; minus infinity if there is none.
     pub close: f64,
-    /// Shortest time [s] that picking it can take.
+    /// Shortest possible duration of picking it [s].
     pub shortest: f64,
 }
 
@@ -59,8 +59,8 @@ struct Arm {
 }
 
 impl Horizon {
-    /// Fills the horizon from `snapshot`, leaving out what no robot can reach within
-    /// `ahead` [s] from now.
+    /// Fills the horizon from `snapshot`, without items that no robot can reach within `ahead`
+    /// [s] from now.
     pub fn read(&mut self, snapshot: &Snapshot, ahead: f64, goal: Goal) {
         let station = snapshot.station;
         let robots = station.robots().len();
@@ -85,8 +85,8 @@ impl Horizon {
         self.queues.resize_with(robots, Vec::new);
         self.reach.iter_mut().for_each(Vec::clear);
         self.queues.iter_mut().for_each(Vec::clear);
-        // A robot may leave for an item before the camera at the belt's start has seen
-        // it, so the candidates are merged in. Both lists are sorted downstream first.
+        // A robot may leave for an item before the camera at the belt's start has seen it, so
+        // the candidates are merged in. Both lists are sorted downstream first.
         let (mut candidates, mut view) = (snapshot.candidates, snapshot.in_view);
         loop {
             let (item, x0, y, weight) = match (candidates, view) {
@@ -111,7 +111,7 @@ impl Horizon {
                 Goal::Picks => 1.0,
                 Goal::Weight => weight,
             };
-            // What counts nothing is not worth a robot's time.
+            // An item without value is not worth a robot's time.
             if value > 0.0 {
                 self.add(station, item, (x0, y), (value, weight), ahead);
             }
@@ -122,7 +122,7 @@ impl Horizon {
             .extend(places.map(|(&item, place)| (item, place)));
         self.places.sort_unstable();
         for queue in &mut self.queues {
-            // Stable, so equal openings stay in pattern order.
+            // The sort is stable, so equal openings stay in pattern order.
             queue.sort_by(|a, b| a.open.total_cmp(&b.open));
         }
     }
@@ -146,7 +146,7 @@ impl Horizon {
         if self.windows.iter().all(Option::is_none) {
             return;
         }
-        // A snapshot holds fewer items than a pattern, whose indices are u32.
+        // A snapshot has at most as many items as a pattern, whose indices are u32.
         let place = self.items.len() as u32;
         for (robot, window) in self.windows.iter().enumerate() {
             let (open, close) = window.unwrap_or((f64::INFINITY, f64::NEG_INFINITY));
@@ -167,7 +167,7 @@ impl Horizon {
                     item: place,
                     x0,
                     y,
-                    // What the rules go by, whatever the goal.
+                    // The rules use the weight, whatever the goal.
                     weight,
                     open,
                     close,
@@ -184,14 +184,14 @@ impl Horizon {
         self.free.len()
     }
 
-    /// The place of an item of the pattern; none when it is out of view or reach.
+    /// The place of an item of the pattern; `None` if it is out of view or out of reach.
     pub fn place(&self, item: u32) -> Option<u32> {
         let found = self.places.binary_search_by_key(&item, |&(item, _)| item);
         found.ok().map(|at| self.places[at].1)
     }
 
-    /// Mean over robots and the items that they reach of the shortest time a pick can
-    /// take [s].
+    /// Shortest possible duration of a pick, averaged over robots and the items within their
+    /// reach [s].
     pub fn mean_shortest(&self) -> f64 {
         let all = self.reach.iter().flatten().map(|reach| reach.shortest);
         let (sum, count) = all
@@ -202,13 +202,13 @@ impl Horizon {
         sum / f64::max(count, 1.0)
     }
 
-    /// One item for one robot.
+    /// The data of one item for one robot.
     #[inline(always)]
     pub fn reach(&self, robot: usize, place: u32) -> &Reach {
         &self.reach[robot][place as usize]
     }
 
-    /// When `robot` is free again if it leaves at `start` [s] for the item.
+    /// When `robot` is free again if it leaves for the item at `start` [s].
     #[inline(always)]
     pub fn finish(&self, robot: usize, reach: &Reach, start: f64) -> f64 {
         let arm = &self.arms[robot];
@@ -217,9 +217,9 @@ impl Horizon {
         start + kinematics::processing_time(travel, arm.grasp, arm.release)
     }
 
-    /// The departure in the window [s] at which the pick takes the shortest time. The
-    /// way of [`kinematics::travel_time`] is shortest where its derivative along the
-    /// belt vanishes, `dx = -|dy| v / u`, and grows on both sides.
+    /// The departure in the window [s] for which the pick takes the shortest time. The travel
+    /// time of [`kinematics::travel_time`] is shortest where its derivative along the belt is
+    /// zero, `dx = -|dy| v / u`, and increases on both sides.
     fn best_start(&self, robot: usize, reach: &Reach) -> f64 {
         let arm = &self.arms[robot];
         let dx = -reach.dy.abs() * self.belt_speed / arm.speed;
@@ -227,10 +227,10 @@ impl Horizon {
         at.clamp(reach.open, reach.close)
     }
 
-    /// The last departure at which `robot`, leaving for the item, is free again by
-    /// `deadline` [s]: the inverse of [`Horizon::finish`], which increases in the
-    /// departure because the arm outruns the belt. Seen backwards in time the belt runs
-    /// the other way, so the way back is the meeting point's closed form with -v.
+    /// The last departure at which `robot`, leaving for the item, is free again by `deadline`
+    /// [s]. This is the inverse of [`Horizon::finish`], which increases with the departure
+    /// because the arm is faster than the belt. Backwards in time the belt moves the other way,
+    /// so the way back has the meeting point's closed form with -v.
     #[inline(always)]
     pub fn latest_start(&self, robot: usize, reach: &Reach, deadline: f64) -> f64 {
         let arm = &self.arms[robot];
@@ -249,7 +249,7 @@ mod tests {
     use crate::sim::{Scene, simulate};
     use crate::station::built_in;
 
-    /// Checks horizons of a run that picks whatever comes first.
+    /// Checks horizons in a run that picks the first candidate.
     struct Probe(Horizon);
 
     impl Strategy for Probe {

@@ -1,5 +1,5 @@
-//! The look-ahead strategy: at every decision a plan for all robots, of which the first
-//! step is taken.
+//! The look-ahead strategy: plans for all robots at every decision and takes the first step of
+//! the plan.
 
 use super::horizon::Horizon;
 use super::meter::Meter;
@@ -10,24 +10,23 @@ use super::search::Improver;
 use crate::decision::{Action, Snapshot, Strategy};
 use crate::pattern::random_stream;
 
-/// Plans for all robots over the items in view, at every decision anew.
+/// Plans for all robots over the items in view, again at every decision.
 ///
-/// The plan of the decision before, as far as it is still possible, and what each base
-/// assignment would make of the situation compete; the best is improved by
-/// neighbourhood search as far as the budget goes. As the old plan stays in the race
-/// (a *fortified* rollout, Bertsekas 2013, DOI 10.1007/978-1-4419-7997-1_8), what is
-/// picked in the end is at least what the best base would have picked, if all items
-/// were in view from the start and nothing fails.
+/// The candidates are the still possible part of the previous plan, and the completion of the
+/// situation by each base assignment. The best of them is improved by neighbourhood search as
+/// far as the budget allows. Because the previous plan remains a candidate (a *fortified*
+/// rollout, Bertsekas 2013, DOI 10.1007/978-1-4419-7997-1_8), the run picks at least as much as
+/// the best base would have picked, if all items were in view from the start and nothing fails.
 ///
 /// A robot may wait: for an item whose window opens later, or because the others take
-/// all that it could.
+/// everything that it could take.
 #[derive(Debug)]
 pub struct Lookahead {
     options: Options,
     horizon: Horizon,
     plan: Plan,
-    /// The items of each robot in the plan, by their index in the pattern, as places
-    /// hold for one decision only.
+    /// For each robot, the items of the plan by their index in the pattern, because places are
+    /// valid for one decision only.
     kept: Vec<Vec<u32>>,
     nothing: Plan,
     rollout: Rollout,
@@ -75,11 +74,12 @@ impl Lookahead {
             self.rollout.search(bases, size, &mut best, &mut meter);
         }
         for robot in 0..horizon.robots() {
-            // Rollouts leave the latest starts open.
+            // Rollouts do not compute the latest starts.
             self.plan.retime(horizon, robot);
         }
         if options.improve {
-            // One stream a decision, so that what one draws does not shift the next.
+            // One random stream per decision, so that the draws of one do not shift those of
+            // the next.
             let mut rng = random_stream(options.seed, self.decisions);
             self.improver
                 .improve(horizon, &mut self.plan, &mut meter, &mut rng);
@@ -88,7 +88,7 @@ impl Lookahead {
         self.keep();
     }
 
-    /// The last plan, as far as it is still possible.
+    /// Restores the still possible part of the previous plan.
     fn take_up(&mut self) {
         let (horizon, plan) = (&self.horizon, &mut self.plan);
         plan.clear(horizon);
@@ -102,7 +102,7 @@ impl Lookahead {
         }
     }
 
-    /// Notes the plan for the next decision.
+    /// Stores the plan for the next decision.
     fn keep(&mut self) {
         self.kept.resize_with(self.plan.routes.len(), Vec::new);
         for (kept, route) in self.kept.iter_mut().zip(&self.plan.routes) {
@@ -115,8 +115,8 @@ impl Lookahead {
     /// The first step of the plan.
     fn first_step(&self, snapshot: &Snapshot) -> Action {
         let Some(stop) = self.plan.routes[snapshot.robot].first() else {
-            // The others take all that this robot could. Plans change when one of them
-            // decides next.
+            // The others take everything that this robot could take. The plan may change when
+            // one of them decides next.
             let busy = self.horizon.free.iter().filter(|&&f| f > snapshot.time);
             let next = busy.copied().fold(f64::INFINITY, f64::min);
             return if next.is_finite() {
@@ -129,7 +129,7 @@ impl Lookahead {
             return Action::WaitUntil(stop.start);
         }
         let item = self.horizon.items[stop.place as usize];
-        // What is open now is a candidate, so the position is always found.
+        // An item whose window is open is a candidate, so the position is always found.
         let mut candidates = snapshot.candidates.iter();
         let place = candidates.position(|candidate| candidate.item == item);
         Action::Pick(place.unwrap_or(0))

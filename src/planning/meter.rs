@@ -1,4 +1,4 @@
-//! How much one decision may cost.
+//! The computing budget of one decision.
 
 use std::ops::RangeInclusive;
 use std::time::{Duration, Instant};
@@ -6,35 +6,35 @@ use std::time::{Duration, Instant};
 /// What a decision may cost.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Budget {
-    /// So many simulated decisions: choices of one robot among its items, or stops
-    /// whose times are computed anew. The result is the same on every machine.
+    /// This many simulated decisions: choices of one robot among its items, or stops whose
+    /// times are recomputed. The result is the same on every machine.
     Decisions(u64),
-    /// So much time, for live use.
+    /// This much time, for live use.
     Time(Duration),
 }
 
 impl Budget {
-    /// By default in experiments: where more no longer gained anything on the dense cases
+    /// The default in experiments: a larger budget gained nothing more on the dense cases
     /// (`docs/lookahead.md`).
     pub const EXPERIMENT: Self = Self::Decisions(4000);
-    /// By default on a line that runs by the clock.
+    /// The default on a line that runs in real time.
     pub const LIVE: Self = Self::Time(Duration::from_millis(10));
-    /// Times that a decision may be given [ms].
+    /// Allowed times for a decision [ms].
     pub const MILLISECONDS: RangeInclusive<f64> = 0.01..=60_000.0;
 
-    /// So many milliseconds; none when they are outside [`Budget::MILLISECONDS`].
+    /// A budget in milliseconds; `None` if outside [`Budget::MILLISECONDS`].
     pub fn milliseconds(ms: f64) -> Option<Self> {
         let within = Self::MILLISECONDS.contains(&ms);
         within.then(|| Self::Time(Duration::from_secs_f64(ms / 1e3)))
     }
 }
 
-/// What a decision may cost where a strategy's own options say nothing of it.
+/// The budget of a decision if a strategy's own options set none.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Allowance {
-    /// What was asked for beside them.
+    /// The budget that the user gave separately.
     pub asked: Option<Budget>,
-    /// What holds where nothing was.
+    /// The budget if the user gave none.
     pub otherwise: Budget,
 }
 
@@ -53,21 +53,21 @@ pub(super) struct Meter {
     budget: Budget,
     began: Instant,
     spent: u64,
-    /// What was spent when the clock has to be looked at again.
+    /// The number of simulated decisions at which the clock must be checked again.
     look_again: u64,
     share: f64,
 }
 
-/// Share of the time that is used: the rest is for coming to an end and for the work
-/// around the decision.
+/// Share of the time that is used; the rest is for finishing and for the work around the
+/// decision.
 const USED: f64 = 0.95;
 
-/// Simulated decisions between two looks at the clock: some microseconds, as one takes
-/// about 100 ns and up to 2 us where 1,000 items are in view.
+/// Simulated decisions between two checks of the clock: some microseconds, as one takes about
+/// 100 ns, and up to 2 us with 1,000 items in view.
 const UNWATCHED: u64 = 20;
 
 impl Meter {
-    /// Begins to count.
+    /// Starts counting.
     pub fn new(budget: Budget) -> Self {
         Self {
             budget,
@@ -78,12 +78,12 @@ impl Meter {
         }
     }
 
-    /// Notes so many simulated decisions.
+    /// Adds simulated decisions.
     pub fn spend(&mut self, decisions: usize) {
         self.spent += decisions as u64;
     }
 
-    /// Share of the budget that is gone; from 1 on it is spent.
+    /// Share of the budget that is used; the budget is exhausted from 1 on.
     pub fn share(&mut self) -> f64 {
         match self.budget {
             Budget::Decisions(most) => self.share = self.spent as f64 / most as f64,
@@ -97,8 +97,8 @@ impl Meter {
         self.share
     }
 
-    /// Whether time is up. A count is never up before its work is done: what it has to
-    /// pay for must come out the same on every machine, and come out at all.
+    /// Whether time is up. A budget in decisions never ends work early: that work must be
+    /// completed, with the same result on every machine.
     pub fn is_late(&mut self) -> bool {
         matches!(self.budget, Budget::Time(_)) && self.share() >= 1.0
     }

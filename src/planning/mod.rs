@@ -1,5 +1,5 @@
-//! Planning: strategies that simulate forward from the situation they see, and what no
-//! strategy can do better.
+//! Planning: strategies that simulate forward from the current situation, and the bound for
+//! every strategy.
 
 pub mod bound;
 mod horizon;

@@ -1,10 +1,10 @@
-//! How the look-ahead works, and how that is written.
+//! Options of the look-ahead, and how they are written.
 
 use super::meter::{Allowance, Budget};
 use crate::dispatch::RuleAssignment;
 use crate::error::{Error, Result, known_names, shown};
 
-/// What is maximised first.
+/// The primary objective.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Goal {
     /// The number of items picked.
@@ -14,26 +14,26 @@ pub enum Goal {
     Weight,
 }
 
-/// How a [`super::Lookahead`] works.
+/// Options of a [`super::Lookahead`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
-    /// What it maximises first.
+    /// The primary objective.
     pub goal: Goal,
-    /// What a decision may cost.
+    /// The budget of a decision.
     pub budget: Budget,
-    /// Base assignments that every plan has to beat; none stands for those that the
-    /// caller knows to be good.
+    /// Base assignments that every plan has to beat; empty for those that the caller knows to
+    /// be good.
     pub bases: Vec<RuleAssignment>,
-    /// How far ahead it plans [s]: items whose windows open later are left out.
+    /// How far ahead it plans [s]; items whose windows open later are ignored.
     pub horizon: f64,
-    /// Decisions of the classical rollout for which every candidate is tried, before
-    /// the bases take over; 0 tries the bases only.
+    /// Number of decisions of the classical rollout at which every candidate is tried before
+    /// the bases take over; 0 tries only the bases.
     pub depth: usize,
-    /// Beginnings kept from one of these decisions to the next.
+    /// Number of partial plans kept from one of these decisions to the next.
     pub width: usize,
     /// Whether plans are improved by neighbourhood search.
     pub improve: bool,
-    /// Seed of that search.
+    /// Seed of the neighbourhood search.
     pub seed: u64,
 }
 
@@ -52,24 +52,27 @@ impl Default for Options {
     }
 }
 
-/// Keys with what they mean, for help texts and errors.
+/// Keys and their meanings, for help texts and errors.
 pub const KEYS: [(&str, &str); 9] = [
     ("goal", "picks or weight: what is maximised [picks]"),
-    ("budget", "simulated decisions a decision [4000]"),
+    ("budget", "simulated decisions per decision [4000]"),
     (
         "budget-ms",
-        "time a decision instead [ms]; results then depend on the machine",
+        "time per decision instead [ms]; results then depend on the machine",
     ),
     (
         "bases",
-        "assignments to beat, as SPT+FIFO/SPT+SPT [the optimiser's best few]",
+        "assignments to beat, such as SPT+FIFO/SPT+SPT [the optimiser's best few]",
     ),
-    ("horizon", "how far ahead to plan [s] [all that is in view]"),
+    ("horizon", "how far ahead to plan [s] [everything in view]"),
     (
         "depth",
-        "decisions for which every candidate is tried, then the bases [0]",
+        "decisions at which every candidate is tried, then the bases [0]",
     ),
-    ("width", "beginnings kept from one of these to the next [1]"),
+    (
+        "width",
+        "partial plans kept from one of these to the next [1]",
+    ),
     (
         "improve",
         "yes or no: improve plans by neighbourhood search [yes]",
@@ -78,12 +81,12 @@ pub const KEYS: [(&str, &str); 9] = [
 ];
 
 impl Options {
-    /// Reads `key=value,key=value`, for a line of `robots` robots; `allowance` stands in
-    /// where no budget is given.
+    /// Reads `key=value,key=value` for a line of `robots` robots; `allowance` applies if no
+    /// budget is given.
     ///
     /// # Errors
-    /// An unknown key, with the nearest known one; a value that is none, naming the key
-    /// and what it takes.
+    /// An unknown key (the message suggests the nearest known one), or an invalid value (the
+    /// message names the key and the allowed values).
     pub fn parse(text: &str, robots: usize, allowance: Allowance) -> Result<Self> {
         let mut options = Self {
             budget: allowance.asked.unwrap_or(allowance.otherwise),
@@ -140,7 +143,7 @@ impl Options {
                 self.bases = bases.map_err(|error| error.at(&place(key)))?;
             }
             "horizon" => self.horizon = number(key, value, 1e-3, 1e9)?,
-            // A usize holds 1000 on every machine.
+            // A usize can hold 1000 on every machine.
             "depth" => self.depth = whole(key, value, 0, 100)? as usize,
             "width" => self.width = whole(key, value, 1, 1000)? as usize,
             "improve" => {
@@ -163,7 +166,7 @@ impl Options {
         Ok(())
     }
 
-    /// How the strategy is written: `lookahead`, and what differs from the default.
+    /// How the strategy is written: `lookahead`, and the options that differ from the default.
     pub fn written(&self) -> String {
         let plain = Self::default();
         let mut parts = Vec::new();
@@ -212,7 +215,7 @@ fn wrong(key: &str, problem: String, cure: &str) -> Error {
 }
 
 fn not(key: &str, value: &str, cure: &str) -> Error {
-    let problem = format!("`{}` is not a value for it", shown(value));
+    let problem = format!("`{}` is not a valid value", shown(value));
     wrong(key, problem, &format!("give {cure}"))
 }
 
@@ -255,7 +258,7 @@ mod tests {
         }
     }
 
-    /// Written out or left out is the same, spaces and empty parts or not.
+    /// Explicit defaults, spaces and empty parts make no difference.
     #[test]
     fn defaults_can_be_written_out() {
         let read = |text: &str| Options::parse(text, 2, Allowance::default()).unwrap();

@@ -3,7 +3,7 @@
 use super::horizon::Horizon;
 use std::cmp::Ordering;
 
-/// No robot.
+/// No robot takes the item.
 pub(super) const NOBODY: u16 = u16::MAX;
 
 /// One pick of a plan.
@@ -11,12 +11,12 @@ pub(super) const NOBODY: u16 = u16::MAX;
 pub(super) struct Stop {
     /// Place of the item in the horizon.
     pub place: u32,
-    /// When the robot leaves for it [s]: as soon as it is free and the window open.
-    /// Waiting longer never helps, as the end of a pick increases with its start.
+    /// When the robot leaves for it [s]: as soon as it is free and the window is open. Waiting
+    /// longer never helps, because the end of a pick increases with its start.
     pub start: f64,
     /// When the robot is free again [s].
     pub finish: f64,
-    /// Last start [s] at which this and all later stops of the robot can still be made.
+    /// Last start [s] that still allows this stop and all later stops of the robot.
     pub latest: f64,
 }
 
@@ -25,26 +25,26 @@ pub(super) struct Stop {
 pub(super) struct Plan {
     /// The stops of each robot in order of time.
     pub routes: Vec<Vec<Stop>>,
-    /// For each item of the horizon the robot that takes it, or [`NOBODY`].
+    /// For each item of the horizon, the robot that takes it, or [`NOBODY`].
     pub owner: Vec<u16>,
-    /// What the planned items count together.
+    /// Total value of the planned items.
     pub value: f64,
 }
 
-/// What plans are compared by: value first, then the end, then how soon robots are free.
+/// How plans are compared: by value, then by the end, then by how soon robots are free.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Score {
-    /// What the planned items count together.
+    /// Total value of the planned items.
     pub value: f64,
-    /// When the last planned item is in its bin and the last other one off the belt [s].
+    /// When the last planned item is in its bin and the last other item has left the belt [s].
     pub end: f64,
-    /// Sum over the robots of the time at which they are done [s].
+    /// Sum of the times at which the robots are done [s].
     pub free: f64,
 }
 
 impl Score {
-    /// Which one is better, the better the greater. Values are sums in any order, so
-    /// they count as equal within rounding.
+    /// Compares two scores; the better one is greater. Values are sums in any order, so they
+    /// count as equal within rounding.
     pub fn compare(&self, other: &Self) -> Ordering {
         let slack = 1e-9 * (1.0 + self.value.abs());
         if (self.value - other.value).abs() > slack {
@@ -54,14 +54,14 @@ impl Score {
         end.then(other.free.total_cmp(&self.free))
     }
 
-    /// Whether this one is better.
+    /// Whether this score is better.
     pub fn beats(&self, other: &Self) -> bool {
         self.compare(other) == Ordering::Greater
     }
 }
 
 impl Plan {
-    /// Nothing planned.
+    /// Removes everything from the plan.
     pub fn clear(&mut self, horizon: &Horizon) {
         self.routes.resize_with(horizon.robots(), Vec::new);
         self.routes.iter_mut().for_each(Vec::clear);
@@ -70,7 +70,7 @@ impl Plan {
         self.value = 0.0;
     }
 
-    /// Copies `other`, reusing what is allocated.
+    /// Copies `other`, reusing allocated memory.
     pub fn copy_from(&mut self, other: &Self) {
         self.routes.clone_from(&other.routes);
         self.owner.clone_from(&other.owner);
@@ -93,8 +93,8 @@ impl Plan {
         finish
     }
 
-    /// Computes all times of `robot` anew; stops that have become impossible are left
-    /// out. Returns the number of stops looked at.
+    /// Recomputes all times of `robot` and removes stops that have become impossible. Returns
+    /// the number of stops examined.
     pub fn retime(&mut self, horizon: &Horizon, robot: usize) -> usize {
         let route = &mut self.routes[robot];
         let looked_at = route.len();
@@ -135,10 +135,10 @@ impl Plan {
         last.map_or(horizon.free[robot], |stop| stop.finish)
     }
 
-    /// What the plan is worth.
+    /// The score of the plan.
     pub fn score(&self, horizon: &Horizon) -> Score {
-        // Items are in pattern order, downstream first, so the last one without an owner
-        // is the last to leave.
+        // Items are in pattern order, downstream first, so the last one without an owner is the
+        // last to leave.
         let left = self.owner.iter().rposition(|&owner| owner == NOBODY);
         let mut end = left.map_or(f64::NEG_INFINITY, |place| horizon.leaves[place]);
         let mut free = 0.0;

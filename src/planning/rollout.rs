@@ -1,9 +1,8 @@
-//! Simulating base assignments forward over the items in view.
+//! Simulates base assignments forward over the items in view.
 //!
-//! Rollout (Bertsekas, Tsitsiklis and Wu 1997, DOI 10.1023/A:1009635226865): the worth of
-//! a beginning is what a base strategy makes of the rest. Parallel rollout (Chang, Givan
-//! and Chong 2004, DOI 10.1023/B:DISC.0000028199.78776.c4) takes the best of several
-//! bases.
+//! Rollout (Bertsekas, Tsitsiklis and Wu 1997, DOI 10.1023/A:1009635226865): a partial plan is
+//! worth its completion by a base strategy. Parallel rollout (Chang, Givan and Chong 2004, DOI
+//! 10.1023/B:DISC.0000028199.78776.c4) takes the best of several bases.
 
 use super::horizon::Horizon;
 use super::meter::Meter;
@@ -19,19 +18,19 @@ pub(super) struct Rollout {
     trial: Plan,
 }
 
-/// One robot as a rollout goes on.
+/// The state of one robot during a rollout.
 #[derive(Debug, Default)]
 struct Arm {
-    /// First item of its queue that has not opened yet.
+    /// Index in its queue of the first item whose window has not opened yet.
     next: usize,
-    /// Opened items that may still be picked.
+    /// Items with open windows that may still be picked.
     active: Vec<Candidate>,
     free: f64,
-    /// Lower bound of its next decision [s]; none when it is done.
+    /// Lower bound of its next decision [s]; `None` if it is done.
     decision: Option<f64>,
 }
 
-/// What is rolled out: on which line, with which bases.
+/// The input of a rollout: the line and the bases.
 #[derive(Clone, Copy)]
 pub(super) struct Bases<'a> {
     pub station: &'a Station,
@@ -47,8 +46,8 @@ pub(super) struct Best<'p> {
 }
 
 impl Rollout {
-    /// Completes `start` with every base; what is better than `best` takes its place.
-    /// Returns the best completion's score; none when the time was up before.
+    /// Completes `start` with every base; a completion better than `best` replaces it. Returns
+    /// the best completion's score; `None` if time was up before.
     pub fn complete(
         &mut self,
         bases: Bases,
@@ -77,8 +76,8 @@ impl Rollout {
         highest
     }
 
-    /// Tries every candidate for the first `depth` decisions and keeps the `width` best
-    /// beginnings from one to the next; `depth` 1 is the classical rollout.
+    /// Tries every candidate for the first `depth` decisions and keeps the `width` best partial
+    /// plans from one to the next; `depth` 1 is the classical rollout.
     pub fn search(
         &mut self,
         bases: Bases,
@@ -106,16 +105,16 @@ impl Rollout {
                     tried.push((score, next));
                 }
             }
-            // Stable, so equal ones stay in order.
+            // The sort is stable, so equal plans stay in order.
             tried.sort_by(|(a, _), (b, _)| a.compare(b).reverse());
             tried.truncate(width);
             beginnings = tried.into_iter().map(|(_, plan)| plan).collect();
         }
     }
 
-    /// Goes on with `plan` as if every robot followed its rule after its planned stops,
-    /// by the decisions of the model (`docs/model.md`): the earliest first, ties to the
-    /// robot listed first. Returns whether it came to the end in time.
+    /// Continues `plan` as if every robot followed its rule after its planned stops, with the
+    /// model's order of decisions (`docs/model.md`): the earliest first, ties to the robot
+    /// listed first. Returns whether it was completed in time.
     fn extend(&mut self, bases: Bases, rules: &[Rule], plan: &mut Plan, meter: &mut Meter) -> bool {
         let horizon = bases.horizon;
         self.begin(horizon, plan);
@@ -144,8 +143,7 @@ impl Rollout {
         }
     }
 
-    /// The first decision after `plan`: robot, time [s] and what it can choose from,
-    /// downstream first.
+    /// The first decision after `plan`: robot, time [s] and its candidates, downstream first.
     fn choices(&mut self, horizon: &Horizon, plan: &Plan) -> Option<(usize, f64, Vec<u32>)> {
         self.begin(horizon, plan);
         let (robot, time) = self.next_decision(horizon, &plan.owner)?;
@@ -176,7 +174,7 @@ impl Rollout {
 }
 
 impl Arm {
-    /// When the robot decides next [s]; `active` then holds what it can choose from.
+    /// When the robot decides next [s]; `active` then holds its candidates.
     fn find_decision(&mut self, queue: &[Candidate], owner: &[u16]) -> Option<f64> {
         let taken = |candidate: &Candidate| owner[candidate.item as usize] != NOBODY;
         self.open_until(queue, self.free, owner);

@@ -1,28 +1,29 @@
-//! Improving a plan: take some stops out, fill the gaps anew, keep what is no worse.
+//! Improves a plan: removes some stops, refills the gaps, and keeps the result if it is no
+//! worse.
 //!
-//! Large neighbourhood search in the manner of slack induction by string removals
-//! (Christiaens and Vanden Berghe 2020, DOI 10.1287/trsc.2019.0914): strings of stops
-//! around a random item go out, the gaps are filled greedily, now and then overlooking
-//! an item ("blinks"), and simulated annealing (Kirkpatrick et al. 1983, DOI
-//! 10.1126/science.220.4598.671) decides whether to keep the result.
+//! Large neighbourhood search in the manner of slack induction by string removals (Christiaens
+//! and Vanden Berghe 2020, DOI 10.1287/trsc.2019.0914). Strings of stops around a random item
+//! are removed, the gaps are filled greedily while some items are randomly skipped ("blinks"),
+//! and simulated annealing (Kirkpatrick et al. 1983, DOI 10.1126/science.220.4598.671) decides
+//! whether to keep the result.
 //!
-//! The constants were chosen on the grids of 0.15 m and on Poisson patterns of other
-//! seeds than any that are reported (`docs/lookahead.md`).
+//! The constants were tuned on the grids of 0.15 m and on Poisson patterns with seeds that no
+//! report uses (`docs/lookahead.md`).
 
 use super::horizon::Horizon;
 use super::meter::Meter;
 use super::plan::{NOBODY, Plan, Stop};
 use rand::{Rng, RngExt};
 
-/// Longest string of stops taken out at once.
+/// Longest string of stops that is removed at once.
 const LONGEST: usize = 8;
-/// Most robots that lose a string at once.
+/// Maximum number of robots that lose a string at once.
 const MOST_ROBOTS: usize = 2;
-/// Share of the items that a filling step overlooks.
+/// Share of the items that a filling step skips.
 const BLINKS: f64 = 0.1;
-/// Temperature at the beginning, as a share of the mean shortest processing time.
+/// Initial temperature, as a share of the mean shortest processing time.
 const HEAT: f64 = 0.02;
-/// What a later end of the plan counts, per second by which single robots are delayed.
+/// Cost of a later end of the plan, in seconds of delay of single robots per second.
 const END: f64 = 3.0;
 
 /// Reusable buffers of a search.
@@ -34,7 +35,7 @@ pub(super) struct Improver {
     open: Vec<u32>,
 }
 
-/// A string of stops `from..to` of a robot, and what comes in its place.
+/// A string of stops `from..to` of a robot, and its replacement.
 #[derive(Debug, Clone, Copy)]
 struct Cut {
     robot: usize,
@@ -45,18 +46,18 @@ struct Cut {
     end: usize,
 }
 
-/// What filling a cut anew would change.
+/// The effect of refilling the cuts.
 #[derive(Debug, Clone, Copy, Default)]
 struct Change {
     /// Value gained.
     gain: f64,
-    /// How much later [s] the robots can go on with their next stops, and how much
-    /// later, times [`END`], the last one is done.
+    /// How much later [s] the robots can continue with their next stops, plus [`END`] times how
+    /// much later the last one is done.
     delay: f64,
 }
 
 impl Improver {
-    /// Improves `plan` for as long as `meter` allows. It never gets worse.
+    /// Improves `plan` for as long as `meter` allows. The plan never gets worse.
     pub fn improve(
         &mut self,
         horizon: &Horizon,
@@ -77,11 +78,11 @@ impl Improver {
             if gone >= 1.0 {
                 return;
             }
-            // So that a round that finds nothing to cut is not for nothing.
+            // So that a round without anything to cut still counts.
             meter.spend(1);
             self.choose_cuts(horizon, rng.random_range(0..items), rng);
             let change = self.refill(horizon, meter, rng);
-            // An exponential variate times the temperature is Metropolis' criterion.
+            // An exponential variate times the temperature gives the Metropolis criterion.
             let allowed = heat * (1.0 - gone) * -(1.0 - rng.random::<f64>()).ln();
             let slack = 1e-9 * (1.0 + self.current.value);
             let accepted = if change.gain.abs() > slack {
@@ -102,7 +103,7 @@ impl Improver {
         }
     }
 
-    /// Chooses strings around the item at `seed` in the routes of robots that reach it.
+    /// Chooses strings around the item `seed` in the routes of robots that can reach it.
     fn choose_cuts(&mut self, horizon: &Horizon, seed: u32, rng: &mut impl Rng) {
         self.cuts.clear();
         let robots = horizon.robots();
@@ -135,7 +136,7 @@ impl Improver {
         }
     }
 
-    /// Takes the strings out and fills the gaps.
+    /// Removes the strings and fills the gaps.
     fn refill(&mut self, horizon: &Horizon, meter: &mut Meter, rng: &mut impl Rng) -> Change {
         let mut change = Change::default();
         for cut in &self.cuts {
@@ -168,7 +169,7 @@ impl Improver {
             for stop in &self.fill[begin..] {
                 change.gain += horizon.values[stop.place as usize];
             }
-            // Before the next stop's window opens it does not matter when.
+            // Before the window of the next stop opens, the exact time does not matter.
             let opens = after.map_or(f64::NEG_INFINITY, |stop| {
                 horizon.reach(robot, stop.place).open
             });
@@ -183,7 +184,7 @@ impl Improver {
         change
     }
 
-    /// When the last robot is done [s], leaving some out.
+    /// When the last robot is done [s], ignoring some robots.
     fn end(&self, horizon: &Horizon, without: impl Fn(usize) -> bool) -> f64 {
         (0..horizon.robots())
             .filter(|&robot| horizon.free[robot].is_finite() && !without(robot))
@@ -198,13 +199,12 @@ impl Improver {
         cuts.any(|cut| cut.robot == robot && cut.to == route.len())
     }
 
-    /// Greedily adds stops for `robot` from `free` on that leave it free by `deadline`
-    /// [s]; returns when it then is.
+    /// Greedily adds stops for `robot` from `free` on that leave it free by `deadline` [s];
+    /// returns when it is free then.
     ///
-    /// The item with the least time per value goes next. A random share, one for each
-    /// gap, of the shortest time that the item could take at its best moment is
-    /// deducted: with none of it this is SPT, with all of it what counts is only the
-    /// time that picking the item now wastes.
+    /// The item with the least time per value is next. A random share (one per gap) of the
+    /// shortest possible time for the item is subtracted. With a share of 0 this is SPT; with a
+    /// share of 1, only the time wasted by picking the item now counts.
     fn fill_gap(
         &mut self,
         horizon: &Horizon,
@@ -233,7 +233,7 @@ impl Improver {
                 let start = free.max(reach.open);
                 let finish = horizon.finish(robot, reach, start);
                 if finish > deadline {
-                    // Later it would end even later.
+                    // Later, the pick would end even later.
                     return false;
                 }
                 let time = finish - free - deducted * reach.shortest;
@@ -283,9 +283,9 @@ impl Improver {
     }
 }
 
-/// Whether the item at `place` is overlooked in the step that drew `draw`: one draw a
-/// step and a multiplicative hash (Knuth, The Art of Computer Programming 3, 6.4) are
-/// cheaper than a draw an item.
+/// Whether the item at `place` is skipped in the step that drew `draw`. One draw per step and a
+/// multiplicative hash (Knuth, The Art of Computer Programming 3, 6.4) are cheaper than one
+/// draw per item.
 fn blinks(draw: u64, place: u32) -> bool {
     const GOLDEN: u64 = 0x9E37_79B9_7F4A_7C15;
     let hash = (draw ^ u64::from(place)).wrapping_mul(GOLDEN);

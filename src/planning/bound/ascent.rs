@@ -1,51 +1,51 @@
-//! Finding good prices: a deflected subgradient method.
+//! Finds good prices: a deflected subgradient method.
 //!
-//! `1 - (how often item j is taken)` is a subgradient of L (Held, Wolfe and Crowder
-//! 1974, DOI 10.1007/BF01580223). Steps go along a mixture with the steps before
-//! (Camerini, Fratta and Maffioli 1975, DOI 10.1007/BFb0120697), are as long as Polyak's
-//! rule says for a level a little below the best value, and become shorter when the
-//! best has not fallen for a while. It stops by count, never by time.
+//! `1 - (how often item j is taken)` is a subgradient of L (Held, Wolfe and Crowder 1974, DOI
+//! 10.1007/BF01580223). Each direction is mixed with the previous ones (Camerini, Fratta and
+//! Maffioli 1975, DOI 10.1007/BFb0120697). Step lengths follow Polyak's rule for a level a
+//! little below the best value, and become shorter if the best value has not fallen for a
+//! while. The method stops by count, never by time.
 
 use super::dual::{Dual, Evaluation};
 use super::profile::{Leaving, Profile};
 
-/// Share of the last direction in the next one.
+/// Share of the previous direction in the next one.
 const MEMORY: f64 = 0.7;
-/// The level aimed at, as a share of the best value.
+/// The target level, as a share of the best value.
 const LEVEL: f64 = 0.95;
-/// Steps without a better value before steps become shorter.
+/// Number of steps without a better value before steps become shorter.
 const PATIENCE: usize = 5;
-/// By how much they do.
+/// Factor by which they become shorter.
 const SHORTER: f64 = 0.6;
-/// A value counts as better when it is by this share.
+/// Minimum relative improvement of a better value.
 const BETTER: f64 = 1e-8;
-/// Steps shorter than this share of the first no longer change anything.
+/// Steps shorter than this share of the first have no effect any longer.
 const SHORTEST: f64 = 1e-5;
 
-/// The schedules that prices are sought for.
+/// The schedules for which prices are sought.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Schedules {
-    /// Every release lies in this slot or before.
+    /// Every release is in this slot or before.
     pub horizon: u64,
-    /// The items from this one on must be picked, so that their prices may be negative.
+    /// The items from this one on must be picked, so their prices may be negative.
     pub must_from: usize,
 }
 
-/// Prices on their way.
+/// The state of the search for prices.
 #[derive(Debug, Clone)]
 pub(super) struct Ascent {
-    /// Where it stands, as shares of the items' weights in units.
+    /// The current prices, as shares of the items' weights in units.
     at: Vec<f64>,
     direction: Vec<f64>,
     /// The best prices so far, in units.
     pub best_prices: Vec<i64>,
-    /// Their value, in units.
+    /// The value of the best prices, in units.
     pub best: i64,
 }
 
 impl Ascent {
-    /// Starts from `prices` in units, in the box of the schedules that it is for; `best`
-    /// is a value known to hold.
+    /// Starts from `prices` in units, within the limits for its schedules; `best` is a value
+    /// known to be valid.
     pub fn new(prices: Vec<i64>, best: i64) -> Self {
         Self {
             at: prices.iter().map(|&p| p as f64).collect(),
@@ -55,14 +55,14 @@ impl Ascent {
         }
     }
 
-    /// Where it stands, in units.
+    /// The current prices, in units.
     pub fn last_prices(&self) -> Vec<i64> {
         self.at.iter().map(|&at| at as i64).collect()
     }
 
-    /// Goes up to `steps` steps for `schedules`, the first of relative length `length`;
-    /// every step is entered in `profile`. `done` is told the best value after every
-    /// step and may end it.
+    /// Makes up to `steps` steps for `schedules`, the first of relative length `length`. Every
+    /// step is entered in `profile`. `done` gets the best value after every step and may end
+    /// the search.
     pub fn run(
         &mut self,
         dual: &Dual,
@@ -100,7 +100,7 @@ impl Ascent {
         }
     }
 
-    /// One step; false when there is nowhere to go, which proves the prices optimal.
+    /// Makes one step; false if no direction is left, which proves the prices optimal.
     fn step(&mut self, dual: &Dual, schedules: Schedules, length: f64, at: &Evaluation) -> bool {
         let box_of = |item: usize| -> (f64, f64) {
             let must = item >= schedules.must_from;
@@ -115,7 +115,7 @@ impl Ascent {
             } else {
                 0.0
             };
-            // No further out of the box than its face.
+            // A price at a limit must not move beyond it.
             let (least, most) = box_of(item);
             let outwards =
                 (slope > 0.0 && self.at[item] <= least) || (slope < 0.0 && self.at[item] >= most);
@@ -175,7 +175,7 @@ mod tests {
         }
     }
 
-    /// Prices in picks, within rounding.
+    /// The prices in picks, within rounding.
     fn assert_at(ascent: &Ascent, dual: &Dual, expected: &[f64]) {
         let found: Vec<f64> = ascent.at.iter().map(|at| at / dual.units).collect();
         let near = |(a, b): (&f64, &f64)| (a - b).abs() < 1e-9;
@@ -185,8 +185,9 @@ mod tests {
         );
     }
 
-    /// Down where an item lies on no path, up where it lies on several; 0.7 of the last
-    /// direction goes into the next one, and the step is Polyak's for 0.95 of the best value.
+    /// A price falls if its item is on no path and rises if it is on several. The share of the
+    /// previous direction is 0.7, and the step follows Polyak's rule for 0.95 of the best
+    /// value.
     #[test]
     fn a_step_goes_as_far_as_polyak_says() {
         let (dual, _) = contest(3);
@@ -207,7 +208,7 @@ mod tests {
         assert_at(&ascent, &dual, &[0.25, 0.25, 0.25 + 2.0 * 0.2 * 1.1 / 4.0]);
     }
 
-    /// A value below the level aimed at still moves the prices, by a unit.
+    /// A value below the target level still moves the prices, by one unit.
     #[test]
     fn there_is_always_a_step() {
         let (dual, _) = contest(2);
@@ -217,8 +218,8 @@ mod tests {
         assert_eq!(ascent.last_prices(), [unit / 2 - 1, unit / 2 + 1]);
     }
 
-    /// From 0 to the weight, or from far below 0 for items that must be picked; who stands at
-    /// a face does not go through it, and that is no direction.
+    /// From 0 to the weight, or from far below 0 for items that must be picked. Prices at a
+    /// limit do not move beyond it, and such a move is not a direction.
     #[test]
     fn prices_stay_in_their_box() {
         let (dual, _) = contest(3);
@@ -239,7 +240,7 @@ mod tests {
         let mut ascent = Ascent::new(vec![unit / 2; 3], 2 * unit);
         assert!(ascent.step(&dual, ANY, 1e3, &at));
         assert_at(&ascent, &dual, &[0.0, 0.0, 1.0]);
-        // Back from both faces.
+        // Back from both limits.
         assert!(ascent.step(&dual, ANY, 1e-3, &evaluation(3 * unit, &[2, 2, 0])));
         assert!(
             ascent.at[0] > 0.0 && ascent.at[2] < dual.units,
@@ -266,8 +267,8 @@ mod tests {
         }
     }
 
-    /// Steps become shorter by 0.6 after five without a better value, and the search ends
-    /// when they are a hundred-thousandth of the first: after 23 times five.
+    /// Steps become shorter by a factor of 0.6 after five without a better value, and the
+    /// search ends when they are 1e-5 of the first: after 23 times five.
     #[test]
     fn steps_that_better_nothing_become_short_and_end() {
         let (dual, belt) = contest(5);
@@ -283,7 +284,7 @@ mod tests {
         assert_eq!(ascent.best_prices, [dual.units as i64 / 2; 5]);
     }
 
-    /// From five items that two robots take one of each, down to two picks; every step is
+    /// From five items, of which two robots take one each, down to two picks. Every step is
     /// entered in the profile, and the best prices are those of the best value.
     #[test]
     fn the_best_value_of_all_steps_is_kept() {
@@ -309,7 +310,7 @@ mod tests {
         let mut again = Evaluation::default();
         dual.evaluate(&ascent.best_prices, u64::MAX, &mut again);
         assert_eq!(again.value, ascent.best);
-        // What the last step of the profile knows is what the best of the steps said.
+        // The profile's last step has the best value of all steps of the search.
         let mut slots: Vec<u64> = dual
             .networks
             .iter()
@@ -318,7 +319,7 @@ mod tests {
         slots.sort_unstable();
         slots.dedup();
         assert_eq!(profile.value(slots.len() - 1), ascent.best);
-        // A number of steps is a number of steps.
+        // Exactly as many steps as requested are made.
         let mut steps = 0;
         let count = |_| {
             steps += 1;

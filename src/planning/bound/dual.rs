@@ -6,8 +6,8 @@
 //! L(p) = sum_j p_j + sum_robots (longest path under rewards w_j - p_j)
 //! ```
 //!
-//! is at least what any schedule earns, whatever the prices (weak duality). All of it
-//! is computed in whole numbers, so no rounding can lower it.
+//! is an upper bound on what any schedule earns, for any prices (weak duality). Everything is
+//! computed in whole numbers, so no rounding can lower the bound.
 
 use super::Objective;
 use super::network::{Network, Slots, earliest_release};
@@ -16,42 +16,42 @@ use crate::sim::Scene;
 /// Items, weights and networks of one scene, in whole units.
 #[derive(Debug)]
 pub(super) struct Dual {
-    /// Length of the slots.
+    /// The time slots.
     pub slots: Slots,
-    /// One network a robot, upstream first.
+    /// One network per robot, upstream first.
     pub networks: Vec<Network>,
-    /// What each item is worth, in units, rounded up; 0 for unreachable ones.
+    /// Weight of each item in units, rounded up; 0 for unreachable items.
     pub weights: Vec<i64>,
-    /// Earliest release of each item by any robot, as a slot; none when unreachable.
+    /// Slot of the earliest release of each item by any robot; `None` if unreachable.
     pub earliest: Vec<Option<u64>>,
-    /// Units in a weight of 1, a power of two.
+    /// Units per weight of 1, a power of two.
     pub units: f64,
-    /// How far below 0 prices of items that must be picked may go, in units.
+    /// How far below 0 the prices of items that must be picked may be, in units.
     pub most_negative: i64,
-    /// What is counted.
+    /// The quantity to bound.
     objective: Objective,
 }
 
-/// What one set of prices gives.
+/// The evaluation of one set of prices.
 #[derive(Debug, Default, Clone)]
 pub(super) struct Evaluation {
     /// L(p) in units.
     pub value: i64,
-    /// How often each item lies on a longest path.
+    /// How many longest paths contain each item.
     pub taken: Vec<u32>,
-    /// Per robot, the value of the best path up to each node.
+    /// For each robot, the value of the best path up to each node.
     pub values: Vec<Vec<i64>>,
 }
 
-/// Prices of items that must be picked may be as low as minus so many of the largest
-/// weights.
+/// Prices of items that must be picked may be as low as minus this many times the largest
+/// weight.
 const LEAST_PRICE: i64 = 16;
 /// The largest weights of all items together stay below this power of two.
 const BITS: i32 = 56;
-/// No more binary digits than this behind the largest weight.
+/// Maximum number of binary digits after the largest weight.
 const DIGITS: i32 = 40;
 
-/// Binary digits behind the largest of `items` weights.
+/// Number of binary digits after the largest of `items` weights.
 fn digits(items: usize) -> i32 {
     DIGITS.min(BITS - (items as f64).log2().ceil() as i32 - 1)
 }
@@ -96,8 +96,8 @@ impl Dual {
         }
     }
 
-    /// L(`prices`) for schedules whose last release lies in slot `horizon` or before, into
-    /// `into`. Items that nobody can have released by then cost nothing.
+    /// Evaluates L(`prices`) for schedules whose last release is in slot `horizon` or before,
+    /// into `into`. Items that nobody can have released by then cost nothing.
     pub fn evaluate(&self, prices: &[i64], horizon: u64, into: &mut Evaluation) {
         let rewards: Vec<i64> = self
             .weights
@@ -124,7 +124,8 @@ impl Dual {
         pairs.filter(|(_, slot)| counts(slot)).map(|(p, _)| p).sum()
     }
 
-    /// The most that a schedule can earn of `units`: picks come in whole numbers.
+    /// The most that a schedule can earn, given a bound of `units`: picks come in whole
+    /// numbers.
     pub fn whole(&self, units: i64) -> i64 {
         match self.objective {
             Objective::Picks => {
@@ -156,7 +157,7 @@ mod tests {
         built_in("paper").unwrap().station(Some(2)).unwrap()
     }
 
-    /// Items of these weights in the middle of the belt, where both robots reach them.
+    /// Items of these weights in the middle of the belt, within reach of both robots.
     fn weighing(weights: &[f64]) -> Pattern {
         let items = weights.iter().enumerate().map(|(i, &weight)| Item {
             weight: Some(weight),
@@ -171,7 +172,7 @@ mod tests {
         Dual::new(&scene, objective, Slots { length: 0.5 })
     }
 
-    /// `value` in units, exactly: units are a power of two.
+    /// `value` in units, exactly, because units are a power of two.
     fn in_units(dual: &Dual, value: f64) -> f64 {
         assert_eq!(dual.units.log2().fract(), 0.0);
         value * dual.units
@@ -221,14 +222,14 @@ mod tests {
             (10_000_000, 31),
         ] {
             assert_eq!(digits(items), expected, "{items}");
-            // No sum of weights, or of prices at their least, comes near the end of the
-            // numbers.
+            // No sum of weights, or of prices at their lowest, comes near the limits of the
+            // number type.
             let all = (items as f64) * f64::from(expected).exp2();
             assert!(all <= 55f64.exp2() && (1 + LEAST_PRICE) as f64 * all < 60f64.exp2());
         }
     }
 
-    /// The price of an item counts as soon as it can have been released in the last slot.
+    /// The price of an item counts as soon as the item can have been released in the last slot.
     #[test]
     fn prices_count_up_to_the_horizon() {
         let dual = dual(&weighing(&[1.0, 1.0]), Objective::Picks);
@@ -249,8 +250,8 @@ mod tests {
         assert_eq!((value(second), value(u64::MAX)), (7, 7));
     }
 
-    /// Each robot may take what it can get by the horizon, at the reward that the price
-    /// leaves.
+    /// Each robot may take what it can get by the horizon, with the price subtracted from the
+    /// reward.
     #[test]
     fn every_robot_takes_what_it_can_by_the_horizon() {
         let dual = dual(&weighing(&[1.0]), Objective::Picks);
@@ -264,8 +265,8 @@ mod tests {
         assert_eq!(at(0, first - 1), (0, 0));
         assert_eq!(at(0, first), (unit, 1));
         assert_eq!(at(unit / 4, first), (unit, 1));
-        // Two robots, each of which can have it more than once, as nothing but the price
-        // forbids that.
+        // Two robots, each of which can take it more than once, because only the price prevents
+        // that.
         let (value, taken) = at(unit / 4, u64::MAX);
         assert!(taken >= 2);
         assert_eq!(value, unit / 4 + i64::from(taken) * (unit - unit / 4));
@@ -288,7 +289,7 @@ mod tests {
         assert_eq!(weight.whole(unit - 1), unit - 1);
     }
 
-    /// The least double that is no lower.
+    /// The smallest double that is not lower.
     #[test]
     fn units_become_a_weight_that_is_rounded_up() {
         let dual = dual(&weighing(&[1.0]), Objective::Weight);

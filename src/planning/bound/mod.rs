@@ -1,13 +1,12 @@
-//! A certified bound: what no strategy can do better, waiting and clairvoyance
-//! included.
+//! A certified bound for every strategy, including those that wait or know the future.
 //!
-//! Time is cut into slots; each robot's day becomes a network (`network`) in which every
-//! schedule that the model allows is a path. That an item can be picked only once is
-//! left to a price for each item (`dual`), good prices are found step by step (`ascent`)
-//! and *any* prices give a true bound, which is what makes it certified. The same passes
-//! bound what can be earned by each moment, and from that the end of a run and its rate
-//! (`profile`). The prices also make a good schedule (`schedule`), so that one sees how
-//! far the bound can be off. `docs/bound.md` has the mathematics and the proof.
+//! Time is divided into slots. Each robot's day becomes a network (`network`) in which every
+//! schedule that the model allows is a path. A price for each item (`dual`) replaces the
+//! condition that an item can be picked only once. Good prices are found step by step
+//! (`ascent`), but *any* prices give a valid bound, which is why it is certified. The same
+//! passes bound what can be earned by each moment, and from that the end of a run and its rate
+//! (`profile`). The prices also give a good schedule (`schedule`), which shows how tight the
+//! bound is. `docs/bound.md` has the mathematics and the proof.
 
 mod ascent;
 mod dual;

@@ -1,23 +1,22 @@
-//! One robot's day as a network over slots of time.
+//! One robot's day as a network over time slots.
 //!
-//! Slot `s` is the time from `s d` to `(s + 1) d`. Leaving within slot `s` for an item
-//! with window `[open, close]` means leaving at `max(open, s d)` at the earliest; as
-//! `C(t) = t + P(t)` increases strictly, the robot is free again at
-//! `C(max(open, s d))` at the earliest, which lies in the slot that the arc leads to.
-//! So every schedule that the model allows is a path: nothing is rounded but the time
-//! of arrival, down to the beginning of its slot.
+//! Slot `s` is the time from `s d` to `(s + 1) d`. Leaving within slot `s` for an item with
+//! window `[open, close]` means leaving at `max(open, s d)` at the earliest. As
+//! `C(t) = t + P(t)` increases strictly, the robot is free again at `C(max(open, s d))` at the
+//! earliest; the arc leads to the slot of that time. So every schedule that the model allows is
+//! a path: only arrival times are rounded, down to the beginning of their slots.
 
 use crate::decision::{Candidate, Moment};
 use crate::station::Station;
 use std::ops::Range;
 
-/// Departures and releases may be early by this much, relative to `1 + t`, without
-/// leaving the relaxation: the times of a run are sums of rounded numbers, and the
-/// checker allows as much.
+/// Departures and releases may be early by this much, relative to `1 + t`, and still be covered
+/// by the relaxation: the times of a run are sums of rounded numbers, and the checker allows
+/// the same tolerance.
 const SLACK: f64 = 2e-9;
 
-/// Slots without an arrival that one item's nodes may span: it bounds how many nodes
-/// there are for each arc.
+/// Maximum number of slots without an arrival that one item's nodes may span; it limits the
+/// number of nodes per arc.
 const GAP: u64 = 8;
 
 /// Allowance for rounding at time `time` [s].
@@ -25,7 +24,7 @@ fn slack(time: f64) -> f64 {
     SLACK * (1.0 + time.abs())
 }
 
-/// Slots of equal length.
+/// Time slots of equal length.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Slots {
     /// Length d [s].
@@ -33,7 +32,7 @@ pub(super) struct Slots {
 }
 
 impl Slots {
-    /// When slot `slot` begins [s].
+    /// Start of slot `slot` [s].
     pub fn start(self, slot: u64) -> f64 {
         slot as f64 * self.length
     }
@@ -41,7 +40,7 @@ impl Slots {
     /// The last slot that begins at `time` [s] or before; 0 for times before 0.
     pub fn of(self, time: f64) -> u64 {
         let mut slot = (time / self.length) as u64;
-        // The quotient may be rounded across the boundary that the product defines.
+        // The quotient may be rounded across the boundary defined by the product.
         while slot > 0 && self.start(slot) > time {
             slot -= 1;
         }
@@ -55,29 +54,29 @@ impl Slots {
 /// A pick that ends in the slot of the node that it leads to.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Arc {
-    /// The item.
+    /// The item's place in the pattern.
     pub item: u32,
-    /// Number of nodes up to and including the slot of the departure: the place in
-    /// [`Network::longest_path`]'s values that it starts from.
+    /// Number of nodes up to and including the slot of the departure: the index into
+    /// [`Network::longest_path`]'s values at which the arc starts.
     pub from: u32,
 }
 
-/// One robot's picks. The nodes are the slots in which it may become free; waiting
-/// leads from each to the next. Paths begin before the first node.
+/// One robot's picks. The nodes are the slots in which it may become free; waiting leads from
+/// each node to the next. Paths begin before the first node.
 #[derive(Debug, Clone)]
 pub(super) struct Network {
     slots: Vec<u64>,
     /// Arcs into node `i` are `arcs[first[i]..first[i + 1]]`.
     first: Vec<u32>,
     arcs: Vec<Arc>,
-    /// Most places that an arc leads over.
+    /// Largest number of places that an arc spans.
     longest_arc: usize,
-    /// Picks that end in the slot in which they begin, by node. Any number of them fit
-    /// into one slot, but each item only once.
+    /// Picks that end in the slot in which they begin, by node. Any number of them fits into
+    /// one slot, but each item only once.
     loops: Vec<(u32, u32)>,
 }
 
-/// A pick while its node is not yet known.
+/// A pick whose node is not yet known.
 struct Raw {
     arrival: u64,
     departure: u64,
@@ -85,7 +84,7 @@ struct Raw {
 }
 
 impl Network {
-    /// The picks of robot `robot` of `station`, for which it has the windows `queue`.
+    /// The picks of robot `robot` of `station`, which has the windows `queue`.
     pub fn new(station: &Station, robot: usize, queue: &[Candidate], slots: Slots) -> Self {
         let mut raw: Vec<Raw> = Vec::new();
         let mut spans: Vec<(u64, u64)> = Vec::with_capacity(queue.len());
@@ -98,7 +97,7 @@ impl Network {
                 let free = time + Moment::new(station, robot, time).processing_time(candidate);
                 let arrival = slots.of((free - slack(free)).max(0.0)).max(departure);
                 match raw[begin..].last_mut() {
-                    // Of several departures with one arrival the last is as good as any.
+                    // Of several departures with the same arrival, the last is as good as any.
                     Some(before) if before.arrival >= arrival => before.departure = departure,
                     _ => raw.push(Raw {
                         arrival,
@@ -107,7 +106,7 @@ impl Network {
                     }),
                 }
             }
-            // Where the arm is hardly faster than the belt, arrivals lie far apart.
+            // If the arm is only slightly faster than the belt, arrivals are far apart.
             for pick in &raw[begin..] {
                 match spans[first_span..].last_mut() {
                     Some((_, last)) if pick.arrival <= *last + GAP => *last = pick.arrival,
@@ -152,13 +151,13 @@ impl Network {
         network
     }
 
-    /// How many arcs a network would have at most.
+    /// Upper bound on the number of arcs of a network.
     pub fn size(queue: &[Candidate], slots: Slots) -> f64 {
         let arcs = |c: &Candidate| (c.close - c.open) / slots.length + 2.0;
         queue.iter().map(arcs).sum()
     }
 
-    /// The slots of the nodes, ascending.
+    /// The slots of the nodes, in ascending order.
     pub fn slots(&self) -> &[u64] {
         &self.slots
     }
@@ -168,7 +167,7 @@ impl Network {
         self.arcs.len() + self.loops.len()
     }
 
-    /// The best value of any path up to each node under `rewards` per item, into
+    /// Computes the best value of any path up to each node with `rewards` per item, into
     /// `values`: `values[i]` uses the first `i` nodes, so `values[0]` is 0.
     pub fn longest_path(&self, rewards: &[i64], values: &mut Vec<i64>) {
         values.clear();
@@ -189,8 +188,8 @@ impl Network {
         }
     }
 
-    /// Tells `visit` the items on the longest path over the first `nodes` nodes, whose
-    /// `values` [`Self::longest_path`] computed under the same `rewards`.
+    /// Calls `visit` with the items on the longest path over the first `nodes` nodes; `values`
+    /// must come from [`Self::longest_path`] with the same `rewards`.
     pub fn follow(
         &self,
         rewards: &[i64],
@@ -232,18 +231,18 @@ impl Network {
                     visit(arc.item);
                     at = arc.from as usize;
                 }
-                // Cannot be: the value came from one of them.
+                // Impossible: the value came from one of them.
                 None => at = node,
             }
         }
     }
 
-    /// The best value of any path from each place of [`Self::longest_path`] on: what a
-    /// robot that is free after the first `i` nodes can still get. Computes
-    /// `values[places]` anew and takes those behind for given.
+    /// The best value of any path from each place of [`Self::longest_path`] on: what a robot
+    /// that is free after the first `i` nodes can still get. Recomputes `values[places]` and
+    /// assumes that later values are up to date.
     pub fn longest_path_from(&self, rewards: &[i64], values: &mut [i64], places: Range<usize>) {
         values[places.clone()].fill(0);
-        // An arc into a node further on begins behind `places`.
+        // An arc into a later node begins after `places`.
         let end = (places.end + self.longest_arc).min(self.slots.len());
         let begin = |node: u32| (node as usize) < end;
         let mut loops = self.loops.partition_point(|(node, _)| begin(*node));
@@ -265,8 +264,8 @@ impl Network {
         }
     }
 
-    /// For each of `items` items, one more than the last place from which a pick of it
-    /// begins; 0 when there is none.
+    /// For each of `items` items, one more than the last place from which a pick of it begins;
+    /// 0 if there is none.
     pub fn last_places(&self, items: usize) -> Vec<u32> {
         let mut last = vec![0; items];
         let loops = self.loops.iter().map(|(node, item)| (*item, *node));
@@ -278,7 +277,7 @@ impl Network {
         last
     }
 
-    /// The slot of the last node before `place`; 0 before the first.
+    /// The slot of the last node before `place`; 0 before the first node.
     pub fn slot_of_place(&self, place: usize) -> u64 {
         place.checked_sub(1).map_or(0, |node| self.slots[node])
     }
@@ -291,7 +290,7 @@ impl Network {
 
 /// Runs of consecutive slots, numbered one after the other.
 struct Nodes {
-    /// First and last slot of each run, and how many nodes lie before it.
+    /// First and last slot of each run, and the number of nodes before it.
     runs: Vec<(u64, u64, usize)>,
     count: usize,
 }
@@ -330,15 +329,15 @@ impl Nodes {
     }
 }
 
-/// The earliest time at which `robot` can have released `candidate` [s], rounding
-/// allowed for.
+/// The earliest time at which `robot` can have released `candidate` [s], with a tolerance for
+/// rounding.
 pub(super) fn earliest_release(station: &Station, robot: usize, candidate: &Candidate) -> f64 {
     let open = (candidate.open - slack(candidate.open)).max(0.0);
     let free = open + Moment::new(station, robot, open).processing_time(candidate);
     (free - slack(free)).max(0.0)
 }
 
-/// The latest time at which `robot` can have released `candidate` [s], about.
+/// The approximate latest time at which `robot` can have released `candidate` [s].
 pub(super) fn latest_release(station: &Station, robot: usize, candidate: &Candidate) -> f64 {
     candidate.close + Moment::new(station, robot, candidate.close).processing_time(candidate)
 }

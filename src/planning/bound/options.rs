@@ -1,35 +1,36 @@
-//! What is bounded, and how hard the search tries.
+//! Options of a bound: the objective, and how hard the search tries.
 
 use super::network::{Network, Slots, latest_release};
 use crate::decision::Moment;
 use crate::error::{Error, Result, shown_number};
 use crate::sim::Scene;
 
-/// What is counted.
+/// The quantity to bound.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Objective {
     /// Items picked.
     Picks,
-    /// The sum of their weights.
+    /// The sum of the weights of the items picked.
     Weight,
 }
 
-/// How hard to try. The same options give the same bound on any machine.
+/// How hard the search tries. The same options give the same bound on every machine.
 #[derive(Debug, Clone)]
 pub struct Options {
-    /// What is counted.
+    /// The quantity to bound.
     pub objective: Objective,
-    /// Length of the slots [s]; chosen from the processing times when not given.
+    /// Length of the slots [s]; chosen from the processing times if `None`.
     pub slot_s: Option<f64>,
-    /// Most steps of the prices; the bounds of end and rate may take as many again.
+    /// Maximum number of steps of the prices; the bounds of end and rate may take as many
+    /// again.
     pub iterations: usize,
-    /// Whether end and rate are bounded too; they are trivial otherwise.
+    /// Whether end and rate are bounded as well; otherwise their bounds are trivial.
     pub ends: bool,
-    /// Whether to look for a schedule to hold against the bound.
+    /// Whether to look for a schedule to compare with the bound.
     pub schedule: bool,
-    /// What a schedule is known to earn: a bound that is no higher ends the search.
+    /// What some schedule is known to earn; the search ends when the bound reaches it.
     pub known: f64,
-    /// Slots are chosen long enough for no more picks in slots than this.
+    /// Maximum number of picks in slots; slots are made long enough for that.
     pub arcs: usize,
 }
 
@@ -48,8 +49,8 @@ impl Default for Options {
 }
 
 impl Options {
-    /// For a pattern of `items` items whose bound is all that is asked for: time and memory in
-    /// proportion, so that the slots of long patterns are no longer than those of short ones.
+    /// For a pattern of `items` items if only the bound is wanted: time and memory grow in
+    /// proportion, so that slots of long patterns are no longer than those of short ones.
     pub fn in_full(objective: Objective, items: usize) -> Self {
         let usual = Self::default();
         Self {
@@ -61,7 +62,8 @@ impl Options {
         }
     }
 
-    /// What reports afford by the way: less than a tenth of a second on a usual pattern.
+    /// For bounds as a by-product of reports: less than a tenth of a second on a typical
+    /// pattern.
     pub fn quick(objective: Objective) -> Self {
         Self {
             objective,
@@ -71,9 +73,9 @@ impl Options {
         }
     }
 
-    /// The same for holding runs on a pattern of `items` items against, the best of which
-    /// picks `picked`: a bound that a run reaches cannot be bettered. A longer pattern is
-    /// worth time in proportion, or its slots would be too long to prove anything.
+    /// The same for comparing runs on a pattern of `items` items, the best of which picks
+    /// `picked`: a bound that a run reaches cannot be improved. A longer pattern gets
+    /// proportionally more time; otherwise its slots would be too long to prove anything.
     pub fn beside(picked: usize, items: usize) -> Self {
         let share = (items as f64 / USUAL_ITEMS as f64).max(1.0);
         Self {
@@ -84,38 +86,39 @@ impl Options {
     }
 }
 
-/// Picks in slots that reports afford by the way, on a pattern of so many items.
+/// Maximum number of picks in slots for bounds in reports, on a pattern of typical length.
 const QUICK_ARCS: usize = 100_000;
 const USUAL_ITEMS: usize = 150;
-/// However long a pattern is, no more: several patterns are bounded at once, and this many
-/// take about 100 MB.
+/// Maximum number of picks in slots for a pattern of any length: several patterns are bounded
+/// at the same time, and this many picks take about 100 MB.
 const MOST_BESIDE: f64 = 4e6;
-/// Picks in slots for each item where the bound is all that is asked for, and in all; these
-/// take about 500 MB.
+/// Picks in slots per item if only the bound is wanted, and their maximum in total; these take
+/// about 500 MB.
 const ARCS_PER_ITEM: usize = 2000;
 const MOST_IN_FULL: usize = 20_000_000;
-/// Slots more than this many times as long as would be chosen for the picks alone are coarse.
+/// Slots are coarse if they are longer than this many times the length that suits the picks.
 const COARSE: f64 = 2.5;
 
-/// Shortest and longest slot [s] that may be asked for.
+/// Shortest and longest allowed slot [s].
 const SLOT_RANGE: (f64, f64) = (1e-6, 1e6);
-/// More picks in slots than this do not fit into memory with comfort.
+/// Maximum number of picks in slots that fit into memory.
 const MOST_ARCS: f64 = 5e7;
-/// More slots in a day than this can no longer be told apart by their times.
+/// With more slots than this in a day, their times are no longer distinct.
 const MOST_SLOTS: f64 = 1e14;
-/// Slots in a mean processing time, unless that is too many for the whole.
+/// Slots per mean processing time, unless there would be too many in total.
 const SLOTS_PER_PICK: f64 = 50.0;
 
-/// Slots, and whether they are so long for want of memory or time that the bound is weak.
+/// The chosen slots, and whether limits on memory or time make them so long that the bound is
+/// weak.
 pub(super) struct Chosen {
     pub slots: Slots,
     pub coarse: bool,
 }
 
-/// The slots for `scene`; none when there are too many items for any that are worth it.
+/// The slots for `scene`; `None` if there are too many items for useful slots.
 ///
 /// # Errors
-/// A length that is none, or so short that the picks do not fit into memory.
+/// An invalid length, or one so short that the picks do not fit into memory.
 pub(super) fn choose_slots(scene: &Scene, options: &Options) -> Result<Option<Chosen>> {
     let robots = 0..scene.station().robots().len();
     let size = |slots: Slots| -> f64 {
@@ -137,7 +140,7 @@ pub(super) fn choose_slots(scene: &Scene, options: &Options) -> Result<Option<Ch
             let (low, high) = SLOT_RANGE;
             return Err(Error::input(
                 "--slot",
-                format!("{} is not a length of a slot", shown_number(length)),
+                format!("{} is not a valid slot length", shown_number(length)),
                 format!("give seconds, from {low:e} to {high:e}, such as 0.05"),
             ));
         }
@@ -150,7 +153,7 @@ pub(super) fn choose_slots(scene: &Scene, options: &Options) -> Result<Option<Ch
                      {MOST_ARCS:.0e} fit",
                     shown_number(length)
                 ),
-                "give a longer slot, or leave it out to have one chosen",
+                "give a longer slot, or omit --slot to choose one automatically",
             ));
         }
         let coarse = false;
@@ -165,11 +168,11 @@ pub(super) fn choose_slots(scene: &Scene, options: &Options) -> Result<Option<Ch
         }
     }
     let mean = if count > 0.0 { sum / count } else { 0.0 };
-    // A mean of 0 is a line whose picks take no time; any slot will do.
+    // A mean of 0 is a line whose picks take no time; any slot is suitable.
     let wanted = (mean / SLOTS_PER_PICK).clamp(SLOT_RANGE.0, SLOT_RANGE.1);
     let fits =
         |length: f64| size(Slots { length }) <= options.arcs as f64 && last / length <= MOST_SLOTS;
-    // Lengths that one would write: 1, 2, 5, 10, ... times a power of ten.
+    // Lengths that a user would write: 1, 2, 5, 10, ... times a power of ten.
     let exponent = wanted.log10().floor() as i32;
     let lengths = (exponent..exponent + 14).flat_map(|exponent| {
         let power = 10f64.powi(exponent.abs());
@@ -183,7 +186,7 @@ pub(super) fn choose_slots(scene: &Scene, options: &Options) -> Result<Option<Ch
     });
     let mut lengths = lengths.skip_while(|length| *length * 1.999 < wanted);
     let length = lengths.find(|&length| fits(length));
-    // In slots longer than a pick there is next to nothing left to bound.
+    // With slots longer than a pick, the bound proves almost nothing.
     Ok(length
         .filter(|&length| count == 0.0 || length <= mean.max(wanted))
         .map(|length| Chosen {
@@ -198,7 +201,7 @@ mod tests {
     use crate::pattern::{Item, Pattern, grid};
     use crate::station::{Belt, Robot, Station, built_in};
 
-    /// A line of one robot whose picks take `pick` seconds, and one item.
+    /// A line with one robot whose picks take `pick` seconds, and one item.
     fn line(pick: f64) -> (Station, Pattern) {
         let plain = built_in("paper").unwrap().station(Some(1)).unwrap();
         let pattern = Pattern::new(vec![Item::at("0", 0.0, -0.5)]).unwrap();
@@ -257,8 +260,8 @@ mod tests {
         assert_eq!(Options::default().arcs, 2_000_000);
     }
 
-    /// A fiftieth of a mean pick, rounded down to 1, 2 or 5 times a power of ten, where half
-    /// of it does as well.
+    /// The smallest of 1, 2 and 5 times a power of ten that is at least half of a fiftieth of a
+    /// mean pick.
     #[test]
     fn slots_are_a_fiftieth_of_a_pick() {
         for (pick, length) in [
@@ -282,15 +285,15 @@ mod tests {
         }
     }
 
-    /// Longer ones where there would be too many picks in slots, none where they would be
-    /// longer than a pick.
+    /// Longer slots if there would be too many picks in slots; none if they would be longer
+    /// than a pick.
     #[test]
     fn slots_grow_with_what_they_cost() {
         let (station, pattern) = line(10.01);
         let scene = Scene::new(&station, &pattern).unwrap();
         let item = &scene.queue(0)[0];
         let lasts = item.close - item.open;
-        // So many as a window in slots of this length has.
+        // As many as a window has with slots of this length.
         let with = |length: f64, fewer: usize| Options {
             arcs: (lasts / length + 2.0).ceil() as usize - fewer,
             ..Options::default()
@@ -308,7 +311,7 @@ mod tests {
             ..Options::default()
         };
         assert_eq!(chosen(&scene, &too_few), None);
-        // An arc a window is the least.
+        // One arc per window is the minimum.
         let none = Options {
             arcs: 0,
             ..Options::default()
@@ -316,7 +319,7 @@ mod tests {
         assert_eq!(chosen(&scene, &none), None);
     }
 
-    /// What is asked for is taken, in the range of lengths and of memory.
+    /// A requested length is used if length and memory allow it.
     #[test]
     fn slots_that_are_asked_for_are_taken_or_refused() {
         let (station, pattern) = line(10.0);
@@ -336,10 +339,10 @@ mod tests {
         }
         for length in [0.99e-6, 1.01e6, 0.0, -1.0, f64::NAN, f64::INFINITY] {
             let told = asked(&scene, length).unwrap_err();
-            assert!(told.contains("is not a length of a slot"), "{told}");
+            assert!(told.contains("is not a valid slot length"), "{told}");
             assert!(told.contains("from 1e-6 to 1e6, such as 0.05"), "{told}");
         }
-        // Seconds of windows are too many slots of a microsecond.
+        // Windows of several seconds have too many slots of one microsecond.
         let station = built_in("paper").unwrap().station(Some(1)).unwrap();
         let pattern = grid(station.belt().width, 0.15, 100).unwrap();
         let scene = Scene::new(&station, &pattern).unwrap();
@@ -350,8 +353,8 @@ mod tests {
         assert!(asked(&scene, 1e-3).is_ok());
     }
 
-    /// Slots that are told apart by their times, however few picks there are: an item that
-    /// takes 1e9 s to arrive and is within reach for a moment.
+    /// Slots must have distinct times, however few picks there are: an item that takes 1e9 s to
+    /// arrive and is within reach for a moment.
     #[test]
     fn there_are_no_more_slots_than_times() {
         let plain = built_in("paper").unwrap().station(Some(1)).unwrap();
@@ -386,7 +389,7 @@ mod tests {
         assert_eq!(chosen(&scene, &Options::default()), Some((2e-5, true)));
     }
 
-    /// With nothing in reach any slot does.
+    /// If nothing is within reach, any slot is suitable.
     #[test]
     fn a_line_that_reaches_nothing_has_slots() {
         let (station, _) = line(10.0);

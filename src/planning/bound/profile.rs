@@ -1,37 +1,37 @@
-//! What can be earned by when: from one set of prices a bound for every end of a run.
+//! What can be earned by when: one set of prices gives a bound for every end of a run.
 //!
-//! The values of the longest paths up to a slot are those of schedules that end in it,
-//! so a single pass over the networks bounds, for every T at once, what any schedule
-//! with its last release by T earns: `B(T)`, the least over all prices tried. An item
-//! that leaves the belt after T must have been picked by T, or the run would end later.
-//! That gives the least T, and `60 B(T) / T` bounds the rate of every run that ends at T.
+//! The values of the longest paths up to a slot belong to schedules that end in it. So a single
+//! pass over the networks bounds, for every T at once, what any schedule with its last release
+//! by T earns: `B(T)`, the minimum over all prices tried. An item that leaves the belt after T
+//! must have been picked by T; otherwise the run would end later. That gives the smallest T,
+//! and `60 B(T) / T` bounds the rate of every run that ends at T.
 
 use super::ascent::Schedules;
 use super::dual::{Dual, Evaluation};
 use super::network::{Network, earliest_release};
 use crate::sim::Scene;
 
-/// The least known B(T), a step function of T.
+/// The smallest known B(T), a step function of T.
 #[derive(Debug, Clone)]
 pub(super) struct Profile {
-    /// Slots at which it may rise, ascending.
+    /// Slots at which it may rise, in ascending order.
     slots: Vec<u64>,
-    /// When they begin [s], and infinity.
+    /// Starts of these slots [s], then infinity.
     begins: Vec<f64>,
-    /// Its value from there to the next, in units.
+    /// Its value from each slot to the next, in units.
     best: Vec<i64>,
     /// The same for schedules that pick everything.
     all: Vec<i64>,
-    /// Of [`Self::by_release`], how many can have been released by the end of each slot.
+    /// How many items of [`Self::by_release`] can have been released by the end of each slot.
     released: Vec<u32>,
-    /// Reachable items by their earliest release.
+    /// Reachable items, ordered by their earliest release.
     by_release: Vec<u32>,
-    /// Per robot, how many nodes lie up to each slot.
+    /// For each robot, the number of nodes up to each slot.
     nodes: Vec<Vec<u32>>,
 }
 
 impl Profile {
-    /// Nothing known but that no item earns twice.
+    /// A profile that only knows that no item earns twice.
     pub fn new(dual: &Dual) -> Self {
         let mut slots: Vec<u64> = Vec::new();
         for network in &dual.networks {
@@ -74,8 +74,8 @@ impl Profile {
         }
     }
 
-    /// Lowers it by what `prices` give, of which `at` is the evaluation. Negative prices
-    /// hold only while their items must be picked, as they have not left `belt` yet.
+    /// Lowers the profile by what `prices` give; `at` is their evaluation. Negative prices are
+    /// valid only while their items must be picked because they have not left `belt` yet.
     pub fn enter(&mut self, belt: &Leaving, prices: &[i64], at: &Evaluation) {
         let negative = prices.iter().position(|&price| price < 0);
         let until = negative.map_or(f64::INFINITY, |item| belt.leaves[item]);
@@ -97,7 +97,7 @@ impl Profile {
         }
     }
 
-    /// The schedules of step `step`, all of whose runs end before the next one.
+    /// The schedules of step `step`; all their runs end before the next step.
     pub fn schedules(&self, step: usize, belt: &Leaving) -> Schedules {
         Schedules {
             horizon: self.slots[step],
@@ -107,7 +107,7 @@ impl Profile {
         }
     }
 
-    /// Those of step `step` that pick everything.
+    /// The schedules of step `step` that pick everything.
     pub fn complete_schedules(&self, step: usize) -> Schedules {
         Schedules {
             horizon: self.slots[step],
@@ -115,7 +115,7 @@ impl Profile {
         }
     }
 
-    /// Whether there is no slot at all in which anything is released.
+    /// Whether nothing can be released in any slot.
     pub fn is_empty(&self) -> bool {
         self.slots.is_empty()
     }
@@ -125,9 +125,9 @@ impl Profile {
         self.best[step]
     }
 
-    /// What it says about the ends of runs on `belt`.
+    /// Bounds on the ends of runs on `belt`.
     pub fn ends(&self, dual: &Dual, belt: &Leaving) -> Ends {
-        // Before the first release nothing is earned.
+        // Nothing is earned before the first release.
         let idle = belt.least_end(0);
         let mut found = Ends {
             end: (idle < self.begins[0]).then_some((idle, 0)),
@@ -154,8 +154,8 @@ impl Profile {
     }
 }
 
-/// The same bound where a later step has a lower one: a schedule that is one by T is one
-/// by any later time too.
+/// The same bound, lowered where a later step is lower: a valid schedule by T is also valid by
+/// any later time.
 fn rising(bound: &[i64]) -> Vec<i64> {
     let mut bound = bound.to_vec();
     for step in (1..bound.len()).rev() {
@@ -164,13 +164,12 @@ fn rising(bound: &[i64]) -> Vec<i64> {
     bound
 }
 
-/// Bounds on the end of a run, each with the step of the profile that it hangs on.
+/// Bounds on the end of a run, each with the step of the profile on which it depends.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Ends {
-    /// The least end of any run [s].
+    /// The earliest end of any run [s].
     pub end: Option<(f64, usize)>,
-    /// The least end of a run in which everything is picked [s]; none when there is no
-    /// such run.
+    /// The earliest end of a run that picks everything [s]; `None` if there is no such run.
     pub all: Option<(f64, usize)>,
     /// The highest rate [1/min].
     pub rate: Option<(f64, usize)>,
@@ -179,15 +178,15 @@ pub(super) struct Ends {
 /// When items leave the belt and when they can be in a bin.
 #[derive(Debug)]
 pub(super) struct Leaving {
-    /// When each item leaves the belt [s], ascending as patterns are sorted.
+    /// When each item leaves the belt [s], in ascending order because patterns are sorted.
     leaves: Vec<f64>,
-    /// What the items from each one on earn together, in units; 0 at the end.
+    /// Total weight of the items from each one on, in units; 0 at the end.
     worth_from: Vec<i64>,
-    /// What all items are worth, in units.
+    /// Total weight of all items, in units.
     total: i64,
-    /// The least end of a run by the items' earliest releases alone [s].
+    /// The earliest end of a run according to the items' earliest releases alone [s].
     least_end: f64,
-    /// The latest of the items' earliest releases [s]; infinite when one is unreachable.
+    /// The latest of the items' earliest releases [s]; infinite if an item is unreachable.
     last_release: f64,
 }
 
@@ -208,7 +207,7 @@ impl Leaving {
         let (mut latest, mut least_end) = (0.0f64, f64::INFINITY);
         for item in (0..items).rev() {
             worth_from[item] = worth_from[item + 1] + dual.weights[item];
-            // If this is the last item left, all behind it are picked.
+            // If this is the last item left, all items after it are picked.
             least_end = least_end.min(latest.max(leaves[item]));
             latest = latest.max(release[item]);
         }
@@ -221,15 +220,15 @@ impl Leaving {
         }
     }
 
-    /// The least end [s] of a run that earns at most `value` units: all items that are
-    /// still on the belt then must be among them.
+    /// The earliest end [s] of a run that earns at most `value` units: all items that are still
+    /// on the belt at the end must be among those picked.
     fn least_end(&self, value: i64) -> f64 {
-        // Negative prices can prove that no schedule has all that it must have.
+        // Negative prices can prove that no schedule has everything it must have.
         if value < 0 {
             return f64::INFINITY;
         }
-        // The last item that may be left is the one before the first from which on all
-        // can be earned.
+        // The last item that may be left is the one before the first item from which all can be
+        // earned.
         let first = self.worth_from.partition_point(|&worth| worth > value);
         let left = first.checked_sub(1).map_or(0.0, |item| self.leaves[item]);
         left.max(self.least_end)

@@ -1,24 +1,24 @@
-//! A schedule to hold against the bound: what prices tell each robot to do.
+//! A schedule to compare with the bound: what the prices tell each robot to do.
 
 use super::dual::Dual;
 use crate::decision::{Action, Outcome, Snapshot, Strategy};
 use crate::error::Result;
 use crate::sim::{Scene, simulate};
 
-/// What a claimed item is worth: less than any path can make up for, and far enough
-/// from the end of the numbers to be added up.
+/// Value of a claimed item: lower than any path can compensate, and far enough from the limits
+/// of the number type for additions.
 const CLAIMED: i64 = i64::MIN / 4;
 
-/// Takes, of all candidates and of waiting for the next slot, what leaves the robot with
-/// the highest sum of rewards to its end over the items that nobody has claimed.
+/// Chooses, among all candidates and waiting for the next slot, the option with the highest sum
+/// of rewards until the end of the robot's day, over the items that nobody has claimed.
 struct PriceStrategy<'a> {
     dual: &'a Dual,
     rewards: Vec<i64>,
-    /// Per robot, what it can still get from each place of its network on.
+    /// For each robot, what it can still get from each place of its network on.
     to_come: Vec<Vec<i64>>,
-    /// Per robot, up to where `to_come` is out of date.
+    /// For each robot, the place up to which `to_come` is out of date.
     stale: Vec<usize>,
-    /// Per robot and item, the last place from which a pick of the item begins.
+    /// For each robot and item, the last place from which a pick of the item begins.
     last_place: Vec<Vec<u32>>,
 }
 
@@ -49,7 +49,7 @@ impl Strategy for PriceStrategy<'_> {
         for (place, candidate) in snapshot.candidates.iter().enumerate() {
             let free = slots.of(snapshot.time + moment.processing_time(candidate));
             let value = self.rewards[candidate.item as usize] + to_come[network.nodes_up_to(free)];
-            // Rather now than later; of several the one furthest downstream.
+            // Rather now than later; among several items, the one furthest downstream.
             if value > best || (value == best && choice.is_none()) {
                 best = value;
                 choice = Some((place, candidate.item as usize));
@@ -61,7 +61,7 @@ impl Strategy for PriceStrategy<'_> {
                 Action::Pick(place)
             }
             None => {
-                // Until the last slot from which as much can still be had.
+                // Until the last slot from which the same value can still be reached.
                 let first = network.nodes_up_to(next);
                 let same = to_come[first..].partition_point(|&value| value == best);
                 let slot = network.slot_of_place(first + same - 1);
@@ -79,11 +79,11 @@ impl Strategy for PriceStrategy<'_> {
     }
 }
 
-/// What the line does when every robot goes by `share` of `prices`. At the full prices
-/// nothing is worth more than anything else; a little less makes items worth picking.
+/// What the line does if every robot follows `share` of `prices`. At the full prices nothing is
+/// worth more than anything else; slightly lower prices make items worth picking.
 ///
 /// # Errors
-/// Never: it acts legally; passed on so that nothing panics.
+/// Never, because it acts legally; a `Result` avoids a panic.
 pub(super) fn schedule(scene: &Scene, dual: &Dual, prices: &[i64], share: f64) -> Result<Outcome> {
     let rewards: Vec<i64> = dual
         .weights

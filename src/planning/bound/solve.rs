@@ -12,13 +12,13 @@ use crate::sim::{Disturbances, Scene};
 /// Why the search ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StopReason {
-    /// A schedule is known that reaches the bound: it is the optimum.
+    /// A known schedule reaches the bound, so it is optimal.
     Optimal,
-    /// All steps were done, or further ones could change nothing.
+    /// All steps were done, or further steps could change nothing.
     Done,
-    /// Asked to end.
+    /// The search was asked to stop.
     Interrupted,
-    /// There are too many items for slots of any use; the bound is the trivial one.
+    /// There are too many items for useful slots; the bound is the trivial one.
     TooMany,
 }
 
@@ -34,44 +34,44 @@ impl StopReason {
     }
 }
 
-/// What no strategy can do better.
+/// A bound for every strategy.
 #[derive(Debug, Clone)]
 pub struct Bound {
-    /// What is counted.
+    /// The quantity that is bounded.
     pub objective: Objective,
-    /// No run earns more: picks, a whole number, or weight.
+    /// Upper bound on what any run earns: picks (a whole number) or weight.
     pub value: f64,
-    /// The same before picks were rounded down to a whole number.
+    /// The same bound before picks were rounded down to a whole number.
     pub relaxed: f64,
-    /// No run has a higher rate [1/min], weighted under [`Objective::Weight`]; none
-    /// where no finite one was found.
+    /// Upper bound on the rate of any run [1/min], weighted for [`Objective::Weight`]; `None`
+    /// if no finite bound was found.
     pub rate: Option<f64>,
-    /// No run ends earlier [s].
+    /// Lower bound on the end of any run [s].
     pub end: f64,
-    /// No run in which everything is picked ends earlier [s]; none when there is no such
+    /// Lower bound on the end of any run that picks everything [s]; `None` if there is no such
     /// run.
     pub all_end: Option<f64>,
-    /// Items that some robot can reach.
+    /// Number of items within reach of at least one robot.
     pub reachable: usize,
-    /// What leaving an item to the others is worth at the end, per item: its price.
+    /// The final price of each item: what leaving it to the others is worth.
     pub prices: Vec<f64>,
-    /// The best schedule found on the way, with the rate that is highest of them.
+    /// The best schedule found during the search, with the highest of their rates.
     pub schedule: Option<Outcome>,
-    /// Length of the slots [s]; 0 when there were none.
+    /// Length of the slots [s]; 0 if there were none.
     pub slot_s: f64,
-    /// Whether the slots are so long, for want of time or memory, that shorter ones would
-    /// prove clearly more.
+    /// Whether limits on time or memory make the slots so long that shorter ones would prove
+    /// clearly more.
     pub coarse: bool,
-    /// Picks in slots, the size of the networks.
+    /// Number of picks in slots, the size of the networks.
     pub arcs: usize,
-    /// Steps of the prices.
+    /// Number of steps of the prices.
     pub iterations: usize,
-    /// Why it ended.
+    /// Why the search ended.
     pub stop: StopReason,
 }
 
 impl Bound {
-    /// What `figures` earn in the bound's objective.
+    /// What `figures` earn in terms of the bound's objective.
     pub fn earned(&self, figures: &Figures) -> f64 {
         earned(self.objective, figures)
     }
@@ -84,39 +84,39 @@ fn earned(objective: Objective, figures: &Figures) -> f64 {
     }
 }
 
-/// `earned` as a share of `bound` [%] that is proven: rounded down to a tenth, and 100
-/// only for what reaches the bound.
+/// The proven share of `bound` that `earned` reaches [%]: rounded down to a tenth, and 100 only
+/// if it reaches the bound.
 pub fn certified_percent(earned: f64, bound: f64) -> f64 {
     if bound <= 0.0 {
-        // Nothing can be earned, and so much was.
+        // Nothing can be earned, and nothing was earned.
         return 100.0;
     }
-    // Sums of weights may be off by their rounding; no further than this.
+    // Sums of weights may be off by rounding errors, but by no more than this.
     let share = (1000.0 * earned / bound * (1.0 + 1e-12)).floor() / 10.0;
     share.clamp(0.0, 100.0)
 }
 
-/// Shares of the prices at which schedules are made: at the full prices nothing is worth
-/// more than anything else.
+/// Shares of the prices at which schedules are made: at the full prices nothing is worth more
+/// than anything else.
 const SHARES: [f64; 2] = [0.9, 0.95];
-/// First steps are of this length, by experiment (`docs/bound.md`).
+/// Length of the first steps, found by experiment (`docs/bound.md`).
 const FIRST_STEP: f64 = 2.0;
-/// First steps from good prices, to better a bound of end or rate.
+/// Length of the first steps from good prices, to improve a bound of end or rate.
 const LATER_STEP: f64 = 0.5;
-/// Steps after which one looks anew where end and rate are worst.
+/// Number of steps after which the worst places for end and rate are determined again.
 const ROUND: usize = 3;
-/// Rounds without a better bound before one gives up.
+/// Number of rounds without a better bound before the search gives up.
 const PATIENCE: usize = 12;
 
 /// One of the bounds of a profile.
 type Target = fn(&Ends) -> Option<(f64, usize)>;
 
-/// Bounds what any strategy can earn on `scene`. `go_on` is told the number of steps
-/// done, of about so many; when it says no, the bound so far is returned, which holds
-/// as well.
+/// Bounds what any strategy can earn on `scene`. `go_on` gets the number of completed steps and
+/// the approximate total. If it returns false, the bound so far is returned, which is valid as
+/// well.
 ///
 /// # Errors
-/// Slots that cannot be had.
+/// The slots are not possible.
 pub fn upper_bound(
     scene: &Scene,
     options: &Options,
@@ -166,9 +166,9 @@ pub fn upper_bound(
     })
 }
 
-/// The scene where nothing goes wrong, in which every pick that succeeds on `scene` is a
-/// pick: failures only cost time. With noisy positions a pick succeeds within the window
-/// of the true position, whatever the camera has reported when.
+/// The scene without failures, in which every pick that succeeds on `scene` is a pick: failures
+/// only cost time. With noisy positions, a pick succeeds within the window of the true
+/// position, whatever the camera reported when.
 fn without_disturbances<'a>(scene: &Scene<'a>) -> Result<Scene<'a>> {
     let mut conditions = *scene.conditions();
     if conditions.disturbances.position_noise > 0.0 {
@@ -178,7 +178,7 @@ fn without_disturbances<'a>(scene: &Scene<'a>) -> Result<Scene<'a>> {
     Scene::under(scene.station(), scene.pattern(), conditions)
 }
 
-/// Everything at once that is known without slots.
+/// Bounds that are known without slots.
 fn trivial(scene: &Scene, objective: Objective) -> Bound {
     let mut reachable = vec![None; scene.pattern().len()];
     for robot in 0..scene.station().robots().len() {
@@ -192,7 +192,7 @@ fn trivial(scene: &Scene, objective: Objective) -> Bound {
     let sum: f64 = reachable.iter().flatten().sum();
     let value = match objective {
         Objective::Picks => sum,
-        // More than the order of the sum can change.
+        // More than a different order of the sum can change.
         Objective::Weight => sum * (1.0 + 1e-9),
     };
     Bound {
@@ -222,7 +222,7 @@ struct Search {
     expected: usize,
     stopped: bool,
     known: f64,
-    /// The last prices towards each bound of end and rate.
+    /// The latest prices for each bound of end and rate.
     other_prices: Vec<Vec<i64>>,
     found: Option<Outcome>,
 }
@@ -234,12 +234,12 @@ const ANY: Schedules = Schedules {
 };
 
 impl Search {
-    /// Whether something known earns as much as the bound allows.
+    /// Whether a known schedule earns as much as the bound allows.
     fn optimal(&self) -> bool {
         self.known >= self.dual.weight(self.dual.whole(self.ascent.best))
     }
 
-    /// Lowers the bound of what is earned.
+    /// Lowers the bound on what can be earned.
     fn earn(&mut self, iterations: usize, go_on: &mut dyn FnMut(usize, usize) -> bool) {
         let dual = &self.dual;
         let known = self.known;
@@ -254,8 +254,7 @@ impl Search {
         self.ascent.run(dual, ANY, plan, notes, step);
     }
 
-    /// Looks for a schedule that comes near the bound, by all prices that were good for
-    /// something.
+    /// Looks for a schedule close to the bound, using all prices that improved some bound.
     fn make_schedules(&mut self, scene: &Scene, objective: Objective) -> Result<()> {
         let earns = |outcome: &Outcome| {
             let figures = &outcome.figures;
@@ -274,8 +273,7 @@ impl Search {
         Ok(())
     }
 
-    /// Tightens the bounds of rate and end where they are worst, in at most `steps`
-    /// steps.
+    /// Tightens the bounds of rate and end where they are worst, in at most `steps` steps.
     fn ends(&mut self, steps: usize, go_on: &mut dyn FnMut(usize, usize) -> bool) -> Ends {
         let targets: [(Target, usize); 3] = [
             (|ends| ends.rate, steps / 2),
@@ -329,7 +327,7 @@ impl Search {
             objective,
             value: dual.weight(dual.whole(units)),
             relaxed: dual.weight(units),
-            // Rounded up by more than the division can have lost.
+            // Rounded up by more than the division's rounding error.
             rate: ends
                 .rate
                 .map(|(rate, _)| rate * (1.0 + 1e-12))

@@ -1,4 +1,4 @@
-//! Networks against times worked out by hand, and against every path.
+//! Compares networks with hand-computed times, and with an enumeration of all paths.
 
 use super::*;
 use crate::station::{Belt, Robot};
@@ -7,9 +7,9 @@ use std::collections::{BTreeMap, HashMap};
 
 const BELT_SPEED: f64 = 0.125;
 
-/// A line on which times are easily worked out: leaving at t for an item that passes the
-/// bin at a, the robot is free at `t + dwell + 2/9 (a - t)` before a and at
-/// `t + dwell + 2/7 (t - a)` after it.
+/// A line on which times are easy to compute: leaving at t for an item that passes the bin at
+/// a, the robot is free at `t + dwell + 2/9 (a - t)` before a and at `t + dwell + 2/7 (t - a)`
+/// after it.
 fn station(dwell: f64) -> Station {
     let belt = Belt {
         speed: BELT_SPEED,
@@ -28,7 +28,7 @@ fn station(dwell: f64) -> Station {
     Station::new(belt, vec![robot]).unwrap()
 }
 
-/// An item that passes the bin at `at` [s] and can be left for from `open` to `close` [s].
+/// An item that passes the bin at `at` [s] with a window from `open` to `close` [s].
 fn passing(item: u32, at: f64, (open, close): (f64, f64)) -> Candidate {
     Candidate {
         item,
@@ -44,8 +44,7 @@ fn network(dwell: f64, queue: &[Candidate], length: f64) -> Network {
     Network::new(&station(dwell), 0, queue, Slots { length })
 }
 
-/// A time that lies on a boundary belongs to the slot that begins there, however the
-/// quotient is rounded.
+/// A time on a boundary belongs to the slot that begins there, however the quotient is rounded.
 #[test]
 fn a_time_is_in_the_last_slot_that_begins_by_then() {
     for length in [1e-6, 0.01, 0.1, 0.3, 1.0 / 3.0, 1.0, 7.3] {
@@ -60,10 +59,10 @@ fn a_time_is_in_the_last_slot_that_begins_by_then() {
     }
 }
 
-/// The picks end up to 2e-9 (1 + t) earlier than they do, and no earlier than that.
+/// Picks may end up to 2e-9 (1 + t) early, but no more.
 #[test]
 fn a_release_may_be_early_by_the_slack() {
-    // Free at 2 s, so at least 6e-9 s before.
+    // Free at 2 s, so at least 6e-9 s before that.
     let queue = [passing(0, 0.0, (0.0, 0.0))];
     assert_eq!(network(2.0, &queue, 2.0 - 5.9e-9).slots(), [0]);
     assert_eq!(network(2.0, &queue, 2.0 - 6.1e-9).slots(), [1]);
@@ -100,10 +99,10 @@ fn a_departure_may_be_late_by_the_slack() {
     assert!((release - 5.5).abs() < 1e-12, "{release}");
 }
 
-/// A window that opens within a slot is not open from its beginning on.
+/// A window that opens within a slot is not open from the slot's beginning.
 #[test]
 fn nobody_leaves_before_the_window_opens() {
-    // From 0.5 s on it ends at 1.1 s; from 0 s on it would be 0.71 s.
+    // Leaving at 0.5 s, it ends at 1.1 s; leaving at 0 s, it would end at 0.71 s.
     let queue = [passing(0, 0.5, (0.5, 0.5))];
     assert_eq!(network(0.6, &queue, 1.0).slots(), [1]);
 }
@@ -118,11 +117,12 @@ fn a_pick_without_a_time_of_its_own_goes_nowhere() {
     assert_eq!(values, [0, 5, 10]);
 }
 
-/// Of departures that end in one slot the last is kept: who is free for it only may take it.
+/// Of departures that end in the same slot, the last is kept: a robot may be free only for that
+/// one.
 #[test]
 fn the_last_of_several_departures_with_one_arrival_is_kept() {
-    // The second item, left for in slots 4 and 5, is in the bin in slot 16; the first one is
-    // in slot 5.
+    // The second item, with departures in slots 4 and 5, is in the bin in slot 16; the first
+    // one is in slot 5.
     let dwell = 0.788;
     let queue = [passing(0, 0.6, (0.6, 0.6)), passing(1, 11.0, (1.0, 1.3))];
     let network = network(dwell, &queue, 0.25);
@@ -133,7 +133,7 @@ fn the_last_of_several_departures_with_one_arrival_is_kept() {
     assert_eq!((up_to(4), up_to(5), up_to(15), up_to(16)), (0, 1, 1, 2));
 }
 
-/// The whole size is an upper bound of the picks in slots, and a close one.
+/// The estimated size is an upper bound on the number of picks in slots, and a close one.
 #[test]
 fn the_size_covers_the_picks() {
     let queue = [passing(0, 3.0, (1.0, 4.0)), passing(1, 3.0, (2.0, 2.0))];
@@ -141,7 +141,7 @@ fn the_size_covers_the_picks() {
     assert_eq!((size(1.0), size(0.5), size(8.0)), (7.0, 10.0, 4.375));
 }
 
-/// Every pick in slots of `queue`: item, departure and arrival, found one by one.
+/// Every pick in slots of `queue` (item, departure and arrival), found by enumeration.
 fn picks(dwell: f64, queue: &[Candidate], slots: Slots) -> Vec<(usize, u64, u64)> {
     let mut all = Vec::new();
     for candidate in queue {
@@ -161,8 +161,8 @@ fn picks(dwell: f64, queue: &[Candidate], slots: Slots) -> Vec<(usize, u64, u64)
     all
 }
 
-/// The best of all paths, one after the other, for a robot that is free in `slot` and has
-/// taken the loops of `used` there.
+/// The best of all paths, by enumeration, for a robot that is free in `slot` and has taken the
+/// loops of `used` there.
 fn best_from(
     picks: &[(usize, u64, u64)],
     rewards: &[i64],
@@ -189,8 +189,8 @@ fn best_from(
     best
 }
 
-/// Windows, a dwell time, a length of the slots and rewards. The times are such that no
-/// slack matters.
+/// Windows, a dwell time, a slot length and rewards. The times are such that the slack does not
+/// matter.
 fn days() -> impl Strategy<Value = (Vec<Candidate>, f64, f64, Vec<i64>)> {
     let item = (0.0..12.0f64, 0.0..8.0f64, 0.0..4.0f64);
     let items = prop::collection::vec((item, -2..6i64), 1..=5);
@@ -215,8 +215,8 @@ fn days() -> impl Strategy<Value = (Vec<Candidate>, f64, f64, Vec<i64>)> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
-    /// Forwards and backwards, whole and in part, the values are those of the best of all
-    /// paths, and the path that is followed has the value that was computed.
+    /// Forwards and backwards, completely and partially, the values equal those of the best of
+    /// all paths, and the path that is followed has the computed value.
     #[test]
     fn values_are_those_of_the_best_path((queue, dwell, length, rewards) in days()) {
         let slots = Slots { length };
@@ -244,7 +244,8 @@ proptest! {
         };
         let mut to_come = whole(&rewards);
         for (place, &value) in to_come.iter().enumerate() {
-            // Who is free after so many nodes may leave in the next slot with one at the latest.
+            // A robot that is free after this many nodes can leave in the slot after the last
+            // one at the latest.
             let slot = match place {
                 0 => 0,
                 _ => network.slot_of_place(place),
@@ -252,7 +253,7 @@ proptest! {
             prop_assert!(value <= best(&rewards, slot), "{}", place);
         }
         prop_assert_eq!(to_come[0], best(&rewards, 0));
-        // An item that is gone changes only what is said of places before its last one.
+        // A removed item changes only the values of places before its last one.
         let last = network.last_places(rewards.len());
         for item in 0..rewards.len() {
             let mut fewer = rewards.clone();

@@ -1,4 +1,4 @@
-//! Steps of a profile against evaluations of their own, and ends worked out by hand.
+//! Compares steps of a profile with separate evaluations, and ends with hand-computed ones.
 
 use super::*;
 use crate::pattern::{Item, Pattern};
@@ -43,7 +43,7 @@ fn slots(dual: &Dual) -> Vec<u64> {
     slots
 }
 
-/// When each item can be in a bin at the earliest.
+/// The earliest time at which each item can be in a bin.
 fn releases(scene: &Scene) -> Vec<f64> {
     let of = |item: u32| {
         let robots = 0..scene.station().robots().len();
@@ -56,7 +56,7 @@ fn releases(scene: &Scene) -> Vec<f64> {
     (0..scene.pattern().len() as u32).map(of).collect()
 }
 
-/// At first every item counts from the slot of its earliest release on.
+/// Initially, every item counts from the slot of its earliest release.
 #[test]
 fn no_item_earns_twice_or_before_it_can_be_released() {
     scene(|scene, dual| {
@@ -72,8 +72,8 @@ fn no_item_earns_twice_or_before_it_can_be_released() {
     });
 }
 
-/// Prices below 0 hold for runs that end before their item leaves the belt, as it must be
-/// picked by then; for runs that pick everything they always hold.
+/// Prices below 0 are valid for runs that end before their item leaves the belt, because it
+/// must be picked by then. For runs that pick everything they are always valid.
 #[test]
 fn negative_prices_hold_until_their_item_leaves() {
     scene(|scene, dual| {
@@ -109,7 +109,7 @@ fn negative_prices_hold_until_their_item_leaves() {
                 "{lower:?}"
             );
         }
-        // Some slot begins just when the first item leaves.
+        // Some slot begins exactly when the first item leaves.
         assert!(slots.contains(&160));
     });
 }
@@ -130,8 +130,8 @@ fn what_leaves_after_the_next_step_must_be_picked() {
     });
 }
 
-/// A run ends with its last release, or when the last item that is left leaves: all behind
-/// that one are picked.
+/// A run ends with its last release, or when the last unpicked item leaves: all items after it
+/// are picked.
 #[test]
 fn the_least_end_leaves_one_item_or_none() {
     scene(|scene, dual| {
@@ -149,7 +149,7 @@ fn the_least_end_leaves_one_item_or_none() {
     });
 }
 
-/// Steps from 10, 20 and 30 s on, and items that leave at these times [s].
+/// Steps that begin at 10, 20 and 30 s, and items that leave at these times [s].
 fn ends(leaves: [f64; 4], best: [f64; 3], all: [f64; 3]) -> Ends {
     let mut found = None;
     scene(|_, dual| {
@@ -176,30 +176,30 @@ fn ends(leaves: [f64; 4], best: [f64; 3], all: [f64; 3]) -> Ends {
     found.unwrap()
 }
 
-/// Each step by hand: what is still on the belt at the end must be among what can be
+/// Each step by hand: the items still on the belt at the end must be among those that can be
 /// earned by then.
 #[test]
 fn ends_and_rates_follow_from_the_steps() {
-    // One pick: the last to leave without being picked is the third, at 40 s, too late for
+    // One pick: the last item to leave without being picked is the third, at 40 s, too late for
     // the step. Two: the second, at 25 s. Three: the first.
     let found = ends([15.0, 25.0, 40.0, 50.0], [1.0, 2.0, 3.9], [1.0, 3.9, 4.0]);
     assert_eq!((found.end, found.rate), (Some((25.0, 1)), Some((6.0, 2))));
     assert_eq!(found.all, Some((45.0, 2)));
-    // No step has all of them.
+    // No step earns all of them.
     let found = ends([15.0, 25.0, 40.0, 50.0], [1.0, 2.0, 3.0], [1.0, 3.0, 3.9]);
     assert_eq!(found.all, None);
-    // Ends at the beginning of the next step belong to that one.
+    // An end at the beginning of the next step belongs to that step.
     let found = ends([15.0, 30.0, 40.0, 50.0], [1.0, 2.0, 3.0], [0.0; 3]);
     assert_eq!((found.end, found.rate), (Some((30.0, 2)), Some((6.0, 2))));
-    // Of equal rates the first, and a later one that is lower changes nothing.
+    // Of equal rates, the first counts; a later, lower one changes nothing.
     let found = ends([15.0, 16.0, 40.0, 50.0], [1.0, 2.0, 3.0], [0.0; 3]);
     assert_eq!((found.end, found.rate), (Some((20.0, 1)), Some((6.0, 1))));
     let found = ends([15.0, 16.0, 17.0, 50.0], [1.0, 2.0, 2.0], [0.0; 3]);
     assert_eq!((found.end, found.rate), (Some((17.0, 0)), Some((6.0, 1))));
-    // What holds for later steps holds for earlier ones.
+    // A bound for later steps also holds for earlier ones.
     let found = ends([15.0, 25.0, 40.0, 50.0], [3.0, 2.0, 2.0], [0.0; 3]);
     assert_eq!((found.end, found.rate), (Some((25.0, 1)), Some((4.8, 1))));
-    // Nothing need be earned; less than nothing cannot be.
+    // Nothing needs to be earned; less than nothing is impossible.
     let found = ends([5.0, 6.0, 12.0, 15.0], [0.0, 0.0, 1.0], [0.0; 3]);
     assert_eq!((found.end, found.rate), (Some((15.0, 0)), Some((2.0, 2))));
     let found = ends([5.0, 6.0, 12.0, 15.0], [-1.0, -1.0, 1.0], [0.0; 3]);
