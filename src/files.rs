@@ -251,7 +251,7 @@ pub fn fingerprint(content: impl AsRef<[u8]>) -> String {
         .collect()
 }
 
-/// Starts a comment line in a CSV file; readers skip such lines if told the character (pandas:
+/// Starts a comment line in a CSV file; readers can be set to skip such lines (pandas:
 /// `read_csv(..., comment="#")`).
 pub const COMMENT: u8 = b'#';
 

@@ -40,8 +40,8 @@ impl PatternSource {
     }
 }
 
-/// `count` grids evenly distributed around `spacing` [m], or one more if `spacing` itself would be
-/// among them.
+/// `count` grids, rounded up to an even number so that `spacing` [m] itself is not among them, with
+/// spacings evenly distributed around it.
 ///
 /// # Errors
 /// If a spacing is not valid for a grid.

@@ -12,7 +12,7 @@
 //! | 3 | processing time P / 2 T |
 //! | 4, 5 | time left in the extended workspace / time to cross the workspace; log |
 //! | 6 | reward r |
-//! | 7 | shortest future P for this robot, / 2 T |
+//! | 7 | shortest P from now on for this robot, / 2 T |
 //! | 8 | log time until then |
 //! | 9 | current P minus that, / 2 T |
 //! | 10 | share of the other robots that could still pick it |

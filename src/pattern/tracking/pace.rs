@@ -123,7 +123,7 @@ pub(super) fn pace(tracks: &[Track]) -> Option<Pace> {
         *all += 1;
         *moving += usize::from(step.speed > MOVES * rough);
     }
-    // At least a tenth of the steps must move: a few bad boxes are not motion.
+    // More than a tenth of its steps must move: a few bad boxes are not motion.
     steps.retain(|step| fast[step.track].0 * 10 > fast[step.track].1);
     let usual = median_of(steps.iter().map(|s| s.speed))?;
     let frames = steps.iter().map(|s| s.frame);
