@@ -60,7 +60,7 @@ impl<'a> Environment<'a> {
         if !scenes.iter().all(playable) || scenes.is_empty() {
             return Err(Error::input(
                 "the training patterns",
-                "there are none, or some have no item within reach of a robot",
+                "some have no item within reach of a robot, or there are none",
                 "use patterns on the station's belt, with items within reach of a robot",
             ));
         }

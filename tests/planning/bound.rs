@@ -405,9 +405,9 @@ fn slots_that_cannot_be_are_refused_and_huge_patterns_are_not() {
     let pattern = grid(1.05, 0.15, 60_000).unwrap();
     let scene = Scene::new(&station, &pattern).unwrap();
     for (slot, word) in [
-        (0.0, "not a length"),
-        (-1.0, "not a length"),
-        (f64::NAN, "not a length"),
+        (0.0, "not a valid slot length"),
+        (-1.0, "not a valid slot length"),
+        (f64::NAN, "not a valid slot length"),
         (1e-6, "too short"),
     ] {
         let options = Options {
