@@ -137,7 +137,7 @@ fn of_several_outputs_the_logits_are_taken_and_named() {
     let both = read(&model(inputs, nodes, tensors, outputs.to_vec()));
     assert_eq!(logits(&both), expected);
     let remark = both.remark().unwrap();
-    for word in ["p.onnx", "`30`, `31`", "takes `31`"] {
+    for word in ["p.onnx", "`30`, `31`", "`31` is used"] {
         assert!(remark.contains(word), "{remark}");
     }
 }
