@@ -157,9 +157,9 @@ fn an_indexing_belt_shifts_items_by_its_speed_when_the_picture_was_taken() {
         travel += said * 0.05;
     }
     let remarks = line.0.take_remarks();
-    let told: Vec<_> = remarks.iter().filter(|r| r.contains("stamped")).collect();
+    let told: Vec<_> = remarks.iter().filter(|r| r.contains("timestamps of pictures")).collect();
     assert_eq!(told.len(), 1, "{remarks:?}");
-    let cure = "stamped 150 ms late: --camera-delay 150 cures";
+    let cure = "were 150 ms late: --camera-delay 150 corrects";
     assert!(told[0].contains(cure), "{remarks:?}");
 }
 

@@ -401,7 +401,7 @@ fn a_node_of_another_station_is_an_error_on_both_sides() {
     for (other, words, codes) in [
         (
             &names,
-            "the robots of the node are `a`, `b`",
+            "the node's robots are `a`, `b`",
             [Some(2), Some(2)],
         ),
         (
@@ -422,7 +422,7 @@ fn a_node_of_another_station_is_an_error_on_both_sides() {
         assert_eq!([of_node, code], codes, "{remarks}\n{errors}");
         if of_node == Some(2) {
             assert!(
-                remarks.contains("have other names than `a`, `b`"),
+                remarks.contains("were heard is one of `a`, `b`"),
                 "{remarks}"
             );
         }

@@ -64,7 +64,7 @@ fn one_process_at_a_time() {
     let before = std::fs::read(journal).unwrap();
     refused(
         &["--journal", journal, "--robots", "3"],
-        "the journal is of station",
+        "the journal has station",
     );
     let output = pickline(&["run", "--journal", journal]);
     let errors = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -86,7 +86,7 @@ fn what_cannot_be_a_journal_is_refused() {
     std::fs::write(path("station.toml"), "[belt]\nspeed = 0.1\n").unwrap();
     refused(
         &["--journal", &path("station.toml")],
-        "no beginning of a journal",
+        "not the beginning of a journal",
     );
     refused(&["--journal", &path("no-folder/j")], "cannot write");
     refused(&["--journal", &path("station.toml/j")], "cannot write");
@@ -94,7 +94,7 @@ fn what_cannot_be_a_journal_is_refused() {
         &["--journal", folder.path().to_str().unwrap()],
         "cannot write",
     );
-    refused(&["--journal", "/dev/null"], "is no regular file");
+    refused(&["--journal", "/dev/null"], "is not a regular file");
     // A folder that nobody may write to, not even the superuser.
     if Path::new("/proc/self").exists() {
         refused(&["--journal", "/proc/self/j"], "cannot write");

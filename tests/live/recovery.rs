@@ -301,7 +301,7 @@ fn a_journal_stays_small_and_what_is_damaged_is_named() {
         let error = open(&bytes, &mine).unwrap_err().to_string();
         assert!(error.contains(word) && error.contains("cure: "), "{error}");
     };
-    damaged(&|b| b[5] ^= 1, "line 1: is no beginning of a journal");
+    damaged(&|b| b[5] ^= 1, "line 1: is not the beginning of a journal");
     damaged(&|b| b[first + 100] ^= 1, "line 2: is damaged");
     damaged(&|b| b[third - 1] ^= 1, "line 3: is damaged");
     damaged(&|b| b[last + 20] ^= 1, "is damaged");
@@ -317,9 +317,9 @@ fn a_journal_stays_small_and_what_is_damaged_is_named() {
     for (other, word) in [
         (
             owner("b", ClockKind::Messages),
-            "of station a, this run of b",
+            "has station a, but this run has b",
         ),
-        (owner("a", ClockKind::System), "of clock messages"),
+        (owner("a", ClockKind::System), "has clock messages"),
     ] {
         let error = open(&bytes, &other).unwrap_err().to_string();
         assert!(error.contains(word) && error.contains("cure: "), "{error}");

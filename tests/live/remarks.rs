@@ -40,11 +40,11 @@ fn what_is_refused_is_named_with_its_line() {
         "stdin line 4: refused (syntax): ",
         "stdin line 5: refused (too_long): ",
         // It is held back until the next one shows that it is wild.
-        "stdin line 6: refused (stamp): stamp = 1000000000, while it is 5; ",
+        "stdin line 6: refused (stamp): stamp = 1000000000, but the time is 5; ",
         "stdin line 7: refused (unknown_robot): ",
-        "stdin line 8: refused (field): `stamp` is there twice",
+        "stdin line 8: refused (field): `stamp` is repeated",
         // Nothing follows it.
-        "stdin line 9: refused (stamp): stamp = 300, while it is 6; ",
+        "stdin line 9: refused (stamp): stamp = 300, but the time is 6; ",
     ];
     assert_eq!(refused.len(), expected.len(), "{said:#?}");
     for (line, start) in refused.iter().zip(expected) {

@@ -1,35 +1,35 @@
-//! What has become of an item, as the figures count it.
+//! The fate of an item, as the figures count it.
 
 use super::items::{State, Tracked};
 use super::protocol::MissedCounts;
 use serde::{Deserialize, Serialize};
 
-/// What has become of an item. Each has exactly one.
+/// The fate of an item. Each item has exactly one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Fate {
     /// It is in a bin.
     Picked,
-    /// Some robot is after it.
+    /// It is reserved for a robot's task.
     Claimed,
     /// It may still be picked.
     OnBelt,
-    /// No robot ever had a window for it.
+    /// No robot ever had a departure window for it.
     Unreachable,
-    /// Attempted, and no attempt succeeded.
+    /// It was attempted, and no attempt succeeded.
     GraspFailed,
-    /// A robot was sent, and came too late or did not find it.
+    /// A robot was sent, but came too late or did not find it.
     NotFound,
-    /// A robot was sent and never said what came of it.
+    /// A robot was sent but never reported a result.
     NoResult,
-    /// Some robot could have picked it, and another action was chosen.
+    /// A robot could have picked it, but another action was chosen.
     PassedOver,
-    /// Whenever it was in a window, the robot was busy or out of service.
+    /// Whenever it was in a robot's window, the robot was busy or out of service.
     Busy,
 }
 
 impl Fate {
-    /// The fate of an item that has left the belt or not.
+    /// The fate of an item; `is_past` is whether it has left the belt.
     pub fn of(tracked: &Tracked, is_past: bool) -> Self {
         match tracked.state {
             State::Picked(_) => Self::Picked,
@@ -45,7 +45,7 @@ impl Fate {
         }
     }
 
-    /// Why the item was missed, as the figures name it; none when it was not.
+    /// The key in the figures for why the item was missed; none if it was not.
     pub fn reason(self) -> Option<&'static str> {
         match self {
             Self::Unreachable => Some("unreachable"),
@@ -58,7 +58,7 @@ impl Fate {
         }
     }
 
-    /// Its count; none when it was not missed.
+    /// The item's count in `missed`; none if it was not missed.
     pub fn count(self, missed: &mut MissedCounts) -> Option<&mut u64> {
         match self {
             Self::Unreachable => Some(&mut missed.unreachable),

@@ -1,11 +1,11 @@
-//! What the camera says of an item besides its place.
+//! What the camera reports about an item besides its position.
 
 use super::protocol::Detection;
 use pickline::pattern::Item;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-/// What is known of an item besides its place; what nobody has said is none.
+/// What is known about an item besides its position; unreported fields are none.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Features {
@@ -21,7 +21,7 @@ pub struct Features {
     /// Explicit weight.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub weight: Option<f64>,
-    /// What it is.
+    /// Class of the item.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub class: Option<String>,
     /// Angle of its long side, from x towards y [rad].
@@ -30,16 +30,16 @@ pub struct Features {
     /// Height of its top above the belt [m].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub height: Option<f64>,
-    /// How long it is and how wide [m].
+    /// Length and width [m].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub size: Option<[f64; 2]>,
-    /// Whatever else the robot should know.
+    /// Any other data for the robot.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub data: Option<Map<String, Value>>,
 }
 
 impl Features {
-    /// What a detection says.
+    /// The features in a detection.
     pub fn of(detection: &Detection) -> Self {
         Self {
             area_cm2: detection.area_cm2,
@@ -54,15 +54,15 @@ impl Features {
         }
     }
 
-    /// Takes over what `other` says, all of it if it is newer, else what is not known yet.
-    /// What it does not say stays.
+    /// Merges `other`: all of its values if it is newer, otherwise only those that are not known
+    /// yet. Values that `other` lacks stay.
     pub fn take(&mut self, other: Self, is_newer: bool) {
         fn merge<T>(mine: &mut Option<T>, other: Option<T>, is_newer: bool) {
             if other.is_some() && (is_newer || mine.is_none()) {
                 *mine = other;
             }
         }
-        // All fields, so that none is forgotten.
+        // Destructured, so that no field is forgotten.
         let Self {
             area_cm2,
             p_detection,
@@ -85,7 +85,7 @@ impl Features {
         merge(&mut self.data, data, is_newer);
     }
 
-    /// The object-specific reward that follows.
+    /// The object-specific reward that follows from the features.
     pub fn reward(&self) -> f64 {
         let item = Item {
             area_cm2: self.area_cm2,

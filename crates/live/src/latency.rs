@@ -1,13 +1,13 @@
-//! How long decisions take, in memory that does not grow.
+//! Durations of decisions, in constant memory.
 
 use super::protocol::Latency;
 
-/// How much wider each class is than the one before: 1 %, so that a quantile can be held
-/// against a budget.
+/// Ratio of the limits of neighbouring classes: 1 %, so that a quantile can be compared with a
+/// budget.
 const WIDER: f64 = 1.01;
-/// Classes of the histogram, to over 1,000 s.
+/// Number of classes of the histogram, which reach beyond 1,000 s.
 const CLASSES: usize = 2_400;
-/// Upper end of the first class [s].
+/// Upper limit of the first class [s].
 const FIRST: f64 = 1e-7;
 
 /// Limits of [`DecisionTimes`] [s].
@@ -15,14 +15,14 @@ const LIMITS: [f64; 14] = [
     1e-5, 2e-5, 5e-5, 1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2, 0.1, 1.0,
 ];
 
-/// How long decisions took, for programs that collect histograms.
+/// Durations of decisions, for programs that collect histograms.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct DecisionTimes {
-    /// Limits [s], and how many took no longer, to 1 %.
+    /// Limits [s], and how many decisions took at most that long; the limits are exact to 1 %.
     pub within: Vec<(f64, u64)>,
-    /// How many there were.
+    /// Number of decisions.
     pub count: u64,
-    /// How long all of them took together [s].
+    /// Total duration [s].
     pub sum: f64,
 }
 
@@ -47,17 +47,17 @@ impl Default for Histogram {
 }
 
 impl Histogram {
-    /// Notes a duration [s].
+    /// Adds a duration [s].
     pub fn note(&mut self, seconds: f64) {
         let class = (seconds / FIRST).max(1.0).ln() / WIDER.ln();
-        // Saturates at both ends.
+        // Clamped at both ends.
         self.counts[(class.ceil() as usize).min(CLASSES - 1)] += 1;
         self.total += 1;
         self.sum += seconds;
         self.max = self.max.max(seconds);
     }
 
-    /// What is reported of it.
+    /// The figures for a status.
     pub fn latency(&self) -> Latency {
         Latency {
             decisions: self.total,
@@ -67,7 +67,7 @@ impl Histogram {
         }
     }
 
-    /// The counts within fixed limits.
+    /// Counts within fixed limits.
     pub fn decision_times(&self) -> DecisionTimes {
         let within = LIMITS.map(|limit| {
             let classes = (limit / FIRST).ln() / WIDER.ln();
@@ -81,7 +81,7 @@ impl Histogram {
         }
     }
 
-    /// Upper end of the class that holds the quantile [s].
+    /// Upper limit of the class that contains the quantile [s].
     fn quantile(&self, share: f64) -> f64 {
         let rank = share * self.total as f64;
         let mut below = 0;

@@ -1,21 +1,21 @@
-//! Whether node and station speak of the same line.
+//! Checks that the node and the line have the same station.
 //!
-//! Both are started by hand, each with a station file. Where the files differ, tasks are
-//! for robots that are not there or for places that they cannot reach, and nothing is
-//! picked: that is an error, not a result.
+//! Both are started by hand, each with a station file. If the files differ, tasks are for unknown
+//! robots or for places that robots cannot reach, and nothing is picked. That is an error, not a
+//! result.
 
 use super::protocol::{Rejection, Status, Task};
 use pickline::error::{Error, Result, shown};
 use pickline::files::fingerprint;
 use pickline::station::{Station, to_toml};
 
-/// Bins further apart than this are two bins [m].
+/// Bins further apart than this are different bins [m].
 const SAME_PLACE: f64 = 1e-3;
 
-/// Identifies the layout of `station`: everything but the speed of the belt, which the
-/// line itself reports.
+/// A hash of the layout of `station`: of everything but the belt's speed, which the line itself
+/// reports.
 pub fn layout_hash(station: &Station) -> String {
-    // Any speed does that every arm exceeds, as long as it is always the same.
+    // Any fixed speed below that of every arm will do.
     const SPEED: f64 = 1e-6;
     let still = station.with_belt_speed(SPEED);
     fingerprint(to_toml(still.as_ref().unwrap_or(station)))
@@ -24,20 +24,20 @@ pub fn layout_hash(station: &Station) -> String {
 /// Checks that the node which sends `status` runs `station`.
 ///
 /// # Errors
-/// A node of another station.
+/// The node has another station.
 pub fn check_status(station: &Station, status: &Status) -> Result<()> {
     let own: Vec<&str> = station.robots().iter().map(|r| r.name.as_str()).collect();
     let theirs: Vec<&str> = status.robots.iter().map(|r| r.name.as_str()).collect();
     if own != theirs {
         return Err(another(&format!(
-            "the robots of the node are {}, those of this station {}",
+            "the node's robots are {}, this station's are {}",
             listed(&theirs),
             listed(&own)
         )));
     }
     match &status.layout {
         Some(layout) if *layout != layout_hash(station) => Err(another(
-            "its robots have the same names, but the size of the belt, or their places, \
+            "the robots have the same names, but the belt's size or the robots' positions, \
              reaches, speeds or dwell times differ",
         )),
         _ => Ok(()),
@@ -47,12 +47,12 @@ pub fn check_status(station: &Station, status: &Status) -> Result<()> {
 /// Checks that `task` can be for a robot of `station`.
 ///
 /// # Errors
-/// A task of a node of another station.
+/// The task is from a node with another station.
 pub fn check_task(station: &Station, task: &Task) -> Result<()> {
     let robot = station.robots().iter().find(|r| r.name == task.robot);
     let Some(robot) = robot else {
         return Err(another(&format!(
-            "the node has a task for `{}`, which is no robot of this station",
+            "the node sent a task for `{}`, which is not a robot of this station",
             shown(&task.robot)
         )));
     };
@@ -61,7 +61,7 @@ pub fn check_task(station: &Station, task: &Task) -> Result<()> {
         return Ok(());
     }
     Err(another(&format!(
-        "for the node the bin of `{}` is at ({}, {}) m, here it is at ({}, {}) m",
+        "the node has the bin of `{}` at ({}, {}) m, this station has it at ({}, {}) m",
         shown(&robot.name),
         task.bin.x,
         task.bin.y,
@@ -70,11 +70,11 @@ pub fn check_task(station: &Station, task: &Task) -> Result<()> {
     )))
 }
 
-/// Checks, at the end of a run of `station` that ended with `status`, that its own robots
-/// were heard, if any robot was.
+/// Checks, at the end of a run of `station` with the last `status`, that at least one of its robots
+/// was heard if any robot was.
 ///
 /// # Errors
-/// Messages from robots of other names only.
+/// Only robots with other names were heard.
 pub fn check_heard(station: &Station, status: &Status) -> Result<()> {
     let strangers = status.rejected.get(Rejection::UnknownRobot.name());
     let silent = status.robots.iter().all(|robot| robot.state == "unknown");
@@ -83,7 +83,7 @@ pub fn check_heard(station: &Station, status: &Status) -> Result<()> {
     }
     let own: Vec<&str> = station.robots().iter().map(|r| r.name.as_str()).collect();
     Err(another(&format!(
-        "the robots that were heard have other names than {}",
+        "none of the robots that were heard is one of {}",
         listed(&own)
     )))
 }
@@ -104,7 +104,7 @@ fn listed(names: &[&str]) -> String {
 fn another(problem: &str) -> Error {
     Error::input(
         "--station",
-        format!("the node and the line are of different stations: {problem}"),
+        format!("the node and the line have different stations: {problem}"),
         "start both with the same --station and --robots",
     )
 }

@@ -1,8 +1,8 @@
 //! Live control: the node between the camera and the robots.
 //!
-//! The core takes messages and the time and gives messages back; it has no clock, no
-//! thread, no file and no socket of its own, so that every behaviour can be tested
-//! exactly. [`transport`], [`journal`] and [`recording`] do what it cannot.
+//! The core takes messages and the time and gives messages. It has no clock, thread, file or
+//! socket, so that every behaviour can be tested exactly. [`transport`], [`journal`] and
+//! [`recording`] add those.
 
 mod aim;
 mod association;

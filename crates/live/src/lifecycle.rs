@@ -1,29 +1,29 @@
 //! The life of a task as a state machine: one table of stages and events.
 //!
-//! `docs/protocol.md` shows the same table; a test holds the two together. What a stage
-//! means for others: `Sent`, `Acknowledged` and `Cancelling` hold the item, so that no
-//! other robot is sent to it; `Recalled` holds nothing.
+//! `docs/protocol.md` shows the same table; a test checks that the two are equal. `Sent`,
+//! `Acknowledged` and `Cancelling` reserve the item, so that no other robot is sent to it;
+//! `Recalled` does not.
 
 use serde::{Deserialize, Serialize};
 
-/// How far a task has come.
+/// The stage of a task.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Stage {
-    /// Sent, and perhaps not received.
+    /// Sent, but perhaps not received.
     Sent,
-    /// The robot has said that it sets out.
+    /// The robot has confirmed that it sets out.
     Acknowledged,
-    /// The robot was asked to drop it, and has not answered. The item is still its own: it
-    /// may have met it already.
+    /// The robot was asked to drop it and has not answered. The item stays reserved, because the
+    /// robot may have met it already.
     Cancelling,
-    /// The robot was asked to drop it, and has not answered. The item is free, picked or
-    /// written off.
+    /// The robot was asked to drop it and has not answered. The item is free, picked or written
+    /// off.
     Recalled,
 }
 
 impl Stage {
-    /// As it is shown.
+    /// The name of the stage, as displayed.
     pub fn name(self) -> &'static str {
         match self {
             Self::Sent => "sent",
@@ -33,18 +33,18 @@ impl Stage {
         }
     }
 
-    /// Whether the item is kept for this task.
+    /// Whether the item is reserved for this task.
     pub fn holds_item(self) -> bool {
         self != Self::Recalled
     }
 
-    /// Whether the robot is asked to drop it, again and again until it answers.
+    /// Whether a `cancel` is repeated until the robot answers.
     pub fn is_cancelled(self) -> bool {
         matches!(self, Self::Cancelling | Self::Recalled)
     }
 }
 
-/// What happens to a task.
+/// An event of a task.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Event {
     /// The robot has acknowledged it.
@@ -55,17 +55,17 @@ pub enum Event {
     GraspFailed,
     /// The robot came too late or did not find the item.
     NotFound,
-    /// The robot does not take it.
+    /// The robot has refused the task.
     Refused,
-    /// The robot has dropped it.
+    /// The robot has dropped the task.
     Dropped,
-    /// No acknowledgement within the timeout, and it can still be done.
+    /// No acknowledgement came within the timeout, but the task can still be done.
     Unheard,
-    /// It cannot be done any more, or must not be.
+    /// The task can no longer be done, or was stopped.
     Impossible,
-    /// Acknowledged, and the result is overdue.
+    /// The task was acknowledged, and its result is overdue.
     NoResult,
-    /// Never acknowledged, and the answer is overdue.
+    /// The task was never acknowledged, and its answer is overdue.
     NoAnswer,
     /// The robot is out of service, and cannot have reached the item.
     FaultBefore,
@@ -73,34 +73,34 @@ pub enum Event {
     FaultAfter,
     /// Another robot has picked the item.
     TakenByOther,
-    /// Nothing can come of it any more.
+    /// Nothing can come of the task any more.
     Moot,
 }
 
-/// What a step means for the item.
+/// The effect of a step on the item.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Effect {
     /// Nothing.
     Keep,
-    /// It is in the bin.
+    /// The item is picked.
     Pick,
-    /// It is free again.
+    /// The item is free again.
     Return,
-    /// One attempt has failed; it is free again, or given up after too many.
+    /// An attempt has failed; the item is free again, or given up after too many attempts.
     Attempt,
-    /// It is free again, but not for this robot.
+    /// The item is free again, but not for this robot.
     Refuse,
-    /// It is free again, for this robot only after a while.
+    /// The item is free again, for this robot only after a while.
     Withhold,
-    /// What became of it is not known; nobody is sent to it any more.
+    /// The item's fate is unknown; no robot is sent to it any more.
     WriteOff,
 }
 
-/// The stage after an event, none when the task is over, and what it means for the item.
+/// The stage after an event, none when the task is over, and the effect on the item.
 pub type Step = (Option<Stage>, Effect);
 
 impl Stage {
-    /// What `event` makes of a task at this stage; none where it changes nothing.
+    /// The step that `event` causes at this stage; none if it changes nothing.
     pub fn after(self, event: Event) -> Option<Step> {
         use Effect::{Attempt, Keep, Pick, Refuse, Return, Withhold, WriteOff};
         use Stage::{Acknowledged, Cancelling, Recalled, Sent};
@@ -175,7 +175,7 @@ mod tests {
             Self::Moot,
         ];
 
-        /// As the table in the docs names it.
+        /// The text in the table in the docs.
         pub fn describe(self) -> &'static str {
             match self {
                 Self::Ack => "`ack`",
@@ -197,7 +197,7 @@ mod tests {
     }
 
     impl Effect {
-        /// As the table in the docs names it.
+        /// The text in the table in the docs.
         pub fn describe(self) -> &'static str {
             match self {
                 Self::Keep => "",
@@ -248,12 +248,12 @@ mod tests {
                 };
                 let keeps = next.is_some_and(Stage::holds_item);
                 match effect {
-                    // Whoever goes on holding the item has not given it back.
+                    // A task that still reserves the item has not returned it.
                     Effect::Keep => {}
                     Effect::Pick => assert_eq!(next, None),
                     _ => assert!(stage.holds_item() && !keeps, "{stage:?} {event:?}"),
                 }
-                // What is recalled never gets hold of the item again.
+                // A recalled task never reserves the item again.
                 assert!(stage.holds_item() || !keeps);
             }
         }
@@ -273,7 +273,7 @@ mod tests {
                 assert!(matches!(stage.after(event), Some((None, _))));
             }
         }
-        // Without a word from the robot: unheard, cancelled, recalled, moot.
+        // If the robot never answers: unheard, cancelled, recalled, moot.
         let steps = [Event::Impossible, Event::NoAnswer, Event::Moot];
         let end = steps.iter().try_fold(Stage::Sent, |stage, event| {
             stage.after(*event).and_then(|(next, _)| next)

@@ -1,8 +1,8 @@
-//! What the operator wants: the line, or one robot, at work, paused, drained or stopped.
+//! The operator's orders: the line or a robot is running, paused, draining or stopped.
 
 use serde::{Deserialize, Serialize};
 
-/// What the operator wants of the line or of a robot.
+/// The operator's order for the line or for a robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Mode {
@@ -11,37 +11,37 @@ pub enum Mode {
     Running,
     /// No new task is given; open ones are carried out.
     Paused,
-    /// Items that are known are picked; those that come are let pass.
+    /// Known items are picked; later ones are let pass.
     Draining,
-    /// No new task is given, and open ones are cancelled.
+    /// No new task is given; open ones are cancelled.
     Stopped,
 }
 
-/// What the operator wants of the line and of each robot.
+/// The operator's orders for the line and for each robot.
 ///
-/// Invariant: a robot does not drain; what its own mode allows, that of the line has to
-/// allow too.
+/// Invariant: a robot's own mode is never `Draining`. A robot works if both its own mode and the
+/// line's allow it.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Operation {
     line: Mode,
-    /// Robots that are not at work, by index.
+    /// Robots whose own mode is not `Running`, by index.
     robots: Vec<(usize, Mode)>,
 }
 
 impl Operation {
-    /// What is wanted of the line.
+    /// The line's mode.
     pub fn line(&self) -> Mode {
         self.line
     }
 
-    /// What is wanted of a robot by itself.
+    /// A robot's own mode.
     pub fn robot(&self, robot: usize) -> Mode {
         let found = self.robots.iter().find(|(index, _)| *index == robot);
         found.map_or(Mode::Running, |(_, mode)| *mode)
     }
 
-    /// The operator wants `mode` of the line, or of one robot. The line at work again does
-    /// not put a robot back to work that was paused by itself.
+    /// Sets the mode of the line or of one robot. Resuming the line does not resume a robot that
+    /// was paused individually.
     pub fn order(&mut self, robot: Option<usize>, mode: Mode) {
         let Some(robot) = robot else {
             self.line = mode;
@@ -49,7 +49,7 @@ impl Operation {
         };
         self.robots.retain(|(index, _)| *index != robot);
         if mode != Mode::Running {
-            // One that drains gets no task of its own: its items are the line's.
+            // For a single robot, draining means pausing, because items belong to the line.
             let mode = match mode {
                 Mode::Draining => Mode::Paused,
                 mode => mode,
@@ -59,20 +59,20 @@ impl Operation {
         }
     }
 
-    /// Whether a robot may be given tasks.
+    /// Whether a robot may get tasks.
     pub fn allows(&self, robot: usize) -> bool {
         let line = matches!(self.line, Mode::Running | Mode::Draining);
         line && self.robot(robot) == Mode::Running
     }
 
-    /// The robots that it names.
+    /// The robots that have an order of their own.
     pub fn robots(&self) -> impl Iterator<Item = usize> + '_ {
         self.robots.iter().map(|(index, _)| *index)
     }
 }
 
 impl Mode {
-    /// As a status names it; a line that drains is drained once nothing is `left`.
+    /// The `mode` of a status. A draining line is drained once nothing is `left`.
     pub fn name(self, left: bool) -> &'static str {
         match self {
             Self::Running => "running",

@@ -1,8 +1,8 @@
-//! A station that is not there: the camera, the belt and the robots, as messages.
+//! An emulated station: it plays the camera, the belt and the robots by messages.
 //!
-//! Like the controller it takes messages and the time and gives messages back. With
-//! message time the two take turns ([`Emulator::round`]), and where nothing goes wrong
-//! the line picks exactly what a simulation of it picks.
+//! Like the controller it takes messages and the time and gives messages. With message time the two
+//! take turns ([`Emulator::round`]), and without faults the line picks exactly what a simulation of
+//! it picks.
 
 mod robots;
 mod trouble;
@@ -17,42 +17,43 @@ use pickline::station::Station;
 use std::collections::{BTreeMap, HashMap};
 use trouble::Draw;
 
-/// Time between two messages of the belt [s].
+/// Interval between two belt messages [s].
 const BELT_PERIOD: f64 = 1.0;
-/// Detections that are late come up to this much late [s].
+/// Maximum delay of late detections [s].
 const LATE: f64 = 1.0;
-/// The camera sees items at least this far ahead of where a robot could leave for them [m].
+/// The camera sees items at least this far upstream of the point where a robot could leave for them
+/// [m].
 const LEAD: f64 = 0.05;
-/// How far past the belt's end the last item has to be at the end [m].
+/// The run ends when the last item is this far past the belt's end [m].
 const PAST_THE_END: f64 = 0.75;
 
-/// What happens at the station.
-// Handed on one at a time.
+/// An event at the station.
+// Events are passed on one at a time.
 #[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone)]
 enum Event {
-    /// A message arrives.
+    /// A message arrives at the node.
     Arrives(Incoming),
-    /// The belt's period is over.
+    /// The next belt message is due.
     Belt,
-    /// The belt stops or goes on.
+    /// The belt stops or restarts.
     BeltTurns,
-    /// A robot breaks down or comes back.
+    /// A robot (index) breaks down (true) or returns to service.
     Down(usize, bool),
-    /// A robot meets the item of a task, by this revision of it.
+    /// A robot meets the item of a task (id), by this revision of it.
     Meets(u64, u32),
-    /// A robot is back at its bin.
+    /// A robot (index) is back at its bin after a task (id).
     Back(usize, u64),
-    /// The last item has left.
+    /// The last item has left the belt.
     End,
 }
 
-/// One robot.
+/// An emulated robot.
 #[derive(Debug, Clone, Default)]
 struct Arm {
     down: bool,
     task: Option<Task>,
-    /// Whether it has met the item already.
+    /// Whether it has already met the item.
     met: bool,
 }
 
@@ -62,7 +63,7 @@ pub struct Emulator {
     station: Station,
     pattern: Pattern,
     trouble: Trouble,
-    /// Stamp of the emulator's time 0 [s].
+    /// Timestamp of the emulator's time 0 [s].
     origin: f64,
     now: f64,
     events: BTreeMap<Key, Event>,
@@ -71,9 +72,9 @@ pub struct Emulator {
     numbers: HashMap<String, usize>,
     taken: Vec<bool>,
     attempts: Vec<u32>,
-    /// What came of each task that is over.
+    /// The result of each task that is over.
     results: HashMap<u64, Report>,
-    /// Times [s] between which the belt stands.
+    /// Start and end of the belt's stop [s].
     stop: (f64, f64),
     ended: bool,
     sent: u64,
@@ -84,10 +85,10 @@ pub struct Emulator {
 }
 
 impl Emulator {
-    /// The station at time 0.
+    /// An emulated station at time 0, with `pattern` on its belt and the faults of `trouble`.
     ///
     /// # Errors
-    /// An item beside the belt, trouble that is none.
+    /// An item beside the belt, or invalid faults.
     pub fn new(station: Station, pattern: Pattern, trouble: Trouble) -> Result<Self> {
         pattern.check_on(&station)?;
         trouble.check(station.robots().len())?;
@@ -121,12 +122,12 @@ impl Emulator {
         Ok(emulator)
     }
 
-    /// The station that is played.
+    /// The emulated station.
     pub fn station(&self) -> &Station {
         &self.station
     }
 
-    /// Puts the station's time 0 at this stamp [s].
+    /// Sets the timestamp of the station's time 0 [s].
     pub fn start_at(&mut self, origin: f64) {
         self.origin = origin;
     }
@@ -155,7 +156,7 @@ impl Emulator {
         self.plan(end, Event::End);
     }
 
-    /// Where the camera looks [m]: upstream of wherever a robot could leave for an item.
+    /// The camera's x [m]: upstream of every point where a robot could leave for an item.
     fn camera(&self) -> f64 {
         let belt = self.station.belt();
         let windows = self.pattern.items().iter().flat_map(|item| {
@@ -166,12 +167,12 @@ impl Emulator {
         windows.fold(0.0, f64::min) - LEAD
     }
 
-    /// Plans the detections of one item.
+    /// Schedules the detections of one item.
     fn see(&mut self, index: u64, item: &Item, camera: f64) {
         let mut time = self.time_of((camera - item.x0).max(0.0));
         let mut x = item.x0 + self.travel(time);
-        // The reader subtracts the travel again; it should find the item where it is, to
-        // the bit, so a stamp is taken for which the sum is exact enough.
+        // The reader subtracts the travel again and should find the item's position bit-exactly, so
+        // choose a timestamp for which the sum is exact enough.
         for _ in 0..64 {
             if x - self.travel(time) == item.x0 {
                 break;
@@ -195,7 +196,7 @@ impl Emulator {
         };
         let late = self.trouble.draw(Draw::Late, index);
         let share = self.trouble.out_of_order;
-        // The share that is late is so evenly up to LATE.
+        // Delays of the late share are uniform up to LATE.
         let delay = if late < share {
             LATE * late / share
         } else {
@@ -211,7 +212,7 @@ impl Emulator {
         }
     }
 
-    /// How late the next message is [s].
+    /// Delay of the next message [s].
     fn jitter(&mut self) -> f64 {
         self.sent += 1;
         if self.trouble.jitter == 0.0 {
@@ -220,14 +221,14 @@ impl Emulator {
         self.trouble.jitter * self.trouble.draw(Draw::Jitter, self.sent)
     }
 
-    /// How far the belt has travelled at `time` [m].
+    /// The belt's travel at `time` [m].
     fn travel(&self, time: f64) -> f64 {
         let stood = (time.min(self.stop.1) - self.stop.0).max(0.0);
         let moved = if stood > 0.0 { time - stood } else { time };
         self.station.belt().speed * moved
     }
 
-    /// When the belt has travelled so far [s].
+    /// The time at which the belt's travel is `travel` [s].
     fn time_of(&self, travel: f64) -> f64 {
         let time = travel / self.station.belt().speed;
         if time > self.stop.0 {
@@ -238,12 +239,12 @@ impl Emulator {
     }
 
     fn plan(&mut self, time: f64, event: Event) {
-        // Equal times happen in the order in which they were planned.
+        // Events at equal times happen in the order in which they were scheduled.
         self.sequence += 1;
         self.events.insert(Key(time, self.sequence), event);
     }
 
-    /// A message leaves for the node now; it is stamped now.
+    /// Sends a message to the node now, with the present timestamp.
     fn send(&mut self, message: Incoming) {
         let arrives = self.now + self.jitter();
         self.plan(arrives, Event::Arrives(message));
@@ -259,7 +260,7 @@ impl Emulator {
         }));
     }
 
-    /// Stamp at which something happens next [s]; none when all is over.
+    /// Timestamp of the next event [s]; none when everything is over.
     pub fn next_stamp(&self) -> Option<f64> {
         self.next_event().map(|time| self.origin + time)
     }
@@ -268,7 +269,7 @@ impl Emulator {
         let at_work = self.arms.iter().any(|arm| arm.task.is_some());
         let mut events = self.events.iter();
         if self.ended && !at_work {
-            // The belt's messages alone are no reason to go on.
+            // Belt messages alone do not keep the run going.
             return events
                 .find(|(_, event)| !matches!(event, Event::Belt))
                 .map(|(key, _)| key.0);
@@ -276,7 +277,7 @@ impl Emulator {
         events.next().map(|(key, _)| key.0)
     }
 
-    /// Lets everything happen that happens up to `stamp` [s]; returns what reaches the node.
+    /// Plays all events up to `stamp` [s]. Returns the messages that reach the node.
     pub fn advance(&mut self, stamp: f64) -> Vec<Incoming> {
         let until = stamp - self.origin;
         let mut arrived = Vec::new();
@@ -326,7 +327,7 @@ impl Emulator {
         }));
     }
 
-    /// The message with its times put onto the common clock.
+    /// The message with its times on the common clock.
     fn stamped(&self, mut message: Incoming) -> Incoming {
         let origin = self.origin;
         let later = |time: &mut Option<f64>| *time = time.map(|time| origin + time);
@@ -351,13 +352,13 @@ impl Emulator {
         message
     }
 
-    /// One turn with message time: what reaches the node next, with a tick at its end;
-    /// empty when all is over. `due` is what the node has said to be due next [s].
+    /// One turn with message time: the messages that reach the node next, with a tick at the end;
+    /// empty when everything is over. `due` is the node's next due time [s].
     pub fn round(&mut self, due: Option<f64>) -> Vec<Incoming> {
         let next = match (self.next_stamp(), due) {
             (Some(own), Some(due)) => own.min(due),
             (Some(own), None) => own,
-            // Nothing more happens here; what the node still waits for runs out.
+            // Nothing more happens here; let the node's timeouts pass.
             (None, Some(due)) if !self.ended || !self.ticked => due,
             (None, _) => return Vec::new(),
         };
@@ -367,18 +368,17 @@ impl Emulator {
         messages
     }
 
-    /// What the robots have picked: index of the robot and id of the item, in the order of
-    /// the grasps.
+    /// The robots' picks: index of the robot and id of the item, in the order of the grasps.
     pub fn picked(&self) -> &[(usize, String)] {
         &self.picked
     }
 
-    /// Items that were in the gripper of a robot when it broke down. No bin gets them.
+    /// Number of items that were in a gripper when the robot broke down. They reach no bin.
     pub fn stranded(&self) -> usize {
         self.stranded
     }
 
-    /// What the node did that it must never do.
+    /// The node's violations of the protocol's guarantees.
     pub fn broken_promises(&self) -> &[String] {
         &self.broken
     }

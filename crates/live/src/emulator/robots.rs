@@ -1,4 +1,4 @@
-//! The emulated robots: they take tasks, meet items, and say what came of it.
+//! The emulated robots: they take tasks, meet items and report results.
 
 use super::trouble::Draw;
 use super::{Emulator, Event};
@@ -7,14 +7,13 @@ use crate::protocol::{
     Ack, Cancel, Incoming, Outgoing, Point, Report, RobotState, Task, Verdict,
 };
 
-/// The gripper holds what is within this distance of its centre [m].
+/// The gripper grasps an item within this distance of its centre [m].
 const GRIP: f64 = 0.01;
-/// A robot that leaves later than told by more than this [s] looks for a meeting point of
-/// its own.
+/// A robot that leaves more than this [s] after its `start` computes another meeting point.
 const LATE: f64 = 1e-9;
 
 impl Emulator {
-    /// Takes a message from the node, now.
+    /// Handles a message from the node, now.
     pub fn receive(&mut self, message: Outgoing) {
         match message {
             Outgoing::Task(task) => self.take_task(task),
@@ -43,7 +42,7 @@ impl Emulator {
         }
         let Some(robot) = self.index_of(&task.robot) else {
             self.broken
-                .push(format!("task {} for a robot that is not there", task.id));
+                .push(format!("task {} is for an unknown robot", task.id));
             return;
         };
         let others = self
@@ -57,13 +56,13 @@ impl Emulator {
             .any(same_item)
         {
             self.broken
-                .push(format!("two robots are after item {} at once", task.item));
+                .push(format!("two robots have open tasks for item {} at once", task.item));
         }
         if self.arms[robot].down {
             return;
         }
         if let Some(report) = self.results.get(&task.id) {
-            // Done already; the node has not heard of it.
+            // Already done, but the node has not received the result.
             self.send(Incoming::Result(*report));
             return;
         }
@@ -94,7 +93,7 @@ impl Emulator {
         }
     }
 
-    /// Has a robot that hears of its task too late meet the item further downstream;
+    /// Lets a robot that received its task too late meet the item further downstream. Returns
     /// whether it can.
     fn leave(&self, index: usize, task: &mut Task) -> bool {
         let (robot, belt) = (&self.station.robots()[index], self.station.belt());
@@ -124,7 +123,7 @@ impl Emulator {
         arm.met = false;
     }
 
-    /// A task is over; the node is told.
+    /// Ends a task and reports its result to the node.
     fn conclude(&mut self, task: u64, result: Verdict, available_at: Option<f64>) {
         let report = Report {
             stamp: self.now,
@@ -151,7 +150,7 @@ impl Emulator {
         };
         let Some(&item) = self.numbers.get(&task.item) else {
             self.broken.push(format!(
-                "task {id} is of item {}, which is not there",
+                "task {id} is for item {}, which does not exist",
                 task.item
             ));
             return;
@@ -175,7 +174,7 @@ impl Emulator {
             self.plan(task.free_at.max(self.now), Event::Back(robot, id));
             return;
         };
-        // The robot knows once the gripper has closed, and is on its way back then.
+        // The robot knows the result once the gripper has closed, and is on its way back then.
         let known = self.now + self.station.robots()[robot].grasp_time;
         let report = Report {
             stamp: known,
@@ -229,7 +228,7 @@ impl Emulator {
         arm.down = down;
         let task = arm.task.take();
         if let Some(task) = task.filter(|_| arm.met) {
-            // It has the item in its gripper, which does not reach the bin.
+            // The item is in the gripper and does not reach the bin.
             self.picked.retain(|(_, item)| *item != task.item);
             self.stranded += 1;
         }

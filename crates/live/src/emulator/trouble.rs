@@ -1,31 +1,31 @@
-//! What goes wrong at an emulated station.
+//! The faults of an emulated station.
 
 use pickline::error::{Error, Result, shown_number};
 use pickline::pattern::random_stream;
 use rand::RngExt as _;
 
-/// What goes wrong; nothing by default. All luck follows from the seed.
+/// The faults; none by default. Everything random follows from the seed.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Trouble {
-    /// Share of grasps that fail.
+    /// Share of failing grasps, 0 to 1.
     pub grasp_failures: f64,
-    /// Share of acknowledgements that are lost.
+    /// Share of lost acknowledgements, 0 to 1.
     pub lost_acks: f64,
-    /// Share of detections that are sent twice.
+    /// Share of detections that are sent twice, 0 to 1.
     pub duplicates: f64,
-    /// Share of detections that come up to a second late.
+    /// Share of detections that come up to a second late, 0 to 1.
     pub out_of_order: f64,
-    /// Messages are up to this much late [s].
+    /// Maximum delay of messages [s].
     pub jitter: f64,
-    /// The robot of this index is down from a time on for so long [s].
+    /// A robot breakdown: index of the robot, start [s] and duration [s].
     pub robot_down: Option<(usize, f64, f64)>,
-    /// The belt stands from a time on for so long [s].
+    /// A stop of the belt: start [s] and duration [s].
     pub belt_stop: Option<(f64, f64)>,
-    /// Seed of the luck.
+    /// Seed of everything random.
     pub seed: u64,
 }
 
-/// What a draw is for, so that one kind of trouble does not shift another.
+/// The purpose of a random draw, so that one kind of fault does not affect another.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Draw {
     Grasp = 1,
@@ -36,10 +36,10 @@ pub(super) enum Draw {
 }
 
 impl Trouble {
-    /// Checks the values for a line of `robots` robots.
+    /// Checks the values for a line with `robots` robots.
     ///
     /// # Errors
-    /// A share or a time that is none, a robot that the line does not have.
+    /// An invalid share or time, or a robot that the line does not have.
     pub fn check(&self, robots: usize) -> Result<()> {
         for (flag, share) in [
             ("--failing-grasps", self.grasp_failures),
@@ -48,8 +48,8 @@ impl Trouble {
             ("--out-of-order", self.out_of_order),
         ] {
             if !(0.0..=1.0).contains(&share) {
-                let problem = format!("{} is not a share", shown_number(share));
-                return Err(Error::input(flag, problem, "give a share from 0 to 1"));
+                let problem = format!("{} is not a valid share", shown_number(share));
+                return Err(Error::input(flag, problem, "give a share between 0 and 1"));
             }
         }
         let (down_at, down) = self
@@ -64,8 +64,8 @@ impl Trouble {
             ("--belt-stop", stop, 1e6),
         ] {
             if !(0.0..=most).contains(&time) {
-                let problem = format!("{} s is not a time for it", shown_number(time));
-                let cure = format!("give at most {most} s, 0 or more");
+                let problem = format!("{} s is out of range", shown_number(time));
+                let cure = format!("give a time from 0 to {most} s");
                 return Err(Error::input(flag, problem, cure));
             }
         }
@@ -73,16 +73,16 @@ impl Trouble {
             Some((robot, ..)) if robot >= robots => Err(Error::input(
                 "--robot-down",
                 format!(
-                    "there is no robot {} on a line of {robots}",
+                    "there is no robot {} on a line with {robots} robots",
                     robot.saturating_add(1)
                 ),
-                "count from 1, upstream first",
+                "count robots from 1, upstream first",
             )),
             _ => Ok(()),
         }
     }
 
-    /// A number evenly from [0, 1) that depends on the seed, what it is for and `number`.
+    /// A uniform number in [0, 1) that depends on the seed, the purpose and `number`.
     pub(super) fn draw(&self, what: Draw, number: u64) -> f64 {
         let mut rng = random_stream(self.seed ^ ((what as u64) << 56), number);
         rng.random()

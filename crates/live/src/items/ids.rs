@@ -1,30 +1,31 @@
-//! Under which names and ids the items go.
+//! The names and ids of items.
 //!
-//! An item has one name, which no other has and which messages use. Each camera may know it
-//! by ids of its own, and one id is that of one item of its camera at a time.
+//! An item has one unique name, which messages use. Each camera may know it by its own ids, and
+//! each id of a camera belongs to one item at a time.
 
 use super::{Items, Sighting};
 use crate::sight::Sight;
 
-/// Ids of one camera that an item is remembered under: a tracker that wavers between two.
+/// Maximum number of ids of one camera that are kept for an item, for a tracker that alternates
+/// between ids.
 const MOST_IDS: usize = 4;
 
-/// What an id has told of an item.
+/// What an id has shown about an item.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum News {
     /// Nothing new.
     Nothing,
-    /// The tracker had another id for it before.
+    /// The tracker had another id for the item before.
     Renumbered,
-    /// Another tracker has an id for it as well.
+    /// Another tracker also has an id for the item.
     Fused,
 }
 
-/// What the names of items begin with that have no id.
+/// Prefix of the names of items without an id.
 const UNNAMED: &str = "auto:";
 
 impl Items {
-    /// The number of the item that `source` has seen under this id.
+    /// The number of the item that `source` has seen under `id`.
     pub fn known_as(&self, source: Option<&str>, id: &str) -> Option<u32> {
         let items = self.by_id.get(id)?;
         let its = |item: &&u32| {
@@ -34,7 +35,7 @@ impl Items {
         items.iter().find(its).copied()
     }
 
-    /// A name for an item without an id.
+    /// A new name for an item without an id.
     pub(super) fn unused_name(&mut self) -> String {
         loop {
             self.numbers.unnamed += 1;
@@ -45,7 +46,7 @@ impl Items {
         }
     }
 
-    /// A name for an item whose id is the name of another.
+    /// A new name for an item whose id is the name of another item.
     pub(super) fn name_after(&mut self, id: &str) -> String {
         loop {
             self.numbers.renamed += 1;
@@ -56,7 +57,7 @@ impl Items {
         }
     }
 
-    /// Takes a name from the item that has it, which gets one that follows from it.
+    /// Frees a name: the item that has it gets a name derived from it.
     pub(super) fn free_name(&mut self, name: &str) {
         let Some(item) = self.by_name.get(name).copied() else {
             return;
@@ -69,15 +70,15 @@ impl Items {
         }
     }
 
-    /// Whether an item has this name because some camera has this id for it.
+    /// Whether an item has this name because a camera has this id for it.
     pub(super) fn is_name_in_use(&self, name: &str) -> bool {
         let item = self.by_name.get(name).and_then(|item| self.table.get(item));
         let mut ids = item.iter().flat_map(|t| &t.sightings).flat_map(|s| &s.ids);
         ids.any(|id| id == name)
     }
 
-    /// Takes note of who saw an item, and under which id. If that is newer than what is known,
-    /// what had the id before has it no more; if not, it stays with what has it.
+    /// Notes which camera saw an item, and under which id. If this is newer than what is known, the
+    /// id moves to this item; otherwise it stays with the item that has it.
     pub fn sight(&mut self, item: u32, sight: &Sight, is_newer: bool) -> News {
         let source = sight.source();
         let owner = sight.id().and_then(|id| self.known_as(source, id));
@@ -91,14 +92,15 @@ impl Items {
         self.adopt(item, source, sight.time, id)
     }
 
-    /// `source` saw the item at `time` [s], under this id if it has one, which is no other's.
+    /// Notes that `source` saw the item at `time` [s], under `id` if given, which no other item
+    /// has.
     fn adopt(&mut self, item: u32, source: Option<&str>, time: f64, id: Option<&str>) -> News {
         self.note_change(item);
         let Some(tracked) = self.table.get_mut(&item) else {
             return News::Nothing;
         };
         let is_named = tracked.sightings.iter().any(|s| !s.ids.is_empty());
-        // Another item may have taken the only id that it had.
+        // Another item may have taken the item's only id.
         let lost_its_id = !is_named && !tracked.id.starts_with(UNNAMED) && Some(&*tracked.id) != id;
         let its = |s: &Sighting| s.source.as_deref() == source;
         let place = tracked.sightings.iter().position(its);
@@ -131,7 +133,7 @@ impl Items {
         news
     }
 
-    /// The id of `source` is no longer that of this item.
+    /// Removes an id of `source` from this item.
     pub(super) fn release(&mut self, item: u32, source: Option<&str>, id: &str) {
         self.note_change(item);
         if let Some(tracked) = self.table.get_mut(&item) {
@@ -144,7 +146,7 @@ impl Items {
         self.unlist(id, item);
     }
 
-    /// Takes one entry of this id and item from the list of ids.
+    /// Removes one entry for this id and item from the list of ids.
     pub(super) fn unlist(&mut self, id: &str, item: u32) {
         if let Some(items) = self.by_id.get_mut(id) {
             if let Some(place) = items.iter().position(|other| *other == item) {
@@ -156,8 +158,8 @@ impl Items {
         }
     }
 
-    /// An item turns out to be `other`, which gets its ids, what only it had, and its place if
-    /// that is newer.
+    /// Merges an item into `other`, which gets its ids, the features that only it had, and its
+    /// position if that is newer.
     pub fn fuse(&mut self, item: u32, other: u32) {
         let Some(gone) = self.forget(item) else {
             return;
@@ -208,7 +210,7 @@ mod tests {
         let mut items = Items::default();
         let (left, right) = (Some("left"), Some("right"));
         let a = items.add(&sight(left, Some("1"), 0.0));
-        // Another camera counts for itself.
+        // Another camera counts ids separately.
         let b = items.add(&sight(right, Some("1"), 1.0));
         assert_eq!((name(&items, a), name(&items, b)), ("1", "1~1"));
         assert_eq!(items.known_as(left, "1"), Some(a));
@@ -217,7 +219,7 @@ mod tests {
         let c = items.add(&sight(left, Some("1"), 2.0));
         assert_eq!((name(&items, a), name(&items, c)), ("1~2", "1"));
         assert_eq!(items.known_as(left, "1"), Some(c));
-        // Names that nobody gave are in nobody's way.
+        // Generated names do not block any id.
         let d = items.add(&sight(None, None, 3.0));
         let e = items.add(&sight(None, Some("auto:1"), 4.0));
         assert_eq!((name(&items, d), name(&items, e)), ("auto:1~3", "auto:1"));
@@ -238,7 +240,7 @@ mod tests {
         );
         assert_eq!(items.known_as(None, "b"), Some(a));
         assert!(!items.get(b).unwrap().is_named_by(None));
-        // Old news take nothing away.
+        // Older detections take nothing away.
         items.sight(b, &sight(None, Some("b"), 0.5), false);
         assert_eq!(items.known_as(None, "b"), Some(a));
         let other = Some("other");

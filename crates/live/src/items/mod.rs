@@ -1,4 +1,4 @@
-//! The items that are known, from when they are first seen until they have left the belt.
+//! The known items, from their first detection until they have left the belt.
 
 mod ids;
 
@@ -11,26 +11,26 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 pub use ids::News;
 
-/// What has become of an item.
+/// The state of an item.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum State {
-    /// Nobody is after it.
+    /// No task is about it.
     Free,
-    /// Some robot is, by this task.
+    /// It is reserved for this task.
     Claimed(u64),
-    /// It left the belt for a bin, at this time [s].
+    /// It was picked at this time [s].
     Picked(f64),
-    /// Attempts have failed too often.
+    /// Too many attempts have failed.
     GivenUp,
-    /// Its robot never said what came of it.
+    /// Its robot never reported a result.
     NoResult,
 }
 
-/// One item.
+/// A known item.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Tracked {
-    /// Its name in messages, which no other item has.
+    /// Its unique name in messages.
     pub id: String,
     /// Its x when the belt's travel was 0 [m].
     pub place: f64,
@@ -38,72 +38,71 @@ pub struct Tracked {
     pub y: f64,
     /// Object-specific reward.
     pub weight: f64,
-    /// What else the camera has said of it.
+    /// What else the camera has reported about it.
     #[serde(default)]
     pub features: Features,
-    /// When it was measured last [s].
+    /// Time of its last measurement [s].
     pub measured: f64,
-    /// How uncertain its position was then [m^2].
+    /// Covariance of its position at that time [m^2].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub covariance: Option<Covariance>,
-    /// Who has seen it, and under which ids.
+    /// The cameras that have seen it, and their ids for it.
     #[serde(default)]
     pub sightings: Vec<Sighting>,
-    /// Pictures that show another item in its place, less those that show both.
+    /// Number of pictures that show another item in its place, minus those that show both.
     #[serde(default)]
     pub overlooked: i32,
-    /// What has become of it.
+    /// Its state.
     pub state: State,
-    /// Whether some robot had a window for it.
+    /// Whether any robot ever had a window for it.
     pub windowed: bool,
-    /// Whether it was a candidate at some decision.
+    /// Whether it was ever a candidate of a decision.
     pub offered: bool,
-    /// Attempts that failed.
+    /// Number of failed attempts.
     pub attempts: u32,
-    /// Those of them in which the gripper was there and did not get hold of it.
+    /// The failed attempts in which the gripper reached it but the grasp failed.
     pub failed_grasps: u32,
-    /// Robots that have dropped it, and from when on it is theirs again.
+    /// Robots that have dropped it, and when it may be offered to them again.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub withheld: Vec<Withheld>,
-    /// Whether it is let pass: it came while the line was drained.
+    /// Whether it is let pass, because it came while the line was draining.
     #[serde(default)]
     pub barred: bool,
     /// Robots that refused it, one bit each; a station has at most 100.
     pub refused: u128,
-    /// Tasks that were about it.
+    /// The tasks about it so far.
     pub tasks: Vec<u64>,
 }
 
-/// A robot that has dropped a task of an item.
+/// A robot that has dropped a task about an item.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Withheld {
     robot: usize,
-    /// How often it has.
+    /// How often the robot has dropped it.
     times: u32,
-    /// It is not offered the item before [s].
+    /// The robot is not offered the item before this time [s].
     until: f64,
 }
 
-/// For so long an item is withheld from a robot that has dropped it [s]; twice as long each
-/// further time,
+/// How long an item is withheld from a robot that has dropped it [s]; it doubles each further time,
 const FIRST_PAUSE: f64 = 1.0;
 /// up to this [s].
 const LONGEST_PAUSE: f64 = 60.0;
 
-/// What one camera has seen of an item.
+/// A camera's record of an item.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Sighting {
     /// The camera, if it has a name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source: Option<String>,
-    /// When it saw it last [s].
+    /// When the camera last saw the item [s].
     pub at: f64,
-    /// Under which ids, the newest last.
+    /// The camera's ids for the item, the newest last.
     pub ids: Vec<String>,
 }
 
 impl Tracked {
-    /// When `source` saw it last [s].
+    /// When `source` last saw it [s].
     pub fn seen_at(&self, source: Option<&str>) -> Option<f64> {
         self.sighting(source).map(|sighting| sighting.at)
     }
@@ -118,7 +117,7 @@ impl Tracked {
         sightings.find(|sighting| sighting.source.as_deref() == source)
     }
 
-    /// `robot` has dropped it, at `now` [s].
+    /// Notes that `robot` has dropped it at `now` [s].
     pub fn withhold(&mut self, robot: usize, now: f64) {
         let known = self.withheld.iter().position(|w| w.robot == robot);
         let at = known.unwrap_or_else(|| {
@@ -135,13 +134,13 @@ impl Tracked {
         withheld.until = now + pause.min(LONGEST_PAUSE);
     }
 
-    /// From when on it is offered to `robot` [s].
+    /// The time from which it may be offered to `robot` [s].
     pub fn offered_from(&self, robot: usize) -> f64 {
         let found = self.withheld.iter().find(|w| w.robot == robot);
         found.map_or(f64::NEG_INFINITY, |withheld| withheld.until)
     }
 
-    /// Whether it is nobody's and may be offered.
+    /// Whether it is free and may be offered.
     pub fn is_admitted(&self) -> bool {
         self.state == State::Free && !self.barred
     }
@@ -151,7 +150,7 @@ impl Tracked {
         self.is_admitted() && self.refused & (1 << robot) == 0
     }
 
-    /// The task that is about it now.
+    /// The task that it is reserved for.
     pub fn claimed_by(&self) -> Option<u64> {
         match self.state {
             State::Claimed(task) => Some(task),
@@ -160,35 +159,36 @@ impl Tracked {
     }
 }
 
-/// All items that are known.
+/// All known items.
 #[derive(Debug, Clone, Default)]
 pub struct Items {
     table: BTreeMap<u32, Tracked>,
     by_name: HashMap<String, u32>,
-    /// The items of each id, one of each camera that has it.
+    /// The items with each id: one per camera that uses it.
     by_id: HashMap<String, Vec<u32>>,
     /// The largest variance of a position so far [m^2].
     widest: f64,
     by_place: BTreeSet<Key>,
     numbers: Numbers,
-    /// Those that have changed since they were last asked for; none while nobody asks.
+    /// The items changed since the last [`Items::take_changed`]; none while changes are not
+    /// tracked.
     changed: Option<BTreeSet<u32>>,
 }
 
-/// Which names and numbers are used up.
+/// The names and numbers already used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Numbers {
     /// Number of the next item.
     next_item: u32,
-    /// Items without a name so far.
+    /// Number of unnamed items so far.
     unnamed: u64,
-    /// Items so far whose name went to another.
+    /// Number of items so far whose name went to another one.
     #[serde(default)]
     renamed: u64,
 }
 
 impl Items {
-    /// The items of a table.
+    /// Restores the items from a table.
     pub fn restore(table: BTreeMap<u32, Tracked>, numbers: Numbers) -> Self {
         let mut items = Self {
             numbers,
@@ -207,18 +207,18 @@ impl Items {
         items
     }
 
-    /// Which names and numbers are used up.
+    /// The names and numbers already used.
     pub fn numbers(&self) -> Numbers {
         self.numbers
     }
 
-    /// Takes note of changes from now on.
+    /// Tracks changes from now on.
     pub fn watch(&mut self) {
         self.changed = Some(BTreeSet::new());
     }
 
-    /// Those that have changed since the last call, with what they are now; nothing for
-    /// those that are forgotten.
+    /// Takes the items changed since the last call, with their present values; none for those that
+    /// are forgotten.
     pub fn take_changed(&mut self) -> Vec<(u32, Option<Tracked>)> {
         let changed = self.changed.as_mut().map(std::mem::take);
         let changed = changed.into_iter().flatten();
@@ -233,42 +233,42 @@ impl Items {
         }
     }
 
-    /// How many.
+    /// Number of known items.
     pub fn len(&self) -> usize {
         self.table.len()
     }
 
-    /// The item of this number.
+    /// The item with this number.
     pub fn get(&self, item: u32) -> Option<&Tracked> {
         self.table.get(&item)
     }
 
-    /// The item of this number, to be changed; its place is changed by [`Items::place`].
+    /// The item with this number, to be changed. Use [`Items::place`] to change its place.
     pub fn get_mut(&mut self, item: u32) -> Option<&mut Tracked> {
         self.note_change(item);
         self.table.get_mut(&item)
     }
 
-    /// All of them by number.
+    /// All items by number.
     pub fn iter(&self) -> impl Iterator<Item = (u32, &Tracked)> {
         self.table.iter().map(|(item, tracked)| (*item, tracked))
     }
 
-    /// The largest variance of a position [m^2].
+    /// The largest variance of any position so far [m^2].
     pub fn widest(&self) -> f64 {
         self.widest
     }
 
-    /// Those within `reach` [m] of a place along the belt, upstream first.
+    /// The items within `reach` [m] of a place along the belt, upstream first.
     pub fn around(&self, place: f64, reach: f64) -> impl Iterator<Item = (u32, &Tracked)> {
         let range = Key(place - reach, 0)..=Key(place + reach, u32::MAX);
         let found = self.by_place.range(range);
         found.map(|key| (key.1, &self.table[&key.1]))
     }
 
-    /// Adds an item that is seen for the first time. Its name is the id; an item of that name
-    /// from which the id is gone gets another. Without an id, or under one that another
-    /// camera has for another item, it gets a name of its own.
+    /// Adds an item that is seen for the first time. Its name is its id; an item that has this name
+    /// but no longer the id is renamed. Without an id, or if another camera uses the id for another
+    /// item, it gets a new name.
     pub fn add(&mut self, sight: &Sight) -> u32 {
         let (source, id) = (sight.source(), sight.id());
         if let Some(id) = id {
@@ -285,7 +285,7 @@ impl Items {
             Some(id) => id.to_owned(),
         };
         let number = self.numbers.next_item;
-        // Begins again after 4 billion items, when those of old are long forgotten.
+        // Wraps after 4 billion items, when the first ones are long forgotten.
         self.numbers.next_item = number.wrapping_add(1);
         self.note_change(number);
         self.by_name.insert(name.clone(), number);
@@ -316,7 +316,7 @@ impl Items {
         number
     }
 
-    /// An item was measured at `time` [s].
+    /// Notes a measurement of an item at `time` [s].
     pub fn measure(&mut self, item: u32, time: f64, covariance: Option<Covariance>) {
         self.widest = self.widest.max(largest_variance(covariance));
         if let Some(tracked) = self.get_mut(item) {
@@ -324,7 +324,7 @@ impl Items {
         }
     }
 
-    /// Puts an item elsewhere.
+    /// Moves an item.
     pub fn place(&mut self, item: u32, place: f64, y: f64) {
         self.note_change(item);
         if let Some(tracked) = self.table.get_mut(&item) {
@@ -334,8 +334,8 @@ impl Items {
         }
     }
 
-    /// Those whose place is within `low..=high` [m], downstream first; equal places in
-    /// the order in which they came.
+    /// The items whose place is within `low..=high` [m], downstream first; equal places in order of
+    /// arrival.
     pub fn within(&self, low: f64, high: f64) -> impl Iterator<Item = (u32, &Tracked)> {
         let from = Key(low, 0);
         let range = (low <= high).then(|| self.by_place.range(from..=Key(high, u32::MAX)));

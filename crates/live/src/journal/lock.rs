@@ -1,20 +1,20 @@
-//! The lock of a journal: a file beside it. The journal itself is replaced now and then, and
-//! a lock would stay with what it was.
+//! The lock of a journal: a file beside it. The journal itself is replaced now and then, and a lock
+//! would stay on the old file.
 
 use pickline::error::{Error, Result};
 use std::fs::{File, TryLockError};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-/// How often a lock file that another process removes is made again before giving up.
+/// Number of attempts to create a lock file that other processes keep removing.
 const MOST_TRIES: u32 = 100;
 
-/// Held while this lives; the system lets go of it with the process.
+/// A lock that is held until this is dropped. The system releases it when the process ends.
 #[derive(Debug)]
 pub struct Lock {
     beside: PathBuf,
     _file: File,
-    /// Whether the file is removed in the end: it is new, and the journal was not begun.
+    /// Whether the file is removed at the end, because it is new and the journal was not started.
     is_passing: bool,
 }
 
@@ -22,7 +22,7 @@ impl Lock {
     /// Locks the journal at `path`.
     ///
     /// # Errors
-    /// A journal that another process uses, a lock file that cannot be made.
+    /// Another process uses the journal, or the lock file cannot be created.
     pub fn take(path: &Path) -> Result<Self> {
         let beside = lock_of(path);
         for _ in 0..MOST_TRIES {
@@ -35,7 +35,7 @@ impl Lock {
                         is_passing: is_new,
                     });
                 }
-                // Its last holder has removed it: the lock would keep nobody out.
+                // Its last holder has removed it, so the lock would not exclude anyone.
                 Ok(()) => {}
                 Err(TryLockError::WouldBlock) => break,
                 Err(TryLockError::Error(error)) => return Err(Error::write(&beside, error)),
@@ -44,11 +44,11 @@ impl Lock {
         Err(Error::input(
             path.display().to_string(),
             "another process is using this journal",
-            "end that process first; two must not command the same robots",
+            "stop that process first; two nodes must not command the same robots",
         ))
     }
 
-    /// Leaves the file where it is when the lock is let go, for a journal that was begun.
+    /// Keeps the file when the lock is released, for a journal that was started.
     pub fn keep(mut self) -> Self {
         self.is_passing = false;
         self
@@ -58,7 +58,7 @@ impl Lock {
 impl Drop for Lock {
     fn drop(&mut self) {
         if self.is_passing {
-            // Still locked. A file that cannot be removed only lies about.
+            // The lock is still held. A file that cannot be removed does no harm.
             let _ = std::fs::remove_file(&self.beside);
         }
     }
@@ -71,7 +71,7 @@ pub fn lock_of(path: &Path) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// The lock file, and whether it is new.
+/// Opens the lock file. Returns it and whether it is new.
 fn open(beside: &Path) -> std::io::Result<(File, bool)> {
     match File::options().write(true).create_new(true).open(beside) {
         Err(error) if error.kind() == ErrorKind::AlreadyExists => {
@@ -83,7 +83,7 @@ fn open(beside: &Path) -> std::io::Result<(File, bool)> {
     }
 }
 
-/// Whether `file` is the one that now stands at `path`.
+/// Whether `file` is still the file at `path`.
 #[cfg(unix)]
 fn is_at(file: &File, path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt as _;
@@ -94,7 +94,7 @@ fn is_at(file: &File, path: &Path) -> bool {
     }
 }
 
-/// Where open files cannot be removed, it is.
+/// It is, on systems where open files cannot be removed.
 #[cfg(not(unix))]
 fn is_at(_: &File, _: &Path) -> bool {
     true

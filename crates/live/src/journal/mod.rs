@@ -1,12 +1,11 @@
-//! The claims journal: what the node knew, in a file that outlives it.
+//! The claims journal: the node's state in a file that survives a crash.
 //!
-//! A text file of records, one a line, each with a checksum. The first names the station
-//! and the protocol, the second holds the whole state, every further one what has changed
-//! ([`Change`]) in one step. Changes rather than the messages that caused them: what was
-//! decided holds, and is not decided a second time by a strategy with another budget, on
-//! another machine or of another version. A step is in the journal before anything that
-//! it says leaves the process. Once the changes outweigh the state, the file is replaced
-//! by one that begins with the state as it is, so that its size is bounded.
+//! A text file with one record per line, each with a checksum. The first names the station and the
+//! protocol, the second holds the whole state, and each further one holds what one step has changed
+//! ([`Change`]). It stores changes, not the messages that caused them, so that a decision stands
+//! and is not made again with another time budget, machine or version. A step is in the journal
+//! before any of its messages leaves the process. Once the file has grown enough, it is replaced
+//! with one that begins with the current state, so its size is bounded.
 
 mod lock;
 mod record;
@@ -24,17 +23,17 @@ use std::fs::File;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-/// Changes may outweigh the state that they began with by this factor,
+/// The file is replaced once it exceeds its size at the start times this factor
 const FACTOR: u64 = 3;
-/// and by this much [bytes], before the file is started over.
+/// plus this [bytes].
 const SLACK: u64 = 1 << 20;
 
-/// Whose journal it is.
+/// The run that a journal belongs to.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Owner {
     /// Hash of the station.
     pub station: String,
-    /// Where the time comes from.
+    /// The kind of clock.
     pub clock: ClockKind,
     /// The program and its version.
     pub program: String,
@@ -52,23 +51,23 @@ impl Owner {
     }
 }
 
-/// A journal that is read and locked, and not yet written to.
+/// A journal that is locked and read, but not yet written to.
 #[derive(Debug)]
 pub struct Found {
     path: PathBuf,
     lock: Lock,
     header: Header,
-    /// What it holds; none of a file that is new or empty.
+    /// The content; none for a new or empty file.
     pub reading: Option<Reading>,
-    /// Whether there is a file, with nothing in it.
+    /// Whether the file exists but is empty.
     pub is_empty: bool,
 }
 
-/// A journal that is written to.
+/// A journal that is open for writing.
 #[derive(Debug)]
 pub struct Journal {
     path: PathBuf,
-    /// Held while this lives; the system lets go of it with the process.
+    /// Held until this is dropped; the system releases it when the process ends.
     _lock: Lock,
     header: Header,
     file: File,
@@ -79,21 +78,21 @@ pub struct Journal {
 }
 
 impl Found {
-    /// Locks and reads the journal at `path`, which need not exist yet. Nothing of it is
-    /// changed, and of one that is refused no lock file is left.
+    /// Locks and reads the journal at `path`, which need not exist yet. The file is not changed,
+    /// and no lock file is left if it is refused.
     ///
     /// # Errors
-    /// A journal that another process uses, one of another station or protocol, one that
-    /// is damaged; a file that is none, or cannot be read or locked.
+    /// The journal is in use by another process, belongs to another station or protocol, or is
+    /// damaged; or the file is not a journal, or cannot be read or locked.
     pub fn open(path: &Path, owner: &Owner) -> Result<Self> {
-        // Links are followed, so that the file that they name is the one replaced.
+        // Follow links, so that the file they point to is replaced, not the link.
         let path = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         files::check_target(&path)?;
         if path.exists() && !path.is_file() {
             return Err(Error::input(
                 path.display().to_string(),
-                "is no regular file",
-                "give the journal a file of its own",
+                "is not a regular file",
+                "give the journal a separate file",
             ));
         }
         let lock = Lock::take(&path)?;
@@ -120,11 +119,11 @@ impl Found {
         })
     }
 
-    /// Begins the journal with a whole state. With `sync` every record is on the disk, not
-    /// only with the system, before it counts as written.
+    /// Starts the journal with the whole state. With `sync` a record counts as written only once it
+    /// is on the disk.
     ///
     /// # Errors
-    /// A file that cannot be written; what it held before stays then.
+    /// The file cannot be written; its old content then stays.
     pub fn begin(self, whole: &Change, sync: bool) -> Result<Journal> {
         let written = write_from_start(&self.path, &self.header, whole);
         let (file, size) = written.map_err(|error| Error::write(&self.path, error))?;
@@ -142,11 +141,10 @@ impl Found {
 }
 
 impl Journal {
-    /// Adds what has changed; whether the journal is so long by now that it should be
-    /// started over.
+    /// Appends a change. Returns whether the journal is so large that it should be compacted.
     ///
     /// # Errors
-    /// A file that cannot be written. What the change has to say must not be said then.
+    /// The file cannot be written. The messages of the change must not be sent then.
     pub fn append(&mut self, change: &Change) -> Result<bool> {
         self.records += 1;
         let line = record::line(&record::numbered(self.records, change));
@@ -163,8 +161,8 @@ impl Journal {
         Ok(self.size > self.most)
     }
 
-    /// Replaces all records by the state as it is. Where the process may open no further
-    /// file the records stay, and it is tried again once they have grown.
+    /// Replaces all records with the current state. If the process has no free file descriptor, the
+    /// records stay, and this is retried once they have grown.
     ///
     /// # Errors
     /// A file that cannot be written.
@@ -186,23 +184,23 @@ impl Journal {
 
 #[cfg(test)]
 impl Journal {
-    /// Whether every record is on the disk before it counts as written.
+    /// Whether every record is synced to the disk before it counts as written.
     pub fn is_synced(&self) -> bool {
         self.sync
     }
 }
 
-/// Whether this process, or all together, may open no further file (EMFILE, ENFILE).
+/// Whether this process or the system is out of file descriptors (EMFILE, ENFILE).
 fn is_out_of_descriptors(error: &std::io::Error) -> bool {
     cfg!(unix) && matches!(error.raw_os_error(), Some(23 | 24))
 }
 
-/// Writes a journal of one state, whole or not at all; returns it open at its end, and its
-/// size [bytes].
+/// Writes a journal with one state, atomically. Returns the file, open at its end, and its size
+/// [bytes].
 fn write_from_start(path: &Path, header: &Header, whole: &Change) -> std::io::Result<(File, u64)> {
     let text = record::line(header) + &record::line(&record::numbered(1, whole));
     let file = files::replace_and_go_on(path, text.as_bytes())?;
-    // The name too has to be on the disk before what follows counts.
+    // The name must be on the disk too before further records count.
     files::sync_folder(path);
     Ok((file, text.len() as u64))
 }
@@ -211,7 +209,7 @@ fn write_from_start(path: &Path, header: &Header, whole: &Change) -> std::io::Re
 mod tests {
     use super::*;
 
-    /// A pipe takes what is written and cannot be synced, which shows who tries.
+    /// A pipe can be written but not synced, which shows whether a sync is tried.
     #[test]
     fn records_are_synced_where_that_is_asked_for() {
         let folder = tempfile::tempdir().unwrap();
@@ -231,7 +229,7 @@ mod tests {
             let added = journal.append(&Change::default());
             let told = added.err().map(|error| error.to_string());
             assert_eq!(told.is_some(), sync, "{told:?}");
-            // One that is started over goes on as it began.
+            // After compaction the journal syncs as before.
             journal.compact(&Change::default()).unwrap();
             assert_eq!(journal.is_synced(), sync);
         }

@@ -6,7 +6,7 @@ use pickline::files::fingerprint;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-/// Version of the format, and what tells a journal from other files.
+/// Version of the format; its key marks the file as a journal.
 pub const FORMAT: u64 = 2;
 
 /// The first line.
@@ -18,56 +18,55 @@ pub struct Header {
     pub protocol: u64,
     /// Hash of the station.
     pub station: String,
-    /// Where the time comes from.
+    /// The kind of clock.
     pub clock: String,
-    /// What wrote it.
+    /// The program that wrote it, and its version.
     pub program: String,
 }
 
 /// Any other line.
 #[derive(Debug, Serialize, Deserialize)]
 struct Numbered<C> {
-    /// Counted from 1 on: a line that is gone is noticed.
+    /// Number of the record, from 1, so that a missing line is noticed.
     n: u64,
     change: C,
 }
 
-/// What a journal holds.
+/// The content of a journal.
 #[derive(Debug)]
 pub struct Reading {
     /// The state after the last record.
     pub state: State,
-    /// Records read.
+    /// Number of records read.
     pub records: u64,
-    /// Bytes of a last record that was never written to its end; what it was to say was
-    /// never said.
+    /// Size of an incomplete last record [bytes]. Its messages were never sent.
     pub torn: usize,
 }
 
-/// The `n`th record.
+/// The record with number `n`.
 pub fn numbered(n: u64, change: &Change) -> impl Serialize {
     Numbered { n, change }
 }
 
-/// A record as a line, with its line end.
+/// A record as a line, with its line ending.
 pub fn line(record: &impl Serialize) -> String {
-    // Plain structures with text keys always serialise.
+    // Plain structures with string keys always serialize.
     let json = serde_json::to_string(record).unwrap_or_default();
     format!("{} {json}\n", fingerprint(&json))
 }
 
-/// Reads a journal that has to have been written under `expected`.
+/// Reads a journal, whose header must match `expected`.
 ///
 /// # Errors
-/// Another station, clock or version; a line that is not what was written.
+/// The journal is of another station, clock or version, or a line is damaged.
 pub fn read(bytes: &[u8], expected: &Header) -> Result<Reading> {
     let mut lines = bytes.split_inclusive(|byte| *byte == b'\n');
     let first = lines.next().unwrap_or_default();
     let header: Header = whole(first).ok_or_else(|| {
         Error::input(
             "line 1",
-            "is no beginning of a journal",
-            "give a journal that `pickline run --journal` wrote, or a file that does not exist yet",
+            "is not the beginning of a journal",
+            "give a journal written by `pickline run --journal`, or a file that does not exist yet",
         )
     })?;
     check(&header, expected)?;
@@ -86,9 +85,9 @@ pub fn read(bytes: &[u8], expected: &Header) -> Result<Reading> {
             }
             return Err(Error::input(
                 format!("line {number}"),
-                "is damaged: it is not what was written there",
-                "bring back a copy of the file; without one, clear the belt, have all robots \
-                 idle, and move the file away to start over",
+                "is damaged: it does not match its checksum",
+                "restore a copy of the file; without one, clear the belt, make all robots idle, \
+                 and move the file away to start over",
             ));
         };
         reading.state.apply(record.change);
@@ -98,14 +97,14 @@ pub fn read(bytes: &[u8], expected: &Header) -> Result<Reading> {
     if reading.records == 0 {
         return Err(Error::input(
             "line 2",
-            "is missing: the file has been cut off",
-            "bring back a copy of the file, or move it away to start over",
+            "is missing: the file was truncated",
+            "restore a copy of the file, or move it away to start over",
         ));
     }
     Ok(reading)
 }
 
-/// A line's record, if the line is as it was written.
+/// The record of a line, if the line is intact.
 fn whole<R: DeserializeOwned>(line: &[u8]) -> Option<R> {
     let line = std::str::from_utf8(line.strip_suffix(b"\n")?).ok()?;
     let (sum, json) = line.split_once(' ')?;
@@ -113,17 +112,17 @@ fn whole<R: DeserializeOwned>(line: &[u8]) -> Option<R> {
     record?.ok()
 }
 
-/// Whether a line that cannot be read was being written when the process or the machine
-/// stopped: it is the last, and has no end, or the system had made room for it and no more.
+/// Whether an unreadable line was being written when the process or the machine stopped: it is the
+/// last one, and has no line ending, or the system had only allocated the space for it.
 fn is_torn(line: &[u8], rest: &[u8]) -> bool {
     rest.is_empty() && (!line.ends_with(b"\n") || line.contains(&0))
 }
 
 fn check(header: &Header, expected: &Header) -> Result<()> {
-    let start_over = "give this run a journal of its own, or move the file away to start over";
+    let start_over = "give this run another journal, or move the file away to start over";
     let other = |what: &str, theirs: &str, ours: &str, cure: &str| {
         let theirs = shown(theirs);
-        let problem = format!("the journal is of {what} {theirs}, this run of {ours}");
+        let problem = format!("the journal has {what} {theirs}, but this run has {ours}");
         Err(Error::input("line 1", problem, cure))
     };
     if header.journal != expected.journal {
@@ -135,7 +134,7 @@ fn check(header: &Header, expected: &Header) -> Result<()> {
         return other("protocol version", &theirs, &ours, start_over);
     }
     if header.station != expected.station {
-        let cure = format!("run the station that it is of, or {start_over}");
+        let cure = format!("run with the station of the journal, or {start_over}");
         return other("station", &header.station, &expected.station, &cure);
     }
     if header.clock != expected.clock {

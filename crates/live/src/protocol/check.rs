@@ -1,4 +1,4 @@
-//! What the types cannot say: which numbers and texts make sense.
+//! Checks of values beyond their types: ranges of numbers, valid texts.
 
 use super::decode::{Rejected, Rejection};
 use super::incoming::{Detection, Incoming};
@@ -10,28 +10,27 @@ use pickline::plausible::{
 };
 use serde_json::{Map, Value};
 
-/// Stamps are at most this late [s]: seconds since 1970 reach it in some thousand years.
+/// Largest timestamp [s]: seconds since 1970 reach it in some thousand years.
 pub const LARGEST_STAMP: f64 = 1e11;
-/// Positions past this [m] are on no belt.
+/// Largest position on a belt [m].
 const LARGEST_POSITION: f64 = 1e6;
-/// Further upstream of a belt's start [m] no camera looks.
+/// How far upstream of the belt's start a camera may see [m].
 const FURTHEST_UPSTREAM: f64 = 250.0;
-/// Speeds past this [m/s] are no belt's.
+/// Largest speed of a belt [m/s].
 const LARGEST_SPEED: f64 = 10.0;
-/// Areas past this [cm^2] are no item's.
+/// Largest area of an item [cm^2].
 const LARGEST_AREA: f64 = 1e6;
-/// Weights past this are none.
+/// Largest weight.
 const LARGEST_WEIGHT: f64 = 1e12;
-/// Variances past this [m^2] are no camera's: three standard deviations then hold all
-/// neighbours within 0.6 m.
+/// Largest variance of a position [m^2]: three standard deviations are then 0.6 m.
 const LARGEST_VARIANCE: f64 = 0.04;
-/// Angles past this [rad] are in degrees: a turn is 6.3.
+/// Largest angle [rad]: a full turn is 6.3, so larger values are degrees.
 const LARGEST_ANGLE: f64 = 7.0;
-/// Longer and higher [m] is no item that an arm picks.
+/// Largest length and height of an item [m].
 const LARGEST_EXTENT: f64 = 10.0;
-/// What a detection says besides is at most this long [bytes].
+/// Maximum size of a detection's `data` as JSON [bytes].
 const LONGEST_DATA: usize = 4096;
-/// Stamps of these days [s].
+/// Present timestamps in seconds since 1970 [s], to recognize other units.
 const THESE_DAYS: std::ops::RangeInclusive<f64> = 1e9..=1e10;
 
 /// Checks the values of `message`.
@@ -50,7 +49,7 @@ pub(super) fn check(message: &Incoming) -> Result<(), Rejected> {
             optional("position", belt.position, places, what, nothing)
         }
         Incoming::Robot(robot) => text("name", &robot.name),
-        // What it says besides must not lose the result: see `live::doubts`.
+        // Extra fields must not cause the loss of a result: see `doubts`.
         Incoming::Result(_) => Ok(()),
         Incoming::Pause(order)
         | Incoming::Resume(order)
@@ -74,12 +73,12 @@ pub(super) fn check_hello(hello: &Hello) -> Result<(), Rejected> {
         (Role::Robot, true) => Err(wrong(
             "robots",
             "is empty",
-            "the names of the robots that a peer of role `robot` speaks for",
+            "the names of the robots that a peer with the role `robot` speaks for",
         )),
         (Role::Camera | Role::Encoder | Role::Operator | Role::Observer, false) => Err(wrong(
             "robots",
-            &format!("is given by a peer of role `{}`", hello.role.name()),
-            "robots only of a peer of role `robot`",
+            &format!("is given by a peer with the role `{}`", hello.role.name()),
+            "robots only from a peer with the role `robot`",
         )),
         _ => Ok(()),
     }
@@ -147,7 +146,7 @@ fn check_detection(detection: &Detection) -> Result<(), Rejected> {
 }
 
 fn check_data(data: &Map<String, Value>) -> Result<(), Rejected> {
-    // Values that were read can be written.
+    // Values that were parsed can be serialized.
     let length = serde_json::to_string(data).map_or(0, |text| text.len());
     if length <= LONGEST_DATA {
         return Ok(());
@@ -175,7 +174,7 @@ fn check_covariance([xx, xy, yy]: [f64; 3]) -> Result<(), Rejected> {
     if squares.contains(&xx) && squares.contains(&yy) && xy * xy <= xx * yy {
         return Ok(());
     }
-    Err(wrong("covariance", "is no covariance", &expected))
+    Err(wrong("covariance", "is not a covariance", &expected))
 }
 
 fn wrong(field: &str, problem: &str, expected: &str) -> Rejected {
@@ -186,20 +185,20 @@ fn wrong(field: &str, problem: &str, expected: &str) -> Rejected {
 }
 
 fn stamp(field: &str, value: f64) -> Result<(), Rejected> {
-    within(field, value, 0.0..=LARGEST_STAMP, "a stamp [s]", |value| {
+    within(field, value, 0.0..=LARGEST_STAMP, "a timestamp [s]", |value| {
         question(value, "s", STAMPS, |factor| {
             THESE_DAYS.contains(&(value * factor))
         })
     })
 }
 
-/// Asks for no unit.
+/// Suggests no unit.
 fn nothing(_: f64) -> String {
     String::new()
 }
 
-/// Checks that a value is within a range; `meant` asks, where it is not, for the unit that it
-/// was probably given in.
+/// Checks that a value is within a range. If it is not, `meant` suggests the unit in which it was
+/// probably given.
 fn within(
     field: &str,
     value: f64,

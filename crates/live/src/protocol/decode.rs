@@ -1,4 +1,4 @@
-//! From a line to a message, or to one clear line about what was wrong with it.
+//! Converts a line to a message, or to a one-line explanation of what is wrong with it.
 
 use super::VERSION;
 use super::check::{check, check_hello};
@@ -11,7 +11,7 @@ use pickline::names::LONGEST_NAME;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
-/// Longer lines are refused unread [bytes].
+/// Longer lines are refused unparsed [bytes].
 pub const LONGEST_LINE: usize = 64 * 1024;
 
 /// Why a message was refused.
@@ -19,31 +19,31 @@ pub const LONGEST_LINE: usize = 64 * 1024;
 pub enum Rejection {
     /// The line is too long.
     TooLong,
-    /// It is not UTF-8, or no JSON object.
+    /// It is not UTF-8, or not a JSON object.
     Syntax,
-    /// In the csv dialect: the checksum is another one.
+    /// In the csv dialect: the checksum is wrong.
     Checksum,
     /// In the csv dialect: lines before it are missing.
     Sequence,
-    /// It is of another version of the protocol.
+    /// It has another version of the protocol.
     Version,
-    /// There is no such kind of message.
+    /// Its kind of message is unknown.
     Kind,
-    /// A field is missing, unknown, there twice, or of the wrong type.
+    /// A field is missing, unknown, repeated, or of the wrong type.
     Field,
     /// A value is out of its range.
     Value,
-    /// The stamp is too far from the present.
+    /// The timestamp is too far from the present.
     Stamp,
-    /// It is about a robot that the station does not have.
+    /// It names a robot that the station does not have.
     UnknownRobot,
-    /// It is about a task that was not given, or long ago.
+    /// It names a task that was never given, or long ago.
     UnknownTask,
-    /// The detection is of an item that has left the belt, or lies beside it.
+    /// The detection is past the belt's end or beside the belt.
     OffBelt,
-    /// There are more items on the belt than the node keeps.
+    /// The node already keeps its maximum number of items.
     TooManyItems,
-    /// The peer that sent it may not say this.
+    /// The peer may not send this.
     NotAllowed,
 }
 
@@ -65,12 +65,12 @@ impl Rejection {
         Self::NotAllowed,
     ];
 
-    /// The reason of this name.
+    /// The reason with this name, if there is one.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|reason| reason.name() == name)
     }
 
-    /// The name in a status.
+    /// The key in a status.
     pub fn name(self) -> &'static str {
         match self {
             Self::TooLong => "too_long",
@@ -92,8 +92,8 @@ impl Rejection {
 }
 
 impl Rejection {
-    /// Whether such a line is no message of this protocol at all: whoever sends it first
-    /// speaks something else.
+    /// Whether such a line is not a message of this protocol at all, so that a peer that begins
+    /// with it speaks something else.
     pub fn is_foreign(self) -> bool {
         matches!(
             self,
@@ -105,16 +105,16 @@ impl Rejection {
 /// A message that was refused.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Rejected {
-    /// Why, for the counters.
+    /// The reason, for the counters.
     pub reason: Rejection,
-    /// Why, in one line: what was found and what was expected.
+    /// The explanation in one line: what was found and what was expected.
     pub message: String,
-    /// Whether it was to be a hello, which is answered, and ends the connection.
+    /// Whether it was a hello, which is answered and ends the connection.
     pub is_hello: bool,
 }
 
 impl Rejected {
-    /// A message that was refused for this reason.
+    /// A refusal with this reason and explanation.
     pub fn new(reason: Rejection, message: impl Into<String>) -> Self {
         Self {
             reason,
@@ -123,42 +123,42 @@ impl Rejected {
         }
     }
 
-    /// The same of a line that was to be a message of this kind.
+    /// The same refusal for a line of this kind of message.
     pub(super) fn of_kind(self, kind: &str) -> Self {
         let is_hello = kind == Hello::KIND;
         Self { is_hello, ..self }
     }
 
-    /// A line that was refused unread.
+    /// The refusal of a line that is too long.
     pub fn too_long() -> Self {
         Self::new(
             Rejection::TooLong,
             format!(
-                "the line is longer than {LONGEST_LINE} bytes; expected one JSON object a line"
+                "the line is longer than {LONGEST_LINE} bytes; expected one JSON object per line"
             ),
         )
     }
 }
 
-/// Reads a line, without its line end, as a message to the node.
+/// Decodes a line, given without its line ending, as a message to the node.
 ///
 /// # Errors
-/// Anything that is not a message of this version with values that make sense.
+/// The line is not a message of this version, or a value is out of its range.
 pub fn decode(line: &[u8]) -> Result<Incoming, Rejected> {
     let (kind, fields) = open(line, &Incoming::KINDS)?;
     message(&kind, fields)
 }
 
-/// What a peer has said to the node.
+/// A line from a peer to the node.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Said {
-    /// Who it is.
+    /// Its hello.
     Hello(Hello),
     /// A message for the line.
     Message(Incoming),
 }
 
-/// Reads a line, without its line end, as a peer's hello or its message to the node.
+/// Decodes a line, given without its line ending, as a peer's hello or its message to the node.
 ///
 /// # Errors
 /// As for [`decode`].
@@ -188,7 +188,7 @@ fn hello(mut fields: Map<String, Value>) -> Result<Hello, Rejected> {
     Ok(hello)
 }
 
-/// The kind that a line gives itself, which is wrong in something else; empty if none.
+/// The kind that an otherwise invalid line gives itself; empty if it gives none.
 fn kind_of(line: &[u8]) -> String {
     let fields = (line.len() <= LONGEST_LINE).then(|| serde_json::from_slice::<Fields>(line).ok());
     let kind = fields
@@ -204,17 +204,17 @@ fn message(kind: &str, fields: Map<String, Value>) -> Result<Incoming, Rejected>
     Ok(message)
 }
 
-/// Reads a line, without its line end, as a message from the node. Unlike [`decode`] it
-/// lets unknown fields pass: a node may say more than its reader knows of.
+/// Decodes a line, given without its line ending, as a message from the node. Unlike [`decode`] it
+/// ignores unknown fields, because a newer node may send more.
 ///
 /// # Errors
-/// Anything that is not a message of this version.
+/// The line is not a message of this version.
 pub fn decode_outgoing(line: &[u8]) -> Result<Outgoing, Rejected> {
     let (kind, fields) = open(line, &Outgoing::KINDS)?;
     typed(&kind, fields)
 }
 
-/// Reads a line, without its line end, as the node's answer to a hello; none if it is
+/// Decodes a line, given without its line ending, as the node's answer to a hello; none if it is
 /// something else.
 pub fn decode_answer(line: &[u8]) -> Option<Answer> {
     let (kind, mut fields) = open(line, &[Hello::KIND]).ok()?;
@@ -222,7 +222,7 @@ pub fn decode_answer(line: &[u8]) -> Option<Answer> {
     typed(&kind, fields).ok()
 }
 
-/// The kind of message in a line, one of `kinds`, and its fields.
+/// Parses a line into its kind of message, one of `kinds`, and its fields.
 fn open(line: &[u8], kinds: &[&str]) -> Result<(String, Map<String, Value>), Rejected> {
     if line.len() > LONGEST_LINE {
         return Err(Rejected::too_long());
@@ -231,20 +231,20 @@ fn open(line: &[u8], kinds: &[&str]) -> Result<(String, Map<String, Value>), Rej
         let at = error.valid_up_to() + 1;
         Rejected::new(
             Rejection::Syntax,
-            format!("byte {at} is not UTF-8; expected one JSON object a line, in UTF-8"),
+            format!("byte {at} is not UTF-8; expected one JSON object per line, in UTF-8"),
         )
     })?;
     let fields: Fields = serde_json::from_str(text).map_err(|error| {
         Rejected::new(
             Rejection::Syntax,
             format!(
-                "{}; expected one JSON object a line",
+                "{}; expected one JSON object per line",
                 one_line(&error.to_string())
             ),
         )
     })?;
     if let Some(key) = fields.twice {
-        let problem = format!("`{}` is there twice; expected each field once", shown(&key));
+        let problem = format!("`{}` is repeated; expected each field once", shown(&key));
         return Err(Rejected::new(Rejection::Field, problem));
     }
     let mut fields = fields.values;
@@ -266,7 +266,7 @@ fn open(line: &[u8], kinds: &[&str]) -> Result<(String, Map<String, Value>), Rej
         }
         other => {
             let problem = if other.is_some() {
-                "is no text"
+                "is not a string"
             } else {
                 "is missing"
             };
@@ -285,7 +285,7 @@ fn typed<M: DeserializeOwned>(kind: &str, fields: Map<String, Value>) -> Result<
     })
 }
 
-/// What a parser says about a text that it quotes, safe to print.
+/// A parser's message in one line, safe to print.
 fn one_line(text: &str) -> String {
     let mut line: String = text
         .chars()
@@ -363,7 +363,7 @@ mod tests {
                 "version 1",
             ),
             (r#"{"stamp":1}"#, Rejection::Kind, "missing"),
-            (r#"{"kind":7,"stamp":1}"#, Rejection::Kind, "no text"),
+            (r#"{"kind":7,"stamp":1}"#, Rejection::Kind, "not a string"),
             (
                 r#"{"kind":"tock","stamp":1}"#,
                 Rejection::Kind,
@@ -392,7 +392,7 @@ mod tests {
             (
                 r#"{"kind":"ack","stamp":1,"task":1,"task":1}"#,
                 Rejection::Field,
-                "`task` is there twice",
+                "`task` is repeated",
             ),
             (
                 r#"{"kind":"tick","stamp":1,"x":1}"#,

@@ -1,16 +1,16 @@
-//! The keys of one JSON object, each of which may stand there once.
+//! A JSON object in which each key may occur once.
 
 use serde::de::{Deserialize, Deserializer, MapAccess, Visitor};
 use serde_json::{Map, Value};
 use std::fmt;
 
-/// A JSON object as it was written. Which of two values under one key is meant nobody can
-/// know: RFC 8259 leaves it to whoever reads.
+/// A JSON object as it was written. RFC 8259 does not define which of two values under the same key
+/// counts, so repetitions are noted.
 #[derive(Debug, Default)]
 pub struct Fields {
-    /// The values by their keys.
+    /// The values by key.
     pub values: Map<String, Value>,
-    /// The first key that stands there again, if any does.
+    /// The first repeated key, if there is one.
     pub twice: Option<String>,
 }
 

@@ -3,11 +3,10 @@
 use super::table::{Field, Kind};
 use serde_json::{Map, Number, Value};
 
-/// Stamps are written modulo this [ms], about 11.6 days: it fits into 32 bits.
+/// Timestamps are written modulo this [ms], about 11.6 days, to fit into 32 bits.
 pub const TURN: f64 = 1e9;
 
-/// `text` as a field can hold it: ASCII without what separates fields, at most `most`
-/// characters.
+/// `text` as a field can hold it: ASCII without separators, at most `most` characters.
 pub fn plain(text: &str, most: usize) -> String {
     let plain = |c: char| match c {
         ',' | ';' | '*' => '_',
@@ -18,16 +17,16 @@ pub fn plain(text: &str, most: usize) -> String {
     text.trim().to_owned()
 }
 
-/// The stamp [s] whose time in a line is `ms`, the one that is nearest to `near` [s].
+/// The timestamp [s] nearest to `near` [s] that is written as `ms` in a line.
 pub fn unwrapped(ms: f64, near: f64) -> f64 {
     let turns = ((1e3 * near - ms) / TURN).round().max(0.0);
     (turns * TURN + ms) / 1e3
 }
 
-/// A field's text as a value of the message whose line has the stamp `stamp` [s].
+/// Parses a field's text into a value of the message whose line has the timestamp `stamp` [s].
 ///
 /// # Errors
-/// What is expected instead.
+/// The text is invalid; the error is what was expected.
 pub fn read(field: &Field, text: &str, stamp: f64) -> Result<Value, String> {
     match field.kind {
         Kind::Stamp | Kind::After => {
@@ -69,7 +68,7 @@ pub fn read(field: &Field, text: &str, stamp: f64) -> Result<Value, String> {
     }
 }
 
-/// A decimal number; texts that Rust takes for numbers and no controller writes are none.
+/// Parses a decimal number. Other forms that Rust accepts but no controller writes are refused.
 fn number(text: &str) -> Option<f64> {
     let is_plain = text.bytes().all(|byte| b"0123456789+-.eE".contains(&byte));
     let number: f64 = text.parse().ok()?;
@@ -80,8 +79,8 @@ fn json(number: f64) -> Value {
     Number::from_f64(number).map_or(Value::Null, Value::Number)
 }
 
-/// A field's text for a value of the message whose line has the stamp `stamp` [s]; empty
-/// where there is none.
+/// A field's text for a value of the message whose line has the timestamp `stamp` [s]; empty if
+/// there is no value.
 pub fn write(field: &Field, value: Option<&Value>, stamp: f64) -> String {
     let Some(value) = value.filter(|value| !value.is_null()) else {
         return String::new();
@@ -112,7 +111,7 @@ pub fn write(field: &Field, value: Option<&Value>, stamp: f64) -> String {
     }
 }
 
-/// A number with at most so many decimals, and no more than it needs.
+/// A number with at most `decimals` decimals, without trailing zeros.
 fn decimal(number: f64, decimals: usize) -> String {
     let text = format!("{number:.decimals$}");
     let short = match text.contains('.') {

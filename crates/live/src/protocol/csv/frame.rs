@@ -1,16 +1,16 @@
-//! What every line has: a checksum at its end and a number that counts lines.
+//! The frame of every line: a checksum at its end and a sequence number.
 
 use super::super::decode::{Rejected, Rejection};
 use super::LONGEST_CSV_LINE;
 use pickline::error::shown;
 
-/// Sequence numbers are below this.
+/// Number of sequence numbers; they are below this.
 pub const NUMBERS: u16 = 1000;
 
 /// Fletcher's checksum of 16 bits (J. G. Fletcher, "An arithmetic checksum for serial
 /// transmissions", IEEE Transactions on Communications 30(1), 1982,
-/// <https://doi.org/10.1109/TCOM.1982.1095369>): additions and remainders, which every
-/// controller can do; it finds swapped characters, as a plain sum does not.
+/// <https://doi.org/10.1109/TCOM.1982.1095369>): it needs only additions and remainders, and
+/// detects swapped characters, which a plain sum does not.
 pub fn checksum(text: &[u8]) -> u16 {
     let (mut low, mut high) = (0u16, 0u16);
     for byte in text {
@@ -20,15 +20,15 @@ pub fn checksum(text: &[u8]) -> u16 {
     high * 256 + low
 }
 
-/// `text` as a line: with its checksum and line end.
+/// `text` as a line, with its checksum and line ending.
 pub fn framed(text: &str) -> String {
     format!("{text}*{:05}\r\n", checksum(text.as_bytes()))
 }
 
-/// The fields of a line, without its line end.
+/// Checks a line, given without its line ending, and returns its fields.
 ///
 /// # Errors
-/// A line that is too long, is not ASCII, or does not have the checksum that it says.
+/// The line is too long, is not ASCII, or has a wrong checksum.
 pub fn opened(line: &[u8]) -> Result<Vec<&str>, Rejected> {
     let line = line.trim_ascii();
     if line.len() > LONGEST_CSV_LINE {
@@ -48,25 +48,24 @@ pub fn opened(line: &[u8]) -> Result<Vec<&str>, Rejected> {
     let right = checksum(text.as_bytes());
     if said.trim().parse() != Ok(right) {
         let said = shown(said);
-        let problem = format!("the checksum is `{said}`; expected {right:05} for this line");
+        let problem = format!("the checksum is `{said}`; expected {right:05}");
         return Err(Rejected::new(Rejection::Checksum, problem));
     }
-    // Controllers pad their numbers with blanks.
+    // Controllers pad numbers with spaces.
     Ok(text.split(',').map(str::trim).collect())
 }
 
-/// Follows the sequence numbers of one direction.
+/// Checks the sequence numbers of one direction.
 #[derive(Debug, Default)]
 pub struct Sequence {
     expected: Option<u16>,
 }
 
 impl Sequence {
-    /// Takes the number of the next line, which may be left out.
+    /// Checks the number of the next line, which may be empty.
     ///
     /// # Errors
-    /// What is missing before this line, which itself still counts; or a number that is
-    /// none.
+    /// Lines are missing before this one, which itself is still accepted; or the number is invalid.
     pub fn follow(&mut self, number: &str) -> Result<(), Rejected> {
         if number.is_empty() {
             return Ok(());
@@ -84,8 +83,8 @@ impl Sequence {
             Some(expected) if expected != found => {
                 let missing = (found + NUMBERS - expected) % NUMBERS;
                 let problem = format!(
-                    "the sequence number is {found}, {missing} further than it should be: lines \
-                     are missing, or their sender has begun again; expected {expected}"
+                    "the sequence number is {found}, {missing} too high: lines are missing, or \
+                     their sender has restarted its count; expected {expected}"
                 );
                 Err(Rejected::new(Rejection::Sequence, problem))
             }

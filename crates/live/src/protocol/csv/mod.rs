@@ -1,8 +1,8 @@
-//! The dialect of controllers without JSON: short lines of fixed fields, with a sequence
+//! The csv dialect, for controllers without JSON: short lines of fixed fields, with a sequence
 //! number and a checksum. `docs/dialect-csv.md` describes it.
 //!
-//! A line stands for a message as the protocol has it: it is turned into that message's JSON
-//! and back by one table ([`table`]), so that one decoder judges both.
+//! A line stands for a message of the protocol. One table ([`table`]) converts it to that message's
+//! JSON and back, so that one decoder checks both.
 
 mod fields;
 mod frame;
@@ -18,14 +18,14 @@ use pickline::station::Station;
 pub use read::{CsvLine, CsvReader};
 pub use write::CsvWriter;
 
-/// Lines are at most this long [characters], with their line end.
+/// Maximum length of a line [characters], including its line ending.
 pub const LONGEST_CSV_LINE: usize = 80;
-/// Robots' names are at most this long [characters].
+/// Maximum length of a robot's name [characters].
 const LONGEST_ROBOT: usize = 8;
-/// Belts are at most this long [m]: places have to fit into their fields.
+/// Maximum length of a belt [m], because positions must fit into their fields.
 const LONGEST_BELT: f64 = 99.0;
 
-/// Checks that every message about `station` fits on its line.
+/// Checks that every message about `station` fits into a line.
 ///
 /// # Errors
 /// A name or a belt that is too long.
@@ -35,9 +35,9 @@ pub fn check_station(station: &Station) -> Result<()> {
         if name.len() > LONGEST_ROBOT || *name != fields::plain(name, LONGEST_ROBOT) {
             return Err(Error::input(
                 "--dialect",
-                format!("`{}` is not a robot's name in the csv dialect", shown(name)),
+                format!("`{}` is not a valid robot name in the csv dialect", shown(name)),
                 format!(
-                    "name the robot in the station file with at most {LONGEST_ROBOT} ASCII \
+                    "rename the robot in the station file: at most {LONGEST_ROBOT} ASCII \
                      characters, without comma, semicolon or asterisk"
                 ),
             ));

@@ -1,4 +1,4 @@
-//! From a line of the dialect to the JSON of its message.
+//! Converts a line of the dialect to the JSON of its message.
 
 use super::super::decode::{Rejected, Rejection};
 use super::fields;
@@ -11,29 +11,29 @@ use serde_json::{Map, Value};
 #[derive(Debug, Default)]
 pub struct CsvReader {
     sequence: Sequence,
-    /// The stamp of the line before [s].
+    /// Timestamp of the previous line [s].
     last: f64,
 }
 
-/// What a line says.
+/// The content of a line.
 #[derive(Debug, PartialEq)]
 pub struct CsvLine {
-    /// That lines are missing before it.
+    /// Set if lines are missing before this one.
     pub gap: Option<Rejected>,
-    /// The JSON of its message, for the decoder of all messages.
+    /// The JSON of its message, for the common decoder.
     pub message: Result<Vec<u8>, Rejected>,
 }
 
 impl CsvLine {
-    /// A line that is a message, or none, and of which nothing more is known.
+    /// A line with this message or refusal, without a gap.
     pub fn of(message: Result<Vec<u8>, Rejected>) -> Self {
         Self { gap: None, message }
     }
 }
 
 impl CsvReader {
-    /// Reads a line, without its line end. `now` is the time [s]; without one, times in lines
-    /// are near to the line before, and must be there.
+    /// Reads a line, given without its line ending. `now` is the present time [s]. Without it,
+    /// times are relative to the previous line and are required.
     pub fn read(&mut self, line: &[u8], now: Option<f64>) -> CsvLine {
         let mut gap = None;
         let message = opened(line).and_then(|fields| {
@@ -65,11 +65,11 @@ impl CsvReader {
             );
             return Err(Rejected::new(Rejection::Kind, problem));
         };
-        // Fields at the end may be left out.
+        // Fields at the end may be omitted.
         let texts = texts.get(2..).unwrap_or_default();
         if texts.len() > form.fields.len() {
             let problem = format!(
-                "{}: {} fields; expected at most {}, which say that {}: {}",
+                "{}: {} fields; expected at most {} ({}): {}",
                 form.message,
                 texts.len() + 2,
                 form.fields.len() + 2,
@@ -84,7 +84,7 @@ impl CsvReader {
         let texts = texts.iter().chain(std::iter::repeat(&""));
         for (field, text) in form.fields.iter().zip(texts) {
             let value = match (field.kind, now) {
-                // What has no clock says things as they happen.
+                // A sender without a clock reports events as they happen.
                 (Kind::Stamp, Some(now)) if text.is_empty() => Value::from(now),
                 _ if text.is_empty() => continue,
                 _ => fields::read(field, text, stamp).map_err(|expected| {
@@ -109,7 +109,7 @@ impl CsvReader {
     }
 }
 
-/// The fields of a line as they follow each other.
+/// The names of a line's fields, in order.
 fn names(form: &Form) -> String {
     let names = form.fields.iter().map(|field| field.name);
     let names: Vec<&str> = [form.letter, "number"].into_iter().chain(names).collect();

@@ -1,41 +1,40 @@
-//! Which lines there are, and which fields they have: reading, writing and the page of the
-//! documentation follow from this table.
+//! The table of lines and their fields. Reading, writing and the documentation follow from it.
 
-/// What stands in a field, and how it stands in the message.
+/// The content of a field, in the line and in the message.
 #[derive(Debug, Clone, Copy)]
 pub enum Kind {
-    /// A time of day, so to speak: [ms], modulo 10^9; a stamp [s] in the message.
+    /// A time [ms] modulo 10^9; a timestamp [s] in the message.
     Stamp,
-    /// A time after the line's stamp [ms]; a stamp [s] in the message.
+    /// A time after the line's timestamp [ms]; a timestamp [s] in the message.
     After,
-    /// [mm], to 0.1; [m] in the message. Also mm/s and m/s.
+    /// [mm], to 0.1; [m] in the message. Also [mm/s] and [m/s].
     Milli,
     /// [deg], to 0.1; [rad] in the message.
     Degrees,
     /// A plain number.
     Number,
-    /// A whole number.
+    /// An integer.
     Count,
-    /// A text of at most so many characters; longer ones are cut.
+    /// A text of at most this many characters; longer ones are truncated.
     Text(usize),
-    /// One letter for each of these.
+    /// One letter for each of these values.
     Choice(&'static [(&'static str, &'static str)]),
     /// 1 or 0.
     Flag,
-    /// Texts with semicolons between.
+    /// Texts separated by semicolons.
     Texts,
-    /// The sum of an object's counts; only written.
+    /// The sum of an object's counts; write-only.
     Sum,
 }
 
-/// One field.
+/// A field of a line.
 #[derive(Debug, Clone, Copy)]
 pub struct Field {
     /// Its name in the documentation.
     pub name: &'static str,
-    /// Where it stands in the message.
+    /// Its path in the message.
     pub path: &'static str,
-    /// What stands in it.
+    /// Its content.
     pub kind: Kind,
 }
 
@@ -43,14 +42,14 @@ const fn field(name: &'static str, path: &'static str, kind: Kind) -> Field {
     Field { name, path, kind }
 }
 
-/// One kind of line.
+/// A kind of line.
 #[derive(Debug, Clone, Copy)]
 pub struct Form {
     /// The first field.
     pub letter: &'static str,
     /// The message's kind.
     pub message: &'static str,
-    /// What it says.
+    /// Its meaning.
     pub about: &'static str,
     /// The fields after letter and sequence number.
     pub fields: &'static [Field],
@@ -83,7 +82,7 @@ pub const TO_NODE: &[Form] = &[
     Form {
         letter: "H",
         message: "hello",
-        about: "who is there",
+        about: "who the peer is",
         fields: &[
             field("name", "name", Kind::Text(12)),
             field("role", "role", Kind::Choice(ROLES)),
@@ -154,25 +153,25 @@ pub const TO_NODE: &[Form] = &[
     Form {
         letter: "P",
         message: "pause",
-        about: "pause: no new task; no name is the whole line",
+        about: "pause: no new task; without a name for the whole line",
         fields: ORDER,
     },
     Form {
         letter: "G",
         message: "resume",
-        about: "go on",
+        about: "resume",
         fields: ORDER,
     },
     Form {
         letter: "E",
         message: "drain",
-        about: "empty the line: what is known is picked, no more",
+        about: "drain: known items are picked, later ones pass",
         fields: ORDER,
     },
     Form {
         letter: "X",
         message: "stop",
-        about: "no new task, and open ones are cancelled",
+        about: "stop: no new task, and open ones are cancelled",
         fields: ORDER,
     },
     Form {
@@ -183,7 +182,7 @@ pub const TO_NODE: &[Form] = &[
     },
 ];
 
-/// Lines from the node. A message that has two is written as both, in this order.
+/// Lines from the node. A message with two lines is written as both, in this order.
 pub const FROM_NODE: &[Form] = &[
     Form {
         letter: "H",
@@ -263,7 +262,7 @@ pub const FROM_NODE: &[Form] = &[
     Form {
         letter: "U",
         message: "due",
-        about: "all up to the tick is decided; when something is due next",
+        about: "everything up to the tick is decided; when the next decision is due",
         fields: &[
             field("t", "stamp", Kind::Stamp),
             field("next", "next", Kind::After),

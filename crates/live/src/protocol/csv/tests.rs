@@ -13,7 +13,7 @@ use serde_json::{Map, Value};
 
 const NOW: f64 = 1_795_656_426.0;
 
-/// The value as the dialect can say it, to so many parts of one.
+/// The value with the precision of the dialect: `parts` steps per unit.
 fn to(value: f64, parts: f64) -> f64 {
     (value * parts).round() / parts
 }
@@ -131,7 +131,7 @@ fn incoming() -> impl Strategy<Value = Incoming> {
     })
 }
 
-/// Whether two values are the same, numbers to a millionth.
+/// Whether two values are equal, numbers to a millionth.
 fn alike(one: &Value, other: &Value) -> bool {
     match (one, other) {
         (Value::Number(a), Value::Number(b)) => same(
@@ -174,7 +174,7 @@ fn task(revision: u32, id: u64, after: [f64; 3], meet: (f64, f64)) -> Task {
     }
 }
 
-/// The fields of a line of `forms`, read back into a message.
+/// Reads the fields of a line of `forms` back into a message.
 fn read_back(line: &str, forms: &[Form], near: f64) -> Map<String, Value> {
     let texts = opened(line.as_bytes()).unwrap();
     let form = forms.iter().find(|form| form.letter == texts[0]).unwrap();
@@ -250,7 +250,7 @@ proptest! {
             let is_plain = !rejected.message.contains(char::is_control);
             prop_assert!(is_plain, "{:?}", rejected.message);
         }
-        // And behind a checksum that is right.
+        // The same with a correct checksum.
         let text: String = line.iter().map(|byte| char::from(byte % 95 + 32)).collect();
         let framed = framed(text.get(..70).unwrap_or(&text));
         let _ = CsvReader::default().read(framed.trim_end().as_bytes(), None);
@@ -277,7 +277,7 @@ proptest! {
 
 #[test]
 fn the_checksum_is_fletchers() {
-    // The examples of the literature, there modulo 255.
+    // Examples from the literature, modulo 255.
     for (text, sum) in [
         ("abcde", 51_440),
         ("abcdef", 8_279),
@@ -309,7 +309,7 @@ fn what_is_wrong_is_named_and_counted() {
     ] {
         assert_eq!(reason(read(text, Some(NOW))), Err(expected), "{text}");
     }
-    // The message counts all the same.
+    // The message still counts.
     let reading = read("A,11,,1", Some(NOW));
     assert_eq!(reading.gap.unwrap().reason.name(), "sequence");
     assert!(reading.message.is_ok());
@@ -321,7 +321,7 @@ fn what_is_wrong_is_named_and_counted() {
     assert_eq!(raw(b"A,0,,1"), Err("syntax"));
     assert_eq!(raw(&[0xff, 0x00]), Err("syntax"));
     assert_eq!(raw(&[b'x'; 90]), Err("too_long"));
-    // Blanks around numbers, as controllers write them, are none of its business.
+    // Spaces around numbers, as controllers write them, are ignored.
     let padded = framed("B,  8, 123 ,  300.00, ");
     assert!(raw(padded.trim_end().as_bytes()).is_ok());
 }
@@ -395,7 +395,7 @@ fn what_the_node_says_fits_on_its_lines() {
         lines[1],
         "T,4,656426000,scara-12,17,0,250,1500,750,1234,-0.1"
     );
-    // What cannot be told is not told by halves.
+    // What does not fit is not sent in part.
     let far = task(0, 17, [1e9, 1e9, 1e9], (1.0, 0.0));
     assert!(CsvWriter::default().write(&Outgoing::Task(far)).is_err());
 }
@@ -425,7 +425,7 @@ fn stations_fit_or_are_refused() {
     }
 }
 
-/// The tables of the documentation are made from the one that reads and writes.
+/// The tables of the documentation equal the one that reads and writes.
 #[test]
 fn the_page_has_the_fields_as_they_are() {
     let page = include_str!("../../../../../docs/dialect-csv.md");

@@ -1,4 +1,4 @@
-//! From a message to its lines in the dialect.
+//! Converts a message to its lines in the dialect.
 
 use super::LONGEST_CSV_LINE;
 use super::fields;
@@ -7,7 +7,7 @@ use super::table::{FROM_NODE, Form, Kind, TO_NODE};
 use serde::Serialize;
 use serde_json::Value;
 
-/// The line that says more of the item of a task.
+/// The line with details about a task's item.
 const ITEM: &str = "I";
 
 /// Writes lines to one peer.
@@ -18,7 +18,7 @@ pub struct CsvWriter {
 }
 
 impl Default for CsvWriter {
-    /// Writes what the node says.
+    /// A writer of messages from the node.
     fn default() -> Self {
         let forms = FROM_NODE;
         Self { forms, next: 0 }
@@ -26,17 +26,16 @@ impl Default for CsvWriter {
 }
 
 impl CsvWriter {
-    /// Writes what is said to the node.
+    /// A writer of messages to the node.
     pub fn to_node() -> Self {
         let forms = TO_NODE;
         Self { forms, next: 0 }
     }
 
-    /// The lines of a message, with their line ends; none for a message that the dialect does
-    /// not have.
+    /// The lines of a message, with their line endings; empty for a message that the dialect lacks.
     ///
     /// # Errors
-    /// A message that does not fit on a line, with what it is.
+    /// The message does not fit into a line; the error describes it.
     pub fn write<M: Serialize>(&mut self, message: &M) -> Result<String, String> {
         let message = serde_json::to_value(message).unwrap_or_default();
         let kind = message.get("kind").and_then(Value::as_str);
@@ -45,12 +44,12 @@ impl CsvWriter {
             let line = framed(&self.text(form, &message));
             if line.len() > LONGEST_CSV_LINE {
                 if form.letter == ITEM {
-                    // It only adds to the line that follows.
+                    // This line only supplements the next one.
                     continue;
                 }
                 let text = line.trim_end();
                 return Err(format!(
-                    "a {} does not fit on a line of the csv dialect and is not sent: {text}",
+                    "a {} does not fit into a line of the csv dialect and is not sent: {text}",
                     form.message
                 ));
             }
@@ -64,7 +63,7 @@ impl CsvWriter {
         let at = |path: &str| message.pointer(&format!("/{path}"));
         let stamp = form.fields.iter().find(|f| matches!(f.kind, Kind::Stamp));
         let stamp = stamp.and_then(|field| at(field.path)?.as_f64());
-        // What comes after the stamp comes after the stamp as it is written.
+        // Later times are relative to the timestamp as it is written.
         let stamp = (1e3 * stamp.unwrap_or_default()).round() / 1e3;
         let mut text = format!("{},{}", form.letter, self.next);
         for field in form.fields {
