@@ -66,7 +66,7 @@ impl Grasp {
     pub fn checked(self) -> Result<Self> {
         if self.starts == 0 {
             let cure = "give 1 or more";
-            return Err(Error::input("--starts", "0 starts find nothing", cure));
+            return Err(Error::input("--starts", "0 starts are too few", cure));
         }
         if !(0.0..=1.0).contains(&self.alpha) {
             return Err(Error::input(

@@ -67,9 +67,8 @@ pub fn gather(graph: &mut GraphProto, folder: &Path, most: usize, place: &str) -
             continue;
         }
         let wrong = |problem: String| {
-            let cure = "keep the weights file beside the ONNX file under the name with which it \
-                        was exported with, or export with the weights inside (torch: \
-                        external_data=False)";
+            let cure = "keep the weights file beside the ONNX file under its original name, or \
+                        export with the weights inside (torch: external_data=False)";
             let name = shown(&tensor.name);
             Error::input(place, format!("the weights `{name}` {problem}"), cure)
         };

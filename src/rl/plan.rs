@@ -49,7 +49,7 @@ pub struct Plan {
 pub const PRESETS: [(&str, &str); 2] = [
     (
         "default",
-        "the best found for PPO: permutation-equivariant scorer, full observation",
+        "the best settings found for PPO: permutation-equivariant scorer, full observation",
     ),
     (
         "paper",
@@ -141,7 +141,7 @@ impl Plan {
             (
                 "ppo.n_envs and ppo.n_steps",
                 (1..=MOST_SAMPLES).contains(&samples) && ppo.n_envs.is_multiple_of(GROUP),
-                "give environments in multiples of 8, and at most 10 million samples an update",
+                "give environments in multiples of 8, and at most 10 million samples per update",
             ),
             ("ppo.batch_size", ppo.batch_size > 0, "give 1 or more"),
             ("ppo.n_epochs", passes(ppo.n_epochs), "give 1 to 1000"),

@@ -273,7 +273,7 @@ fn check_table(found: &Found, name: &str) {
     }
     let headers = [beside[0][minus + 1].as_str(), &beside[0][minus + 2][..5]];
     assert_eq!(headers, ["picked [%]", "worst"]);
-    let words = "beside    the winner, other strategies on the same patterns\n";
+    let words = "beside    the winner and other strategies on the same patterns\n";
     assert!(found.table.contains(words), "{}", found.table);
 }
 

@@ -231,7 +231,7 @@ fn the_fewest_robots_are_of_those_that_were_run() {
         String::from_utf8(output.stdout).unwrap()
     };
     assert!(table("1").contains(" robots, the fewest with"));
-    assert!(table("2").contains(" robots, of the numbers that were run the fewest with"));
+    assert!(table("2").contains(" robots, the fewest of the numbers that were run with"));
 }
 
 /// The page calls the policy what the tables call it, not what files do.

@@ -129,7 +129,7 @@ fn tables_and_files_have_them_on_any_number_of_threads() {
     let (printed, rows) = run("1");
     assert_eq!(rows.len(), 1 + 3);
     for part in [
-        "beside    the winner, other strategies on the same patterns",
+        "beside    the winner and other strategies on the same patterns",
         "rules:SD,FIFO",
         "lookahead:budget=50",
     ] {

@@ -203,7 +203,7 @@ impl GameReport {
             Price::Ratio(_) => {}
             Price::NoEquilibrium => notes.push(
                 "no pure equilibrium, so there is no price of anarchy or stability; \
-                 equilibria in mixtures of rules are not looked for"
+                 mixed equilibria are not searched for"
                     .to_owned(),
             ),
             Price::Unbounded => notes.push(

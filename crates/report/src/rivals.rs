@@ -108,7 +108,7 @@ impl RivalsReport {
             false => &self.patterns,
         };
         let table = table.render();
-        format!("beside    the winner, other strategies on {patterns}\n{table}")
+        format!("beside    the winner and other strategies on {patterns}\n{table}")
     }
 
     /// All figures as CSV; `report` is the winner's report.

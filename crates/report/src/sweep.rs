@@ -466,10 +466,10 @@ impl SweepReport {
         };
         let least = match (values < self.planned, self.sweep) {
             (true, _) => format!(
-                "of the {values} of {} values that were run {least}",
+                "{least} of the {values} (of {}) values that were run",
                 self.planned
             ),
-            (_, "robots") if gaps() => format!("of the numbers that were run {least}"),
+            (_, "robots") if gaps() => format!("{least} of the numbers that were run"),
             _ => least.to_owned(),
         };
         let line = |(j, limit): (usize, &LimitReport)| match limit.recommended {
@@ -486,11 +486,11 @@ impl SweepReport {
                 )
             }
             None if !self.is_steady() => format!(
-                "{}: no recommendation, because there is no throughput (see the note)",
+                "{}: nothing, because there is no throughput (see the note)",
                 named(&limit.method)
             ),
             None => format!(
-                "{}: no recommendation, because arms can come too close at every value",
+                "{}: nothing, because arms can come too close at every value",
                 named(&limit.method)
             ),
         };

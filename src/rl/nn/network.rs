@@ -70,7 +70,7 @@ impl Architecture {
         Err(Error::input(
             "the network",
             format!("layers of {widths:?}"),
-            format!("give at most {most} layers of 1 to 4096"),
+            format!("give at most {most} layers of width 1 to 4096"),
         ))
     }
 }

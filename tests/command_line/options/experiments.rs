@@ -188,12 +188,12 @@ pub const ROWS: &[Row] = &[
                 ["ranking", "All assignments"],
             ],
             "compare" => &[
-                ["difference", "Difference to robust GT [FIFO]"],
+                ["difference", "Difference from robust GT [FIFO]"],
                 ["picked", "Items picked"],
             ],
             _ => &[
                 ["rate", "Picking rate"],
-                ["limits", "How far up whole patterns are picked"],
+                ["limits", "Limits of single patterns"],
             ],
         };
         for [chart, title] in charts {

@@ -278,9 +278,9 @@ fn difference(report: &ComparisonReport) -> Option<Chart> {
     // The title names the first method; the name of a long line would not fit here.
     let axis = "picking rate minus that of the first method [1/min]".to_owned();
     Some(Chart {
-        title: format!("Difference to {}", first.title),
+        title: format!("Difference from {}", first.title),
         caption: "Difference of the picking rates on the same patterns, with the 95 % interval \
-                  of its mean; to the right of 0 a method is better. A case of a single \
+                  of its mean; to the right of 0, a method is better. A case of a single \
                   pattern has no interval."
             .into(),
         x: Scale::around(axis, ends, false),

@@ -139,7 +139,7 @@ fn throughput(report: &SweepReport) -> Option<Chart> {
         chart.marks.extend(chosen);
     }
     if !chart.marks.is_empty() {
-        chart.caption += " Dashed upright lines: the values recommended.";
+        chart.caption += " Dashed upright lines: the recommended values.";
         chart.legend.push(marks_entry(Ink::Text, "recommended"));
     }
     report.is_steady().then_some(chart)
@@ -195,7 +195,7 @@ fn lines(
         (1, _) => "One pattern, so there are no intervals.".into(),
         (n, Style::Area) => format!("Means over {n} patterns; areas: their 95 % intervals."),
         (n, _) => format!(
-            "Means over {n} patterns with their 95 % intervals, set a little apart where \
+            "Means over {n} patterns with their 95 % intervals, slightly offset if \
              there are several methods."
         ),
     };
@@ -373,7 +373,7 @@ fn limits(report: &SweepReport) -> Option<Chart> {
     let mut legend = legend(report);
     legend.push(marks_entry(Ink::Faint, "95 % of the patterns"));
     Some(Chart {
-        title: "How far up whole patterns are picked".into(),
+        title: "Limits of single patterns".into(),
         caption: format!(
             "Share of the {} patterns of which everything is picked at every value up to this \
              one, with 95 % intervals: how the patterns' own limits are distributed.",

@@ -16,7 +16,7 @@ pub fn comparison_page(report: &ComparisonReport) -> String {
     }
     let counts = report.cases.iter();
     let counts = counts.map(|case| match case.patterns {
-        1 => format!("a single one of {}", case.name),
+        1 => format!("one of {}", case.name),
         n => format!("{n} of {}", case.name),
     });
     sections.push(Section::Table(
@@ -29,7 +29,7 @@ pub fn comparison_page(report: &ComparisonReport) -> String {
     ));
     if let [first, _, ..] = report.methods.as_slice() {
         sections.push(Section::Table(
-            format!("Against {}", first.title),
+            format!("Compared with {}", first.title),
             differences(report),
             "Differences are paired over the patterns; a case of a single pattern has no \
              interval."
@@ -38,7 +38,7 @@ pub fn comparison_page(report: &ComparisonReport) -> String {
     }
     if report.cases.iter().any(|case| case.bound.is_some()) {
         sections.push(Section::Table(
-            "Beside the best possible".into(),
+            "Compared with the bound".into(),
             certified(report),
             "No strategy that obeys the model exceeds the bound, waiting and clairvoyance \
              included; certified is at least that share of the picks that the best strategy \
@@ -48,7 +48,7 @@ pub fn comparison_page(report: &ComparisonReport) -> String {
     }
     if report.with_paper {
         sections.push(Section::Table(
-            "Beside the paper".into(),
+            "Compared with the paper".into(),
             printed(report),
             "What Jermann et al. print in their Tables 2 and 3.".into(),
         ));
@@ -148,7 +148,9 @@ fn answer(report: &ComparisonReport) -> Vec<String> {
                 format!("; proven better on {better} and worse on {worse} of the {n} random cases")
             }
         };
-        format!("{title} changes the picking rate by {range} against the first{proven}.")
+        format!(
+            "{title} changes the picking rate by {range} compared with the first method{proven}."
+        )
     };
     methods.map(line).collect()
 }

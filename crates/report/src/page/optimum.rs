@@ -27,7 +27,7 @@ pub fn optimum_page(report: &OptimumReport, top: usize) -> String {
         ));
     }
     if let Some(beside) = &report.beside {
-        let heading = format!("Other strategies beside {}", bracketed(&report.best));
+        let heading = format!("Other strategies compared with {}", bracketed(&report.best));
         let patterns = format!("On {}.", beside.patterns);
         sections.push(Section::Table(heading, rivals(report, beside), patterns));
     }
