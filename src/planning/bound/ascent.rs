@@ -80,7 +80,7 @@ impl Ascent {
             dual.evaluate(&prices, schedules.horizon, &mut evaluation);
             profile.enter(belt, &prices, &evaluation);
             without += 1;
-            if (evaluation.value as f64) < self.best as f64 * (1.0 - BETTER) {
+            if is_better(evaluation.value, self.best) {
                 without = 0;
             }
             if evaluation.value < self.best {
@@ -136,6 +136,11 @@ impl Ascent {
     }
 }
 
+/// Whether steps that find `value` after `best` are worth their length.
+fn is_better(value: i64, best: i64) -> bool {
+    (value as f64) < best as f64 * (1.0 - BETTER)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -183,6 +188,15 @@ mod tests {
             found.iter().zip(expected).all(near),
             "{found:?}, not {expected:?}"
         );
+    }
+
+    #[test]
+    fn a_value_is_better_by_more_than_a_hundred_millionth() {
+        let best = 5_000_000_000;
+        assert!(is_better(best - 51, best));
+        for value in [best - 49, best, best + 51] {
+            assert!(!is_better(value, best), "{value}");
+        }
     }
 
     /// Down where an item lies on no path, up where it lies on several; 0.7 of the last
