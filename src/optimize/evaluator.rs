@@ -40,6 +40,13 @@ const TRIAL: usize = 8;
 /// part may then take this many times the mean cost.
 const PARTS: usize = 4;
 
+/// Number of patterns to evaluate next if there are runs left for `afforded`. The first part only
+/// estimates the cost.
+fn next_part(afforded: usize, first: bool) -> usize {
+    let part = (afforded / PARTS).max(1);
+    if first { part.min(TRIAL) } else { part }
+}
+
 /// Objective and picked share of every assignment on one pattern.
 type OnPattern = (Vec<f64>, Vec<f64>);
 
@@ -202,27 +209,23 @@ impl<'a> Evaluator<'a> {
         // The cost of a pattern is known once some are done, or in advance if there is only one
         // speed.
         let mut cost = tree.assignments().len() as f64 * self.runs_per_value();
-        let by_speed = matches!(self.objective, Objective::MaxSpeed(_));
-        let mut trial = if by_speed && most < u64::MAX {
-            TRIAL
-        } else {
-            usize::MAX
-        };
+        // Speed limits of some patterns take far more runs than those of others, so they are
+        // computed in parts for which the runs more than suffice.
+        let in_parts = matches!(self.objective, Objective::MaxSpeed(_)) && most < u64::MAX;
+        let mut first = true;
         while !left.is_empty() && !environment.stopped() {
             let over = most.saturating_sub(self.runs() - began);
             let afforded = (over as f64 / cost.max(1.0)) as usize;
-            // Speed limits of some patterns take far more runs than those of others, so they
-            // are computed in parts for which the runs more than suffice.
-            let part = if by_speed && most < u64::MAX {
-                (afforded / PARTS).max(1).min(trial)
+            if afforded == 0 {
+                break;
+            }
+            let part = if in_parts {
+                next_part(afforded, first)
             } else {
                 afforded
             };
             let count = part.min(left.len());
-            trial = usize::MAX;
-            if afforded == 0 || count == 0 {
-                break;
-            }
+            first = false;
             let later = left.split_off(count);
             let allowance = over / count as u64;
             let results = left.par_iter();
@@ -348,5 +351,73 @@ impl Evaluation {
             }
         }
         best.map(|(place, _)| place)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::optimize::SpeedScan;
+    use crate::pattern::grid;
+    use crate::station::built_in;
+
+    #[test]
+    fn the_first_part_is_a_trial_and_the_others_a_quarter() {
+        for (afforded, first, part) in [
+            (1, true, 1),
+            (1, false, 1),
+            (7, false, 1),
+            (8, true, 2),
+            (31, false, 7),
+            (32, true, 8),
+            (400, true, 8),
+            (400, false, 100),
+        ] {
+            assert_eq!(next_part(afforded, first), part, "{afforded} {first}");
+        }
+    }
+
+    /// Patterns whose speed limits take different numbers of runs.
+    #[test]
+    fn speed_limits_are_sought_on_as_many_patterns_as_the_runs_are_enough_for() {
+        let station = built_in("paper").unwrap().station(Some(2)).unwrap();
+        let spacings = (0..16).map(|i| 0.18 + 0.02 * f64::from(i));
+        let patterns: Vec<Pattern> = spacings
+            .map(|spacing| grid(1.05, spacing, 12).unwrap())
+            .collect();
+        let objective = Objective::MaxSpeed(SpeedScan { step: 0.01 });
+        let all: Vec<RuleAssignment> = RuleAssignment::all(2).collect();
+        let environment = Environment {
+            stop: &std::sync::atomic::AtomicBool::new(false),
+            progress: &crate::optimize::Silent,
+        };
+        let within = |most: u64| {
+            let conditions = Conditions::default();
+            let evaluator = Evaluator::new(&station, &patterns, objective, &conditions).unwrap();
+            let found = evaluator.evaluate_within(all.clone(), most, &environment);
+            (found.unwrap(), evaluator.runs(), evaluator.runs_per_value())
+        };
+        let (whole, runs, per_value) = within(u64::MAX);
+        assert_eq!(whole.patterns.len(), patterns.len());
+        let values = |evaluation: &Evaluation, at: usize| -> Vec<f64> {
+            evaluation.scores.iter().map(|s| s.values[at]).collect()
+        };
+        for (most, least, greatest) in [(2 * runs, 16, 16), (runs / 2, 4, 8), (runs / 4, 1, 4)] {
+            let (part, taken, _) = within(most);
+            let count = part.patterns.len();
+            assert!(taken <= most, "{taken} of {most}");
+            assert!(
+                (least..=greatest).contains(&count),
+                "{count} under {most} of {runs}"
+            );
+            for (at, &place) in part.patterns.iter().enumerate() {
+                assert_eq!(values(&part, at), values(&whole, place));
+            }
+        }
+        // Where they are not enough for one pattern, none is spent.
+        let too_few = (all.len() as f64 * per_value) as u64 - 1;
+        assert!(too_few > all.len() as u64);
+        let (none, taken, _) = within(too_few);
+        assert_eq!((none.patterns.len(), taken), (0, 0));
     }
 }

@@ -1,6 +1,7 @@
 //! Planning over a horizon, and the certified bound.
 
 mod bound;
+mod bound_effort;
 mod bound_limits;
 mod bound_verb;
 mod brute_force;

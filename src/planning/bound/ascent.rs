@@ -80,7 +80,7 @@ impl Ascent {
             dual.evaluate(&prices, schedules.horizon, &mut evaluation);
             profile.enter(belt, &prices, &evaluation);
             without += 1;
-            if (evaluation.value as f64) < self.best as f64 * (1.0 - BETTER) {
+            if is_better(evaluation.value, self.best) {
                 without = 0;
             }
             if evaluation.value < self.best {
@@ -136,6 +136,11 @@ impl Ascent {
     }
 }
 
+/// Whether steps that find `value` after `best` are worth their length.
+fn is_better(value: i64, best: i64) -> bool {
+    (value as f64) < best as f64 * (1.0 - BETTER)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -185,9 +190,17 @@ mod tests {
         );
     }
 
-    /// A price falls if its item is on no path and rises if it is on several. The share of the
-    /// previous direction is 0.7, and the step follows Polyak's rule for 0.95 of the best
-    /// value.
+    #[test]
+    fn a_value_is_better_by_more_than_a_hundred_millionth() {
+        let best = 5_000_000_000;
+        assert!(is_better(best - 51, best));
+        for value in [best - 49, best, best + 51] {
+            assert!(!is_better(value, best), "{value}");
+        }
+    }
+
+    /// Down where an item lies on no path, up where it lies on several; 0.7 of the last
+    /// direction goes into the next one, and the step is Polyak's for 0.95 of the best value.
     #[test]
     fn a_step_goes_as_far_as_polyak_says() {
         let (dual, _) = contest(3);

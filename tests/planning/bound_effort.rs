@@ -1,0 +1,49 @@
+//! How many steps a bound takes: half as many for the rate as for what is earned, a quarter for
+//! each end, in rounds of three, and no more where twelve rounds in a row have changed nothing.
+
+use crate::bound_limits::line;
+use pickline::pattern::{Item, Pattern};
+use pickline::planning::bound::{Options, upper_bound};
+use pickline::sim::Scene;
+
+/// Steps that are done for the rate and the ends alone, and how many were announced.
+fn steps(pattern: &Pattern, iterations: usize) -> (usize, usize) {
+    let station = line(&[1.0, 2.0]);
+    let scene = Scene::new(&station, pattern).unwrap();
+    let options = Options {
+        iterations,
+        // As much as any bound allows, so that no step is needed for what is earned.
+        known: 1e9,
+        ..Options::default()
+    };
+    let mut told = Vec::new();
+    let bound = upper_bound(&scene, &options, &mut |done, of| {
+        told.push((done, of));
+        true
+    });
+    let steps = bound.unwrap().iterations;
+    let announced = told.first().map_or(0, |first| first.1);
+    assert_eq!(
+        told,
+        (1..=steps)
+            .map(|done| (done, announced))
+            .collect::<Vec<_>>()
+    );
+    (steps, announced)
+}
+
+#[test]
+fn the_rate_takes_half_of_the_steps_and_each_end_a_quarter() {
+    let item = |i: usize| Item::at(i.to_string(), -0.15 * i as f64, -0.3);
+    let pattern = Pattern::new((0..40).map(item).collect()).unwrap();
+    assert_eq!(steps(&pattern, 24), (12 + 6 + 6, 48));
+    // Whole rounds: 10 of 20, 5 of 20 and 5 of 20.
+    assert_eq!(steps(&pattern, 20), (9 + 3 + 3, 40));
+}
+
+#[test]
+fn twelve_rounds_without_a_change_are_enough() {
+    let pattern = Pattern::new(vec![Item::at("0", 0.0, -0.5)]).unwrap();
+    let (steps, _) = steps(&pattern, 3000);
+    assert!(0 < steps && steps <= 3 * 12 * 3, "{steps}");
+}
