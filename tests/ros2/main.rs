@@ -269,7 +269,7 @@ fn wrong_usage_is_refused() {
         (
             "--ros2 --ros2-namespace a-b",
             &[],
-            "--ros2-namespace: `/a-b` holds `-`\n  cure: ",
+            "--ros2-namespace: `/a-b` contains `-`\n  cure: ",
         ),
         (
             "--ros2 --ros2-namespace /line/",
