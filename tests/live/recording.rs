@@ -209,7 +209,7 @@ fn with_message_time_the_replay_is_the_run_to_the_bit() {
     let errors = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(2));
     assert!(
-        errors.contains("exists already") && errors.contains("cure: "),
+        errors.contains("already exists") && errors.contains("cure: "),
         "{errors}"
     );
     assert_eq!(std::fs::read(file).unwrap(), before);
@@ -228,9 +228,9 @@ fn with_message_time_the_replay_is_the_run_to_the_bit() {
         "{errors}"
     );
     for (bytes, word) in [
-        (&b""[..], "is no recording"),
-        (b"[belt]\nspeed = 0.1\n", "is no MCAP file"),
-        (&before[..300], "is no MCAP file"),
+        (&b""[..], "is not a recording"),
+        (b"[belt]\nspeed = 0.1\n", "is not an MCAP file"),
+        (&before[..300], "is not an MCAP file"),
     ] {
         let (code, _, errors) = try_out(bytes);
         assert_eq!(code, Some(2), "{errors}");
@@ -253,8 +253,8 @@ fn with_message_time_the_replay_is_the_run_to_the_bit() {
     let none = change(find(b"\x08\0\0\0pickline") - 1, b'!');
     for (bytes, word) in [
         (middle, "is damaged"),
-        (other, "of protocol 9"),
-        (none, "no recording of pickline"),
+        (other, "with protocol 9"),
+        (none, "not a recording of pickline"),
     ] {
         let (code, _, errors) = try_out(&bytes);
         assert_eq!(code, Some(2), "{errors}");

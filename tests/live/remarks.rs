@@ -80,7 +80,7 @@ fn who_is_waited_for_is_told() {
     drop(listener);
     for verb in ["run", "emulate"] {
         let mut program = Program::pickline(&format!("{verb} --connect {address}"), &[]);
-        let waits = format!("nobody to talk to at {address}: ");
+        let waits = format!("no connection to {address}: ");
         program.remarks.wait_for(&waits);
         let listener = TcpListener::bind(&address).unwrap();
         let peer = listener.accept().unwrap();
@@ -112,10 +112,10 @@ fn who_is_tried_in_vain_is_told_once() {
         for _ in 0..4 {
             drop(listener.accept().unwrap());
         }
-        program.remarks.wait_for("trying again");
+        program.remarks.wait_for("retrying");
         program.signal("TERM");
         let (_, remarks) = program.finish();
-        let waits = format!("nobody to talk to at {address}: ");
+        let waits = format!("no connection to {address}: ");
         assert_eq!(remarks.matches(&waits).count(), 1, "{remarks}");
         assert!(!remarks.contains("connected to"), "{remarks}");
     }

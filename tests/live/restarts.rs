@@ -126,7 +126,7 @@ fn a_journal_of_another_station_is_refused() {
         .make();
     let error = Controller::restore(other, strategy, config(), state, None);
     let error = error.err().unwrap().to_string();
-    assert!(error.contains("it tells of robot 3, of 2"), "{error}");
+    assert!(error.contains("it refers to robot 3 of 2"), "{error}");
 }
 
 /// Statuses go on at the times that they have, none of them twice.

@@ -33,7 +33,7 @@ fn passwords_and_certificates_are_asked_for() {
             &wrong[..],
             "refuses user `line`",
         ),
-        (whole.clone(), &[], "lets nobody in without user"),
+        (whole.clone(), &[], "requires a user"),
         (
             format!(
                 "--mqtt mqtts://line:wr0ng-word@127.0.0.1:{} --mqtt-ca {ca} --mqtt-cert {cert} \
@@ -51,7 +51,7 @@ fn passwords_and_certificates_are_asked_for() {
         (
             format!("--mqtt {url} --mqtt-user line --mqtt-ca {ca}"),
             &right[..],
-            "asks for a certificate of this client",
+            "requires a client certificate",
         ),
         (
             format!("--mqtt {url} --mqtt-user line --mqtt-ca {cert}"),
@@ -140,7 +140,7 @@ fn what_is_wrong_with_a_certificate_is_said_with_its_cure() {
         (
             "good",
             Some("other"),
-            &["another one of the same name", "--mqtt-ca"],
+            &["another one with the same name", "--mqtt-ca"],
         ),
         ("good", None, &["not trusted here", "--mqtt-ca"]),
         (

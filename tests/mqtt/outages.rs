@@ -30,7 +30,7 @@ fn a_broker_that_is_killed_loses_and_doubles_nothing() {
             watcher.signal("TERM");
             watcher.finish();
             before.extend(watcher.said.all());
-            node.remarks.wait_for("trying again");
+            node.remarks.wait_for("retrying");
         });
         watcher = Some(broker.watch());
         programs::wait_for("a connection", || {
@@ -180,12 +180,12 @@ fn a_broker_may_come_later() {
     let mut node = Program::pickline(&format!("run {line}"), &[]);
     let mut station = Program::pickline(&format!("emulate {line}"), &[]);
     node.remarks.wait_for("refused (os error");
-    station.remarks.wait_for("trying again");
+    station.remarks.wait_for("retrying");
     broker.start();
     let (code, remarks) = station.finish();
     assert_eq!(code, Some(0), "{remarks}");
     assert!(remarks.contains("44 of 50 picked"), "{remarks}");
     let (code, remarks) = node.finish();
     assert_eq!(code, Some(0), "{remarks}");
-    assert_eq!(remarks.matches("trying again").count(), 1, "{remarks}");
+    assert_eq!(remarks.matches("retrying").count(), 1, "{remarks}");
 }

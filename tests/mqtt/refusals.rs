@@ -31,19 +31,19 @@ fn what_is_no_broker_of_mqtt_5_is_named() {
         (
             &[0x20, 2, 0, 1][..],
             true,
-            "does not speak MQTT 5, but an older version",
+            "does not speak MQTT 5 but an older version",
         ),
         (
             &[0x20, 2, 0, 1],
             false,
-            "does not speak MQTT 5, but an older version",
+            "does not speak MQTT 5 but an older version",
         ),
         (
             b"HTTP/1.1 400 Bad Request\r\n\r\n",
             true,
             "a web server answers at",
         ),
-        (b"SSH-2.0-OpenSSH_9.2\r\n", false, "is no MQTT broker"),
+        (b"SSH-2.0-OpenSSH_9.2\r\n", false, "is not an MQTT broker"),
         // An alert of TLS.
         (&[0x15, 3, 3, 0, 2, 2, 40], true, "write mqtts://127.0.0.1:"),
     ] {

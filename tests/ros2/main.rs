@@ -207,7 +207,7 @@ fn the_first_of_two_nodes_in_a_namespace_stays() {
     let (code, remarks) = second.finish();
     assert_eq!(code, Some(2), "{remarks}");
     assert!(
-        remarks.contains("another node gives tasks under /pickline") && remarks.contains("cure: "),
+        remarks.contains("another node sends tasks under /pickline") && remarks.contains("cure: "),
         "{remarks}"
     );
     // Another line of the same domain is no rival.
@@ -247,7 +247,7 @@ fn one_of_two_nodes_that_come_together_stays() {
     let (stays, goes) = (stays.unwrap(), 1 - stays.unwrap());
     let (code, remarks) = nodes[goes].finish();
     assert_eq!(code, Some(2), "{remarks}");
-    assert!(remarks.contains("another node gives tasks"), "{remarks}");
+    assert!(remarks.contains("another node sends tasks"), "{remarks}");
     // It has work to do: it is not still waiting for the other.
     let emulate = run.replace("run ", "emulate --pattern PATTERN ");
     fs::write(folder.path().join("pattern.csv"), "id,x,y\na,0,0\n").unwrap();
@@ -269,24 +269,24 @@ fn wrong_usage_is_refused() {
         (
             "--ros2 --ros2-namespace a-b",
             &[],
-            "--ros2-namespace: `/a-b` holds `-`\n  cure: ",
+            "--ros2-namespace: `/a-b` contains `-`\n  cure: ",
         ),
         (
             "--ros2 --ros2-namespace /line/",
             &[],
-            "--ros2-namespace: `/line/` has a slash too many",
+            "--ros2-namespace: `/line/` has an extra slash",
         ),
         ("--ros2 --ros2-network nowhere", &[], "--ros2-network"),
         // Of a class that is given to nobody.
         (
             "--ros2 --ros2-network 240.0.0.1",
             &[],
-            "--ros2-network: 240.0.0.1 is no address of this machine\n  cure: give one of ",
+            "--ros2-network: 240.0.0.1 is not an address of this machine\n  cure: give one of ",
         ),
         (
             "--ros2 --ros2-network 127.0.0.1 --ros2-network 0.0.0.0",
             &[],
-            "--ros2-network: 0.0.0.0 is no address",
+            "--ros2-network: 0.0.0.0 is not an address",
         ),
         (
             "--ros2 --ros2-network ::1",

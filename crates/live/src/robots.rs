@@ -1,11 +1,11 @@
-//! What is known of each robot.
+//! The state of each robot.
 
 use super::protocol::{RobotReport, Verdict};
 use serde::{Deserialize, Serialize};
 
-/// After so many tasks in a row that a robot has dropped it rests.
+/// Number of tasks in a row that a robot drops before it gets a rest.
 const MOST_DROPPED: u32 = 3;
-/// Its first rest [s]; each further one is twice as long,
+/// The first rest [s]; each further one is twice as long,
 const FIRST_REST: f64 = 0.5;
 /// up to this [s].
 const LONGEST_REST: f64 = 10.0;
@@ -14,60 +14,60 @@ const LONGEST_REST: f64 = 10.0;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Service {
-    /// Nothing was heard of it yet.
+    /// It has not been heard yet.
     Unknown,
     /// It takes tasks from `free_at` on.
     Ready,
-    /// It is at work, for how long is not known.
+    /// It is busy for an unknown time.
     Working,
     /// It has reported a fault.
     Fault,
-    /// It owes a result for too long. It gets no task until it is heard again.
+    /// Its result is overdue. It gets no task until it is heard again.
     Silent,
 }
 
-/// Why a robot that could decide does not.
+/// Why a robot that could decide waits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Wait {
     /// It does not wait.
     No,
-    /// Until the time that its strategy named.
+    /// Until the time given by its strategy.
     Until,
     /// Until the next window of an item opens.
     Window,
 }
 
-/// One robot.
+/// The state of a robot.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RobotInfo {
     /// Whether it takes tasks.
     pub service: Service,
-    /// When it can set out next [s]; infinite where that is not known.
+    /// When it can set out next [s]; infinite if unknown.
     #[serde(with = "never")]
     pub free_at: f64,
-    /// Why it does not decide before.
+    /// Why it does not decide earlier.
     pub wait: Wait,
-    /// The task that it is at.
+    /// Its current task.
     pub task: Option<u64>,
     /// Its picks.
     pub picked: u64,
-    /// Its grasps that failed.
+    /// Its failed grasps.
     pub failed: u64,
     /// Its tasks for which it came too late or did not find the item.
     pub missed: u64,
-    /// Tasks in a row that it has dropped of its own accord.
+    /// Number of tasks in a row that it has dropped unasked.
     pub dropped: u32,
-    /// It gets no task before this time [s], because it drops them.
+    /// It gets no task before this time [s], because it has dropped tasks.
     pub rests_until: f64,
-    /// Whether it has said, of a task that it is thought to be at, that it is idle. It may
-    /// not have known of the task then; from `free_at` on it is believed.
+    /// Whether it has reported `idle` during its current task. It may not have known of the task;
+    /// the `idle` counts from `free_at` on.
     pub idle_said: bool,
-    /// While it is out of service: only what it says with a newer stamp ends that [s].
+    /// While it is out of service: the timestamp [s] that a state must exceed to end the fault.
     pub fault_at: Option<f64>,
-    /// The newest time of which it has said how it is [s].
+    /// Newest timestamp of its states [s].
     pub said_at: Option<f64>,
-    /// The newest time at which it has said, by a result or of itself, when it is free [s].
+    /// Newest timestamp of a result or state that says when it is free [s].
     pub told_at: Option<f64>,
 }
 
@@ -92,17 +92,17 @@ impl Default for RobotInfo {
 }
 
 impl RobotInfo {
-    /// Whether it can be given a task, now or at a time that is known.
+    /// Whether it can get a task, now or at a known time.
     pub fn is_ready(&self) -> bool {
         self.service == Service::Ready && (self.task.is_none() || self.idle_said)
     }
 
-    /// When it can be given a task, at `now` [s] or later.
+    /// When it can get a task, `now` [s] or later.
     pub fn available_from(&self, now: f64) -> f64 {
         self.free_at.max(self.rests_until).max(now)
     }
 
-    /// A task ends with `verdict`, which it may have reported otherwise before.
+    /// Counts the result of a task; `before` is the result reported earlier, if any.
     pub fn count(&mut self, before: Option<Verdict>, verdict: Verdict) {
         if let Some(count) = before.and_then(|verdict| self.counter(verdict)) {
             *count = count.saturating_sub(1);
@@ -121,8 +121,8 @@ impl RobotInfo {
         }
     }
 
-    /// It has dropped a task of its own accord at `now` [s]. The third in a row, and each
-    /// further one, costs it a pause; whether this is the third.
+    /// Notes that it has dropped a task unasked at `now` [s]. The third in a row, and each further
+    /// one, leads to a rest. Returns whether this is the third.
     pub fn drops_task(&mut self, now: f64) -> bool {
         self.dropped += 1;
         if self.dropped >= MOST_DROPPED {
@@ -133,7 +133,7 @@ impl RobotInfo {
         self.dropped == MOST_DROPPED
     }
 
-    /// It is free from `time` [s] on.
+    /// Sets it free from `time` [s] on.
     pub fn free_from(&mut self, time: f64) {
         self.service = Service::Ready;
         self.free_at = time;
@@ -142,18 +142,18 @@ impl RobotInfo {
         self.idle_said = false;
     }
 
-    /// It has said, at `told` [s], that it is free from `time` [s] on.
+    /// Notes its report at `told` [s] that it is free from `time` [s] on.
     pub fn tells_free(&mut self, told: f64, time: f64) {
         self.free_from(time);
         self.told_at = Some(told);
     }
 
-    /// Whether it has said nothing newer than `time` [s] of when it is free.
+    /// Whether a report at `time` [s] is newer than its last one of when it is free.
     pub fn is_news(&self, time: f64) -> bool {
         self.told_at.is_none_or(|told| time > told)
     }
 
-    /// What it is doing at `now` [s], as a status names it.
+    /// Its `state` in a status at `now` [s].
     pub fn state(&self, now: f64) -> &'static str {
         match self.service {
             Service::Unknown => "unknown",
@@ -166,7 +166,7 @@ impl RobotInfo {
         }
     }
 
-    /// The robot as a status shows it at `now` [s].
+    /// The robot's entry in a status at `now` [s].
     pub fn report(&self, name: &str, now: f64) -> RobotReport {
         RobotReport {
             name: name.to_owned(),
@@ -185,34 +185,34 @@ pub struct Fleet {
 }
 
 impl Fleet {
-    /// So many robots of which nothing was heard yet.
+    /// A fleet of `robots` robots that have not been heard yet.
     pub fn new(robots: usize) -> Self {
         Self {
             robots: vec![RobotInfo::default(); robots],
         }
     }
 
-    /// How many there are.
+    /// Number of robots.
     pub fn len(&self) -> usize {
         self.robots.len()
     }
 
-    /// Each with its index.
+    /// The robots with their indices.
     pub fn iter(&self) -> impl Iterator<Item = (usize, &RobotInfo)> {
         self.robots.iter().enumerate()
     }
 
-    /// The robot of this index.
+    /// The robot with this index.
     pub fn get(&self, robot: usize) -> &RobotInfo {
         &self.robots[robot]
     }
 
-    /// The robot of this index, to be changed.
+    /// The robot with this index, to be changed.
     pub fn get_mut(&mut self, robot: usize) -> &mut RobotInfo {
         &mut self.robots[robot]
     }
 
-    /// A window of `robot` opens at `open` [s]: if it waits for one, it waits until then.
+    /// A window of `robot` opens at `open` [s]; if it waits for a window, it waits until then.
     pub fn window_opens(&mut self, robot: usize, open: f64) {
         let info = &mut self.robots[robot];
         if info.service == Service::Ready && info.wait == Wait::Window {
@@ -220,7 +220,7 @@ impl Fleet {
         }
     }
 
-    /// Whoever waits decides again, from `now` [s] on.
+    /// Makes all waiting robots decide again, from `now` [s] on.
     pub fn wake_all(&mut self, now: f64) {
         for robot in &mut self.robots {
             if robot.service == Service::Ready && robot.wait != Wait::No {
@@ -230,7 +230,7 @@ impl Fleet {
         }
     }
 
-    /// When each can set out next [s]; infinite for those that do not work.
+    /// Fills in when each robot can set out next [s]; infinite for those out of service.
     pub fn free_at(&self, into: &mut Vec<f64>) {
         into.clear();
         into.extend(self.robots.iter().map(|robot| match robot.service {
@@ -240,7 +240,7 @@ impl Fleet {
     }
 }
 
-/// A time that may be infinite, which JSON has no number for.
+/// Serializes a time that may be infinite, for which JSON has no number.
 mod never {
     use serde::{Deserialize as _, Deserializer, Serialize as _, Serializer};
 

@@ -1,10 +1,10 @@
-//! One detection, with its place on the belt.
+//! A detection, with its place on the belt.
 
 use super::association::Covariance;
 use super::features::Features;
 use super::protocol::Detection;
 
-/// An item where a camera saw it.
+/// A detection of an item.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sight {
     /// The camera, if it has a name.
@@ -17,14 +17,14 @@ pub struct Sight {
     pub place: f64,
     /// Position across the belt [m].
     pub y: f64,
-    /// How uncertain the position is [m^2].
+    /// Covariance of the position [m^2].
     pub covariance: Option<Covariance>,
-    /// What else the camera says of it.
+    /// The item's other features.
     pub features: Features,
 }
 
 impl Sight {
-    /// What a detection at `time` [s] tells, when the belt had travelled so far [m].
+    /// The sight from a detection at `time` [s], when the belt's travel was `travel` [m].
     pub fn of(detection: Detection, time: f64, travel: f64) -> Self {
         Self {
             features: Features::of(&detection),
@@ -47,7 +47,7 @@ impl Sight {
         self.id.as_deref()
     }
 
-    /// How far a place on the belt is from it [m].
+    /// Distance from it to a place on the belt [m].
     pub fn way(&self, place: f64, y: f64) -> f64 {
         (self.place - place).hypot(self.y - y)
     }

@@ -1,23 +1,23 @@
-//! Which stamps are believed, and the message that waits for its stamp to be confirmed.
+//! Which timestamps are accepted, and the message that waits for its timestamp to be confirmed.
 //!
-//! Invariant: with the system clock nothing is ever held back, and at most one message is.
+//! Invariant: at most one message is held back, and none with the system clock.
 
 use super::clock::{Belief, Clock};
 use super::protocol::{Incoming, Rejected};
 
-/// The controller's clock, with what it does not believe yet.
+/// The controller's clock, and the message that it does not accept yet.
 #[derive(Debug, Clone)]
 pub struct Stamps {
-    /// The time.
+    /// The clock.
     pub clock: Clock,
-    /// With message time, a message whose stamp the next one has to confirm.
+    /// With message time, a message whose timestamp the next one must confirm.
     held_back: Option<Incoming>,
-    /// Why such a message was refused, until somebody asks.
+    /// The refusal of such a message, until it is taken.
     dropped: Option<Rejected>,
 }
 
 impl Stamps {
-    /// The stamps of a clock.
+    /// Timestamps judged by this clock.
     pub fn new(clock: Clock) -> Self {
         Self {
             clock,
@@ -31,7 +31,7 @@ impl Stamps {
         self.clock.now
     }
 
-    /// What is to be thought of a message's stamp.
+    /// Judges a message's timestamp.
     ///
     /// # Errors
     /// As for [`Clock::judge`].
@@ -45,9 +45,9 @@ impl Stamps {
         self.held_back = Some(message);
     }
 
-    /// The message that was held back, and whether the stamp of the next, `next` [s],
-    /// confirms it. When there is no next one, the first message of all is confirmed:
-    /// nothing speaks against it.
+    /// Takes the message that was held back. Returns it and whether the next timestamp, `next` [s],
+    /// confirms it. Without a next one, only the very first message is confirmed, because nothing
+    /// contradicts it.
     pub fn take_held_back(&mut self, next: Option<f64>) -> Option<(Incoming, bool)> {
         let held = self.held_back.take()?;
         let confirmed = match next {
@@ -57,12 +57,12 @@ impl Stamps {
         Some((held, confirmed))
     }
 
-    /// A message that was held back was refused.
+    /// Notes that a message that was held back is refused.
     pub fn drop_held_back(&mut self, rejected: Rejected) {
         self.dropped = Some(rejected);
     }
 
-    /// Why the message that was held back was refused, if it was since this was last asked.
+    /// Takes the refusal of a message that was held back, if there was one since the last call.
     pub fn take_dropped(&mut self) -> Option<Rejected> {
         self.dropped.take()
     }

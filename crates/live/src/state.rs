@@ -1,8 +1,8 @@
-//! The state of a live line as data: what a controller has to know to go on where another
-//! one was killed.
+//! The state of a live line as data: what a controller needs to resume where another one was
+//! killed.
 //!
-//! Windows, plans and the thoughts of a strategy are not part of it: they follow from it,
-//! or are made again.
+//! Windows, plans and a strategy's own memory are not part of it. They follow from it or are
+//! rebuilt.
 
 use super::belt::{Motion, MotionChange};
 use super::claims::Claim;
@@ -22,43 +22,43 @@ use std::collections::BTreeMap;
 pub(super) struct Counters {
     pub next_task: u64,
     pub numbers: Numbers,
-    /// What was counted.
+    /// The counted events.
     #[serde(flatten)]
     pub tally: Tally,
 }
 
-/// How a state differs from an earlier one: every part that is not what it was, as it is
-/// now. Applied in their order to `State::default()`, the changes give the state.
+/// How a state differs from an earlier one: the present value of every part that has changed.
+/// Applied in order to `State::default()`, the changes give the state.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Change {
-    /// Stamp of time 0 [s].
+    /// Timestamp of time 0 [s].
     pub(super) origin: Option<f64>,
-    /// Time [s].
+    /// Controller time [s].
     pub(super) now: f64,
-    /// Items by number; nothing for those that are forgotten.
+    /// Changed items by number; none for those that are forgotten.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) items: Vec<(u32, Option<Tracked>)>,
-    /// Open tasks by number; nothing for those that are over.
+    /// Changed open tasks by number; none for those that are over.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) claims: Vec<(u64, Option<Claim>)>,
-    /// Tasks that are over.
+    /// Changes of the tasks that are over.
     #[serde(skip_serializing_if = "PastChange::is_empty")]
     pub(super) past: PastChange,
-    /// Robots by index.
+    /// Changed robots by index.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) robots: Vec<(usize, RobotInfo)>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) counters: Option<Counters>,
-    /// What the operator wants.
+    /// The operator's orders.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) operation: Option<Operation>,
-    /// What is asked of the belt's drive.
+    /// The requests to the belt's drive.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) drive: Option<Drive>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) motion: Option<MotionChange>,
-    /// Detections that wait for the belt to be heard, with their time [s].
+    /// Detections that wait for the belt, with their times [s].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) waiting: Option<Vec<(f64, Detection)>>,
 }
@@ -95,7 +95,7 @@ pub struct State {
 }
 
 impl State {
-    /// Changes as another state has.
+    /// Applies a change.
     pub fn apply(&mut self, change: Change) {
         self.origin = change.origin;
         self.now = change.now;
@@ -131,7 +131,7 @@ impl State {
         }
     }
 
-    /// Checks that this is the state of a line of so many robots.
+    /// Checks that this is the state of a line with `robots` robots.
     pub(super) fn check(&self, robots: usize) -> Result<()> {
         let strange = self.claims.values().map(|claim| claim.robot);
         let strange = strange.chain(self.past.robots());
@@ -141,8 +141,8 @@ impl State {
             None => Ok(()),
             Some(robot) => Err(Error::input(
                 "its state",
-                format!("it tells of robot {}, of {robots}", robot + 1),
-                "use the journal of this station, or begin a new one",
+                format!("it refers to robot {} of {robots}", robot + 1),
+                "use the journal of this station, or start a new one",
             )),
         }
     }

@@ -1,25 +1,25 @@
-//! A clock that nobody can set.
+//! A clock that cannot be set.
 //!
-//! Decisions must not jump when the machine's clock is set, by NTP or by hand. The clock here
-//! follows the machine's clock as long as that is only slewed, and goes on at its pace when it
-//! steps. It reads no clock itself: whoever drives it hands it both readings.
+//! Decisions must not jump when the machine's clock is set, by NTP or by hand. This clock follows
+//! the machine's clock while that is only slewed, and keeps its own pace when that steps. It reads
+//! no clock itself: the caller passes both readings.
 
-/// The machine's clock was set if it has gained or lost more than this [s] between two
-/// readings: it is slewed by half a millisecond a second at most.
+/// The machine's clock was set if it gained or lost more than this [s] between two readings.
+/// Slewing is at most half a millisecond per second.
 const STEP: f64 = 0.05;
 
-/// What the steady clock shows.
+/// A reading of the steady clock.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
-    /// Seconds since 1970, as the machine's clock said when the first reading was taken.
+    /// Time since 1970 [s], starting from the machine's clock at the first reading.
     pub stamp: f64,
-    /// By how much the machine's clock is ahead of it since, for it was set [s].
+    /// By how much the machine's clock is ahead of `stamp` because it was set [s].
     pub ahead: f64,
 }
 
 /// The machine's clock without its steps.
 ///
-/// Invariant: the stamps never go back by more than `STEP`, and `ahead` changes by more than
+/// Invariant: the timestamps never go back by more than `STEP`, and `ahead` changes by more than
 /// that or not at all.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct SteadyClock {
@@ -29,8 +29,8 @@ pub struct SteadyClock {
 }
 
 impl SteadyClock {
-    /// What it shows when the monotonic clock shows `monotonic` [s], from any zero, and the
-    /// machine's clock `wall` [s since 1970].
+    /// The steady clock's reading when the monotonic clock shows `monotonic` [s], from any zero,
+    /// and the machine's clock `wall` [s since 1970].
     pub fn read(&mut self, monotonic: f64, wall: f64) -> Reading {
         if let Some((before, wall_before)) = self.last {
             let gained = (wall - wall_before) - (monotonic - before);
@@ -56,7 +56,7 @@ mod tests {
         let (mut wall, mut worst) = (1.7e9, 0.0_f64);
         for i in 0..100_000 {
             let monotonic = 5.0 + 0.02 * f64::from(i);
-            // Slewed by 500 ppm, set back by 5 s, and forth by 100 s for 2 s.
+            // Slewed by 500 ppm, set back by 5 s, and forward by 100 s for 2 s.
             wall += 0.02 * 1.0005;
             wall += match i {
                 10_000 => -5.0,

@@ -1,5 +1,5 @@
-//! What is counted. The numbers only grow, but for a reason to miss an item that turns out
-//! to have been picked, and for an item that turns out to be another one.
+//! The counts. They only grow, with two exceptions: an item counted as missed that was picked after
+//! all, and an item that turns out to be another one.
 
 use super::fate::Fate;
 use super::protocol::{MissedCounts, Rejection};
@@ -7,15 +7,15 @@ use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-/// Counts by what was counted.
+/// Counts by kind of event.
 type Counts = BTreeMap<Cow<'static, str>, u64>;
 
-/// What was counted so far.
+/// The counts so far.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Tally {
     /// Items seen.
     seen: u64,
-    /// Fates of items that are forgotten.
+    /// Fates of the forgotten items.
     picked: u64,
     missed: MissedCounts,
     rejected: Counts,
@@ -23,29 +23,29 @@ pub struct Tally {
 }
 
 impl Tally {
-    /// One more item was seen.
+    /// Counts another item as seen.
     pub fn see(&mut self) {
         self.seen += 1;
     }
 
-    /// An item that was seen was another one.
+    /// Subtracts an item that turned out to be another one.
     pub fn unsee(&mut self) {
         self.seen = self.seen.saturating_sub(1);
     }
 
-    /// Something happened that is counted; whether it was the first of its kind.
+    /// Counts an event. Returns whether it is the first of its kind.
     pub fn note(&mut self, what: &'static str) -> bool {
         let count = self.noted.entry(what.into()).or_default();
         *count += 1;
         *count == 1
     }
 
-    /// A message was refused.
+    /// Counts a refused message.
     pub fn reject(&mut self, reason: Rejection) {
         *self.rejected.entry(reason.name().into()).or_default() += 1;
     }
 
-    /// An item of this fate is forgotten.
+    /// Counts an item with this fate that is forgotten.
     pub fn forget(&mut self, fate: Fate) {
         match fate {
             Fate::Picked => self.picked += 1,
@@ -57,7 +57,7 @@ impl Tally {
         }
     }
 
-    /// A forgotten item that was missed as `fate` was picked after all.
+    /// Corrects the counts: a forgotten item that was missed as `fate` was picked after all.
     pub fn correct(&mut self, fate: Fate) {
         if let Some(count) = fate.count(&mut self.missed) {
             *count = count.saturating_sub(1);
@@ -70,7 +70,7 @@ impl Tally {
         self.seen
     }
 
-    /// Items that are forgotten: picked, and missed by reason.
+    /// The forgotten items: picked, and missed by reason.
     pub fn forgotten(&self) -> (u64, MissedCounts) {
         (self.picked, self.missed)
     }
@@ -80,7 +80,7 @@ impl Tally {
         by_name(&self.rejected)
     }
 
-    /// What else was noted, by what it was.
+    /// Other counted events, by kind.
     pub fn noted(&self) -> BTreeMap<String, u64> {
         by_name(&self.noted)
     }

@@ -1,8 +1,8 @@
-//! The tasks: those whose result is not known, and those that are over.
+//! The tasks: the open ones, and those that are over.
 //!
-//! Invariant: a task is open or over, never both, and its number is below the next one. A
-//! task that is over is remembered as long as its item is known, and a while longer, so
-//! that a late result still reaches the figures.
+//! Invariant: a task is either open or over, and its number is below the next one. A task that is
+//! over is kept while its item is known and for a while longer, so that a late result still reaches
+//! the figures.
 
 use super::claims::Claim;
 use super::fate::Fate;
@@ -11,8 +11,8 @@ use super::protocol::Verdict;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// For so long after its item the result of a task is still accepted [s]: what is older is
-/// refused for its stamp.
+/// How long after its item has left the belt a task's result is still accepted [s]. Later ones are
+/// refused for their timestamp.
 const REMEMBERED: f64 = super::clock::OLDEST;
 
 /// A task that is over.
@@ -22,35 +22,35 @@ pub struct Over {
     pub item: u32,
     /// Index of the robot.
     pub robot: usize,
-    /// What the robot has said of it last; none when it has said nothing.
+    /// The robot's last result for it; none if there was none.
     pub verdict: Option<Verdict>,
 }
 
-/// An item that is forgotten, but for its tasks.
+/// A forgotten item whose tasks are still kept.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Gone {
-    /// How it is counted.
+    /// The fate that it was counted as.
     pub fate: Fate,
     tasks: Vec<u64>,
-    /// Until when they are remembered [s].
+    /// Until when its tasks are kept [s].
     until: f64,
 }
 
-/// The tasks that are over, and their items that are forgotten.
+/// The tasks that are over, and their forgotten items.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PastTasks {
     over: BTreeMap<u64, Over>,
     gone: BTreeMap<u32, Gone>,
 }
 
-/// How past tasks differ from what they were.
+/// A change of the past tasks.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct PastChange {
-    /// Tasks by number; nothing for those that are forgotten.
+    /// Changed tasks by number; none for those that are forgotten.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     over: Vec<(u64, Option<Over>)>,
-    /// Forgotten items by number; nothing for those whose tasks are forgotten too.
+    /// Forgotten items by number; none for those whose tasks are forgotten too.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     gone: Vec<(u32, Option<Gone>)>,
 }
@@ -63,7 +63,7 @@ impl PastChange {
 }
 
 impl PastTasks {
-    /// Changes as another has.
+    /// Applies a change.
     pub fn apply(&mut self, change: PastChange) {
         for (task, over) in change.over {
             match over {
@@ -79,21 +79,21 @@ impl PastTasks {
         }
     }
 
-    /// The robots that it names.
+    /// The indices of the robots in it.
     pub fn robots(&self) -> impl Iterator<Item = usize> + '_ {
         self.over.values().map(|over| over.robot)
     }
 }
 
-/// All tasks that are remembered.
+/// All tasks that are kept.
 #[derive(Debug)]
 pub struct Tasks {
-    /// Tasks whose result is not known.
+    /// The open tasks.
     open: BTreeMap<u64, Claim>,
     past: PastTasks,
     next: u64,
-    /// What is over or gone and has changed since it was last asked for; none while nobody
-    /// asks.
+    /// Numbers of past tasks and forgotten items changed since the last [`Tasks::take_changed`];
+    /// none while changes are not tracked.
     changed: Option<(BTreeSet<u64>, BTreeSet<u32>)>,
 }
 
@@ -109,7 +109,7 @@ impl Default for Tasks {
 }
 
 impl Tasks {
-    /// The tasks as they were left.
+    /// Restores the tasks; `next` is the next number.
     pub fn restore(open: BTreeMap<u64, Claim>, past: PastTasks, next: u64) -> Self {
         Self {
             open,
@@ -119,7 +119,7 @@ impl Tasks {
         }
     }
 
-    /// The number of a new task.
+    /// Takes the number for a new task.
     pub fn next_number(&mut self) -> u64 {
         self.next += 1;
         self.next - 1
@@ -130,22 +130,22 @@ impl Tasks {
         self.next
     }
 
-    /// Puts a task among the open ones, new or changed.
+    /// Inserts an open task, or replaces it.
     pub fn put(&mut self, claim: Claim) {
         self.open.insert(claim.task, claim);
     }
 
-    /// Takes an open task out, to put it back or to close it.
+    /// Removes an open task, to be put back or closed.
     pub fn take(&mut self, task: u64) -> Option<Claim> {
         self.open.remove(&task)
     }
 
-    /// The open task of this number.
+    /// The open task with this number.
     pub fn get(&self, task: u64) -> Option<&Claim> {
         self.open.get(&task)
     }
 
-    /// The open task of this number, to be changed.
+    /// The open task with this number, to be changed.
     pub fn get_mut(&mut self, task: u64) -> Option<&mut Claim> {
         self.open.get_mut(&task)
     }
@@ -170,12 +170,12 @@ impl Tasks {
         self.open.keys().copied().collect()
     }
 
-    /// The open tasks that keep their item.
+    /// The open tasks that reserve their item.
     pub fn holding(&self) -> impl Iterator<Item = &Claim> {
         self.open.values().filter(|claim| claim.stage.holds_item())
     }
 
-    /// A task that was taken out is over; `verdict` is what the robot has said of it.
+    /// Closes a task that was taken out; `verdict` is the robot's result, if any.
     pub fn close(&mut self, claim: &Claim, verdict: Option<Verdict>) {
         let over = Over {
             item: claim.item,
@@ -186,12 +186,12 @@ impl Tasks {
         self.note_change(Some(claim.task), None);
     }
 
-    /// A task that is over.
+    /// The task with this number, if it is over.
     pub fn over(&self, task: u64) -> Option<Over> {
         self.past.over.get(&task).copied()
     }
 
-    /// The robot has said of a task that is over what came of it.
+    /// Notes a result for a task that is over.
     pub fn conclude(&mut self, task: u64, verdict: Verdict) {
         if let Some(over) = self.past.over.get_mut(&task) {
             over.verdict = Some(verdict);
@@ -199,7 +199,7 @@ impl Tasks {
         }
     }
 
-    /// An item that is forgotten was picked after all; how it was counted.
+    /// Notes that a forgotten item was picked after all. Returns the fate that it was counted as.
     pub fn picked_after_all(&mut self, item: u32) -> Option<Fate> {
         let gone = self.past.gone.get_mut(&item)?;
         let before = std::mem::replace(&mut gone.fate, Fate::Picked);
@@ -207,7 +207,7 @@ impl Tasks {
         Some(before)
     }
 
-    /// An item is forgotten at `now` [s], with this fate.
+    /// Notes that an item is forgotten at `now` [s], with this fate.
     pub fn lose_item(&mut self, item: u32, tracked: &Tracked, fate: Fate, now: f64) {
         if tracked.tasks.is_empty() {
             return;
@@ -221,9 +221,9 @@ impl Tasks {
         self.note_change(None, Some(item));
     }
 
-    /// Forgets tasks that nobody will report on any more.
+    /// Forgets past tasks whose results can no longer be accepted.
     pub fn forget_past(&mut self, now: f64) {
-        // Of an item with an open task nothing is forgotten: it ends first.
+        // An item with an open task is kept until that task ends.
         let open = &self.open;
         let is_past = |gone: &Gone| {
             gone.until <= now && !gone.tasks.iter().any(|task| open.contains_key(task))
@@ -248,15 +248,15 @@ impl Tasks {
         }
     }
 
-    /// The next time that something has to be done about an open task [s], and which.
-    /// `unreachable` says of a robot whether nothing can be sent to it.
+    /// Time [s] and number of the next deadline of an open task. `unreachable` tells whether
+    /// nothing can be sent to a robot.
     pub fn next_deadline(&self, unreachable: impl Fn(usize) -> bool) -> Option<(f64, u64)> {
         let due = self.open.values();
         due.filter_map(|claim| Some((claim.due(unreachable(claim.robot))?, claim.task)))
             .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
     }
 
-    /// Takes note of changes of what is over from now on; returns all of it.
+    /// Tracks changes of the past tasks from now on, and returns all of them.
     pub fn watch(&mut self) -> PastChange {
         let over = self.past.over.keys().copied().collect();
         let gone = self.past.gone.keys().copied().collect();
@@ -264,7 +264,7 @@ impl Tasks {
         self.take_changed()
     }
 
-    /// What is over or gone and has changed since the last call.
+    /// Takes the changes of the past tasks since the last call.
     pub fn take_changed(&mut self) -> PastChange {
         let changed = self.changed.as_mut().map(std::mem::take);
         let (over, gone) = changed.unwrap_or_default();

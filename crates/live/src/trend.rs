@@ -1,52 +1,52 @@
-//! Rates and utilisation over the time just past, for whoever watches.
+//! Recent rates and utilisation, for the dashboard.
 
 use super::Controller;
 use serde::Serialize;
 use std::collections::VecDeque;
 
-/// Time is remembered in seconds; a rate of the trend is over so many of them.
+/// Number of seconds per rate of the trend; the past is kept second by second.
 const SECONDS_A_RATE: usize = 10;
-/// What is called the last minute [s].
+/// Length of the last minute [s].
 const MINUTE: usize = 60;
-/// Seconds that are remembered.
+/// Number of seconds that are kept.
 const KEPT: usize = 600;
 
-/// What happened in one second.
+/// The events of one second.
 #[derive(Debug, Clone, Default)]
 struct Second {
     picks: u64,
-    /// How long each robot was busy [s].
+    /// Time for which each robot was busy [s].
     busy: Vec<f64>,
 }
 
-/// What a line did lately. It remembers from its first note on.
+/// The recent past of a line, from the first note on.
 #[derive(Debug, Clone, Default)]
 pub struct Trend {
-    /// Time of the first and the last note [s].
+    /// Times of the first and the last note [s].
     noted: Option<(f64, f64)>,
     /// Picks of each robot, and whether it was busy, at the last note.
     robots: Vec<(u64, bool)>,
-    /// Seconds up to the one of the last note, oldest first.
+    /// The seconds up to the last note, oldest first.
     seconds: VecDeque<Second>,
 }
 
-/// The trend as it is shown.
+/// The trend for display.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct TrendView {
-    /// Picks per minute over the last minute, or since it is watched [1/min].
+    /// Picks per minute over the last minute, or since the first note if that is later [1/min].
     pub picks_per_min: f64,
-    /// Share of that time for which each robot was busy, upstream first.
+    /// Share of this time for which each robot was busy, upstream first.
     pub utilisation: Vec<f64>,
-    /// Over how long that was [s].
+    /// Length of this time [s].
     pub span_s: f64,
-    /// Over how long each rate of the trend is [s].
+    /// Time covered by each rate of the trend [s].
     pub step_s: f64,
     /// Picks per minute, oldest first, up to now [1/min].
     pub rates_per_min: Vec<f64>,
 }
 
 impl Trend {
-    /// Notes how the line is now.
+    /// Notes the present state of the line.
     pub fn note(&mut self, controller: &Controller) {
         let robots: Vec<(u64, bool)> = controller.workload().collect();
         self.note_robots(controller.now(), robots);
@@ -63,7 +63,8 @@ impl Trend {
         if now < last {
             return;
         }
-        // Until now everybody did what was noted last. What is forgotten need not be added.
+        // Since the last note every robot stayed in its noted state. Times too old to be kept are
+        // skipped.
         let mut from = last.max(now - KEPT as f64);
         if from > last {
             self.seconds.clear();
@@ -105,7 +106,7 @@ impl Trend {
         }
     }
 
-    /// The trend as it is.
+    /// The present trend.
     pub fn view(&self) -> TrendView {
         let Some((first, now)) = self.noted else {
             return TrendView::default();
@@ -120,7 +121,7 @@ impl Trend {
         let busy = |robot: usize| -> f64 {
             let times = latest().filter_map(|second| second.busy.get(robot));
             match span > 0.0 {
-                // A sum of nothing is -0.
+                // An empty sum of floats is -0.
                 true => (times.fold(0.0, |sum, time| sum + time) / span).min(1.0),
                 false => 0.0,
             }
@@ -151,7 +152,8 @@ mod tests {
     fn rates_and_utilisation_are_those_of_the_last_minute() {
         let mut trend = Trend::default();
         assert_eq!(trend.view(), TrendView::default());
-        // A pick a second for 100 s, then one in two; the robot is busy half of the time.
+        // A pick per second for 100 s, then one every two seconds; the robot is busy half of the
+        // time.
         let mut picked = 0;
         for tenth in 0..=2000_u32 {
             let time = f64::from(tenth) / 10.0;
@@ -168,7 +170,7 @@ mod tests {
             (view.rates_per_min[2], view.rates_per_min[15]),
             (60.0, 30.0)
         );
-        // Time that leaps, and time that runs backwards.
+        // Time that jumps ahead, and time that goes back.
         trend.note_robots(1e9, vec![(picked + 1, true), (0, false)]);
         trend.note_robots(5.0, vec![(0, true), (0, false)]);
         let view = trend.view();

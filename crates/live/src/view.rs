@@ -1,4 +1,4 @@
-//! What whoever watches a live line sees of it.
+//! The view of a live line on the dashboard.
 
 use super::latency::DecisionTimes;
 use super::protocol::{Latency, Status};
@@ -10,31 +10,31 @@ use serde::Serialize;
 pub struct View {
     /// The figures, as in the status message of this moment.
     pub status: Status,
-    /// How long decisions took, whatever the clock.
+    /// Durations of decisions, with either clock.
     pub latency: Latency,
-    /// The same as counts within fixed limits; no browser needs it.
+    /// The same durations as counts within fixed limits; not sent to browsers.
     #[serde(skip)]
     pub decision_times: DecisionTimes,
-    /// Whether time goes on by itself between two views: with the system clock.
+    /// Whether time runs by itself between two views, as with the system clock.
     pub steady: bool,
-    /// Speed of the belt as measured last [m/s].
+    /// Last measured speed of the belt [m/s].
     pub belt_speed: f64,
-    /// How far the belt has travelled since the first message [m].
+    /// Travel of the belt since the first message [m].
     pub belt_travel: f64,
-    /// Items near the belt that are not in a bin, in the order in which they were seen.
+    /// Items near the belt that are not in a bin, in the order of their first detection.
     pub items: Vec<ItemView>,
-    /// How many more there are: a picture of too many shows a part of them.
+    /// Number of further items that are not shown, because there are too many.
     pub left_out: usize,
-    /// The tasks whose result is not known, oldest first.
+    /// The tasks without a result yet, oldest first.
     pub claims: Vec<ClaimView>,
-    /// Rates and utilisation over the time just past.
+    /// Recent rates and utilisation.
     pub trend: TrendView,
 }
 
-/// One item.
+/// An item in a view.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ItemView {
-    /// Its id; comes from outside, as does the class.
+    /// Its id. It comes from outside, as does the class.
     pub id: String,
     /// Position along the travel [m].
     pub x: f64,
@@ -42,20 +42,20 @@ pub struct ItemView {
     pub y: f64,
     /// Object-specific reward.
     pub weight: f64,
-    /// What it is.
+    /// Class of the item.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub class: Option<String>,
     /// `waiting`, `claimed` or `missed`.
     pub fate: &'static str,
-    /// Why it is missed, as in the figures.
+    /// Why it was missed, as in the figures.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<&'static str>,
-    /// Index of the robot that is after it.
+    /// Index of the robot that it is assigned to.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub robot: Option<usize>,
 }
 
-/// One task whose result is not known.
+/// An open task in a view.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ClaimView {
     /// Id of the task.
@@ -64,16 +64,16 @@ pub struct ClaimView {
     pub revision: u32,
     /// Index of the robot.
     pub robot: usize,
-    /// Id of the item; empty when that is forgotten.
+    /// Id of the item; empty if it is forgotten.
     pub item: String,
     /// `sent`, `acknowledged` or `cancelling`.
     pub stage: &'static str,
-    /// Stamp at which the robot leaves its bin [s].
+    /// Timestamp at which the robot leaves its bin [s].
     pub start: f64,
-    /// Stamp at which it meets the item [s].
+    /// Timestamp at which the robot meets the item [s].
     pub meet_at: f64,
-    /// Where [m].
+    /// Where the robot meets the item [m].
     pub meet: [f64; 2],
-    /// Stamp at which it is expected to be free again [s].
+    /// Timestamp at which the robot is expected to be free again [s].
     pub free_at: f64,
 }

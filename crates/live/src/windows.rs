@@ -1,10 +1,10 @@
-//! One robot's view of time: which items it can leave for, and from when on.
+//! The departure windows of a robot: which items it can leave for, and when.
 
 use pickline::decision::Candidate;
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, HashMap};
 
-/// A number as a key; equal keys are in the order in which they came, by the second part.
+/// A number as a sort key; equal numbers are ordered by the second part, their order of insertion.
 #[derive(Debug, Clone, Copy)]
 pub struct Key(pub f64, pub u32);
 
@@ -28,27 +28,27 @@ impl PartialEq for Key {
 
 impl Eq for Key {}
 
-/// The windows of one robot. Each is looked at from when it opens until it closes or the
-/// item is taken, as in simulation.
+/// The windows of a robot. Each is considered from its opening until it closes or the item is
+/// taken, as in a simulation.
 #[derive(Debug, Clone, Default)]
 pub struct Windows {
-    /// Those that have not opened yet, by opening time.
+    /// Windows that have not opened yet, by opening time.
     later: BTreeMap<Key, Candidate>,
-    /// Those that have.
+    /// Windows that have opened.
     open: Vec<Candidate>,
-    /// When the window of each item in one of these opens [s].
+    /// Opening time of the window of each item [s].
     opens: HashMap<u32, f64>,
 }
 
 impl Windows {
-    /// Forgets all.
+    /// Removes all windows.
     pub fn clear(&mut self) {
         self.later.clear();
         self.open.clear();
         self.opens.clear();
     }
 
-    /// Adds the window of an item that is free, once.
+    /// Adds the window of a free item, once.
     pub fn add(&mut self, candidate: Candidate) {
         self.remove(candidate.item);
         self.opens.insert(candidate.item, candidate.open);
@@ -65,12 +65,12 @@ impl Windows {
         }
     }
 
-    /// When a robot that is free from `from` [s] on decides, at the time `now` [s]; none when
-    /// there is nothing for it.
+    /// When a robot that is free from `from` [s] on decides next, at the time `now` [s]; none if it
+    /// has no window.
     pub fn next_decision(&mut self, now: f64, from: f64) -> Option<f64> {
         self.open_until(from);
         let opens = &mut self.opens;
-        // Only what is over: the robot may be free sooner than it is thought to be.
+        // Remove only closed windows, because the robot may be free sooner than expected.
         self.open.retain(|c| {
             let stays = c.close >= now;
             if !stays {
@@ -79,7 +79,7 @@ impl Windows {
             stays
         });
         let usable = self.open.iter().filter(|c| c.close >= from);
-        // All of them opened by `from`, or by an earlier call that looked further.
+        // All windows that open by `from`, or were opened by an earlier call with a later time.
         let opened = usable.map(|c| c.open).fold(f64::INFINITY, f64::min);
         if opened < f64::INFINITY {
             let next = self.later.keys().next().map_or(f64::INFINITY, |key| key.0);
@@ -88,7 +88,7 @@ impl Windows {
         self.later.keys().next().map(|key| key.0)
     }
 
-    /// When the first window after `time` [s] opens.
+    /// When the first window opens after `time` [s].
     pub fn next_opening_after(&self, time: f64) -> Option<f64> {
         let after = Key(time, u32::MAX);
         let range = (std::ops::Bound::Excluded(after), std::ops::Bound::Unbounded);
@@ -97,7 +97,7 @@ impl Windows {
         open.chain(later).reduce(f64::min)
     }
 
-    /// What is open at `time` [s], downstream first.
+    /// The windows open at `time` [s], downstream first.
     pub fn candidates(&mut self, time: f64, into: &mut Vec<Candidate>) {
         self.open_until(time);
         into.clear();

@@ -1,10 +1,10 @@
-//! What is known of the world: the belt, the items on it, and which robot can leave for
-//! which of them from when to when.
+//! The known world: the belt, the items on it, and the windows in which each robot can leave for
+//! them.
 //!
-//! Invariant: an item is in the windows of exactly those robots that may take it now. It
-//! is free, the robot has not refused it, and a departure window of the robot for it, with
-//! the belt as it is planned with, has not closed. All that changes an item or the belt
-//! goes through here, so that nothing else has to keep the two in step.
+//! Invariant: an item is in the windows of exactly those robots that may take it now: it is free,
+//! the robot has not refused it, and the robot's departure window for it, by the planned motion of
+//! the belt, has not closed. All changes of an item or the belt go through this module, which keeps
+//! the two consistent.
 
 use super::belt::{Change, Motion};
 use super::fate::Fate;
@@ -16,23 +16,22 @@ use super::windows::Windows;
 use pickline::decision::{BeltItem, Candidate};
 use pickline::station::Station;
 
-/// How far past the belt's end an item is kept [m], so that late news of it finds it.
+/// How far past the belt's end an item is kept [m], for late messages about it.
 const PAST_THE_END: f64 = 0.5;
 
-/// A position that differs by less [m] is the same.
+/// Positions that differ by less than this [m] are the same.
 const SAME: f64 = 1e-4;
-/// A picture that shows two items beside each other makes up for so many that show one of
-/// them only.
+/// A picture that shows two items beside each other outweighs this many that show only one of them.
 const CONFIRMED: i32 = 3;
-/// Pictures beyond that, after which an item is thought to be the other one.
+/// Surplus of pictures with only one item after which the two are merged.
 const MOST_OVERLOOKED: i32 = 3;
-/// An item that was often seen can be missing for long.
+/// Lower limit of the surplus, so that an item that was often seen can still be merged eventually.
 const LEAST_OVERLOOKED: i32 = -30;
 
-/// What has changed with an item that was seen again.
+/// What has changed about an item that was seen again.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Again {
-    /// Whether something newer was known of it.
+    /// Whether the detection is older than what is known.
     pub is_late: bool,
     /// How far it has moved on the belt [m].
     pub moved: f64,
@@ -40,25 +39,24 @@ pub struct Again {
     pub news: News,
 }
 
-/// The belt, its items, and the windows that follow from both. Times are those of the
-/// controller [s].
+/// The belt, its items, and the windows that follow from both. Times are in controller time [s].
 #[derive(Debug)]
 pub struct World {
-    /// The station as its file says.
+    /// The station as given in its file.
     nominal: Station,
-    /// The station with the belt as fast as it is planned with; none while no robot can
-    /// work: the belt runs backwards, or an arm is not faster than it.
+    /// The station with the planned belt speed; none while no robot can work, because the belt runs
+    /// backwards or is not slower than every arm.
     planning: Option<Station>,
     motion: Motion,
     items: Items,
     windows: Vec<Windows>,
-    /// Whether the belt has to be heard before anything is done: it may have stopped
-    /// while nobody listened.
+    /// Whether the belt must be heard before anything is done, because it may have stopped in the
+    /// meantime.
     awaits_belt: bool,
 }
 
 impl World {
-    /// An empty belt that moves as the station's file says.
+    /// An empty belt with the speed in the station's file.
     pub fn new(station: Station) -> Self {
         let motion = Motion::new(station.belt().speed);
         Self {
@@ -71,8 +69,8 @@ impl World {
         }
     }
 
-    /// The belt and its items as they were left. If the belt was ever heard, it has to be
-    /// heard again before anything is done.
+    /// Restores the belt and its items. If the belt was ever heard, it must be heard again before
+    /// anything is done.
     pub fn restore(station: Station, motion: Option<Motion>, items: Items) -> Self {
         let mut world = Self::new(station);
         world.motion = motion.unwrap_or(world.motion);
@@ -82,13 +80,12 @@ impl World {
         world
     }
 
-    /// The station as its file says.
+    /// The station as given in its file.
     pub fn station(&self) -> &Station {
         &self.nominal
     }
 
-    /// The station with the belt as fast as it is planned with; none while no robot can
-    /// work.
+    /// The station with the planned belt speed; none while no robot can work.
     pub fn planning(&self) -> Option<&Station> {
         self.planning.as_ref()
     }
@@ -98,42 +95,41 @@ impl World {
         &self.motion
     }
 
-    /// All items that are known.
+    /// All known items.
     pub fn items(&self) -> &Items {
         &self.items
     }
 
-    /// Whether nothing is done until the belt has been heard.
+    /// Whether the line waits until the belt is heard.
     pub fn awaits_belt(&self) -> bool {
         self.awaits_belt
     }
 
-    /// Where an item would have been at time 0 if the belt had always moved as it is
-    /// planned with: its x [m] and y [m].
+    /// An item's x [m] and y [m] at time 0 if the belt had always moved as planned.
     pub fn planned_place(&self, item: u32) -> Option<(f64, f64)> {
         let tracked = self.items.get(item)?;
         Some((tracked.place + self.motion.planned_offset(), tracked.y))
     }
 
-    /// Takes note of what the belt says; whether it was awaited.
+    /// Handles a belt message at `time` [s]. Also returns whether the line was waiting for it.
     pub fn hear_belt(&mut self, time: f64, belt: &BeltState) -> (Change, bool) {
         let change = self.motion.hear(time, belt);
         let awaited = change != Change::Late && std::mem::take(&mut self.awaits_belt);
         (change, awaited)
     }
 
-    /// What is strange about the belt, since this was last asked.
+    /// Takes the warnings about the belt since the last call.
     pub fn take_remarks(&mut self) -> Vec<String> {
         self.motion.take_remarks()
     }
 
-    /// Whether the belt at `now` [s] is not where plans put it, where that is known.
+    /// Whether the belt at `now` [s] is known not to be at its planned position.
     pub fn is_off(&self, now: f64) -> bool {
         !self.awaits_belt && self.motion.is_off(now)
     }
 
-    /// Plans from `now` [s] on with the belt as it was measured last. The windows are those
-    /// of the plan before until [`World::rebuild_windows`].
+    /// Renews the plan from `now` [s] on with the newest measurement of the belt. The windows stay
+    /// those of the old plan until [`World::rebuild_windows`].
     pub fn plan_again(&mut self, now: f64) {
         self.motion.plan_again(now);
         self.plan_station();
@@ -145,8 +141,8 @@ impl World {
         self.planning = station.ok().filter(|_| !backwards);
     }
 
-    /// Computes all windows again and wakes whoever waits: the plans they waited by are
-    /// void.
+    /// Computes all windows again and wakes all waiting robots, because their waits were based on
+    /// the old plan.
     pub fn rebuild_windows(&mut self, now: f64, fleet: &mut Fleet) {
         self.windows.iter_mut().for_each(Windows::clear);
         let items: Vec<u32> = self.items.iter().map(|(item, _)| item).collect();
@@ -156,8 +152,8 @@ impl World {
         fleet.wake_all(now);
     }
 
-    /// Opens the windows of an item, if it is free, for every robot that may take it, and
-    /// wakes those that wait for one.
+    /// Adds the windows of an item, if it is free, for every robot that may take it, and wakes
+    /// robots that wait for a window.
     fn open_windows(&mut self, item: u32, now: f64, fleet: &mut Fleet) {
         for windows in &mut self.windows {
             windows.remove(item);
@@ -203,22 +199,22 @@ impl World {
         }
     }
 
-    /// When `robot`, which is free from `from` [s] on, decides; none when there is nothing
-    /// for it.
+    /// When `robot`, which is free from `from` [s] on, decides next; none if it has no window.
     pub fn next_decision(&mut self, robot: usize, now: f64, from: f64) -> Option<f64> {
         self.windows[robot].next_decision(now, from)
     }
 
-    /// When the first window of `robot` after `time` [s] opens.
+    /// When the first window of `robot` opens after `time` [s].
     pub fn next_opening_after(&self, robot: usize, time: f64) -> Option<f64> {
         self.windows[robot].next_opening_after(time)
     }
 
-    /// What is open to `robot` at `time` [s], downstream first; notes that it was offered.
+    /// Fills in the candidates of `robot` at `time` [s], downstream first, and notes that they were
+    /// offered.
     pub fn offer(&mut self, robot: usize, time: f64, into: &mut Vec<Candidate>) {
         self.windows[robot].candidates(time, into);
         for candidate in into {
-            // Asked for to be changed it would count as changed.
+            // A mutable access would count as a change.
             let is_new = self.items.get(candidate.item).is_some_and(|t| !t.offered);
             if is_new && let Some(tracked) = self.items.get_mut(candidate.item) {
                 tracked.offered = true;
@@ -236,7 +232,7 @@ impl World {
         let offset = self.motion.planned_offset();
         let travelled = offset + belt.speed * now;
         let (low, high) = (from - travelled, belt.length - travelled);
-        // A little more on both sides: it is x that counts, as in simulation.
+        // Slightly wider on both sides, because x decides, as in a simulation.
         for (item, tracked) in self.items.within(low - 1e-6, high + 1e-6) {
             let x0 = tracked.place + offset;
             let x = x0 + belt.speed * now;
@@ -262,7 +258,7 @@ impl World {
         item
     }
 
-    /// An item is seen again. What is older than what is known of it does not move it.
+    /// Handles a detection of a known item. A detection older than what is known does not move it.
     pub fn see_again(
         &mut self,
         item: u32,
@@ -294,8 +290,8 @@ impl World {
         })
     }
 
-    /// A picture shows an item twice: what else the second detection says counts where the
-    /// first says nothing.
+    /// A picture shows an item twice: features of the second detection count if the first lacks
+    /// them.
     pub fn see_double(&mut self, item: u32, sight: &Sight, now: f64, fleet: &mut Fleet) {
         let (_, weighs) = self.hear_more(item, sight, false);
         if weighs {
@@ -303,7 +299,7 @@ impl World {
         }
     }
 
-    /// Takes over what is said of an item besides its place; what is new about its id, and
+    /// Adopts the features of an item from a detection. Returns what is new about its id, and
     /// whether its weight has changed.
     fn hear_more(&mut self, item: u32, sight: &Sight, is_newer: bool) -> (News, bool) {
         let news = self.items.sight(item, sight, is_newer);
@@ -316,7 +312,7 @@ impl World {
         (news, weighs)
     }
 
-    /// A picture has shown an item beside others.
+    /// Notes that a picture has shown an item beside others.
     pub fn confirm(&mut self, item: u32) {
         let before = self
             .items
@@ -329,9 +325,9 @@ impl World {
         }
     }
 
-    /// A picture of `source` has shown `other` and not `item`, although they are so near that
-    /// they may be one; whether there were so many such pictures that now they are. The
-    /// younger one is forgotten, but what a robot was ever sent to stays.
+    /// Notes that a picture of `source` has shown `other` and not `item`, although they are so near
+    /// that they may be one. After enough such pictures the two are merged, which is returned. The
+    /// younger one is forgotten, but an item to which a robot was ever sent stays.
     pub fn overlook(
         &mut self,
         item: u32,
@@ -365,8 +361,8 @@ impl World {
         true
     }
 
-    /// Items that were to be let pass may be taken. Their windows open with all others,
-    /// by [`World::rebuild_windows`].
+    /// Items that were let pass may be taken again. Their windows are added by
+    /// [`World::rebuild_windows`].
     pub fn admit_all(&mut self) {
         let barred = self.items.iter().filter(|(_, tracked)| tracked.barred);
         let barred: Vec<u32> = barred.map(|(item, _)| item).collect();
@@ -377,7 +373,7 @@ impl World {
         }
     }
 
-    /// An item is taken by `task`.
+    /// Reserves an item for `task`.
     pub fn claim(&mut self, item: u32, task: u64) {
         if let Some(tracked) = self.items.get_mut(item) {
             tracked.state = State::Claimed(task);
@@ -386,7 +382,7 @@ impl World {
         self.close_windows(item);
     }
 
-    /// An item is in a bin, since `time` [s]. From now on it is nobody's.
+    /// Marks an item as picked at `time` [s], so that it is no longer offered.
     pub fn pick(&mut self, item: u32, time: f64) {
         if let Some(tracked) = self.items.get_mut(item) {
             tracked.state = State::Picked(time);
@@ -394,14 +390,14 @@ impl World {
         self.close_windows(item);
     }
 
-    /// What became of the item of `task` is not known.
+    /// Writes off the item of `task`, whose fate is unknown.
     pub fn write_off(&mut self, item: u32, task: u64) {
         if let Some(tracked) = self.claimed_by(item, task) {
             tracked.state = State::NoResult;
         }
     }
 
-    /// `robot` does not take this item.
+    /// Notes that `robot` refuses this item.
     pub fn refuse(&mut self, item: u32, robot: usize) {
         if let Some(tracked) = self.items.get_mut(item) {
             tracked.refused |= 1 << robot;
@@ -409,14 +405,15 @@ impl World {
         self.windows[robot].remove(item);
     }
 
-    /// `robot` has dropped the item at `now` [s]; for a while it is not offered to it.
+    /// Notes that `robot` has dropped the item at `now` [s], so that it is not offered to this
+    /// robot for a while.
     pub fn withhold(&mut self, item: u32, robot: usize, now: f64) {
         if let Some(tracked) = self.items.get_mut(item) {
             tracked.withhold(robot, now);
         }
     }
 
-    /// An attempt at an item has failed, in a `grasp` or before it came to one.
+    /// Counts a failed attempt at an item; `grasp` is whether it failed in the grasp itself.
     pub fn count_attempt(&mut self, item: u32, grasp: bool) {
         if let Some(tracked) = self.items.get_mut(item) {
             tracked.attempts += 1;
@@ -424,8 +421,8 @@ impl World {
         }
     }
 
-    /// The item of `task` is nobody's any more; it is free again, or given up after `most`
-    /// attempts. An item that was picked meanwhile, or is after another task, stays so.
+    /// Releases the item of `task`: it is free again, or given up after `most` attempts. An item
+    /// that was picked meanwhile, or is reserved for another task, stays so.
     pub fn give_back(&mut self, item: u32, task: u64, most: u32, now: f64, fleet: &mut Fleet) {
         if let Some(tracked) = self.claimed_by(item, task) {
             let again = tracked.attempts < most;
@@ -445,13 +442,13 @@ impl World {
         }
     }
 
-    /// What has become of an item that is at `x` [m].
+    /// The fate of an item at `x` [m].
     pub fn fate(&self, tracked: &Tracked, x: f64) -> Fate {
         Fate::of(tracked, x > self.nominal.belt().length)
     }
 
-    /// Forgets what has left the belt at `now` [s], so that memory does not grow, and says
-    /// what became of it.
+    /// Forgets the items that have left the belt at `now` [s], so that memory does not grow.
+    /// Returns them with their fates.
     pub fn forget_gone(&mut self, now: f64) -> Vec<(u32, Tracked, Fate)> {
         if self.awaits_belt {
             return Vec::new();
@@ -471,12 +468,12 @@ impl World {
         gone.collect()
     }
 
-    /// Takes note of changes of the items from now on.
+    /// Tracks changes of the items from now on.
     pub fn watch(&mut self) {
         self.items.watch();
     }
 
-    /// Items that have changed since the last call; nothing for those that are forgotten.
+    /// Takes the items changed since the last call; none for those that are forgotten.
     pub fn take_changed(&mut self) -> Vec<(u32, Option<Tracked>)> {
         self.items.take_changed()
     }

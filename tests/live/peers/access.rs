@@ -37,7 +37,7 @@ fn a_web_page_commands_nothing() {
     assert_eq!(status["seen"], 0);
     assert_eq!(status["rejected"], json!({"syntax": 1}));
     assert_eq!(status["robots"][0]["state"], "unknown");
-    node.remarks.wait_for("it begins `POST / HTTP/1.1`");
+    node.remarks.wait_for("it begins with `POST / HTTP/1.1`");
     // JSON of another kind, a version to come, and what only looks like JSON.
     for line in [
         r#"{"jsonrpc":"2.0","method":"x"}"#,
@@ -242,7 +242,7 @@ fn certificates_of_both_sides_are_asked_for() {
     let mut rest = Vec::new();
     let _ = in_the_clear.read_to_end(&mut rest);
     assert!(!rest.starts_with(b"{"));
-    node.remarks.wait_for("no TLS with it");
+    node.remarks.wait_for("the TLS handshake failed");
     let ca = ca.display();
     for more in [
         format!("--tls-ca {ca}"),
@@ -254,7 +254,7 @@ fn certificates_of_both_sides_are_asked_for() {
         ),
     ] {
         let stranger = emulate(&more);
-        let refused = |line: &String| line.contains("no TLS with it");
+        let refused = |line: &String| line.contains("the TLS handshake failed");
         let before = node
             .remarks
             .all()
@@ -268,7 +268,7 @@ fn certificates_of_both_sides_are_asked_for() {
                     .remarks
                     .all()
                     .iter()
-                    .any(|line| line.contains("nobody to talk to"))
+                    .any(|line| line.contains("no connection to"))
         };
         wait_for("a refusal", told);
     }

@@ -170,7 +170,7 @@ fn a_robot_has_one_peer_at_a_time() {
     assert_eq!(answer["accepted"], false);
     let reason = answer["reason"].as_str().unwrap();
     assert!(
-        reason.contains("(robot `north`) speaks for `r1`"),
+        reason.contains("(robot `north`) already speaks for `r1`"),
         "{reason}"
     );
     second.wait_for_the_end();

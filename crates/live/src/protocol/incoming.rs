@@ -1,10 +1,10 @@
-//! Messages to the node: what the camera, the belt and the robots tell.
+//! Messages to the node, from the camera, the belt, the robots and the operator.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A message to the node.
-// Messages are handed on one at a time: a box would cost more than the room it saves.
+// Messages are passed on one at a time: a box would cost more than the space it saves.
 #[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
@@ -17,25 +17,25 @@ pub enum Incoming {
     Robot(RobotStatus),
     /// A robot has understood a task and sets out.
     Ack(Ack),
-    /// What came of a task.
+    /// The result of a task.
     Result(Report),
-    /// The operator wants no new task to be given, on the line or to one robot.
+    /// The operator orders that no new task is given, on the line or to one robot.
     Pause(Order),
-    /// The operator wants the line, or one robot, to go on.
+    /// The operator orders the line, or one robot, to resume.
     Resume(Order),
-    /// The operator wants the items that are known to be picked, and no others.
+    /// The operator orders that only known items are picked; later ones pass.
     Drain(Order),
-    /// The operator wants no new task to be given, and the open ones to be cancelled.
+    /// The operator orders that no new task is given and open ones are cancelled.
     Stop(Order),
-    /// Time has come this far. With `--clock messages` the node decides what is due up to
-    /// then and answers `due`.
+    /// Time has come this far. With `--clock messages` the node decides what is due up to this time
+    /// and answers with `due`.
     Tick {
-        /// The time [s].
+        /// Timestamp [s].
         stamp: f64,
     },
 }
 
-/// An item where the camera saw it.
+/// A detection of an item by a camera.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Detection {
@@ -44,7 +44,7 @@ pub struct Detection {
     /// The tracker's id; a detection without one is associated by distance.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub id: Option<String>,
-    /// Position along the travel at the stamp [m]; negative is upstream of the belt's start.
+    /// Position along the travel at the timestamp [m]; negative is upstream of the belt's start.
     pub x: f64,
     /// Position across the belt [m].
     pub y: f64,
@@ -57,25 +57,25 @@ pub struct Detection {
     /// Probability that a grasp succeeds.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub p_grasp: Option<f64>,
-    /// Explicit weight; wins over the one that follows from the three above.
+    /// Explicit weight; overrides the weight that follows from the three fields above.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub weight: Option<f64>,
-    /// What it is.
+    /// Class of the item.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub class: Option<String>,
-    /// How it lies: angle of its long side, from x towards y [rad].
+    /// Angle of its long side, from x towards y [rad].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub angle: Option<f64>,
     /// Height of its top above the belt [m].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub height: Option<f64>,
-    /// How long it is and how wide [m].
+    /// Length and width [m].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub size: Option<[f64; 2]>,
-    /// Whatever else the robot should know of it. The node does not look at it.
+    /// Any other data for the robot. The node passes it on unread.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub data: Option<serde_json::Map<String, serde_json::Value>>,
-    /// Covariance of the position, `[xx, xy, yy]` [m^2]; widens the association.
+    /// Covariance of the position, `[xx, xy, yy]` [m^2]; widens the gate for matching.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub covariance: Option<[f64; 3]>,
     /// Name of the camera.
@@ -87,11 +87,11 @@ pub struct Detection {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BeltState {
-    /// When [s].
+    /// Timestamp [s].
     pub stamp: f64,
-    /// Speed along +x [m/s]; 0 is a stop, a negative speed runs backwards.
+    /// Speed along +x [m/s]; 0 is a stop, negative is backwards.
     pub speed: f64,
-    /// How far the belt has travelled, from any zero [m]: the encoder.
+    /// Travel of the belt by the encoder, from any zero [m].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position: Option<f64>,
     /// Name of the encoder.
@@ -99,15 +99,15 @@ pub struct BeltState {
     pub source: Option<String>,
 }
 
-/// What a robot can do.
+/// The state of a robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RobotState {
-    /// It rests at its bin and takes tasks.
+    /// It waits at its bin and takes tasks.
     Idle,
-    /// It is at work.
+    /// It is busy.
     Busy,
-    /// It does not work until it reports another state.
+    /// It is out of service until it reports another state.
     Fault,
 }
 
@@ -115,18 +115,17 @@ pub enum RobotState {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RobotStatus {
-    /// When [s].
+    /// Timestamp [s].
     pub stamp: f64,
     /// Its name in the station file.
     pub name: String,
-    /// What it is doing.
+    /// Its state.
     pub state: RobotState,
-    /// When it can set out next [s]; with `idle` the stamp when not given, with `busy`
-    /// unknown when not given.
+    /// When it can set out next [s]; if omitted, with `idle` the timestamp, with `busy` unknown.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub available_at: Option<f64>,
-    /// Id of the last task that it has received. With it an `idle` is known to be of after
-    /// that task, or of before.
+    /// Id of the last task that it has received. It shows whether an `idle` was sent before or
+    /// after that task.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub task: Option<u64>,
 }
@@ -135,25 +134,25 @@ pub struct RobotStatus {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Ack {
-    /// When [s].
+    /// Timestamp [s].
     pub stamp: f64,
     /// Id of the task.
     pub task: u64,
 }
 
-/// What came of a task.
+/// The result of a task.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "SCREAMING_SNAKE_CASE")]
 pub enum Verdict {
     /// The item is in the bin.
     Picked,
-    /// The gripper did not get hold of it; it is still on the belt.
+    /// The grasp failed; the item is still on the belt.
     GraspFail,
-    /// The robot came too late or did not find it.
+    /// The robot came too late or did not find the item.
     Missed,
-    /// The robot does not take this task; the item is not offered to it again.
+    /// The robot refuses this task; the item is not offered to it again.
     Rejected,
-    /// The robot has dropped the task, as it was told or for reasons of its own.
+    /// The robot has dropped the task, either because of a `cancel` or for its own reasons.
     Cancelled,
 }
 
@@ -167,37 +166,38 @@ pub struct Place {
     pub y: f64,
 }
 
-/// What came of a task.
+/// The result of a task.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Report {
-    /// When this was known [s].
+    /// Timestamp of the result [s].
     pub stamp: f64,
     /// Id of the task.
     pub task: u64,
     /// The result.
     pub result: Verdict,
-    /// When the robot can set out next [s]; the stamp when not given.
+    /// When the robot can set out next [s]; the timestamp if omitted.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub available_at: Option<f64>,
-    /// Where the robot found the item, had it stayed on the belt, at the `meet_at` of the task.
+    /// Where the item would have been at the task's `meet_at` if it had stayed on the belt,
+    /// according to the robot.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub found: Option<Place>,
 }
 
-/// What the operator wants.
+/// An order of the operator.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Order {
-    /// When [s].
+    /// Timestamp [s].
     pub stamp: f64,
-    /// The robot that it is about; all of the line when not given.
+    /// Name of the robot; the whole line if omitted.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub robot: Option<String>,
 }
 
 impl Incoming {
-    /// All kinds, as they are written.
+    /// All values of `kind`.
     pub const KINDS: [&str; 10] = [
         "detection",
         "belt",
@@ -211,7 +211,7 @@ impl Incoming {
         "tick",
     ];
 
-    /// Its kind, as it is written.
+    /// Its value of `kind`.
     pub fn kind(&self) -> &'static str {
         match self {
             Self::Detection(_) => "detection",
@@ -227,7 +227,7 @@ impl Incoming {
         }
     }
 
-    /// Moves its times by `shift` [s].
+    /// Adds `shift` [s] to its times.
     pub fn shift(&mut self, shift: f64) {
         let available = match self {
             Self::Robot(message) => message.available_at.as_mut(),
@@ -250,7 +250,7 @@ impl Incoming {
         } += shift;
     }
 
-    /// Names the source of what is seen of items and belt, where it does not name itself.
+    /// Sets the source of a detection or belt message that gives none.
     pub fn name_source(&mut self, name: Option<&str>) {
         let source = match self {
             Self::Detection(message) => &mut message.source,
@@ -262,7 +262,7 @@ impl Incoming {
         }
     }
 
-    /// What the operator wants, if it is that.
+    /// The operator's order, if it is one.
     pub fn order(&self) -> Option<&Order> {
         match self {
             Self::Pause(order) | Self::Resume(order) | Self::Drain(order) | Self::Stop(order) => {
@@ -272,7 +272,7 @@ impl Incoming {
         }
     }
 
-    /// When it happened [s].
+    /// Its timestamp [s].
     pub fn stamp(&self) -> f64 {
         match self {
             Self::Detection(message) => message.stamp,

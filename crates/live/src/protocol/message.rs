@@ -1,10 +1,10 @@
-//! A message of either direction, as a transport carries it.
+//! A message in either direction, as a transport carries it.
 
 use super::session::{Answer, Hello};
 use super::{Incoming, Outgoing};
 use serde::Serialize;
 
-/// A message of either direction.
+/// A message in either direction.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Message {
@@ -12,13 +12,13 @@ pub enum Message {
     ToNode(Incoming),
     /// From the node.
     FromNode(Outgoing),
-    /// Who is there, to the node. Only streams carry it.
+    /// A hello to the node. Only streams carry it.
     Hello(Tagged<Hello>),
-    /// The answer to that. Only streams carry it.
+    /// The answer to a hello. Only streams carry it.
     Answer(Tagged<Answer>),
 }
 
-/// A message that is no variant of a tagged enumeration, with its kind.
+/// A message that is not a variant of a tagged enumeration, with its kind.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Tagged<M> {
     kind: &'static str,

@@ -1,6 +1,6 @@
-//! What crosses the wire: one JSON object a line, typed, versioned and limited.
+//! The messages on the wire: one JSON object per line, typed, versioned and limited.
 //!
-//! `docs/protocol.md` describes every message; its JSON Schema is made from these types.
+//! `docs/protocol.md` describes every message; the JSON Schema is generated from these types.
 //! Lengths are in metres and times in seconds, positions in the belt frame.
 
 mod check;
@@ -29,6 +29,6 @@ pub use outgoing::{
 pub use schema::{schema, schemas_of};
 pub use session::{Answer, Hello, Role};
 
-/// Version of the protocol, `v` of every message. It grows when a message changes so that
-/// an old reader would misread it; fields may be added without.
+/// Version of the protocol, the `v` of every message. It increases when a message changes in a way
+/// that an old reader would misread; fields may be added without a new version.
 pub const VERSION: u64 = 1;

@@ -1,4 +1,4 @@
-//! Messages from the node: tasks for the robots, figures for whoever watches.
+//! Messages from the node: tasks for the robots, and figures.
 
 use super::VERSION;
 use schemars::JsonSchema;
@@ -6,28 +6,28 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// A message from the node.
-// Messages are handed on one at a time: a box would cost more than the room it saves.
+// Messages are passed on one at a time: a box would cost more than the space it saves.
 #[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Outgoing {
     /// Pick this item.
     Task(Task),
-    /// Do not pick it after all.
+    /// Drop a task.
     Cancel(Cancel),
     /// The belt should move at another speed.
     BeltRequest(BeltRequest),
-    /// Where things stand.
+    /// The figures of the line.
     Status(Box<Status>),
     /// Everything up to the tick is decided.
     Due(Due),
 }
 
 impl Outgoing {
-    /// All kinds, as they are written.
+    /// All values of `kind`.
     pub const KINDS: [&str; 5] = ["task", "cancel", "belt_request", "status", "due"];
 
-    /// The robot that it is for; none when it is for everybody.
+    /// The robot that the message is for; none if it is for all peers.
     pub fn robot(&self) -> Option<&str> {
         match self {
             Self::Task(task) => Some(&task.robot),
@@ -36,7 +36,7 @@ impl Outgoing {
         }
     }
 
-    /// Its kind, as it is written.
+    /// Its value of `kind`.
     pub fn kind(&self) -> &'static str {
         match self {
             Self::Task(_) => "task",
@@ -47,7 +47,7 @@ impl Outgoing {
         }
     }
 
-    /// When it was decided, or is true [s].
+    /// Its timestamp [s]; for a task the time of the decision.
     pub fn stamp(&self) -> f64 {
         match self {
             Self::Task(message) => message.decided_at,
@@ -71,10 +71,9 @@ pub struct Point {
 /// Pick one item and bring it to the bin.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Task {
-    /// Number of the task; never given twice.
+    /// Number of the task; never reused.
     pub id: u64,
-    /// Grows with every time that the task is sent: the same task again, with times and
-    /// meeting point as they are now.
+    /// Increases each time that the task is sent again, with its present times and meeting point.
     pub revision: u32,
     /// Name of the robot.
     pub robot: String,
@@ -82,17 +81,17 @@ pub struct Task {
     pub item: String,
     /// When this was decided [s].
     pub decided_at: f64,
-    /// When the robot has to leave its bin [s].
+    /// When the robot must leave its bin [s].
     pub start: f64,
-    /// First start that meets the item in the workspace [s].
+    /// First start with which the robot meets the item in its workspace [s].
     pub earliest_start: f64,
-    /// Last such start [s]: later than this the robot must refuse.
+    /// Last such start [s]: after this the robot must not set out.
     pub latest_start: f64,
-    /// When it meets the item [s].
+    /// When the robot meets the item [s].
     pub meet_at: f64,
-    /// Where it meets it.
+    /// Where the robot meets the item.
     pub meet: Point,
-    /// Where the item goes.
+    /// The bin for the item.
     pub bin: Point,
     /// When the robot is expected to be free again [s].
     pub free_at: f64,
@@ -100,121 +99,120 @@ pub struct Task {
     pub priority: f64,
     /// Strategy that chose it.
     pub strategy: String,
-    /// What the item is, as the camera has said last; so for the fields below.
+    /// Class of the item, by the camera's last report, as are the fields below.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub class: Option<String>,
-    /// How it lies: angle of its long side, from x towards y [rad].
+    /// Angle of its long side, from x towards y [rad].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub angle: Option<f64>,
     /// Height of its top above the belt [m].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub height: Option<f64>,
-    /// How long it is and how wide [m].
+    /// Length and width [m].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub size: Option<[f64; 2]>,
-    /// Whatever else the camera has said of it.
+    /// Any other data from the camera.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub data: Option<serde_json::Map<String, serde_json::Value>>,
 }
 
-/// Drop a task: the robot answers with the result `CANCELLED`, or with what came of the
-/// task if it was too late.
+/// Drop a task: the robot answers with the result `CANCELLED`, or with the actual result if it was
+/// too late.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Cancel {
-    /// When [s].
+    /// Timestamp [s].
     pub stamp: f64,
     /// Id of the task.
     pub task: u64,
     /// Name of the robot.
     pub robot: String,
-    /// Why.
+    /// The reason.
     pub reason: String,
 }
 
-/// The belt's drive is asked for a speed. It need not follow; the belt's own messages say
-/// what it does.
+/// A request for a belt speed. The drive need not follow it; the belt's own messages report what it
+/// does.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct BeltRequest {
-    /// When [s].
+    /// Timestamp [s].
     pub stamp: f64,
     /// Speed along +x [m/s]; 0 is a stop.
     pub speed: f64,
-    /// Why.
+    /// The reason.
     pub reason: String,
 }
 
 /// Everything up to a tick is decided; answers `tick` with `--clock messages`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Due {
-    /// Stamp of the tick [s].
+    /// Timestamp of the tick [s].
     pub stamp: f64,
-    /// When something is due next if no further message comes [s].
+    /// When the next decision is due if no further message comes [s].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub next: Option<f64>,
 }
 
-/// Where things stand. `seen` is always `picked` + all of `missed` + `on_belt` + `claimed`.
+/// The figures of the line. `seen` is always `picked` + all of `missed` + `on_belt` + `claimed`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct Status {
-    /// When [s].
+    /// Timestamp [s].
     pub stamp: f64,
     /// Whether this is the last one.
     pub last: bool,
-    /// Hash of the layout that the node runs: of its station file, whatever the belt's
-    /// speed. Absent over ROS 2.
+    /// Hash of the node's station, independent of the belt's speed. Absent over ROS 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub layout: Option<String>,
-    /// `running`, `paused`, `draining`, `drained` or `stopped`, as the operator wants it.
+    /// `running`, `paused`, `draining`, `drained` or `stopped`, by the operator's orders.
     #[serde(default)]
     pub mode: String,
     /// Items seen.
     pub seen: u64,
     /// Items picked.
     pub picked: u64,
-    /// `picked` / `seen`; 0 when nothing was seen.
+    /// `picked` / `seen`; 0 if nothing was seen.
     pub picked_share: f64,
-    /// Picks over the time since the first message [1/min].
+    /// Picks per minute since the first message [1/min].
     pub picks_per_min: f64,
     /// Items that were not picked, by reason.
     pub missed: MissedCounts,
     /// Items that may still be picked.
     pub on_belt: u64,
-    /// Items that some robot is after.
+    /// Items that are assigned to a robot.
     pub claimed: u64,
-    /// Tasks whose result is not known, by id.
+    /// Ids of the tasks without a result yet.
     pub open_tasks: Vec<u64>,
-    /// Messages that wait to be sent.
+    /// Messages waiting to be sent.
     pub queued: u64,
     /// Messages that were refused, by reason.
     pub rejected: BTreeMap<String, u64>,
-    /// What else was noted, by what it was: repeated detections, late results.
+    /// Unusual events by kind, such as repeated detections and late results.
     pub noted: BTreeMap<String, u64>,
     /// Each robot, upstream first.
     pub robots: Vec<RobotReport>,
-    /// Who was heard, by kind and name; absent over ROS 2.
+    /// The sources that were heard, by kind and name; absent over ROS 2.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sources: Vec<SourceReport>,
-    /// How long decisions took; absent with `--clock messages`, whose output depends on the
-    /// messages only.
+    /// Durations of decisions; absent with `--clock messages`, whose output depends only on the
+    /// messages.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub latency: Option<Latency>,
 }
 
-/// Items that were not picked, by reason, the first that fits.
+/// Items that were not picked, by the first reason that applies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct MissedCounts {
     /// No robot had a departure window for it.
     pub unreachable: u64,
-    /// Attempted, and no grasp succeeded.
+    /// It was attempted, and no grasp succeeded.
     pub grasp_failed: u64,
-    /// A robot was sent, and came too late or did not find it, each time.
+    /// Each robot that was sent came too late or did not find it.
     #[serde(default)]
     pub not_found: u64,
-    /// A robot was sent and never said what came of it.
+    /// A robot was sent but never reported a result.
     pub no_result: u64,
-    /// Some robot could have picked it at some decision, and another action was chosen.
+    /// A robot could have picked it at a decision, but another action was chosen.
     pub passed_over: u64,
-    /// Whenever it was in a window, the robot was busy or out of service.
+    /// Whenever it was in a robot's window, the robot was busy or out of service.
     pub busy: u64,
 }
 
@@ -235,19 +233,19 @@ impl MissedCounts {
 pub struct RobotReport {
     /// Its name.
     pub name: String,
-    /// `idle`, `busy`, `fault`, `silent` (it owes a result), or `unknown` before its
-    /// first message; `paused` or `stopped` where the operator wants it and it is idle.
+    /// `idle`, `busy`, `fault`, `silent` (its result is overdue), or `unknown` before its first
+    /// message; `paused` or `stopped` if it is idle by order of the operator.
     pub state: String,
     /// Its picks.
     pub picked: u64,
-    /// Its grasps that failed.
+    /// Its failed grasps.
     pub failed: u64,
     /// Its tasks for which it came too late or did not find the item.
     #[serde(default)]
     pub missed: u64,
 }
 
-/// What a source of messages is.
+/// The kind of a source of messages.
 #[derive(
     Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
 )]
@@ -262,7 +260,7 @@ pub enum SourceKind {
 }
 
 impl SourceKind {
-    /// Its name, as it is written.
+    /// Its name in messages.
     pub fn name(self) -> &'static str {
         match self {
             Self::Camera => "camera",
@@ -275,41 +273,41 @@ impl SourceKind {
 /// One source in a status.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SourceReport {
-    /// Its `source`, or its kind where it gives none; a robot's name.
+    /// Its `source`, or its kind if it gives none; for a robot its name.
     pub name: String,
-    /// What it is.
+    /// Its kind.
     pub kind: SourceKind,
-    /// Time since it was heard last [s].
+    /// Time since its last message [s].
     pub age: f64,
-    /// Time between two of its messages as a rule [s]; absent where it speaks of changes only.
+    /// Typical interval of its messages [s]; absent if it reports only changes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub period: Option<f64>,
-    /// Smallest time from the stamp of a message to when it came, of the last half minute, by
-    /// the machine's clock [s]: the way of the message and the offset of the clocks, which
-    /// nobody can tell apart. Absent with message time.
+    /// Smallest time from the timestamp of a message to its arrival over the last half minute, by
+    /// the machine's clock [s]. It is the sum of transmission delay and clock offset, which cannot
+    /// be told apart. Absent with message time.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub offset: Option<f64>,
-    /// What is added to its stamps [s], where its clock is certainly another than the machine's.
+    /// What is added to its timestamps [s], if its clock certainly differs from the machine's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mapped: Option<f64>,
-    /// Whether it is silent for longer than expected.
+    /// Whether it has been silent for longer than expected.
     pub overdue: bool,
 }
 
-/// How long decisions took [ms]. Quantiles are read off a histogram of 1 % wide classes.
+/// Durations of decisions [ms]. Quantiles come from a histogram with classes 1 % wide.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Latency {
-    /// Decisions taken.
+    /// Number of decisions.
     pub decisions: u64,
-    /// Median.
+    /// Median [ms].
     pub p50_ms: f64,
-    /// 99 % were quicker.
+    /// 99th percentile [ms].
     pub p99_ms: f64,
-    /// The slowest.
+    /// Maximum [ms].
     pub max_ms: f64,
 }
 
-/// `message` as a line, with its line end.
+/// `message` as a line, with its line ending.
 pub fn encode<M: Serialize>(message: &M) -> String {
     #[derive(Serialize)]
     struct Line<'a, M> {
@@ -317,7 +315,7 @@ pub fn encode<M: Serialize>(message: &M) -> String {
         #[serde(flatten)]
         message: &'a M,
     }
-    // The messages are plain structures with text keys, which always serialise.
+    // The messages are plain structures with string keys, which always serialize.
     let line = Line {
         v: VERSION,
         message,

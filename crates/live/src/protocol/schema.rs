@@ -1,4 +1,4 @@
-//! The JSON Schema of the protocol, made from the types.
+//! The JSON Schema of the protocol, generated from the types.
 
 use super::VERSION;
 use super::incoming::Incoming;
@@ -13,7 +13,7 @@ pub fn schema() -> Value {
     let mut generator = SchemaGenerator::default();
     let mut incoming = kinds::<Incoming>(&mut generator);
     let mut outgoing = kinds::<Outgoing>(&mut generator);
-    // Who is there is said beside the line's messages: the controller does not hear it.
+    // Hellos are separate from the line's messages: the controller does not see them.
     add(&mut incoming, &kinds::<ToNode>(&mut generator));
     add(&mut outgoing, &kinds::<FromNode>(&mut generator));
     let mut defs = generator.take_definitions(true);
@@ -22,13 +22,13 @@ pub fn schema() -> Value {
     json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "pickline live protocol",
-        "description": "One JSON object a line; lengths in m, times in s, belt frame.",
+        "description": "One JSON object per line; lengths in m, times in s, belt frame.",
         "anyOf": [{"$ref": "#/$defs/Incoming"}, {"$ref": "#/$defs/Outgoing"}],
         "$defs": defs,
     })
 }
 
-/// Adds the kinds of `other` to those of `schema`.
+/// Adds the message kinds of `other` to those of `schema`.
 fn add(schema: &mut Value, other: &Value) {
     if let (Some(Value::Array(ours)), Some(Value::Array(theirs))) =
         (schema.get_mut("oneOf"), other.get("oneOf"))
@@ -37,10 +37,10 @@ fn add(schema: &mut Value, other: &Value) {
     }
 }
 
-/// The schema of messages that are told apart by `kind`, with `v`.
+/// The schema of messages that are distinguished by `kind`, with `v`.
 fn kinds<M: JsonSchema>(generator: &mut SchemaGenerator) -> Value {
     let mut schema = M::json_schema(generator).to_value();
-    // `v` stands outside the types: it says how to read them.
+    // `v` is not part of the types: it defines how to read them.
     for kind in schema
         .get_mut("oneOf")
         .and_then(Value::as_array_mut)
@@ -56,9 +56,9 @@ fn kinds<M: JsonSchema>(generator: &mut SchemaGenerator) -> Value {
     schema
 }
 
-/// The schema of each kind of message by itself, as an object of plain fields: the tools
-/// that read recordings follow no references, know no alternatives, and give up where an
-/// object has no `properties` or a field no `type`.
+/// The schema of each kind of message by itself, as an object of plain fields. Tools that read
+/// recordings follow no references, support no alternatives, and fail if an object has no
+/// `properties` or a field no `type`.
 pub fn schemas_of<M: JsonSchema>() -> Vec<(String, Value)> {
     let mut generator = SchemaGenerator::default();
     let all = kinds::<M>(&mut generator);
@@ -72,8 +72,8 @@ pub fn schemas_of<M: JsonSchema>() -> Vec<(String, Value)> {
     .collect()
 }
 
-/// `schema` with its references followed and, of alternatives to nothing, the something: a
-/// field without a value is left out, never null.
+/// `schema` with its references resolved, and optional fields without their null alternative: a
+/// field without a value is omitted, never null.
 fn plain(schema: &Value, defs: &Map<String, Value>) -> Value {
     let mut fields = match schema {
         Value::Object(fields) => fields.clone(),
@@ -95,15 +95,15 @@ fn plain(schema: &Value, defs: &Map<String, Value>) -> Value {
         fields.insert("type".into(), some.unwrap_or_default());
     }
     if let Some(Value::Array(names)) = fields.remove("oneOf") {
-        // Names, each with what it means.
+        // String constants, each with a description.
         let names: Vec<Value> = names.iter().map(|one| one["const"].clone()).collect();
         fields.insert("type".into(), "string".into());
         fields.insert("enum".into(), names.into());
     }
-    // `kind` and `v` are not among the fields of the type.
+    // `kind` and `v` are not fields of the type.
     fields.remove("additionalProperties");
     if fields.get("type").is_some_and(|kind| kind == "object") {
-        // Counts by name: which names, nobody knows before.
+        // Counts by name, whose names are not known in advance.
         fields.entry("properties").or_insert_with(|| json!({}));
     }
     let fields = fields.iter();
@@ -112,7 +112,7 @@ fn plain(schema: &Value, defs: &Map<String, Value>) -> Value {
         .collect()
 }
 
-/// Adds what `other` says; where both speak of the same, fields and lists are joined.
+/// Merges `other` into `fields`; objects and lists that both have are joined.
 fn merge(fields: &mut Map<String, Value>, other: Value) {
     let Value::Object(other) = other else { return };
     for (name, value) in other {

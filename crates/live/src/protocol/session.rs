@@ -1,12 +1,12 @@
-//! Who is at the other end of a stream: its hello, and the node's answer.
+//! The identity of a peer on a stream: its hello, and the node's answer.
 //!
-//! These say nothing about the line, so the controller never hears them; recordings leave
-//! them out, for a hello may carry the token.
+//! These messages are not about the line, so the controller never sees them. Recordings omit them,
+//! because a hello may contain the token.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What a peer is.
+/// The role of a peer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Role {
@@ -18,12 +18,12 @@ pub enum Role {
     Robot,
     /// It pauses, resumes, drains and stops the line. It is sent statuses.
     Operator,
-    /// It is sent everything and says nothing.
+    /// It is sent everything and may send nothing.
     Observer,
 }
 
 impl Role {
-    /// As it is written.
+    /// The value of `role`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Camera => "camera",
@@ -35,31 +35,31 @@ impl Role {
     }
 }
 
-/// Who a peer is: the first line that it sends.
+/// The identity of a peer: the first line that it sends.
 #[derive(Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Hello {
-    /// When [s]; of no consequence.
+    /// Timestamp [s]; ignored.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stamp: Option<f64>,
-    /// Its name, by which remarks and sources are told apart.
+    /// Its name, for remarks and as a source.
     pub name: String,
-    /// What it is.
+    /// Its role.
     pub role: Role,
     /// The robots that it speaks for, by their names in the station file.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub robots: Vec<String>,
-    /// The secret of `--token`, where the node asks for one.
+    /// The secret of `--token`, if the node requires one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub token: Option<String>,
 }
 
 impl Hello {
-    /// Its kind, as it is written.
+    /// Its value of `kind`.
     pub const KIND: &str = "hello";
 }
 
-/// The token must not get into a log.
+/// Without the token, which must not get into a log.
 impl std::fmt::Debug for Hello {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Hello")
@@ -70,12 +70,12 @@ impl std::fmt::Debug for Hello {
     }
 }
 
-/// The node's answer to a hello, and its last word to a peer that it disconnects.
+/// The node's answer to a hello, and its last message to a peer that it disconnects.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Answer {
     /// Whether the peer may stay.
     pub accepted: bool,
-    /// Why not.
+    /// The reason if it may not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     /// The robots of the node's station, upstream first, if the peer may stay.
@@ -83,20 +83,20 @@ pub struct Answer {
     pub robots: Vec<String>,
 }
 
-/// What a peer says beside the line's messages; for the schema.
+/// What a peer sends besides the line's messages; only for the schema.
 #[derive(JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 #[expect(dead_code, reason = "only its schema is made")]
 pub(super) enum ToNode {
-    /// Who a peer is: the first line that it sends.
+    /// The identity of a peer: the first line that it sends.
     Hello(Hello),
 }
 
-/// What the node says beside the line's messages; for the schema.
+/// What the node sends besides the line's messages; only for the schema.
 #[derive(JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 #[expect(dead_code, reason = "only its schema is made")]
 pub(super) enum FromNode {
-    /// The answer to a hello, and the last word to a peer that is disconnected.
+    /// The answer to a hello, and the last message to a peer that is disconnected.
     Hello(Answer),
 }

@@ -1,61 +1,59 @@
-//! What a recording holds besides messages.
+//! The contents of a recording besides messages.
 
 use crate::protocol::VERSION;
 use crate::{ClockKind, Config, Timeouts};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What happens to the controller besides messages; in their order the two decide what it
-/// says.
+/// What happens to the controller besides messages. The order of both determines its output.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Event {
     /// With the system clock: the time was read, and what was due was done.
     Step {
-        /// The time [s since 1970].
+        /// Timestamp [s since 1970].
         stamp: f64,
-        /// Whether all tasks had to wait, for nobody was there or kept up.
+        /// Whether all robots were held, because no peer was there or all lagged behind.
         held: bool,
-        /// Where not all had to wait, the robots whose tasks had to, upstream first from 0.
+        /// If not all robots were held: the held ones, counted from 0, upstream first.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         held_robots: Vec<usize>,
-        /// By how much the machine's clock was ahead of the stamp, for it was set [s].
+        /// By how much the machine's clock was ahead of the timestamp because it was set [s].
         #[serde(default, skip_serializing_if = "is_nothing")]
         ahead: f64,
     },
-    /// Whoever speaks for all robots has come; open tasks were told of again.
+    /// The peer that speaks for all robots has connected; open tasks were sent again.
     Joined {},
-    /// The one that the node connects to is there, perhaps again; open tasks were told of
-    /// again.
+    /// The node has connected to its peer, perhaps again; open tasks were sent again.
     Connected {},
-    /// Some peer has come; it was told of open tasks as they stood.
+    /// A peer has connected and was sent the open tasks as they stood.
     Welcomed {},
-    /// A peer speaks for a robot from now on; its open tasks were told of again, but for those
-    /// that were acknowledged.
+    /// A peer speaks for a robot from now on; the robot's open tasks were sent again, except for
+    /// acknowledged ones.
     Spoken {
-        /// The robot's place in the station, upstream first from 0.
+        /// Index of the robot in the station, from 0, upstream first.
         robot: usize,
     },
-    /// A line was refused before it became a message.
+    /// A line was refused before it was decoded.
     Refused {
-        /// Why, as a status counts it.
+        /// The reason, as counted in a status.
         reason: String,
     },
-    /// A status was asked for.
+    /// A status was requested.
     Report {
-        /// Whether it was the last.
+        /// Whether it was the last one.
         last: bool,
-        /// Messages that waited to be sent.
+        /// Messages waiting to be sent.
         queued: u64,
     },
     /// With message time: no further message came.
     Finished {},
-    /// From here on no task was given.
+    /// From then on no task was given.
     Stopped {},
 }
 
 impl Event {
-    /// All kinds, as they are written.
+    /// All values of `kind`.
     pub const KINDS: [&str; 9] = [
         "step",
         "joined",
@@ -68,7 +66,7 @@ impl Event {
         "stopped",
     ];
 
-    /// Its kind, as it is written.
+    /// Its value of `kind`.
     pub fn kind(&self) -> &'static str {
         match self {
             Self::Step { .. } => "step",
@@ -84,8 +82,8 @@ impl Event {
     }
 }
 
-/// A time [s since 1970] rounded so that a recording gives it back to the bit: it is kept in
-/// nanoseconds, more than a number of these days has digits for.
+/// A time [s since 1970] rounded so that a recording returns it bit-exactly. Recordings store
+/// nanoseconds, which are finer than the precision of a present timestamp.
 pub fn whole_microseconds(time: f64) -> f64 {
     (time * 1e6).round() / 1e6
 }
@@ -94,10 +92,11 @@ fn is_nothing(ahead: &f64) -> bool {
     *ahead == 0.0
 }
 
-/// What was run: the first metadata of a recording, and all that it takes to run it again.
+/// The settings of a run: the first metadata of a recording, with everything needed to run it
+/// again.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Heading {
-    /// Version of the recording's own topics and fields.
+    /// Version of the recording's topics and fields.
     pub recording: u64,
     /// Version of the protocol.
     pub protocol: u64,
@@ -109,9 +108,9 @@ pub struct Heading {
     pub station: String,
     /// Hash of the station.
     pub station_hash: String,
-    /// The strategy as it is written after `--strategy`.
+    /// The value of `--strategy`.
     pub strategy: String,
-    /// Time for each decision of a strategy that looks ahead [ms], if it was limited.
+    /// Time budget for each decision of a look-ahead strategy [ms], if there was one.
     pub budget_ms: Option<f64>,
     /// Seed of everything random.
     pub seed: u64,
@@ -144,16 +143,16 @@ pub struct Heading {
     /// As [`Config::stop_margin`] [s].
     #[serde(default)]
     pub stop_margin: f64,
-    /// When a state was taken up that a journal held [s since 1970]; with message time, or
-    /// without a journal, none.
+    /// When a state was restored from a journal [s since 1970]; none with message time or without a
+    /// journal.
     pub restored_at: Option<f64>,
 }
 
 impl Heading {
-    /// Version of what this module writes.
+    /// The version that this module writes.
     pub const RECORDING: u64 = 1;
 
-    /// The settings of a run.
+    /// The settings of a run with this configuration; other fields are empty.
     pub fn of(config: &Config) -> Self {
         Self {
             recording: Self::RECORDING,
@@ -180,7 +179,7 @@ impl Heading {
         }
     }
 
-    /// The configuration of the run; none where its clock is unknown.
+    /// The configuration of the run; none if its clock is unknown.
     pub fn config(&self) -> Option<Config> {
         Some(Config {
             clock: ClockKind::named(&self.clock)?,

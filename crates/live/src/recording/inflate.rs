@@ -1,48 +1,48 @@
-//! Recordings that another program has compressed, as if they were not.
+//! Decompression of recordings that another program has compressed.
 //!
-//! A recording of this program is not compressed; `mcap compress` and Foxglove make one of it
-//! that is (MCAP specification, <https://mcap.dev/spec#chunk-op0x06>). Compressed chunks are
-//! rewritten while they are read; everything else passes as it is, so that a file which was
-//! cut off ends where it ends.
+//! This program does not compress its recordings, but `mcap compress` and Foxglove do (MCAP
+//! specification, <https://mcap.dev/spec#chunk-op0x06>). Compressed chunks are rewritten while they
+//! are read. Everything else passes unchanged, so that a truncated file ends at the same point.
 
 use crc32fast::Hasher;
 use std::io::{Error, ErrorKind, Read, Result};
 
-/// What a file begins with.
+/// Length of the magic bytes at the start of a file.
 const MAGIC: usize = 8;
 const MAGIC_BYTES: [u8; MAGIC] = *b"\x89MCAP0\r\n";
-/// A record: its kind, its length.
+/// Length of a record's kind and size.
 const RECORD: usize = 1 + 8;
-/// The kind of a chunk.
+/// The record kind of a chunk.
 const CHUNK: u8 = 0x06;
-/// The kind of the record that ends the data, with their checksum.
+/// The record kind of the end of the data, with their checksum.
 const DATA_END: u8 = 0x0f;
-/// Of a chunk: times of the first and the last message, size and checksum of its content.
+/// Length of a chunk's fixed fields: times of the first and last message, size and checksum of its
+/// content.
 const CHUNK_FIXED: usize = 8 + 8 + 8 + 4;
-/// Longer names of compressions are damage.
+/// A longer compression name means damage.
 const LONGEST_NAME: u64 = 32;
-/// A chunk is at most so large [bytes].
+/// Maximum size of a chunk [bytes].
 const LARGEST: u64 = 1 << 28;
 
-/// Reads an MCAP file, its chunks decompressed.
+/// Reads an MCAP file and decompresses its chunks.
 #[derive(Debug)]
 pub struct Inflate<R> {
     file: R,
-    /// What is ready to be read, from `taken` on.
+    /// Bytes ready to be read, from `taken` on.
     ready: Vec<u8>,
     taken: usize,
-    /// How much of the file is to be passed on as it is.
+    /// Number of bytes of the file still to be passed on unchanged.
     passing: u64,
-    /// Whether the file has ended, or a record that it breaks off in.
+    /// Whether the file has ended, perhaps within a record.
     is_over: bool,
-    /// Checksum of the file as it is, up to the end of its data.
+    /// Checksum of the original file, up to the end of its data.
     sum: Option<Hasher>,
     is_damaged: bool,
     is_torn: bool,
 }
 
 impl<R: Read> Inflate<R> {
-    /// The file from its beginning.
+    /// A reader of the file from its beginning.
     pub fn new(file: R) -> Self {
         Self {
             file,
@@ -56,25 +56,24 @@ impl<R: Read> Inflate<R> {
         }
     }
 
-    /// Whether the checksum of the whole file is wrong, as far as it has been read; there
-    /// may be none.
+    /// Whether the checksum of the file's data is wrong, if it has one and that has been read.
     pub fn is_damaged(&self) -> bool {
         self.is_damaged
     }
 
-    /// Whether the file has ended in the midst of a record.
+    /// Whether the file has ended within a record.
     pub fn is_torn(&self) -> bool {
         self.is_torn
     }
 
-    /// Adds what is `ready` from `start` on to the checksum.
+    /// Adds the `ready` bytes from `start` on to the checksum.
     fn add(&mut self, start: usize) {
         if let Some(sum) = &mut self.sum {
             sum.update(&self.ready[start..]);
         }
     }
 
-    /// Compares the checksum with the one that the end of the data says.
+    /// Compares the checksum with the one in the end-of-data record.
     fn end_data(&mut self) {
         let said = number(&self.ready[RECORD..]) as u32;
         if let Some(sum) = self.sum.take() {
@@ -82,19 +81,18 @@ impl<R: Read> Inflate<R> {
         }
     }
 
-    /// Reads up to `count` bytes into `ready`; whether there were so many.
+    /// Reads up to `count` bytes into `ready`. Returns whether there were that many.
     fn take(&mut self, count: u64) -> Result<bool> {
         let before = self.ready.len();
         let read = self.file.by_ref().take(count).read_to_end(&mut self.ready);
         read?;
         let is_whole = (self.ready.len() - before) as u64 == count;
-        // A file may end before a record, and after the last one there are eight bytes more.
+        // A file may end between records; after the last one there are the eight magic bytes.
         self.is_torn = !is_whole && !self.ready.is_empty() && self.ready != MAGIC_BYTES;
         Ok(is_whole)
     }
 
-    /// Makes the beginning of the next record ready, or the whole of it if it is a
-    /// compressed chunk.
+    /// Prepares the start of the next record, or the whole record if it is a compressed chunk.
     fn next_record(&mut self) -> Result<()> {
         self.ready.clear();
         self.taken = 0;
@@ -143,7 +141,7 @@ impl<R: Read> Inflate<R> {
         }
         let head = self.ready.len();
         if !self.take(content)? {
-            // Just enough for a record that breaks off.
+            // Just enough to be a truncated record.
             self.ready.truncate(RECORD);
             self.is_over = true;
             return Ok(());
@@ -192,17 +190,17 @@ impl<R: Read> Read for Inflate<R> {
     }
 }
 
-/// Up to eight bytes as a number, the least first.
+/// Up to eight bytes as a little-endian number.
 fn number(bytes: &[u8]) -> u64 {
     let digits = bytes.iter().take(8).rev();
     digits.fold(0, |sum, byte| sum << 8 | u64::from(*byte))
 }
 
-/// The content of a chunk, which says that it is of `size` bytes.
+/// Decompresses the content of a chunk, whose stated size is `size` bytes.
 fn decompressed(compression: &[u8], content: &[u8], size: u64) -> Result<Vec<u8>> {
     let damaged = |problem: String| Error::new(ErrorKind::InvalidData, problem);
     if size > LARGEST {
-        return Err(damaged(format!("a chunk of {size} bytes")));
+        return Err(damaged(format!("a chunk is too large: {size} bytes")));
     }
     let mut bytes = Vec::new();
     let read = match compression {
@@ -219,7 +217,7 @@ fn decompressed(compression: &[u8], content: &[u8], size: u64) -> Result<Vec<u8>
     read.map_err(|error| damaged(error.to_string()))?;
     if bytes.len() as u64 != size {
         return Err(damaged(format!(
-            "a chunk of another size than {size} bytes"
+            "a chunk does not have its stated size of {size} bytes"
         )));
     }
     Ok(bytes)
@@ -303,7 +301,7 @@ mod tests {
             assert_eq!(read(&whole).unwrap(), plain);
             assert!(read(&file(chunk(name, content.len() - 1, bytes))).is_err());
             assert!(read(&file(chunk(name, 1 << 40, bytes))).is_err());
-            // Cut off anywhere it ends early, and is never taken for more.
+            // Truncated anywhere, it ends early and is never read as more.
             for length in 0..whole.len() {
                 let part = read(&whole[..length]).unwrap();
                 assert!(part.len() < plain.len());

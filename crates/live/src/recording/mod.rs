@@ -1,11 +1,10 @@
-//! Recordings: every message in and out of a run, in an MCAP file, so that the run can be
-//! looked at in the usual tools and run again.
+//! Recordings: every message in and out of a run, in an MCAP file, so that the run can be viewed
+//! with common tools and replayed.
 //!
-//! Each kind of message has a topic of its own, `/in/detection` or `/out/task`, as JSON
-//! with its JSON Schema. What else decides what the controller says, the looks at the
-//! clock above all, is recorded as [`Event`]s on `/node/...`; what the run was, and the
-//! state it began with, as metadata. Log times are those of the machine, publish times the
-//! stamps of the messages.
+//! Each kind of message has its own topic, such as `/in/detection` or `/out/task`, as JSON with its
+//! JSON Schema. Everything else that determines the controller's output, mainly the readings of the
+//! clock, is recorded as [`Event`]s on `/node/...`. The settings of the run and its initial state
+//! are metadata. Log times are by the machine's clock, publish times are the messages' timestamps.
 
 mod event;
 #[cfg(feature = "mcap")]

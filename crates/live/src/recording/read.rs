@@ -1,4 +1,4 @@
-//! Reading a recording, as far as it goes.
+//! Reads a recording, as far as it is intact.
 
 use super::inflate::Inflate;
 use super::{Event, Heading, whole_microseconds};
@@ -14,17 +14,17 @@ use std::fs::File;
 use std::io::{BufRead as _, BufReader, ErrorKind, Read as _};
 use std::path::Path;
 
-/// Records are at most this long [bytes]; the state of a full belt is the longest.
+/// Maximum length of a record [bytes]; the state of a full belt is the longest.
 const LONGEST: usize = 1 << 28;
 
-/// What happened next.
-// Handed on one at a time.
+/// An entry of a recording.
+// Entries are passed on one at a time.
 #[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, PartialEq)]
 pub enum Entry {
-    /// A message came, at this time [s since 1970].
+    /// A message arrived, at this time [s since 1970].
     In(Incoming, f64),
-    /// A message left: its line, without the line end.
+    /// A message was sent: its line, without the line ending.
     Out(String),
     /// Something else happened.
     Event(Event),
@@ -33,11 +33,11 @@ pub enum Entry {
 /// How a recording ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ending {
-    /// As it should.
+    /// Complete.
     Whole,
-    /// The run was killed, or runs still: it stops after some message.
+    /// It stops after a message: the run was killed or is still running.
     Open,
-    /// It stops in the midst of a record.
+    /// It stops within a record.
     Torn,
 }
 
@@ -47,16 +47,16 @@ pub struct Reader {
     file: Inflate<BufReader<File>>,
     reader: LinearReader,
     topics: HashMap<u16, String>,
-    /// What the file says that it is for.
+    /// The MCAP profile of the file.
     profile: String,
-    /// Time of the last message [ns], and whether one was earlier than one before it.
+    /// Time of the last message [ns], and whether any message was earlier than its predecessor.
     last: u64,
     is_unordered: bool,
     ending: Ending,
     entries: u64,
-    /// What was run.
+    /// The settings of the run.
     pub heading: Heading,
-    /// The state that it began with, if that was not the first.
+    /// The initial state of the run, if a journal held one.
     pub state: Option<State>,
     first: Option<Entry>,
 }
@@ -65,7 +65,7 @@ impl Reader {
     /// Opens a recording.
     ///
     /// # Errors
-    /// A file that cannot be read, is no MCAP file, or no recording of this version.
+    /// The file cannot be read, is not an MCAP file, or is not a recording of this version.
     pub fn open(path: &Path) -> Result<Self> {
         let file = File::open(path).map_err(|error| Error::read(path, error))?;
         let options = LinearReaderOptions::default()
@@ -89,27 +89,28 @@ impl Reader {
             state: None,
             first: None,
         };
-        let strange = "give a file that `pickline run --record` wrote";
+        let strange = "give a file written by `pickline run --record`";
         let place = reader.name.clone();
         let wrong = |problem: String| Error::input(place.clone(), problem, strange);
         let (name, fields) = match reader.part() {
             Ok(Some(Part::Metadata(name, fields))) => (name, fields),
             Err(_) if reader.profile.starts_with("ros") => return Err(ros_bag(&place)),
             Err(error) if reader.entries == 0 => return Err(error),
-            // Messages before all else, whether they are of the protocol or not.
+            // Messages come first, whether they are of the protocol or not.
             _ if reader.profile.starts_with("ros") => return Err(ros_bag(&place)),
             Ok(Some(Part::Entry(_))) | Err(_) => return Err(without_heading(&place)),
-            Ok(None) => return Err(wrong("is no recording of pickline".into())),
+            Ok(None) => return Err(wrong("is not a recording of pickline".into())),
         };
         if name == "rosbag2" || reader.profile.starts_with("ros") {
             return Err(ros_bag(&place));
         }
         let heading = (name == "pickline").then(|| heading(&fields)).flatten();
-        let heading = heading.ok_or_else(|| wrong("is no recording of pickline".into()))?;
+        let heading = heading.ok_or_else(|| wrong("is not a recording of pickline".into()))?;
         let versions = (heading.recording, heading.protocol);
         if versions != (Heading::RECORDING, VERSION) {
             return Err(wrong(format!(
-                "is a recording of version {} of protocol {}; this program reads version {} of {VERSION}",
+                "is a recording of version {} with protocol {}; this program reads version {} with \
+                 protocol {VERSION}",
                 versions.0,
                 versions.1,
                 Heading::RECORDING,
@@ -120,7 +121,7 @@ impl Reader {
             Some(Part::Metadata(name, fields)) if name == "state" => {
                 let text = fields.get("state").map_or("", String::as_str);
                 let change: Change = serde_json::from_str(text)
-                    .map_err(|error| wrong(format!("its state is none: {error}")))?;
+                    .map_err(|error| wrong(format!("has an invalid state: {error}")))?;
                 let mut state = State::default();
                 state.apply(change);
                 reader.state = Some(state);
@@ -132,27 +133,27 @@ impl Reader {
         Ok(reader)
     }
 
-    /// How it ends; known once there is no further entry.
+    /// How the recording ends; known once there is no further entry.
     pub fn ending(&self) -> Ending {
         self.ending
     }
 
-    /// What else is to be said of the file, once there is no further entry.
+    /// Warnings about the file, complete once there is no further entry.
     pub fn doubts(&self) -> Vec<&'static str> {
         let damaged = self.file.is_damaged().then_some(
-            "the checksum of the file is wrong: it was damaged or changed; bring back a copy",
+            "the checksum of the file is wrong: it was damaged or changed; restore a copy",
         );
         let unordered = self.is_unordered.then_some(
-            "its messages are not in the order of their log times, and are replayed in the order \
-             of the file; `mcap sort` orders them",
+            "its messages are not in the order of their log times and are replayed in file order; \
+             `mcap sort` sorts them",
         );
         damaged.into_iter().chain(unordered).collect()
     }
 
-    /// What happened next; none at the end.
+    /// The next entry; none at the end.
     ///
     /// # Errors
-    /// A file that cannot be read or is damaged, a message that is none.
+    /// The file cannot be read or is damaged, or a message is invalid.
     pub fn next_entry(&mut self) -> Result<Option<Entry>> {
         if let Some(entry) = self.first.take() {
             return Ok(Some(entry));
@@ -166,7 +167,7 @@ impl Reader {
         }
     }
 
-    /// The next message or metadata.
+    /// The next entry or metadata.
     fn part(&mut self) -> Result<Option<Part>> {
         let at = |entries: u64, name: &str| format!("{name}, after message {entries}");
         loop {
@@ -189,20 +190,20 @@ impl Reader {
                              reads lz4 and zstd",
                             shown(&name)
                         ),
-                        "compress it otherwise, for example with `mcap compress`",
+                        "compress it with one of these, for example with `mcap compress`",
                     ));
                 }
                 Some(Err(error)) => {
                     let is_none = matches!(error, McapError::BadMagic) || self.entries == 0;
                     let problem = if is_none {
-                        format!("is no MCAP file: {error}")
+                        format!("is not an MCAP file: {error}")
                     } else {
                         format!("is damaged: {error}")
                     };
                     let cure = if is_none {
-                        "give a file that `pickline run --record` wrote"
+                        "give a file written by `pickline run --record`"
                     } else {
-                        "bring back a copy of the file"
+                        "restore a copy of the file"
                     };
                     return Err(Error::input(at(self.entries, &self.name), problem, cure));
                 }
@@ -213,7 +214,7 @@ impl Reader {
                     let read = self.file.read(self.reader.insert(need));
                     let read = read.map_err(|error| match error.kind() {
                         ErrorKind::InvalidData => {
-                            let cure = "bring back a copy of the file";
+                            let cure = "restore a copy of the file";
                             let problem = format!("is damaged: {error}");
                             Error::input(at(self.entries, &self.name), problem, cure)
                         }
@@ -225,7 +226,7 @@ impl Reader {
                 LinearReadEvent::Record { opcode, data } => mcap::parse_record(opcode, data),
             };
             let record = record.map_err(|error| {
-                let cure = "bring back a copy of the file";
+                let cure = "restore a copy of the file";
                 Error::input(at(self.entries, &self.name), error.to_string(), cure)
             })?;
             match record {
@@ -258,7 +259,7 @@ impl Reader {
     }
 }
 
-/// Checks that a file which begins with `head` is not compressed as a whole.
+/// Checks that a file that begins with `head` is not compressed as a whole.
 fn check_not_compressed(head: &[u8], path: &Path) -> Result<()> {
     let kinds: [(&[u8], &str, &str); 4] = [
         (b"\x1f\x8b", "gzip", "gunzip"),
@@ -280,38 +281,38 @@ fn ros_bag(place: &str) -> Error {
     Error::input(
         place,
         "is a ROS bag, not a recording of pickline",
-        "give a file that `pickline run --record` wrote; a bag is played to a line with `ros2 bag \
+        "give a file written by `pickline run --record`; to play a bag to a line, use `ros2 bag \
          play` and `pickline run --ros2`",
     )
 }
 
-/// An MCAP file of messages under the topics of a recording, by another program.
+/// The error for an MCAP file of another program, with the topics of a recording but no metadata.
 fn without_heading(place: &str) -> Error {
     Error::input(
         place,
-        "is an MCAP file of messages alone: station, strategy and settings, with which a \
-         recording begins, are missing",
-        "give a file that `pickline run --record` wrote; to play the messages to a line, print \
-         those under /in/ as JSON, one a line, and pipe them to `pickline run --clock messages`",
+        "is an MCAP file with messages only: the station, strategy and settings at the start of a \
+         recording are missing",
+        "give a file written by `pickline run --record`; to play the messages to a line, print \
+         those under /in/ as JSON, one per line, and pipe them to `pickline run --clock messages`",
     )
 }
 
-// Handed on one at a time.
+// Entries are passed on one at a time.
 #[allow(clippy::large_enum_variant)]
 enum Part {
     Metadata(String, BTreeMap<String, String>),
     Entry(Entry),
 }
 
-/// A log time [ns] in seconds, as [`whole_microseconds`] makes them.
+/// A log time [ns] in seconds, rounded as by [`whole_microseconds`].
 fn received(log_time: u64) -> f64 {
     whole_microseconds(log_time as f64 / 1e9)
 }
 
-/// A message as an entry; none on a topic that somebody else has added.
+/// A message as an entry; none for a topic that another program has added.
 fn entry(topic: &str, data: &[u8], log_time: u64) -> Result<Option<Entry>> {
     let wrong = |problem: String| {
-        let cure = "bring back the file as `pickline run --record` wrote it";
+        let cure = "restore the file as `pickline run --record` wrote it";
         Error::input(topic, problem, cure)
     };
     if topic.starts_with("/in/") {
@@ -320,7 +321,7 @@ fn entry(topic: &str, data: &[u8], log_time: u64) -> Result<Option<Entry>> {
     }
     if topic.starts_with("/out/") {
         let line = String::from_utf8(data.to_vec());
-        let line = line.map_err(|_| wrong("is no text".into()))?;
+        let line = line.map_err(|_| wrong("is not UTF-8 text".into()))?;
         return Ok(Some(Entry::Out(line)));
     }
     if topic.starts_with("/node/") {
@@ -331,7 +332,7 @@ fn entry(topic: &str, data: &[u8], log_time: u64) -> Result<Option<Entry>> {
     Ok(None)
 }
 
-/// The heading that metadata make.
+/// The heading in the metadata, if it is valid.
 fn heading(fields: &BTreeMap<String, String>) -> Option<Heading> {
     const TEXTS: [&str; 6] = [
         "program",

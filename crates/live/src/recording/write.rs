@@ -1,4 +1,4 @@
-//! Writing a recording while it happens.
+//! Writes a recording during a run.
 
 use super::{Event, Heading};
 use pickline::error::{Error, Result};
@@ -12,8 +12,7 @@ use std::fs::File;
 use std::io::{BufWriter, ErrorKind};
 use std::path::{Path, PathBuf};
 
-/// What was recorded is in the file after at most this time [s]: that much is lost when the
-/// process is killed.
+/// Interval of flushes to the file [s]: this much is lost if the process is killed.
 const FLUSH: f64 = 1.0;
 
 /// A recording that is being written.
@@ -21,9 +20,9 @@ pub struct Recorder {
     path: PathBuf,
     writer: Writer<BufWriter<File>>,
     channels: HashMap<String, Channel>,
-    /// When it was flushed last [s since 1970].
+    /// Time of the last flush [s since 1970].
     flushed: f64,
-    /// Whether nothing was recorded since.
+    /// Whether nothing was recorded since the last flush.
     is_flushed: bool,
 }
 
@@ -34,23 +33,22 @@ struct Channel {
 }
 
 impl Recorder {
-    /// Begins a recording, with the state that the run begins with if that is not the
-    /// first.
+    /// Starts a recording, with the initial state of the run if a journal held one.
     ///
     /// # Errors
-    /// A file that exists already or cannot be made.
+    /// The file already exists or cannot be created.
     pub fn create(path: &Path, heading: &Heading, state: Option<&Change>) -> Result<Self> {
         let file = File::options().write(true).create_new(true).open(path);
         let file = file.map_err(|error| match error.kind() {
             ErrorKind::AlreadyExists => Error::input(
                 format!("--record {}", path.display()),
-                "the file exists already, and a recording replaces none",
+                "the file already exists, and a recording does not replace files",
                 "give another name, or move the file away",
             ),
             _ => Error::write(path, error),
         })?;
-        // Whole chunks reach the file, so that it can be read up to the last one however
-        // the process ends. Uncompressed, they can be read up to the last record.
+        // Chunks reach the file as a whole, so that it can be read up to the last one however the
+        // process ends. Without compression it can be read up to the last record.
         let options = WriteOptions::new()
             .compression(None)
             .profile("")
@@ -101,28 +99,28 @@ impl Recorder {
         self.writer.flush()
     }
 
-    /// A message has come at `now` [s since 1970].
+    /// Records a message that arrived at `now` [s since 1970].
     ///
     /// # Errors
-    /// A file that cannot be written.
+    /// The file cannot be written.
     pub fn heard(&mut self, message: &Incoming, now: f64) -> Result<()> {
         let line = protocol::encode(message);
         self.write("/in/", message.kind(), &line, message.stamp(), now)
     }
 
-    /// A message leaves at `now` [s since 1970].
+    /// Records a message that is sent at `now` [s since 1970].
     ///
     /// # Errors
-    /// A file that cannot be written.
+    /// The file cannot be written.
     pub fn said(&mut self, message: &Outgoing, now: f64) -> Result<()> {
         let line = protocol::encode(message);
         self.write("/out/", message.kind(), &line, message.stamp(), now)
     }
 
-    /// Something else has happened at `now` [s since 1970].
+    /// Records an event at `now` [s since 1970].
     ///
     /// # Errors
-    /// A file that cannot be written.
+    /// The file cannot be written.
     pub fn happened(&mut self, event: &Event, now: f64) -> Result<()> {
         let line = protocol::encode(event);
         self.write("/node/", event.kind(), &line, now, now)
@@ -148,10 +146,10 @@ impl Recorder {
         self.flush(now)
     }
 
-    /// Has what was recorded reach the file if it is time, which is `now` [s since 1970].
+    /// Flushes to the file if it is time; `now` is the present time [s since 1970].
     ///
     /// # Errors
-    /// A file that cannot be written.
+    /// The file cannot be written.
     pub fn flush(&mut self, now: f64) -> Result<()> {
         // The machine's clock may have been set back.
         let is_time = now - self.flushed >= FLUSH || now < self.flushed;
@@ -163,10 +161,10 @@ impl Recorder {
         flushed.map_err(|error| cannot_write(&self.path, error))
     }
 
-    /// Ends the recording with its index.
+    /// Ends the recording and writes its index.
     ///
     /// # Errors
-    /// A file that cannot be written.
+    /// The file cannot be written.
     pub fn finish(mut self) -> Result<()> {
         let finished = self.writer.finish();
         finished.map_err(|error| cannot_write(&self.path, error))?;
@@ -181,16 +179,16 @@ fn cannot_write(path: &Path, error: McapError) -> Error {
     }
 }
 
-/// Stamps are from 0 on, by `protocol`.
+/// Timestamps are at least 0; `protocol` checks that.
 fn nanoseconds(seconds: f64) -> u64 {
     (seconds * 1e9).round() as u64
 }
 
-/// A structure's fields as texts, as metadata are; those that are not given are left out.
+/// A structure's fields as strings, for metadata; fields without a value are omitted.
 fn texts(heading: &Heading) -> BTreeMap<String, String> {
     let fields = match serde_json::to_value(heading) {
         Ok(Value::Object(fields)) => fields,
-        // A plain structure always serialises to an object.
+        // A plain structure always serializes to an object.
         _ => Map::new(),
     };
     let fields = fields.into_iter().filter(|(_, value)| !value.is_null());

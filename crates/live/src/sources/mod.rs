@@ -1,7 +1,7 @@
-//! Who speaks, and whether it still does: cameras, the belt, robots.
+//! The sources of messages (cameras, the belt, robots), and whether they are silent.
 //!
-//! Invariants: the time at which a source was heard never goes back; a period is only known
-//! of a source that repeats itself regularly; at most [`MOST`] sources are told apart.
+//! Invariants: the time at which a source was last heard never goes back; only a source that
+//! repeats itself regularly has a period; at most [`MOST`] sources are tracked separately.
 
 mod offset;
 mod period;
@@ -11,83 +11,83 @@ use offset::{Judged, Offset};
 use period::Period;
 use std::collections::BTreeMap;
 
-/// Sources that are told apart at most: names come from outside.
+/// Maximum number of sources tracked separately, because names come from outside.
 const MOST: usize = 64;
-/// Messages that come so much later than their stamps [s], all of them, are told of.
+/// A source is reported if all its messages come this much later than their timestamps [s].
 const LATE: f64 = 0.5;
-/// The name of all beyond.
+/// The common name of all further sources.
 const OTHERS: &str = "others";
 
-/// Where not given otherwise, a source is overdue after so many of its periods, and not before
-/// so much time [s].
+/// By default a source is overdue after this many of its periods, and not before [`LEAST`] [s].
 const PERIODS: f64 = 10.0;
 const LEAST: f64 = 1.0;
-/// A camera sees nothing where nothing lies, so it is given more time [s].
+/// Minimum for a camera [s], which has nothing to report over an empty belt.
 const LEAST_OF_CAMERA: f64 = 10.0;
 
-/// A source repeats itself if its value differs by no more than this, or this share: a measured
-/// speed is never the same twice.
+/// A source repeats itself if its value differs by at most this, or by this share, because a
+/// measured speed is never exactly the same twice.
 const SAME: f64 = 5e-3;
 const SAME_SHARE: f64 = 0.1;
 
-/// A source: what it is, and its name.
+/// The kind and the name of a source.
 pub type Key = (SourceKind, String);
 
-/// After how long a silence sources are overdue [s]; 0 is never, and without a value it follows
+/// Times of silence after which sources are overdue [s]. 0 is never; without a value it follows
 /// from their periods.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Timeouts {
-    /// Of the belt.
+    /// For the belt [s].
     pub belt: Option<f64>,
-    /// Of a robot.
+    /// For a robot [s].
     pub robot: Option<f64>,
 }
 
-/// One source.
+/// The state of a source.
 #[derive(Debug, Clone)]
 struct Source {
-    /// When it was heard last [s].
+    /// When it was last heard [s].
     heard: f64,
-    /// When it last said how things are [s], and what, as a number.
+    /// Time [s] and value of its last reported state.
     said: Option<(f64, f64)>,
     period: Period,
     offset: Offset,
-    /// Whether it was told that it is overdue, and that it is late.
+    /// Whether it was reported as overdue, and as late.
     told: bool,
     told_late: bool,
 }
 
-/// What is known of all sources.
+/// The states of all sources.
 #[derive(Debug, Clone)]
 pub struct Sources {
     table: BTreeMap<Key, Source>,
     timeouts: Timeouts,
-    /// By how much the machine's clock is ahead since it was set [s].
+    /// By how much the machine's clock is ahead of the node's time because it was set [s].
     ahead: f64,
-    /// Whether offsets are estimated: with message time there is nothing to compare with.
+    /// Whether offsets are estimated. With message time there is nothing to compare with.
     has_offsets: bool,
 }
 
-/// What a stamp becomes.
+/// How a timestamp is mapped.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mapped {
-    /// What is to be added to it [s].
+    /// What is added to it [s].
     pub shift: f64,
-    /// How the clock of the source was set, if it was since its last message.
+    /// The step of the source's clock since its last message, if there was one.
     pub stepped: Option<Step>,
 }
 
-/// What has become of the clock of a source.
+/// A step of a source's clock.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
-    /// By how much it is ahead of what was thought [s].
+    /// By how much the clock is ahead of what was expected [s].
     pub by: f64,
-    /// Whether nothing was heard of the source before: then nobody has seen it being set.
+    /// Whether this is the first message of the source, so that it is not known whether the clock
+    /// was set.
     pub is_first: bool,
 }
 
 impl Sources {
-    /// None so far.
+    /// No sources yet.
     pub fn new(timeouts: Timeouts, has_offsets: bool) -> Self {
         Self {
             table: BTreeMap::new(),
@@ -97,12 +97,13 @@ impl Sources {
         }
     }
 
-    /// By how much the machine's clock is ahead of the node's time since it was set [s].
+    /// By how much the machine's clock is ahead of the node's time because it was set [s].
     pub fn ahead(&self) -> f64 {
         self.ahead
     }
 
-    /// The machine's clock is ahead by so much [s] now; by how much it was set, if it was.
+    /// Sets by how much the machine's clock is ahead [s]. Returns by how much it was set, if it
+    /// was.
     pub fn set_ahead(&mut self, ahead: f64) -> Option<f64> {
         let step = ahead - self.ahead;
         if step == 0.0 {
@@ -133,10 +134,10 @@ impl Sources {
         })
     }
 
-    /// What becomes of `stamp` [s] of a message that came at `received` [s], both since 1970;
-    /// none when it lies in the future, and nothing else says so.
+    /// Maps the timestamp `stamp` [s] of a message that arrived at `received` [s], both since 1970.
+    /// None if it is in the future or too old, and no other messages confirm it.
     pub fn map(&mut self, key: &Key, stamp: f64, received: f64) -> Option<Mapped> {
-        // Its time of being heard is noted once the message is believed.
+        // The time at which it was heard is noted once the message is accepted.
         let source = self.entry(key, f64::NEG_INFINITY);
         let stepped = match source.offset.judge(stamp, received) {
             Judged::Fits => None,
@@ -153,15 +154,15 @@ impl Sources {
         })
     }
 
-    /// What is to be taken from the node's time for a stamp that `key` understands [s].
+    /// What is subtracted from the node's time for a timestamp by the clock of `key` [s].
     pub fn shift(&self, key: &Key) -> f64 {
         let source = self.table.get(key);
         source.map_or(-self.ahead, |source| source.offset.shift())
     }
 
-    /// A source was heard at `time` [s]; it says how things are, as a number, or answers only.
-    /// It repeats itself where it says what it said before: who only speaks when something has
-    /// changed has no period.
+    /// Notes that a source was heard at `time` [s]. `says` is the state that it reported, as a
+    /// number; none for an answer. It repeats itself if it reports the same state again; a source
+    /// that only reports changes has no period.
     pub fn hear(&mut self, key: &Key, time: f64, says: Option<f64>) {
         let source = self.entry(key, time);
         source.heard = source.heard.max(time);
@@ -175,7 +176,7 @@ impl Sources {
         source.said = Some((time, value));
     }
 
-    /// From when on a source is overdue, if it stays silent [s].
+    /// Silence after which a source is overdue [s].
     fn limit(&self, kind: SourceKind, source: &Source) -> f64 {
         let set = match kind {
             SourceKind::Belt => self.timeouts.belt,
@@ -194,7 +195,7 @@ impl Sources {
         }
     }
 
-    /// Until when the belt is known [s]: it is overdue then if no word comes.
+    /// When the belt will be overdue if it stays silent [s].
     pub fn belt_until(&self) -> f64 {
         let belts = self.table.iter();
         let belts = belts.filter(|((kind, _), _)| *kind == SourceKind::Belt);
@@ -202,7 +203,7 @@ impl Sources {
         limits.reduce(f64::max).unwrap_or(f64::INFINITY)
     }
 
-    /// Until when a robot is known to be there [s].
+    /// When a robot will be overdue if it stays silent [s].
     pub fn robot_until(&self, key: &Key) -> f64 {
         let source = self.table.get(key);
         source.map_or(f64::INFINITY, |source| {
@@ -210,8 +211,8 @@ impl Sources {
         })
     }
 
-    /// How long the pictures of the one camera that is heard take from their stamps at least
-    /// [s]; none where that is not known, or of which camera.
+    /// Smallest time from the timestamps of pictures to their arrival [s]; none if it is unknown or
+    /// there is more than one camera.
     pub fn camera_offset(&self) -> Option<f64> {
         let cameras = self.table.iter();
         let mut cameras = cameras.filter(|((kind, _), _)| *kind == SourceKind::Camera);
@@ -220,7 +221,7 @@ impl Sources {
         camera.offset.delay().filter(|_| is_alone)
     }
 
-    /// What is to be told at `now` [s]: who is overdue, and who is back.
+    /// The remarks due at `now` [s]: sources that are overdue, and sources heard again.
     pub fn remarks(&mut self, now: f64) -> Vec<String> {
         let mut remarks = Vec::new();
         let mut table = std::mem::take(&mut self.table);
@@ -231,14 +232,14 @@ impl Sources {
             if is_late && !source.told_late {
                 let delay = pickline::error::rounded(delay, 2);
                 remarks.push(format!(
-                    "{named}: its messages come {delay} s after their stamps at least: its clock is \
-                     behind, or it is slow; nobody can tell which, so its stamps are believed\n  set \
-                     its clock by NTP or PTP, and see how long it takes"
+                    "{named}: its messages come at least {delay} s after their timestamps: its \
+                     clock is behind, or it is slow; the timestamps are accepted, because the two \
+                     look the same\n  set its clock by NTP or PTP, and check how long it takes"
                 ));
             }
             source.told_late |= is_late;
             let overdue = now > self.limit(*kind, source);
-            // A camera before which nothing lies now and then is no news.
+            // Later silences of a camera over an empty belt are not reported.
             if overdue == source.told || (*kind == SourceKind::Camera && source.told) {
                 continue;
             }
@@ -249,18 +250,18 @@ impl Sources {
             }
             let silence = pickline::error::rounded(now - source.heard, 2);
             let usual = source.period.get().map_or(String::new(), |period| {
-                format!(", and spoke every {} s", pickline::error::rounded(period, 2))
+                format!(" (it usually sends every {} s)", pickline::error::rounded(period, 2))
             });
             let what = match kind {
                 SourceKind::Belt => {
-                    "no task is given until it is heard\n  see that the belt reports; \
+                    "no task is given until it is heard\n  check that the belt reports; \
                      --belt-timeout S sets how long it may be silent, 0 for ever"
                 }
                 SourceKind::Robot => {
-                    "it gets no task until it is heard\n  see that it reports; \
-                     --robot-timeout S sets how long it may be silent, 0 for ever"
+                    "it gets no task until it is heard\n  check that it reports; --robot-timeout S \
+                     sets how long it may be silent, 0 for ever"
                 }
-                SourceKind::Camera => "if nothing lies before it, that is how it is",
+                SourceKind::Camera => "normal if no items pass it",
             };
             remarks.push(format!(
                 "{named} has been silent for {silence} s{usual}: {what}"
@@ -270,7 +271,7 @@ impl Sources {
         remarks
     }
 
-    /// All sources as a status shows them at `now` [s].
+    /// The `sources` of a status at `now` [s].
     pub fn report(&self, now: f64) -> Vec<SourceReport> {
         let heard = self.table.iter();
         let heard = heard.filter(|(_, source)| source.heard > f64::NEG_INFINITY);
@@ -313,7 +314,7 @@ mod tests {
         assert!((until - 5.95).abs() < 1e-9, "{until}");
         assert!(sources.remarks(until).is_empty());
         let remarks = sources.remarks(6.2);
-        assert!(remarks[0].contains("silent for 1.2 s, and spoke every 0.05 s"));
+        assert!(remarks[0].contains("silent for 1.2 s (it usually sends every 0.05 s)"));
         assert!(sources.remarks(7.0).is_empty() && sources.report(7.0)[0].overdue);
         sources.hear(&belt, 20.0, Some(0.3));
         assert_eq!(sources.remarks(20.0), ["belt `x` is heard again"]);

@@ -1,36 +1,35 @@
-//! By how much the stamps of one source differ from the node's time.
+//! The offset between the timestamps of a source and the node's time.
 
-/// How far a stamp may lie in the future [s]: no message comes before it is sent, so more
-/// means that the clock of the source is ahead.
+/// How far a timestamp may be in the future [s]. No message comes before it is sent, so more means
+/// that the source's clock is ahead.
 const AHEAD: f64 = 0.02;
-/// Up to this [s] that is taken for drift and followed at once.
+/// Up to this [s] it is treated as drift and followed at once.
 const DRIFT: f64 = 0.25;
-/// A first stamp within these [s] is believed.
+/// A first timestamp at most this far ahead or behind [s] is accepted.
 const FIRST_AHEAD: f64 = 5.0;
 const FIRST_BEHIND: f64 = crate::clock::OLDEST;
-/// Stamps that go back by more than this [s] may show that the clock of the source was set.
+/// Timestamps that go back by more than this [s] may mean that the source's clock was set.
 const BACK: f64 = 0.25;
-/// So many messages in a row that agree within so much [s], and are this much [s] apart, show
-/// that it was.
+/// This many messages in a row that agree within [`AGREE`] [s], and are [`APART`] [s] apart,
+/// confirm that it was.
 const CONFIRMED: u32 = 3;
-/// Of stamps that go back there have to be more: some may only be late.
+/// More messages are needed if timestamps go back, because some may only be late.
 const CONFIRMED_BACK: u32 = 5;
 const AGREE: f64 = 0.1;
 const APART: f64 = 0.01;
-/// After a step of the node's own clock, a source whose messages fit one way of mapping by so
-/// much [s] better than the other is mapped that way.
+/// After a step of the node's own clock, a source is mapped with the shift that fits its messages
+/// better by this much [s].
 const BETTER: f64 = 0.03;
 const NEAR: f64 = 0.5;
-/// After so many messages that fit, the other way is forgotten.
+/// After this many fitting messages, other shifts are forgotten.
 const SETTLED: u32 = 20;
-/// The smallest delay is that of the time just past, between one and two of these [s].
+/// The smallest delay is taken over the last one to two of these windows [s].
 const WINDOW: f64 = 15.0;
 
-/// The smallest value of the time just past.
+/// The smallest value over the recent past.
 #[derive(Debug, Clone, Copy, Default)]
 struct Floor {
-    /// When the present half of the window began [s], its smallest value, and that of the half
-    /// before.
+    /// Start of the present window [s], its smallest value, and that of the window before.
     began: f64,
     now: Option<f64>,
     before: Option<f64>,
@@ -51,7 +50,7 @@ impl Floor {
     }
 }
 
-/// Messages that agree on another offset.
+/// Consecutive messages that agree on another offset.
 #[derive(Debug, Clone, Copy)]
 struct Pending {
     shift: f64,
@@ -60,41 +59,42 @@ struct Pending {
     count: u32,
 }
 
-/// What is thought of a stamp.
+/// How a timestamp is judged.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Judged {
-    /// With the shift it is as it should be, or late.
+    /// With the present shift it is plausible or late.
     Fits,
-    /// The clock of the source was set by so much [s], and the shift has followed.
+    /// The source's clock was set by this much [s], and the shift has followed.
     Stepped(f64),
-    /// Since its first message the clock of the source is ahead by so much [s], which is more
-    /// than the way of a message explains, and the shift has followed.
+    /// The source's clock has been ahead by this much [s] from its first message on, more than
+    /// transmission explains, and the shift has followed.
     Off(f64),
-    /// It lies in the future, and alone says nothing.
+    /// It is in the future, or its first one too old, and is not confirmed yet.
     Wild,
 }
 
-/// The offset of one source: what is added to its stamps gives the node's time.
+/// The offset of a source, which added to its timestamps gives the node's time.
 ///
-/// A delay is the time at which a message came less its stamp, so it is the offset of the
-/// clocks and the way of the message together, and nobody can tell the two apart: a camera
-/// that needs 150 ms for a picture looks like one whose clock is 150 ms behind. So stamps are
-/// believed as they are, as long as they can be, and only what cannot be is mapped away: a
-/// stamp in the future, and a step. The smallest delay of the time just past is what is shown.
+/// A delay is the arrival time of a message minus its timestamp. It is the sum of clock offset and
+/// transmission delay, which cannot be told apart: a camera that needs 150 ms for a picture looks
+/// like one whose clock is 150 ms behind. So timestamps are accepted unchanged if they are
+/// possible. Only the impossible is mapped: timestamps in the future, and steps. The smallest
+/// recent delay is what a status shows.
 #[derive(Debug, Clone, Default)]
 pub struct Offset {
     shift: f64,
     floor: Floor,
-    /// The newest stamp [s], as it was said.
+    /// The newest timestamp [s], unmapped.
     newest: Option<f64>,
-    /// Shifts that held before the node's own clock was set.
+    /// Shifts from before the node's own clock was set.
     others: Vec<f64>,
     fits: u32,
     pending: Option<Pending>,
 }
 
 impl Offset {
-    /// An offset of a source whose clock is ahead as the machine's is, by `ahead` [s].
+    /// The offset of a new source, whose clock is assumed to be ahead like the machine's, by
+    /// `ahead` [s].
     pub fn new(ahead: f64) -> Self {
         Self {
             shift: -ahead,
@@ -102,12 +102,12 @@ impl Offset {
         }
     }
 
-    /// What is added to a stamp [s].
+    /// What is added to a timestamp [s].
     pub fn shift(&self) -> f64 {
         self.shift
     }
 
-    /// The smallest delay of the time just past [s], with the shift.
+    /// The smallest recent delay [s], after the shift.
     pub fn delay(&self) -> Option<f64> {
         self.floor.least()
     }
@@ -117,8 +117,8 @@ impl Offset {
         self.floor.least().filter(|_| self.fits >= SETTLED)
     }
 
-    /// The node's own clock was set by `step` [s]: the source goes by the same clock, unless
-    /// its next messages show that it does not.
+    /// The node's own clock was set by `step` [s]. The source is assumed to use the same clock,
+    /// unless its next messages show otherwise.
     pub fn follow(&mut self, step: f64) {
         self.others.push(self.shift);
         if self.others.len() > 4 {
@@ -129,7 +129,7 @@ impl Offset {
         (self.fits, self.pending) = (0, None);
     }
 
-    /// What is to be thought of a message with `stamp` [s] that came at `received` [s], in the
+    /// Judges a message with the timestamp `stamp` [s] that arrived at `received` [s], in the
     /// node's time.
     pub fn judge(&mut self, stamp: f64, received: f64) -> Judged {
         let delay = received - (stamp + self.shift);
@@ -155,7 +155,7 @@ impl Offset {
         }
         let goes_back = self.newest.is_some_and(|newest| stamp < newest - BACK);
         if goes_back && delay > floor + BACK {
-            // A late message, or the first after the clock was set back.
+            // Either a late message, or the first one after the clock was set back.
             let shift = received - stamp - floor;
             if let Some(shift) = self.confirm(shift, stamp, received, CONFIRMED_BACK) {
                 return self.step(shift, stamp, received);
@@ -223,7 +223,7 @@ impl Offset {
             (pending.stamp, pending.received) = (stamp, received);
             pending.count += 1;
         }
-        // The smallest delay is the nearest to the offset.
+        // The smallest delay is nearest to the offset.
         pending.shift = pending.shift.min(shift);
         self.pending = Some(pending);
         (pending.count >= enough).then_some(pending.shift)
@@ -234,7 +234,7 @@ impl Offset {
 mod tests {
     use super::*;
 
-    /// A source that speaks every 50 ms, with 2 to 8 ms on the way.
+    /// A source that sends every 50 ms, with a delay of 2 to 8 ms.
     struct World {
         time: f64,
         offset: Offset,
@@ -253,7 +253,7 @@ mod tests {
             world
         }
 
-        /// What is thought of one message, and by how much its mapped stamp is off [s].
+        /// Sends a message: how it is judged, and the error of its mapped timestamp [s].
         fn say(&mut self) -> (Judged, f64) {
             self.time += 0.05;
             let way = 0.002 + 0.006 * (self.time * 37.0).fract();
@@ -273,7 +273,7 @@ mod tests {
         assert_eq!(world.offset.shift(), 0.0);
         let delay = world.offset.delay().unwrap();
         assert!((0.002..0.004).contains(&delay), "{delay}");
-        // Half a second late, all of them or one: that is how the camera is.
+        // Half a second late, all of them or one: a property of the camera.
         let mut slow = Offset::new(0.0);
         for i in 0..100 {
             let stamp = 0.05 * f64::from(i);
@@ -297,7 +297,7 @@ mod tests {
                     "{judged:?} {off}"
                 );
             }
-            // And one that has a clock of its own does not, from its first message on.
+            // A source with another clock does not step, from its first message on.
             let mut other = World::new();
             other.offset.follow(step);
             let (judged, off) = other.say();
@@ -334,7 +334,7 @@ mod tests {
         assert_eq!(world.offset.judge(time + 3.0, time), Judged::Wild);
         assert_eq!(world.offset.judge(time - 20.0, time), Judged::Fits);
         assert_eq!(world.run(5), vec![Judged::Fits; 5]);
-        // The network holds up two seconds of messages.
+        // The network delays two seconds of messages.
         let held = world.time;
         for i in 1..=40 {
             let stamp = held + 0.05 * f64::from(i);
@@ -349,7 +349,7 @@ mod tests {
         let mut offset = Offset::new(0.0);
         assert_eq!(offset.judge(103.0, 100.0), Judged::Fits);
         assert_eq!(offset.shift(), -3.0);
-        // One that is an hour ahead after three messages.
+        // A clock that is an hour ahead is mapped after three messages.
         let mut offset = Offset::new(0.0);
         let judged = [0.0, 0.1, 0.2].map(|t| offset.judge(3700.0 + t, 100.0 + t));
         assert_eq!(judged[..2], [Judged::Wild; 2]);

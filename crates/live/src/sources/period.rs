@@ -1,29 +1,29 @@
 //! How often a source repeats itself.
 
-/// Gaps that are remembered; with fewer there is no period.
+/// Number of gaps that are kept; with fewer there is no period.
 const GAPS: usize = 15;
-/// Messages that are nearer to each other [s] are one: detections of one picture.
+/// Messages closer than this [s] count as one: detections of one picture.
 const ONE: f64 = 1e-3;
-/// A period is learned over at least so much time [s]: a ramp of the speed, told step by step,
-/// is none.
+/// A period is learned over at least this time [s], so that a speed ramp reported in steps does not
+/// count.
 const LEARNED: f64 = 2.0;
-/// Of regular gaps three quarters are at most so many times the median.
+/// Gaps are regular if three quarters of them are at most this many times the median.
 const REGULAR: f64 = 3.0;
 
-/// The time between two messages of a source, as a rule.
+/// The typical interval of a source's messages.
 #[derive(Debug, Clone, Default)]
 pub struct Period {
     /// The last gaps [s].
     gaps: Vec<f64>,
     next: usize,
-    /// For how long it has repeated itself without a break [s].
+    /// How long it has repeated itself without interruption [s].
     span: f64,
-    /// As it was learned [s].
+    /// The learned period [s].
     learned: Option<f64>,
 }
 
 impl Period {
-    /// A message has come `gap` [s] after the one before, and repeats it or not.
+    /// Notes a message `gap` [s] after the previous one; `repeats` is whether it repeats that.
     pub fn note(&mut self, gap: f64, repeats: bool) {
         if !repeats {
             (self.span, self.next) = (0.0, 0);
@@ -50,7 +50,7 @@ impl Period {
         self.learned = is_regular.then_some(median);
     }
 
-    /// The time between two messages [s], if the source repeats itself regularly.
+    /// The period [s], if the source repeats itself regularly.
     pub fn get(&self) -> Option<f64> {
         self.learned
     }

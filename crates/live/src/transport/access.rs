@@ -1,4 +1,4 @@
-//! Who may talk to this program: those that know a token, or have a certificate.
+//! Access control: a peer needs the token, or a certificate.
 
 use super::tls::Tls;
 use pickline::error::{Error, Result};
@@ -7,13 +7,12 @@ use sha2::{Digest, Sha256};
 use std::path::Path;
 use subtle::ConstantTimeEq as _;
 
-/// A token has at least so many characters: 64 bits, if they are hexadecimal digits drawn
-/// at random.
+/// Minimum length of a token: 64 bits, if they are random hexadecimal digits.
 const SHORTEST: usize = 16;
-/// A token has at most so many characters; a line holds it with room to spare.
+/// Maximum length of a token; it easily fits into a line.
 const LONGEST: usize = 1024;
 
-/// A secret that both sides know.
+/// A shared secret.
 #[derive(Clone)]
 pub struct Token {
     text: String,
@@ -21,11 +20,11 @@ pub struct Token {
 }
 
 impl Token {
-    /// The token in a file: one line, of which others than its owner and group know nothing.
+    /// Reads the token from a file with one line, which only its owner and group may read.
     ///
     /// # Errors
-    /// A file that cannot be read, that others can read or the group can change, or that
-    /// holds anything but one line of 16 to 1024 printable characters.
+    /// The file cannot be read, others can read it or the group can change it, or it is not one
+    /// line of 16 to 1024 printable characters.
     pub fn read(file: &Path) -> Result<Self> {
         let place = file.display().to_string();
         #[cfg(unix)]
@@ -36,7 +35,8 @@ impl Token {
             if about.is_file() && mode & 0o027 != 0 {
                 return Err(Error::input(
                     place,
-                    format!("its permissions are {mode:03o}: others than its owner can use it"),
+                    format!("its permissions are {mode:03o}: it must not be accessible to other \
+                             users"),
                     format!("run `chmod 600 {}`", file.display()),
                 ));
             }
@@ -48,16 +48,16 @@ impl Token {
             return Err(Error::input(
                 place,
                 format!(
-                    "this is not one line of {SHORTEST} to {LONGEST} printable ASCII characters \
-                     without blanks"
+                    "expected one line of {SHORTEST} to {LONGEST} printable ASCII characters \
+                     without spaces"
                 ),
-                format!("make one with `openssl rand -hex 32 > {}`", file.display()),
+                format!("create one with `openssl rand -hex 32 > {}`", file.display()),
             ));
         }
         Ok(Self::new(text))
     }
 
-    /// This text as a token.
+    /// A token with this text.
     pub fn new(text: &str) -> Self {
         Self {
             text: text.to_owned(),
@@ -65,8 +65,8 @@ impl Token {
         }
     }
 
-    /// Whether `given` is the token, found out in a time that does not depend on where the
-    /// two differ. Digests are compared, so that their lengths do not matter either.
+    /// Whether `given` is the token, compared in constant time. Digests are compared, so that the
+    /// lengths do not matter either.
     pub fn is(&self, given: &str) -> bool {
         let given: [u8; 32] = Sha256::digest(given.as_bytes()).into();
         self.digest.ct_eq(&given).into()
@@ -78,29 +78,29 @@ impl Token {
     }
 }
 
-/// Without the secret.
+/// Hides the secret.
 impl std::fmt::Debug for Token {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str("Token")
     }
 }
 
-/// What whoever connects has to show.
+/// What a peer must present when it connects.
 #[derive(Debug, Clone, Default)]
 pub struct Access {
-    /// The secret that it has to know.
+    /// The required token.
     pub token: Option<Token>,
     /// How connections are encrypted, and whose certificates are trusted.
     pub tls: Option<Tls>,
 }
 
 impl Access {
-    /// Whether strangers are kept out.
+    /// Whether peers must present anything.
     pub fn is_closed(&self) -> bool {
         self.token.is_some() || self.tls.as_ref().is_some_and(Tls::checks_peers)
     }
 
-    /// The scheme of an address at which a page is.
+    /// The URL scheme of the dashboard.
     pub fn scheme(&self) -> &'static str {
         if self.tls.is_some() { "https" } else { "http" }
     }
@@ -127,7 +127,7 @@ mod tests {
         let token = read(&format!("{good}\n"), 0o600).unwrap();
         assert!(token.is(good) && !token.is("0123456789abcdeF") && !token.is(""));
         assert!(!format!("{token:?}").contains(good));
-        // What systemd makes of a credential.
+        // The permissions of a systemd credential.
         assert!(read(good, 0o440).is_ok() && read(good, 0o400).is_ok());
         for mode in [0o644, 0o604, 0o620, 0o666] {
             let error = read(good, mode).unwrap_err();

@@ -1,13 +1,13 @@
-//! How many files this process may have open, and who has to leave room for whom.
+//! File descriptors: connections leave the last ones to the journal and the recording.
 //!
-//! Connections are refused before the last descriptors are taken: the journal and the
-//! recording need some now and then, and must get them.
+//! Connections are refused before the last descriptors are in use, because the journal and the
+//! recording need some now and then.
 
-/// Descriptors that connections leave free, at most.
+/// Maximum number of descriptors that connections leave free.
 const SPARE: u64 = 96;
 
-/// Whether a connection under `descriptor` takes one of the last that there are. The system
-/// gives the lowest that is free, so the number shows how many are in use.
+/// Whether a connection with this `descriptor` takes one of the last ones. The system assigns the
+/// lowest free number, so it shows how many are in use.
 #[cfg(unix)]
 pub fn is_short(socket: &impl std::os::fd::AsRawFd) -> bool {
     use nix::sys::resource::{Resource, getrlimit};
@@ -16,7 +16,7 @@ pub fn is_short(socket: &impl std::os::fd::AsRawFd) -> bool {
         .is_ok_and(|(most, _)| descriptor >= most.saturating_sub(SPARE.min(most / 4)))
 }
 
-/// Whether a connection takes one of the last descriptors: not known here.
+/// Whether a connection takes one of the last descriptors. This is not known on this system.
 #[cfg(not(unix))]
 pub fn is_short<S>(_: &S) -> bool {
     false

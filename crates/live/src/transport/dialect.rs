@@ -1,4 +1,4 @@
-//! How a peer on a stream writes its lines: in JSON or in the csv dialect.
+//! The dialect of a peer on a stream: JSON or csv.
 
 use super::lines::Line;
 use super::{Heard, Origin};
@@ -6,22 +6,22 @@ use crate::protocol::{CsvLine, CsvReader, CsvWriter, Message, Rejected, encode};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Reads the clock [s]; passed in by whoever knows which one rules.
+/// Reads the time [s]; passed in by the caller, which knows the kind of clock.
 pub type Clock = fn() -> f64;
 
-/// How lines are written.
+/// The format of lines.
 #[derive(Debug, Clone, Copy, Default)]
 pub enum Dialect {
-    /// One JSON object a line.
+    /// One JSON object per line.
     #[default]
     Json,
-    /// The csv dialect, with the clock that stands in for times that are not given, if one
-    /// does. A peer that begins in JSON is talked to in JSON.
+    /// The csv dialect, with the clock for omitted times, if there is one. With a peer that begins
+    /// in JSON, JSON is used.
     Csv(Option<Clock>),
 }
 
 impl Dialect {
-    /// Both ways of one peer.
+    /// The reader and the writer for one peer.
     pub fn of_a_peer(self) -> (Ear, Voice) {
         let speaks_json = Arc::new(AtomicBool::new(matches!(self, Self::Json)));
         let ear = Ear {
@@ -34,8 +34,8 @@ impl Dialect {
         (ear, Voice { speaks_json, csv })
     }
 
-    /// Whether a stream that begins with these bytes, blanks aside, may be a peer's: a
-    /// browser, a scanner or TLS is none.
+    /// Whether a stream that begins with these bytes, ignoring blanks, may be from a peer, not from
+    /// a browser, a scanner or TLS.
     pub fn may_begin(self, bytes: &[u8]) -> bool {
         let is_csv = matches!(self, Self::Csv(_));
         match bytes.trim_ascii_start() {
@@ -46,7 +46,7 @@ impl Dialect {
     }
 }
 
-/// What a peer says.
+/// Reads the lines of a peer.
 #[derive(Debug)]
 pub struct Ear {
     dialect: Dialect,
@@ -56,7 +56,7 @@ pub struct Ear {
 }
 
 impl Ear {
-    /// The JSON of a line, and what is missing before it.
+    /// The JSON of a line, and whether lines are missing before it.
     fn hear(&mut self, line: Line) -> CsvLine {
         let line = match line {
             Line::Whole(line) => Ok(line),
@@ -77,7 +77,7 @@ impl Ear {
         }
     }
 
-    /// What a line from `origin` says, for the inbox.
+    /// The contents of a line from `origin`, for the inbox.
     pub fn heard(&mut self, origin: &Origin, line: Line) -> impl Iterator<Item = Heard> + use<> {
         let CsvLine { gap, message } = self.hear(line);
         let gap = gap.map(|gap| Heard::Refused(origin.clone(), gap));
@@ -89,7 +89,7 @@ impl Ear {
     }
 }
 
-/// What is said to a peer.
+/// Writes messages to a peer.
 #[derive(Debug)]
 pub struct Voice {
     speaks_json: Arc<AtomicBool>,
@@ -97,10 +97,10 @@ pub struct Voice {
 }
 
 impl Voice {
-    /// A message as it is written, with its line ends.
+    /// A message as text, with its line endings.
     ///
     /// # Errors
-    /// What cannot be said in the dialect, in words for the user.
+    /// The message does not fit into the dialect; the error is a text for the user.
     pub fn say(&mut self, message: &Message) -> Result<String, String> {
         if self.speaks_json.load(Ordering::Relaxed) {
             return Ok(encode(message));
@@ -128,7 +128,7 @@ mod tests {
             CsvLine::of(Ok(json.clone()))
         );
         assert!(voice.say(&due).unwrap().starts_with('{'));
-        // One that has begun otherwise is held to it.
+        // A peer that began in the other dialect must stay with it.
         let (mut ear, mut voice) = Dialect::Csv(None).of_a_peer();
         assert!(
             ear.hear(Line::Whole(b"K,0,1000*1".to_vec()))

@@ -4,10 +4,10 @@ use std::io::Write;
 use std::sync::{Arc, Condvar, Mutex};
 use std::time::Duration;
 
-/// More than anything takes on a slow machine.
+/// Longer than anything takes on a slow machine.
 const PATIENCE: Duration = Duration::from_secs(300);
 
-/// A stream that takes nothing until it is opened.
+/// A stream that blocks writes until it is opened.
 #[derive(Clone, Default)]
 pub struct Gate(Arc<(Mutex<Taken>, Condvar)>);
 
@@ -18,13 +18,13 @@ struct Taken {
 }
 
 impl Gate {
-    /// Lets it take everything.
+    /// Opens it for all writes.
     pub fn open(&self) {
         self.0.0.lock().unwrap().open = true;
         self.0.1.notify_all();
     }
 
-    /// What it has taken so far.
+    /// The bytes written so far.
     pub fn bytes(&self) -> Vec<u8> {
         self.0.0.lock().unwrap().bytes.clone()
     }
@@ -34,12 +34,12 @@ impl Gate {
         String::from_utf8(self.bytes()).unwrap()
     }
 
-    /// Waits until it has taken this.
+    /// Waits until `words` have been written.
     pub fn wait_for(&self, words: &str) {
         let state = self.0.0.lock().unwrap();
         let lacks = |taken: &mut Taken| !String::from_utf8_lossy(&taken.bytes).contains(words);
         let waited = self.0.1.wait_timeout_while(state, PATIENCE, lacks);
-        assert!(!waited.unwrap().1.timed_out(), "waited in vain for {words}");
+        assert!(!waited.unwrap().1.timed_out(), "timed out waiting for {words}");
     }
 }
 

@@ -1,4 +1,5 @@
-//! All peers: who is there, what goes to whom, and who is disconnected.
+//! The hub of all peers: which are connected, which message goes to which, and which are
+//! disconnected.
 
 #[cfg(feature = "mqtt")]
 use super::mqtt;
@@ -14,42 +15,40 @@ use std::net::SocketAddr;
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::time::{Duration, Instant};
 
-/// A peer that has said nothing for so long after it has come is taken for one that says
-/// no hello.
+/// A peer that has sent nothing for this time after connecting is treated as one without a hello.
 const GRACE: Duration = Duration::from_millis(200);
-/// Where a token is asked for, a peer is disconnected that has not shown it by then.
+/// If a token is required, a peer that has not presented it after this time is disconnected.
 const GREETING_TIME: Duration = Duration::from_secs(5);
-/// A peer that has said nothing for so long makes room for others, where there is none.
+/// At the limit, a peer that has sent nothing for this time makes room for a new one.
 const SILENCE: Duration = Duration::from_secs(1);
-/// Lines in a row that are no messages, or not the peer's to say, before it is disconnected.
+/// Number of invalid or disallowed lines in a row after which a peer is disconnected.
 const MOST_REFUSED: u32 = 100;
 
-/// On which terms peers are talked to.
+/// Settings of the hub.
 #[derive(Debug, Clone)]
 pub struct Terms {
     /// Which side this is.
     pub side: Side,
-    /// Whether a slow peer is waited for, as with message time. Otherwise it is
-    /// disconnected.
+    /// Whether to wait for a slow peer, as with message time, instead of disconnecting it.
     pub waits: bool,
     /// The names of the station's robots, upstream first.
     pub robots: Vec<String>,
-    /// What whoever connects has to show.
+    /// What a peer must present when it connects.
     pub access: Access,
-    /// Peers over TCP at a time.
+    /// Maximum number of peers over TCP at a time.
     pub most_peers: usize,
-    /// What a station says first over TCP.
+    /// The hello that a station sends first over TCP.
     pub hello: Option<Hello>,
-    /// How lines are written on streams.
+    /// The dialect on streams.
     pub dialect: Dialect,
 }
 
-/// What has become of a hello.
+/// The outcome of a hello.
 #[derive(Debug, PartialEq, Eq)]
 pub enum Greeted {
     /// The peer may stay; it speaks for these robots from now on.
     Accepted(Vec<usize>),
-    /// It may not, for this reason.
+    /// The peer may not stay, for this reason.
     Refused(String),
 }
 
@@ -58,13 +57,13 @@ pub enum Greeted {
 pub struct Hub {
     terms: Terms,
     inbox: Receiver<Heard>,
-    /// What is to be told before anything else.
+    /// Remarks to be delivered before anything else.
     remarks: VecDeque<String>,
     peers: BTreeMap<u64, Peer>,
     next: u64,
-    /// Robots that somebody has said hello for: nobody else may speak for them.
+    /// Robots named in a hello: only the peer that named them may speak for them.
     owned: BTreeSet<usize>,
-    /// Peers that are being disconnected, and when that is done the hard way.
+    /// Peers that are being disconnected, and when they are cut off.
     leaving: Vec<(Instant, u64)>,
     tcp: Option<Tcp>,
     address: Option<SocketAddr>,
@@ -75,10 +74,10 @@ pub struct Hub {
 }
 
 impl Hub {
-    /// Opens the place. Connecting goes on until somebody listens there.
+    /// Opens the place. A connection is retried until something listens there.
     ///
     /// # Errors
-    /// An address that is none, or cannot be listened at.
+    /// The address is invalid, or cannot be listened on.
     pub fn open(place: &Place, terms: Terms) -> Result<Self> {
         let (sender, inbox) = sync_channel(INBOX);
         let mut hub = Self {
@@ -118,7 +117,7 @@ impl Hub {
             }
             Place::Connect(address) => {
                 if std::net::ToSocketAddrs::to_socket_addrs(address.as_str()).is_err() {
-                    let problem = format!("`{}` is no address", shown(address));
+                    let problem = format!("`{}` is not a valid address", shown(address));
                     let cure = "give HOST:PORT, for example 127.0.0.1:7400";
                     return Err(Error::input("--connect", problem, cure));
                 }
@@ -148,27 +147,27 @@ impl Hub {
         number
     }
 
-    /// Where it listens.
+    /// The address that it listens on.
     pub fn address(&self) -> Option<SocketAddr> {
         self.address
     }
 
-    /// Whether the one peer is on stdin and stdout.
+    /// Whether its only peer is on stdin and stdout.
     pub fn is_stdio(&self) -> bool {
         self.is_stdio
     }
 
-    /// Whether it connects to the one peer that there is.
+    /// Whether it connects to its only peer.
     pub fn connects(&self) -> bool {
         self.connects_to.is_some()
     }
 
-    /// How many peers there are now.
+    /// Number of connected peers.
     pub fn peers(&self) -> usize {
         self.peers.values().filter(|peer| peer.is_up()).count()
     }
 
-    /// The next thing heard within `patience`.
+    /// The next event from the peers within `patience`.
     pub fn hear(&mut self, patience: Duration) -> Option<Heard> {
         self.tend();
         if let Some(remark) = self.remarks.pop_front() {
@@ -182,8 +181,8 @@ impl Hub {
         Some(heard)
     }
 
-    /// Does what time alone makes due: sends what was kept, to those too of whom it is not
-    /// known who they are, and disconnects those who had time enough to show it.
+    /// Does what is due by time alone: sends queued messages, stops waiting for hellos, and
+    /// disconnects peers whose time is up.
     pub fn tend(&mut self) {
         for peer in self.peers.values_mut() {
             peer.flush();
@@ -195,7 +194,7 @@ impl Hub {
         let unknown: Vec<u64> = unknown.map(|(number, _)| *number).collect();
         for number in unknown {
             if needs_token {
-                self.dismiss(number, "no hello with a token has come");
+                self.dismiss(number, "it sent no hello with a token in time");
             } else {
                 self.release(number);
             }
@@ -216,8 +215,8 @@ impl Hub {
         asks && self.terms.access.token.is_some()
     }
 
-    /// Takes in a peer that has connected, and returns its number; none if it was turned
-    /// away. Where there are too many, one goes that has said nothing since it came.
+    /// Adds a peer that has connected. Returns its number; none if it was turned away. At the
+    /// limit, a peer that has sent nothing since it connected is disconnected for it.
     pub fn join(&mut self, connection: Connection) -> Option<u64> {
         let tcp = self.tcp.as_ref()?;
         let sockets = self.peers.iter().filter(|(_, peer)| peer.is_on_socket());
@@ -248,11 +247,11 @@ impl Hub {
         if let Some(silent) = silent.filter(|_| is_full) {
             self.dismiss(
                 silent,
-                "others want to connect, and it has said nothing yet",
+                "another peer wants to connect, and this one has sent nothing yet",
             );
         }
         if self.connects() {
-            // Nobody else than the one that was named.
+            // It is the peer at the given address, so no hello is needed.
             self.release(number);
         }
         if self.terms.side == Side::Station {
@@ -264,7 +263,7 @@ impl Hub {
         Some(number)
     }
 
-    /// Who it is is known, or no longer waited for: what was said since it came goes out.
+    /// The peer's identity is known or no longer waited for: sends the messages since it connected.
     fn release(&mut self, number: u64) {
         let Some(peer) = self.peers.get_mut(&number) else {
             return;
@@ -281,7 +280,7 @@ impl Hub {
         }
     }
 
-    /// A peer says who it is.
+    /// Handles the hello of a peer.
     pub fn greet(&mut self, number: u64, hello: Hello) -> Greeted {
         let refused = match self.check_hello(number, &hello) {
             Ok(robots) => {
@@ -294,7 +293,7 @@ impl Hub {
         Greeted::Refused(refused)
     }
 
-    /// Answers a hello that is refused. Where a connection can be ended, it is.
+    /// Answers a refused hello, and ends the connection if that is possible.
     fn turn_down(&mut self, number: u64, reason: &str) {
         if let Some(peer) = self.peers.get_mut(&number) {
             if peer.is_on_socket() {
@@ -333,7 +332,8 @@ impl Hub {
         Ok(robots)
     }
 
-    /// A robot has one peer at a time: two would get the same tasks, and both carry them out.
+    /// Checks that each robot has one peer at a time. Two peers would get the same tasks and both
+    /// carry them out.
     fn check_owners(
         &self,
         number: u64,
@@ -351,7 +351,7 @@ impl Hub {
             if let Some(robot) = robots.iter().find(|r| peer.identity.speaks_for(**r)) {
                 let robot = shown(&self.terms.robots[*robot]);
                 let title = peer.title();
-                return Err(format!("{title} speaks for `{robot}` already"));
+                return Err(format!("{title} already speaks for `{robot}`"));
             }
         }
         Ok(())
@@ -360,7 +360,7 @@ impl Hub {
     fn accept(&mut self, number: u64, hello: Hello, robots: BTreeSet<usize>) -> Vec<usize> {
         if hello.role == Role::Robot {
             self.owned.extend(&robots);
-            // A robot that has come back before its old connection was found dead.
+            // The robot has reconnected before its old connection was noticed as dead.
             let same = self.peers.iter().filter(|(other, peer)| {
                 let is_same = peer.identity.role() == Some(Role::Robot)
                     && peer.identity.name() == Some(&hello.name);
@@ -369,7 +369,7 @@ impl Hub {
             let same = same.filter(|(_, peer)| robots.iter().any(|r| peer.identity.speaks_for(*r)));
             let same: Vec<u64> = same.map(|(other, _)| *other).collect();
             for other in same {
-                self.dismiss(other, "it has said hello again over another connection");
+                self.dismiss(other, "it has sent a hello over another connection");
             }
         }
         let Some(peer) = self.peers.get_mut(&number) else {
@@ -386,7 +386,7 @@ impl Hub {
             reason: None,
             robots: self.terms.robots.clone(),
         };
-        // It is answered before anything else, and before the turn of others ends.
+        // The answer goes before anything else.
         let answer = Message::from(answer);
         for message in std::iter::once(answer).chain(kept) {
             let robot = robot_of(&message, &self.terms.robots);
@@ -401,11 +401,11 @@ impl Hub {
         new
     }
 
-    /// Checks that the peer of `origin` may say `message`, which is of `robot` if of any;
-    /// whether it speaks for that robot for the first time.
+    /// Checks that the peer of `origin` may send `message`, which is from `robot` if from any.
+    /// Returns whether it speaks for that robot for the first time.
     ///
     /// # Errors
-    /// A message that is not the peer's to say.
+    /// The peer may not send the message.
     pub fn admit(
         &mut self,
         origin: &Origin,
@@ -417,7 +417,7 @@ impl Hub {
             return Ok(false);
         };
         if needs_token && peer.is_on_socket() && !peer.identity.has_greeted() {
-            let reason = "it has begun without a hello with a token";
+            let reason = "its first line is not a hello with a token";
             self.dismiss(number, reason);
             let expected = format!("{reason}; expected `hello` first");
             return Err(Rejected::new(Rejection::NotAllowed, expected));
@@ -428,7 +428,7 @@ impl Hub {
         };
         peer.identity.check(message, robot, is_owned)?;
         (peer.has_spoken, peer.refused) = (true, 0);
-        // Who orders a robot about does not speak for it.
+        // An order to a robot does not make its sender speak for the robot.
         let speaks = robot.filter(|_| message.order().is_none());
         let is_first = speaks.is_some_and(|robot| peer.identity.note(robot));
         if peer.unknown_for().is_some() {
@@ -437,8 +437,9 @@ impl Hub {
         Ok(is_first)
     }
 
-    /// A line of `origin` was refused: no message, or not the peer's to say. One that begins
-    /// so, or with a hello that is none, or sends too many of them, is disconnected; why, if so.
+    /// Handles a refused line of `origin`, which is invalid or not allowed. The peer is
+    /// disconnected if this is its first line, if it is a hello, or if there were too many. Returns
+    /// why, if so.
     pub fn refuse(&mut self, origin: &Origin, rejected: &Rejected) -> Option<String> {
         if let Some(number) = Self::connection(origin).filter(|_| rejected.is_hello) {
             let peer = self.peers.get(&number)?;
@@ -452,7 +453,7 @@ impl Hub {
         }
         peer.refused += 1;
         let reason = if !peer.has_spoken && rejected.reason.is_foreign() {
-            "its first line is no message of the live protocol".to_owned()
+            "its first line is not a message of the live protocol".to_owned()
         } else if peer.refused >= MOST_REFUSED {
             format!("{MOST_REFUSED} lines in a row were refused")
         } else {
@@ -463,30 +464,31 @@ impl Hub {
         Some(text)
     }
 
-    /// A peer has begun with something that is no message; what the user is told of it.
+    /// Disconnects a peer that began with something other than a message. Returns the remark for
+    /// the user.
     pub fn foreign(&mut self, number: u64, start: &str) -> String {
         let title = self.peers.get(&number).map(Peer::title);
-        let reason = "what it sends is not the live protocol: one JSON object a line";
+        let reason = "what it sends is not the live protocol, which is one JSON object per line";
         self.dismiss(number, reason);
         let title = title.unwrap_or_default();
         format!(
-            "{title} was disconnected: {reason}; it begins `{}`",
+            "{title} was disconnected: {reason}; it begins with `{}`",
             shown(start)
         )
     }
 
-    /// Disconnects a peer that takes nothing; what the user is told of it.
+    /// Disconnects a peer that reads nothing. Returns the remark for the user.
     pub fn stalled(&mut self, number: u64) -> Option<String> {
         let peer = self.peers.get_mut(&number)?;
         peer.cut();
         Some(format!(
-            "{} has taken nothing for {} s and was disconnected",
+            "{} has read nothing for {} s and was disconnected",
             peer.title(),
             WRITE_TIME.as_secs()
         ))
     }
 
-    /// Disconnects a peer after a last word.
+    /// Disconnects a peer after a last message.
     fn dismiss(&mut self, number: u64, reason: &str) {
         if let Some(peer) = self.peers.get_mut(&number)
             && !peer.is_deaf()
@@ -509,7 +511,7 @@ impl Hub {
         }
     }
 
-    /// Whether what `origin` says counts: it is not being disconnected.
+    /// Whether messages from `origin` count, because it is not being disconnected.
     pub fn counts(&self, origin: &Origin) -> bool {
         match origin {
             Origin::Line { connection, .. } => self.has_a_say(*connection),
@@ -517,7 +519,7 @@ impl Hub {
         }
     }
 
-    /// The number of the connection of `origin`; none where there are no connections.
+    /// The number of the connection of `origin`; none if there are no connections.
     pub fn connection(origin: &Origin) -> Option<u64> {
         match origin {
             Origin::Line { connection, .. } => Some(*connection),
@@ -525,7 +527,7 @@ impl Hub {
         }
     }
 
-    /// The name under which the peer of `origin` has said hello.
+    /// The name in the hello of the peer of `origin`.
     pub fn name(&self, origin: &Origin) -> Option<&str> {
         let Origin::Line { connection, .. } = origin else {
             return None;
@@ -533,12 +535,12 @@ impl Hub {
         self.peers.get(connection)?.identity.name()
     }
 
-    /// Whether what a peer says counts: it is there, and not being disconnected.
+    /// Whether messages from a peer count, because it is connected and not being disconnected.
     pub fn has_a_say(&self, number: u64) -> bool {
         self.peers.get(&number).is_some_and(|peer| !peer.is_deaf())
     }
 
-    /// A peer has gone. Connects again where that is what it does.
+    /// Removes a peer that has gone. Connects again if this side connects.
     pub fn leave(&mut self, number: u64) {
         if self.peers.remove(&number).is_none() {
             return;
@@ -548,7 +550,7 @@ impl Hub {
         }
     }
 
-    /// Sends a message to all whom it concerns, waiting for room.
+    /// Sends a message to all peers that should get it, waiting for space in their queues.
     pub fn send(&mut self, message: impl Into<Message>) {
         let message = message.into();
         let robot = robot_of(&message, &self.terms.robots);
@@ -559,9 +561,9 @@ impl Hub {
         }
     }
 
-    /// Sends a message to all whom it concerns, without waiting; returns those that did not
-    /// keep up and were disconnected. What does not `matter` is left out where there is no
-    /// room.
+    /// Sends a message to all peers that should get it, without waiting. Returns remarks about the
+    /// peers that lagged behind and were disconnected. A message that does not matter is dropped
+    /// for peers without space.
     pub fn try_send(&mut self, message: impl Into<Message>, matters: bool) -> Vec<String> {
         let message = message.into();
         let robot = robot_of(&message, &self.terms.robots);
@@ -575,7 +577,7 @@ impl Hub {
         slow
     }
 
-    /// Sends a message to one peer alone.
+    /// Sends a message to one peer only.
     pub fn send_to(&mut self, number: u64, message: impl Into<Message>) {
         let message = message.into();
         let robot = robot_of(&message, &self.terms.robots);
@@ -592,23 +594,23 @@ impl Hub {
         }
     }
 
-    /// How many messages wait, at the peer where most do.
+    /// Number of messages in the longest queue.
     pub fn queued(&self) -> usize {
         self.peers.values().map(Peer::queued).max().unwrap_or(0)
     }
 
-    /// Whether there is no room for one more message somewhere.
+    /// Whether any queue is full.
     pub fn is_full(&self) -> bool {
         self.queued() >= QUEUE
     }
 
-    /// Whether so much waits somewhere that no more should be added than has to be.
+    /// Whether any queue is more than half full, so that only necessary messages should be added.
     pub fn is_half_full(&self) -> bool {
         self.peers.values().any(Peer::is_half_full)
     }
 
-    /// The robots that should get no task now: nobody is there that could take it to them,
-    /// or somebody who speaks for them does not keep up. Nobody else can hold them up.
+    /// The robots that should get no task now, because no peer can deliver it or the peer that
+    /// speaks for them lags behind. Other peers cannot hold them up.
     pub fn held(&self) -> Vec<usize> {
         let robots = 0..self.terms.robots.len();
         robots.filter(|robot| self.is_held(*robot)).collect()
@@ -632,16 +634,15 @@ impl Hub {
         !is_carried
     }
 
-    /// Ends all streams to the peers after what is still to be written; they may go on
-    /// talking.
+    /// Ends all streams to the peers once everything is written. The peers may keep sending.
     pub fn finish_writing(&mut self) {
         self.peers.values_mut().for_each(Peer::finish_writing);
     }
 
-    /// Writes what is left and closes all, waiting at most `patience`.
+    /// Writes the remaining messages and closes all connections, within `patience`.
     ///
     /// # Errors
-    /// What could not be written, where that is known by then.
+    /// A write has failed, if that is known by then.
     pub fn close(mut self, patience: Duration) -> Result<()> {
         let needs_token = self.needs_token();
         let unknown = self.peers.iter();
@@ -665,7 +666,7 @@ impl Hub {
     }
 }
 
-/// The robot, by its place in `robots`, that a message is for.
+/// Index in `robots` of the robot that a message is for.
 fn robot_of(message: &Message, robots: &[String]) -> Option<usize> {
     let Message::FromNode(message) = message else {
         return None;

@@ -1,23 +1,23 @@
-//! Who is at the other end of a connection, what it is sent, and what it may say.
+//! The identity of a peer: what it is sent, and what it may send.
 
 use crate::protocol::{Hello, Incoming, Message, Outgoing, Rejected, Rejection, Role};
 use std::collections::BTreeSet;
 
-/// Who a peer is, as far as it has said. Robots are numbered upstream first.
+/// What a peer has stated about itself. Robots are numbered upstream first.
 #[derive(Debug, Default)]
 pub struct Identity {
-    /// What it is and its name, once it has said hello.
+    /// Its role and name, once it has sent a hello.
     hello: Option<(Role, String)>,
-    /// The robots that it has said hello for.
+    /// The robots named in its hello.
     robots: BTreeSet<usize>,
-    /// The robots whose messages it has sent.
+    /// The robots from which it has sent messages.
     heard: BTreeSet<usize>,
-    /// Whether all come this way: stdin and stdout, a broker, a ROS graph.
+    /// Whether all peers share this connection: stdin and stdout, a broker, a ROS graph.
     is_shared: bool,
 }
 
 impl Identity {
-    /// A peer through which all others speak, until it says hello.
+    /// A connection that all peers share, unless it sends a hello.
     pub fn shared() -> Self {
         Self {
             is_shared: true,
@@ -25,7 +25,7 @@ impl Identity {
         }
     }
 
-    /// It has said hello, for these robots.
+    /// Notes its hello for these robots.
     pub fn greet(&mut self, hello: Hello, robots: BTreeSet<usize>) {
         self.hello = Some((hello.role, hello.name));
         self.robots = robots;
@@ -33,22 +33,22 @@ impl Identity {
         self.is_shared = false;
     }
 
-    /// Whether it has said hello.
+    /// Whether it has sent a hello.
     pub fn has_greeted(&self) -> bool {
         self.hello.is_some()
     }
 
-    /// What it is, if it has said so.
+    /// Its role, if it has sent a hello.
     pub fn role(&self) -> Option<Role> {
         self.hello.as_ref().map(|(role, _)| *role)
     }
 
-    /// Whether it only tells of the line, and needs no answers.
+    /// Whether it only reports about the line and needs no answers.
     pub fn is_source(&self) -> bool {
         matches!(self.role(), Some(Role::Camera | Role::Encoder))
     }
 
-    /// Its name, if it has said so.
+    /// Its name, if it has sent a hello.
     pub fn name(&self) -> Option<&str> {
         self.hello.as_ref().map(|(_, name)| name.as_str())
     }
@@ -58,18 +58,18 @@ impl Identity {
         self.robots.union(&self.heard).copied()
     }
 
-    /// Whether it speaks for a robot: it has said hello for it, or has sent its messages.
+    /// Whether it speaks for a robot: its hello names it, or it has sent messages from it.
     pub fn speaks_for(&self, robot: usize) -> bool {
         self.is_shared || self.robots.contains(&robot) || self.heard.contains(&robot)
     }
 
-    /// A message of a robot has come from it; whether that is the first one.
+    /// Notes a message from a robot. Returns whether it is the first one.
     pub fn note(&mut self, robot: usize) -> bool {
         !self.is_shared && !self.robots.contains(&robot) && self.heard.insert(robot)
     }
 
-    /// Whether tasks of a robot that are sent to it may reach the robot. `is_owned`:
-    /// whether anybody has said hello for the robot.
+    /// Whether tasks of a robot that are sent to this peer may reach the robot. `is_owned` is
+    /// whether any hello names the robot.
     pub fn carries(&self, robot: usize, is_owned: bool) -> bool {
         match self.role() {
             None => self.is_shared || !is_owned,
@@ -78,13 +78,13 @@ impl Identity {
         }
     }
 
-    /// Whether it is sent a message that is for `robot`, or for everybody.
+    /// Whether it is sent a message for `robot`, or for all.
     pub fn gets(&self, message: &Message, robot: Option<usize>) -> bool {
         let Message::FromNode(message) = message else {
             return true;
         };
         match (self.role(), message.robot()) {
-            // They have no drive to ask for anything.
+            // These peers have no drive that could follow a request.
             (Some(Role::Camera | Role::Robot | Role::Operator), None) => {
                 matches!(message, Outgoing::Status(_) | Outgoing::Due(_))
             }
@@ -94,10 +94,10 @@ impl Identity {
         }
     }
 
-    /// Checks that it may say `message`, which is of `robot` if of any.
+    /// Checks that it may send `message`, which is from `robot` if from any.
     ///
     /// # Errors
-    /// A message that its role does not have, or of a robot that it may not speak for.
+    /// Its role may not send the message, or it may not speak for the robot.
     pub fn check(
         &self,
         message: &Incoming,
@@ -122,17 +122,17 @@ impl Identity {
         let kind = message.kind();
         let problem = match self.role() {
             None => format!(
-                "`{kind}` of a robot that others have said hello for; expected a hello of role \
-                 `robot` that names it first"
+                "`{kind}` for a robot that the hello of another peer names; expected a hello with \
+                 the role `robot` that names it first"
             ),
             Some(Role::Robot) if robot.is_none() => format!(
-                "`{kind}` of the whole line; a peer of role `robot` orders it of its robots, an \
-                 `operator` of all"
+                "`{kind}` for the whole line; a peer with the role `robot` may order it only for \
+                 its robots, an `operator` for all"
             ),
             Some(Role::Robot) => {
-                format!("`{kind}` of a robot that the hello of this peer does not name")
+                format!("`{kind}` for a robot that the hello of this peer does not name")
             }
-            Some(role) => format!("a peer of role `{}` sends no `{kind}`", role.name()),
+            Some(role) => format!("a peer with the role `{}` may not send `{kind}`", role.name()),
         };
         Err(Rejected::new(Rejection::NotAllowed, problem))
     }
@@ -172,8 +172,8 @@ mod tests {
         let item = said(r#"{"kind":"detection","stamp":1,"x":0,"y":0}"#);
         let ack = said(r#"{"kind":"ack","stamp":1,"task":1}"#);
         let stop = said(r#"{"kind":"stop","stamp":1}"#);
-        // Role; cancel of robot 0; says detection, ack of robot 0, ack of nobody's task,
-        // stop of robot 0, stop of the line.
+        // Role; gets a cancel of robot 0; may send a detection, an ack of robot 0, an ack of an
+        // unknown task, a stop of robot 0, a stop of the line.
         for (role, robots, gets, says) in [
             (
                 Role::Camera,

@@ -1,30 +1,29 @@
-//! Lines of limited length from any stream.
+//! Reads lines of limited length from any stream.
 
 use crate::protocol::LONGEST_LINE;
 use std::io::{BufRead, ErrorKind, Result};
 
-/// One line, without its line end.
+/// A line, without its line ending.
 #[derive(Debug, PartialEq, Eq)]
 pub enum Line {
     /// The line.
     Whole(Vec<u8>),
-    /// It was longer than a line may be, and was skipped.
+    /// It was too long and was skipped.
     TooLong,
 }
 
-/// Makes lines of bytes that come in parts.
+/// Assembles lines from bytes that come in parts.
 #[derive(Debug, Default)]
 pub struct Splitter {
     line: Vec<u8>,
     too_long: bool,
-    /// Lines so far, blank ones with them.
+    /// Number of lines so far, including blank ones.
     number: u64,
 }
 
 impl Splitter {
-    /// Takes bytes up to the end of a line that is not blank, and returns that line and
-    /// which it is, from 1; none if they end before. A line that is too long takes no more
-    /// memory than one that is not.
+    /// Consumes bytes up to the end of the next non-blank line, and returns its number, from 1, and
+    /// the line; none if the bytes end before. A line that is too long takes no extra memory.
     pub fn next(&mut self, bytes: &mut &[u8]) -> Option<(u64, Line)> {
         while !bytes.is_empty() {
             let end = bytes.iter().position(|byte| *byte == b'\n');
@@ -45,7 +44,7 @@ impl Splitter {
         None
     }
 
-    /// Ends the line here; none if it is blank.
+    /// Ends the line at the end of the stream; none if it is blank.
     pub fn end(&mut self) -> Option<(u64, Line)> {
         self.number += 1;
         let line = std::mem::take(&mut self.line);
@@ -70,10 +69,10 @@ impl<R: BufRead> Lines<R> {
         Self { stream, splitter }
     }
 
-    /// Reads the next line that is not blank; none at the end.
+    /// Reads the next non-blank line; none at the end.
     ///
     /// # Errors
-    /// A stream that cannot be read.
+    /// The stream cannot be read.
     pub fn next(&mut self) -> Result<Option<(u64, Line)>> {
         loop {
             let bytes = match self.stream.fill_buf() {

@@ -1,11 +1,10 @@
-//! JSON Lines over stdin and stdout, and over TCP.
+//! The transports: JSON Lines over stdin and stdout and over TCP, MQTT, and ROS 2.
 //!
-//! What all peers say comes in one after another, as lines of the protocol, so that one
-//! decoder judges them all; what is said goes to those whom it concerns. Every queue is
-//! bounded. A TCP peer that takes nothing is disconnected: the tasks that it has not
-//! acknowledged are sent again to whoever speaks for the robot next. Others cannot be
-//! disconnected: while a queue is more than half full no task is given, and what must not
-//! be lost is kept.
+//! The messages of all peers come in through one inbox, as lines of the protocol, so that one
+//! decoder checks them all. Messages from the node go to the peers that should get them. Every
+//! queue is bounded. A TCP peer that reads nothing is disconnected; its unacknowledged tasks are
+//! sent again to the peer that speaks for the robot next. Other peers cannot be disconnected: while
+//! their queue is more than half full no task is given, and what must not be lost is kept.
 
 mod access;
 mod descriptors;
@@ -37,44 +36,44 @@ pub use dialect::Dialect;
 pub use hub::{Greeted, Hub, Terms};
 pub use origin::Origin;
 
-/// Lines read and not yet handled, of all peers together; readers wait beyond.
+/// Size of the inbox, for all peers together; readers wait when it is full.
 const INBOX: usize = 1024;
-/// Time between two tries to connect.
+/// Time between two attempts to connect.
 const RETRY: Duration = Duration::from_millis(200);
 
-/// What is heard of the peers.
+/// An event from the peers.
 #[derive(Debug)]
 pub enum Heard {
     /// A line.
     Line(Origin, Vec<u8>),
-    /// Something that was refused before it became a line.
+    /// Input that was refused before it became a line.
     Refused(Origin, Rejected),
     /// A peer has connected.
     Joined(Connection),
-    /// A peer says no more.
+    /// A peer has ended its stream.
     Left(u64),
-    /// A peer takes nothing any more.
+    /// A peer no longer reads.
     Stalled(u64),
-    /// A peer has begun with something that is no message, which begins like this.
+    /// A peer began with something other than a message; the text is its beginning.
     Foreign(u64, String),
-    /// A peer that is kept is there, perhaps again, and has perhaps not heard what was said.
+    /// A permanent peer is reachable, perhaps again, and may have missed messages.
     Up(u64),
-    /// A peer that is kept is not there for the moment.
+    /// A permanent peer is unreachable at the moment.
     Down(u64),
-    /// Who was at a peer that is kept says no more; others may come.
+    /// The other side of a permanent peer has ended; others may come.
     Ended(u64),
-    /// Something that the user should know.
+    /// A remark for the user.
     Remark(String),
-    /// It cannot go on.
+    /// A fatal error.
     Failed(Error),
 }
 
 /// Which of the two programs this is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
-    /// The node: it hears the station and sends tasks.
+    /// The node: it receives the station's messages and sends tasks.
     Node,
-    /// A station: the other way round.
+    /// A station: the opposite.
     Station,
 }
 
@@ -83,22 +82,22 @@ pub enum Side {
 pub enum Place {
     /// One peer, on stdin and stdout.
     Stdio,
-    /// Whoever connects to this address.
+    /// All peers that connect to this address.
     Listen(String),
-    /// The one that listens at this address.
+    /// The peer that listens at this address.
     Connect(String),
-    /// Whoever talks to this broker.
+    /// All clients of this broker.
     #[cfg(feature = "mqtt")]
     Mqtt(Box<mqtt::Settings>),
-    /// Whoever is in this ROS 2 graph.
+    /// All nodes of this ROS 2 graph.
     #[cfg(feature = "ros2")]
     Ros2(Box<ros2::Settings>),
 }
 
-/// Listens at `address`, which was given by `flag`.
+/// Listens at `address`, which was given with `flag`.
 ///
 /// # Errors
-/// An address that is none, is not of this machine or is taken.
+/// The address is invalid, not of this machine, or in use.
 pub fn listen_at(flag: &str, address: &str) -> Result<TcpListener> {
     TcpListener::bind(address).map_err(|error| {
         let cure = "give HOST:PORT of this machine with a free port, or port 0 for any";

@@ -1,20 +1,20 @@
-//! Where a message came from, as the user is told.
+//! The origin of a message, for reports to the user.
 
 use pickline::error::shown;
 use std::fmt;
 use std::net::SocketAddr;
 use std::sync::Arc;
 
-/// Where a message came from.
+/// The origin of a message.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Origin {
     /// A line of a stream.
     Line {
         /// Number of the connection.
         connection: u64,
-        /// Who sent it; none is stdin.
+        /// Address of the sender; none is stdin.
         peer: Option<SocketAddr>,
-        /// Which line of that connection, from 1.
+        /// Line number in that connection, from 1.
         number: u64,
     },
     /// A topic.
@@ -22,7 +22,7 @@ pub enum Origin {
 }
 
 impl Origin {
-    /// Who sent it, whichever line and connection it was: stdin, a host or a topic.
+    /// The sender, independent of line and connection: stdin, a host or a topic.
     pub fn sender(&self) -> String {
         match self {
             Self::Line { peer: None, .. } => "stdin".to_owned(),

@@ -1,4 +1,4 @@
-//! One peer: who it is, and a bounded queue of what is still to be written to it.
+//! A peer: its identity, and a bounded queue of messages to it.
 
 use super::identity::Identity;
 use crate::protocol::Message;
@@ -11,22 +11,22 @@ use std::time::{Duration, Instant};
 use tokio::sync::mpsc::error::{TryRecvError, TrySendError};
 use tokio::sync::{mpsc, watch};
 
-/// Messages that wait for one peer at most.
+/// Maximum number of messages queued for a peer.
 pub const QUEUE: usize = 1024;
 
-/// What waits for a peer, for the thread that writes it.
+/// The queue of a peer, for the thread that writes to it.
 #[derive(Debug)]
 pub struct Waiting {
     messages: mpsc::Receiver<Message>,
 }
 
 impl Waiting {
-    /// The next message, as soon as there is one; none once there will be no more.
+    /// Waits for the next message; none once there will be no more.
     pub fn next(&mut self) -> Option<Message> {
         self.messages.blocking_recv()
     }
 
-    /// The next message, if there is one already.
+    /// The next message, if there is one now.
     ///
     /// # Errors
     /// There is none now, or there will be no more.
@@ -35,54 +35,55 @@ impl Waiting {
     }
 }
 
-/// How a socket is disconnected before all is written to it.
+/// The means to disconnect a socket before everything is written.
 #[derive(Debug)]
 pub struct Socket {
     /// Who is at the other end.
     pub address: Option<SocketAddr>,
-    /// Becomes true when the connection is to end at once.
+    /// Becomes true to end the connection at once.
     pub cut: watch::Sender<bool>,
-    /// Whether one that takes nothing is waited for: it is not sent much, and says enough.
+    /// Whether to wait for the peer if it reads nothing, because it is sent little and mainly
+    /// sends.
     pub is_patient: Arc<AtomicBool>,
 }
 
-/// What was said since a peer has come, while it is not known who it is.
+/// Messages for a new peer while its identity is unknown.
 #[derive(Debug)]
 struct Newcomer {
     since: Instant,
     messages: Vec<Message>,
 }
 
-/// The side of a peer that is written to.
+/// A peer, as seen by the sender of messages.
 #[derive(Debug)]
 pub struct Peer {
-    /// Who it is.
+    /// Its identity.
     pub identity: Identity,
-    /// Gone once nothing more is to be written.
+    /// None once nothing more is to be written.
     outbox: Option<mpsc::Sender<Message>>,
-    /// What must not be lost and found the queue full; tasks are held then, so that it
-    /// stays small.
+    /// Messages that must not be lost and found the queue full. Tasks are held then, so it stays
+    /// small.
     overflow: VecDeque<Message>,
-    /// Of one that can be disconnected.
+    /// Its socket, if it can be disconnected.
     socket: Option<Socket>,
     newcomer: Option<Newcomer>,
-    /// Whether anybody is at the other end now.
+    /// Whether the other end is connected now.
     up: Arc<AtomicBool>,
-    /// Hears when the writer has written all, and ended.
+    /// Notified when the writer has written everything and ended.
     written: std::sync::mpsc::Receiver<()>,
-    /// What is left to do at the end.
+    /// An action at the end.
     ending: Option<Ending>,
-    /// When it has come.
+    /// When it connected.
     pub since: Instant,
-    /// Whether it has said anything that was accepted.
+    /// Whether any message from it was accepted.
     pub has_spoken: bool,
-    /// Lines in a row that were no messages, or none of its own.
+    /// Number of invalid or disallowed lines in a row.
     pub refused: u32,
-    /// Whether it is being disconnected, and what it still says is of no account.
+    /// Whether it is being disconnected, so that its further messages are ignored.
     is_deaf: bool,
 }
 
-/// Something to be done at the end.
+/// An action at the end.
 struct Ending(Box<dyn FnOnce() + Send>);
 
 impl std::fmt::Debug for Ending {
@@ -92,15 +93,15 @@ impl std::fmt::Debug for Ending {
 }
 
 impl Peer {
-    /// Starts the thread of a peer that cannot be disconnected, which writes with `write`
-    /// until nothing waits any more.
+    /// Starts the thread of a peer that cannot be disconnected. It writes with `write` until the
+    /// queue has ended.
     pub fn start(up: Arc<AtomicBool>, write: impl FnOnce(&mut Waiting) + Send + 'static) -> Self {
         let (outbox, messages) = mpsc::channel(QUEUE);
         let (done, written) = std::sync::mpsc::sync_channel(1);
         let mut waiting = Waiting { messages };
         thread::spawn(move || {
             write(&mut waiting);
-            // Whatever is still sent is of no use to anyone.
+            // Discard whatever is still sent.
             while waiting.next().is_some() {}
             let _ = done.send(());
         });
@@ -110,8 +111,8 @@ impl Peer {
         }
     }
 
-    /// A peer on a socket, which somebody else writes to. It is nobody yet: what is sent
-    /// to it waits until it is [`Peer::known`].
+    /// A peer on a socket, which another thread writes to. Its identity is unknown at first:
+    /// messages to it wait until it is [`Peer::known`].
     pub fn on_socket(
         outbox: mpsc::Sender<Message>,
         written: std::sync::mpsc::Receiver<()>,
@@ -148,29 +149,29 @@ impl Peer {
         }
     }
 
-    /// The same peer, which does this at its end.
+    /// The same peer, with an action at its end.
     #[cfg(any(feature = "mqtt", feature = "ros2"))]
     pub fn ending(self, end: impl FnOnce() + Send + 'static) -> Self {
         let ending = Some(Ending(Box::new(end)));
         Self { ending, ..self }
     }
 
-    /// Whether anybody is at the other end now.
+    /// Whether the other end is connected now.
     pub fn is_up(&self) -> bool {
         self.up.load(Ordering::Relaxed) && !self.is_deaf
     }
 
-    /// Whether it is on a socket, and can be disconnected.
+    /// Whether it is on a socket, so that it can be disconnected.
     pub fn is_on_socket(&self) -> bool {
         self.socket.is_some()
     }
 
-    /// Whether what it says does not count any more.
+    /// Whether its messages are ignored from now on.
     pub fn is_deaf(&self) -> bool {
         self.is_deaf
     }
 
-    /// How many messages wait for it.
+    /// Number of messages queued for it.
     pub fn queued(&self) -> usize {
         let outbox = self.outbox.as_ref();
         let queued = outbox.map_or(0, |outbox| outbox.max_capacity() - outbox.capacity());
@@ -178,12 +179,12 @@ impl Peer {
         queued + self.overflow.len() + kept
     }
 
-    /// Whether so much waits that no more should be added than has to be.
+    /// Whether its queue is more than half full, so that only necessary messages should be added.
     pub fn is_half_full(&self) -> bool {
         self.queued() > QUEUE / 2
     }
 
-    /// How it is called where the user is told of it.
+    /// Its title in reports to the user.
     pub fn title(&self) -> String {
         let address = self.socket.as_ref().and_then(|socket| socket.address);
         let address = address.map_or("the peer".to_owned(), |address| address.to_string());
@@ -199,12 +200,12 @@ impl Peer {
         }
     }
 
-    /// For how long it has been there without anybody knowing who it is, if so.
+    /// How long it has been connected with an unknown identity, if that is so.
     pub fn unknown_for(&self) -> Option<Duration> {
         self.newcomer.as_ref().map(|new| new.since.elapsed())
     }
 
-    /// Who it is is known, or no longer waited for; returns what was kept back for it.
+    /// Its identity is known, or no longer waited for. Returns the messages held back for it.
     pub fn known(&mut self) -> Vec<Message> {
         if let Some(socket) = &self.socket {
             let is_patient = self.identity.is_source();
@@ -213,7 +214,7 @@ impl Peer {
         self.newcomer.take().map_or(Vec::new(), |new| new.messages)
     }
 
-    /// Sends a message, waiting for room.
+    /// Sends a message, waiting for space in the queue.
     pub fn send(&mut self, message: Message) {
         if let Some(new) = &mut self.newcomer {
             new.messages.push(message);
@@ -222,16 +223,16 @@ impl Peer {
         }
     }
 
-    /// Sends a message if there is room; otherwise keeps it for later if it matters. Whether
-    /// the peer keeps up: a socket that does not is to be disconnected.
+    /// Sends a message if there is space; otherwise keeps it for later if it matters. Returns
+    /// whether the peer keeps up; a socket that does not should be disconnected.
     pub fn try_send(&mut self, message: Message, matters: bool) -> bool {
         self.flush();
         if let Some(new) = &mut self.newcomer {
             new.messages.push(message);
             return new.messages.len() <= QUEUE;
         }
-        // What does not matter must not take the room that tasks need, and is of no use to
-        // a camera that does not read.
+        // Unimportant messages must not take the space that tasks need, and are useless to a camera
+        // that does not read.
         let most = if self.identity.is_source() {
             1
         } else {
@@ -257,7 +258,7 @@ impl Peer {
         true
     }
 
-    /// Sends what was kept, as far as there is room.
+    /// Sends the kept messages, as far as there is space.
     pub fn flush(&mut self) {
         while let Some(message) = self.overflow.pop_front() {
             if let Some(message) = self.pass(message) {
@@ -267,7 +268,7 @@ impl Peer {
         }
     }
 
-    /// Gives the message back if there is no room.
+    /// Queues the message, or returns it if there is no space.
     fn pass(&self, message: Message) -> Option<Message> {
         match self.outbox.as_ref()?.try_send(message) {
             Err(TrySendError::Full(message)) => Some(message),
@@ -275,7 +276,7 @@ impl Peer {
         }
     }
 
-    /// Disconnects it at once. What it has said so far counts.
+    /// Disconnects it at once. Its messages so far count.
     pub fn cut(&mut self) {
         self.outbox = None;
         self.newcomer = None;
@@ -285,7 +286,7 @@ impl Peer {
         }
     }
 
-    /// Disconnects it after a last word. What it says from here on does not count.
+    /// Disconnects it after a last message. Its further messages are ignored.
     pub fn dismiss(&mut self, last: Message) {
         self.newcomer = None;
         self.pass(last);
@@ -293,7 +294,7 @@ impl Peer {
         self.is_deaf = true;
     }
 
-    /// Writes what is left, ends the stream, and waits for that at most `patience`.
+    /// Writes the remaining messages and ends the stream, within `patience`.
     pub fn close(mut self, patience: Duration) {
         self.flush();
         self.outbox = None;
@@ -303,7 +304,7 @@ impl Peer {
         }
     }
 
-    /// Ends the stream after what is still to be written; the peer may go on talking.
+    /// Ends the stream once everything is written. The peer may keep sending.
     pub fn finish_writing(&mut self) {
         self.flush();
         self.outbox = None;

@@ -1,4 +1,4 @@
-//! JSON Lines over a pair of byte streams that block: stdin and stdout.
+//! JSON Lines over a pair of blocking byte streams: stdin and stdout.
 
 use super::dialect::{Dialect, Ear, Voice};
 use super::lines::Lines;
@@ -11,8 +11,7 @@ use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{SyncSender, TrySendError};
 use std::thread;
 
-/// Starts the threads of a peer on two streams. What it says goes to `inbox`, under its
-/// number.
+/// Starts the threads of a peer on two streams. Its messages go to `inbox`, under its number.
 pub fn start(
     number: u64,
     reads: impl Read + Send + 'static,
@@ -24,8 +23,8 @@ pub fn start(
     let (ear, voice) = dialect.of_a_peer();
     thread::spawn(move || read_all(number, reads, ear, &inbox));
     Peer::start(Arc::new(AtomicBool::new(true)), move |waiting| {
-        // Stdout has no reader of ours. Told from aside where the inbox is full: whoever
-        // empties it may wait for this thread to take what is left.
+        // Report from another thread if the inbox is full, because its reader may be waiting for
+        // this thread to finish.
         if let Err(error) = write_all(BufWriter::new(writes), waiting, voice, &told)
             && let Err(TrySendError::Full(heard)) = told.try_send(unwritten(number, &error))
         {
@@ -34,14 +33,14 @@ pub fn start(
     })
 }
 
-/// What a stdout is that takes nothing more: gone, where its reader has closed it.
+/// The event for a stdout that cannot be written: it has left if its reader has closed it.
 fn unwritten(number: u64, error: &std::io::Error) -> Heard {
     match error.kind() {
         std::io::ErrorKind::BrokenPipe => Heard::Left(number),
         _ => Heard::Failed(Error::input(
             "stdout",
             error.to_string(),
-            "send it to where it can be written",
+            "redirect it to where it can be written",
         )),
     }
 }
@@ -63,7 +62,7 @@ fn read_all(peer: u64, reads: impl Read, mut ear: Ear, inbox: &SyncSender<Heard>
     let _ = inbox.send(Heard::Left(peer));
 }
 
-/// Writes messages as they come, and flushes when there is none for the moment.
+/// Writes messages as they come, and flushes when there are none at the moment.
 fn write_all(
     mut stream: impl Write,
     waiting: &mut Waiting,
@@ -75,7 +74,7 @@ fn write_all(
         while let Some(message) = next {
             match voice.say(&message) {
                 Ok(lines) => stream.write_all(lines.as_bytes())?,
-                // Where there is no room for it the message is all that is missing.
+                // If there is no space, only this remark is lost.
                 Err(text) => drop(told.try_send(Heard::Remark(text))),
             }
             next = waiting.try_next().ok();
@@ -105,7 +104,7 @@ mod tests {
         let mut all = Vec::new();
         for i in 0..3 * QUEUE as u64 {
             let matters = i % 3 == 0;
-            // Until the queue is full everything has room.
+            // Until the queue is full there is space for everything.
             assert!(peer.try_send(message(i).into(), matters));
             if matters {
                 all.push(i);
@@ -130,7 +129,7 @@ mod tests {
         assert!(numbers.is_sorted());
         let mattering = numbers.iter().copied().filter(|i| i % 3 == 0);
         assert_eq!(mattering.collect::<Vec<u64>>(), all);
-        // Half of the room is for what matters.
+        // Half of the space is for messages that matter.
         assert!(numbers.len() - all.len() <= QUEUE / 2);
     }
 }

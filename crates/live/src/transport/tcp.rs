@@ -1,7 +1,7 @@
-//! Connections over TCP: one thread accepts or connects, reads and writes them all.
+//! TCP connections: one thread accepts, connects, reads and writes all of them.
 //!
-//! A peer takes one descriptor. What it says goes into the one inbox; where that is full
-//! the peers wait, each as long as the others.
+//! A peer takes one descriptor. All messages go into one inbox; if it is full, the peers wait in
+//! turn.
 
 use super::descriptors::is_short;
 use super::dialect::{Dialect, Ear, Voice};
@@ -23,26 +23,26 @@ use tokio::runtime::Handle;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc, oneshot, watch};
 use tokio::time::timeout;
 
-/// A peer that takes nothing for so long is disconnected.
+/// A peer that reads nothing for this time is disconnected.
 pub const WRITE_TIME: Duration = Duration::from_secs(5);
-/// How long the other side may take to agree on TLS.
+/// Timeout for the TLS handshake.
 const HANDSHAKE_TIME: Duration = Duration::from_secs(5);
-/// How long a last word may take.
+/// Time for sending a last message.
 pub const FAREWELL_TIME: Duration = Duration::from_millis(200);
-/// Connections that nobody has decided about yet, at most; more wait.
+/// Maximum number of connections that are not yet admitted; further ones wait.
 const NEWCOMERS: usize = 64;
-/// Pause after a connection that could not be accepted: too many files are open.
+/// Pause after a failed accept, which means that too many files are open.
 const PAUSE: Duration = Duration::from_millis(100);
-/// What the system may buffer for a peer [bytes].
+/// Size of the system's send buffer for a peer [bytes].
 #[cfg(unix)]
 const BUFFER: usize = 1 << 16;
-/// Bytes that are read at once, and written at once at least if there are as many.
+/// Number of bytes that are read at once, and collected before a write if there are that many.
 const BLOCK: usize = 1 << 14;
 
-/// A connection that nobody has decided about yet.
+/// A connection that is not yet admitted.
 pub struct Connection {
     stream: Stream,
-    /// Who is at the other end.
+    /// Address of the other side.
     pub address: Option<SocketAddr>,
     _newcomer: OwnedSemaphorePermit,
 }
@@ -53,22 +53,22 @@ impl std::fmt::Debug for Connection {
     }
 }
 
-/// The way into the inbox, for those that must not block.
+/// A sender to the inbox for tasks that must not block.
 #[derive(Debug, Clone)]
 struct Gate {
     inbox: SyncSender<Heard>,
-    /// Room in the inbox.
+    /// Free space in the inbox.
     room: Arc<Semaphore>,
 }
 
 impl Gate {
-    /// Hands on what was heard as soon as there is room; whether anybody hears it.
+    /// Sends an event as soon as there is space. Returns whether there is a receiver.
     async fn send(&self, heard: Heard) -> bool {
         match self.room.acquire().await {
             Ok(permit) => permit.forget(),
             Err(_) => return false,
         }
-        // There is room for as many as there are permits.
+        // There is space for as many events as there are permits.
         self.inbox.try_send(heard).is_ok()
     }
 }
@@ -81,7 +81,7 @@ pub struct Tcp {
     tls: Option<Tls>,
     newcomers: Arc<Semaphore>,
     dialect: Dialect,
-    /// Ends the thread when it is dropped.
+    /// Ends the thread when dropped.
     _stop: oneshot::Sender<()>,
 }
 
@@ -89,14 +89,14 @@ impl Tcp {
     /// Starts the thread.
     ///
     /// # Errors
-    /// A system that has no room for it.
+    /// The system cannot provide the thread or its files.
     pub fn start(inbox: SyncSender<Heard>, tls: Option<Tls>, dialect: Dialect) -> Result<Self> {
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
             .build()
             .map_err(|error| {
                 let cure = "close other programs that have files open";
-                Error::input("--listen", format!("no network: {error}"), cure)
+                Error::input("--listen", format!("cannot set up the network: {error}"), cure)
             })?;
         let handle = runtime.handle().clone();
         let (stop, stopped) = oneshot::channel::<()>();
@@ -115,15 +115,15 @@ impl Tcp {
         })
     }
 
-    /// Something was taken out of the inbox.
+    /// Notes that an event was taken out of the inbox.
     pub fn taken(&self) {
         self.gate.room.add_permits(1);
     }
 
-    /// Takes in whoever connects.
+    /// Accepts connections.
     ///
     /// # Errors
-    /// A listener that cannot be waited for.
+    /// The listener cannot be polled.
     pub fn listen(&self, listener: std::net::TcpListener) -> std::io::Result<()> {
         listener.set_nonblocking(true)?;
         let _in_runtime = self.handle.enter();
@@ -137,8 +137,8 @@ impl Tcp {
         Ok(())
     }
 
-    /// Connects to `address` after a pause, trying until it works. That it has to be waited
-    /// for is told once, and that somebody is there then.
+    /// Connects to `address` after a pause, and retries until it works. Waiting is reported once,
+    /// and so is the connection that follows.
     pub fn connect(&self, address: String, pause: Duration) {
         let (gate, tls) = (self.gate.clone(), self.tls.clone());
         let newcomers = Arc::clone(&self.newcomers);
@@ -166,7 +166,7 @@ impl Tcp {
                     Err(error) if !waits => {
                         waits = true;
                         let at = shown(&address);
-                        let text = format!("nobody to talk to at {at}: {error}; trying again");
+                        let text = format!("no connection to {at}: {error}; retrying");
                         if !gate.send(Heard::Remark(text)).await {
                             return;
                         }
@@ -178,8 +178,8 @@ impl Tcp {
         });
     }
 
-    /// Reads and writes a connection from now on, as the peer of this number. With a
-    /// `deadline` it is disconnected when it takes nothing for so long.
+    /// Reads and writes a connection from now on, as the peer `number`. It is disconnected if it
+    /// reads nothing for the time `deadline`, if there is one.
     pub fn serve(&self, number: u64, connection: Connection, deadline: Option<Duration>) -> Peer {
         let (reads, writes) = tokio::io::split(connection.stream);
         let (outbox, waiting) = mpsc::channel(QUEUE);
@@ -216,17 +216,18 @@ impl Tcp {
         Peer::on_socket(outbox, written, socket)
     }
 
-    /// Says one word to a connection and closes it.
+    /// Sends one message to a connection and closes it.
     pub fn turn_away(&self, connection: Connection, word: &Message) {
-        // It has said nothing yet; whatever it speaks, this is all it hears.
+        // It has sent nothing yet, so its dialect is unknown.
         let line = self.dialect.of_a_peer().1.say(word).unwrap_or_default();
         self.handle.spawn(async move {
-            // The newcomers' permit lives as long.
+            // The permit is held as long as the connection.
             let mut connection = connection;
             let farewell = async {
                 connection.stream.write_all(line.as_bytes()).await?;
                 connection.stream.shutdown().await?;
-                // Until it has gone: to close on what it has said would void the word.
+                // Read until it has gone, because closing with unread input would discard the
+                // message.
                 let mut rest = [0; 256];
                 while connection.stream.read(&mut rest).await? > 0 {}
                 std::io::Result::Ok(())
@@ -249,20 +250,21 @@ async fn connect(
     let host = address.rsplit_once(':').map_or(address, |(host, _)| host);
     match timeout(HANDSHAKE_TIME, tls.connect(host, stream)).await {
         Ok(stream) => Ok((stream?, peer)),
-        Err(_) => Err(std::io::Error::other("it does not answer in TLS")),
+        Err(_) => Err(std::io::Error::other("it does not answer with TLS")),
     }
 }
 
-/// Sets how a connection is sent to. One that has gone is noticed when it is read.
+/// Sets the options for sending. A connection that is gone is noticed when it is read.
 fn prepare(stream: &TcpStream) {
-    // Tasks are short and must not wait for more of them.
+    // Tasks are short and must not wait for further ones.
     let _ = stream.set_nodelay(true);
-    // What waits in the system waits unseen, and grows old: megabytes, if it is let.
+    // Messages in the system's buffer are not counted as queued and grow old; by default it holds
+    // megabytes.
     #[cfg(unix)]
     let _ = nix::sys::socket::setsockopt(stream, nix::sys::socket::sockopt::SndBuf, &BUFFER);
 }
 
-/// What takes connections in.
+/// Accepts connections.
 struct Accepting {
     gate: Gate,
     tls: Option<Tls>,
@@ -271,17 +273,17 @@ struct Accepting {
 
 impl Accepting {
     async fn run(self, listener: tokio::net::TcpListener) {
-        // Said once, until it is over.
+        // Reported once, until the problem is over.
         let mut troubled = false;
         loop {
-            // Those that wait for a decision are few; the others wait to be accepted.
+            // Only a few connections wait for admission; others wait to be accepted.
             let Ok(permit) = Arc::clone(&self.newcomers).acquire_owned().await else {
                 return;
             };
             let trouble = match listener.accept().await {
                 Ok((stream, address)) if is_short(&stream) => Some(format!(
-                    "{address} was turned away: this process may open few more files; allow it \
-                     more with `ulimit -n`, or fewer peers with --max-peers"
+                    "{address} was turned away: this process is almost out of file descriptors; \
+                     allow more with `ulimit -n`, or fewer peers with --max-peers"
                 )),
                 Ok((stream, address)) => {
                     self.take(stream, address, permit);
@@ -289,7 +291,7 @@ impl Accepting {
                 }
                 Err(error) => {
                     tokio::time::sleep(PAUSE).await;
-                    Some(format!("no connection can be taken: {error}; trying again"))
+                    Some(format!("cannot accept connections: {error}; retrying"))
                 }
             };
             let was_troubled = std::mem::replace(&mut troubled, trouble.is_some());
@@ -301,7 +303,7 @@ impl Accepting {
         }
     }
 
-    /// Hands a connection on, once both sides agree on TLS if there is to be any.
+    /// Passes on a connection, after the TLS handshake if TLS is used.
     fn take(&self, stream: TcpStream, address: SocketAddr, permit: OwnedSemaphorePermit) {
         prepare(&stream);
         let gate = self.gate.clone();
@@ -312,11 +314,12 @@ impl Accepting {
                 Some(tls) => match timeout(HANDSHAKE_TIME, tls.accept(stream)).await {
                     Ok(Ok(stream)) => stream,
                     Ok(Err(error)) => {
-                        let text = format!("{address} was turned away: no TLS with it: {error}");
+                        let text = format!("{address} was turned away: the TLS handshake failed: \
+                                            {error}");
                         gate.send(Heard::Remark(text)).await;
                         return;
                     }
-                    // Somebody who looks which ports are open.
+                    // A port scanner.
                     Err(_) => return,
                 },
             };
@@ -330,14 +333,14 @@ impl Accepting {
     }
 }
 
-/// Waits until the connection is to end at once; for ever, if it never is.
+/// Waits until the connection must end at once; possibly for ever.
 async fn cut_off(mut cut: watch::Receiver<bool>) {
     if cut.wait_for(|cut| *cut).await.is_err() {
         std::future::pending::<()>().await;
     }
 }
 
-/// What reads a peer.
+/// Reads a peer.
 struct Reader {
     dialect: Dialect,
     ear: Ear,
@@ -362,7 +365,7 @@ impl Reader {
         let mut block = vec![0; BLOCK];
         let mut is_new = true;
         loop {
-            // One that breaks has gone too.
+            // A broken connection has ended too.
             let count = reads.read(&mut block).await.unwrap_or(0);
             if count == 0 {
                 if let Some((number, line)) = lines.end() {
@@ -374,11 +377,11 @@ impl Reader {
             if is_new && !bytes.trim_ascii().is_empty() {
                 is_new = false;
                 if !self.dialect.may_begin(bytes) {
-                    // A browser, a scanner or TLS: nothing that it says is meant for a line.
+                    // A browser, a scanner or TLS: nothing that it sends is meant for a line.
                     let start = String::from_utf8_lossy(&bytes[..bytes.len().min(40)]);
                     let start = start.lines().next().unwrap_or_default().to_owned();
                     self.gate.send(Heard::Foreign(self.number, start)).await;
-                    // Until it is disconnected.
+                    // Discard input until it is disconnected.
                     while reads.read(&mut block).await.unwrap_or(0) > 0 {}
                     return;
                 }
@@ -406,9 +409,8 @@ impl Reader {
     }
 }
 
-/// Writes messages as they come until there will be no more, and ends the stream; whether
-/// the other side takes nothing any more. Where it takes nothing and is `patient`, it is
-/// waited for.
+/// Writes messages as they come until there will be no more, and ends the stream. Returns whether
+/// the other side has stopped reading. If `patient` is set, it waits for such a peer.
 async fn write_all(
     mut stream: WriteHalf<Stream>,
     mut waiting: mpsc::Receiver<Message>,
@@ -433,7 +435,7 @@ async fn write_all(
         while !rest.is_empty() {
             let write = stream.write(rest);
             match timeout(deadline.unwrap_or(Duration::MAX), write).await {
-                // One that has gone is noticed when it is read.
+                // A connection that is gone is noticed when it is read.
                 Ok(Ok(0) | Err(_)) => return false,
                 Ok(Ok(count)) => rest = &rest[count..],
                 Err(_) if patient.load(Ordering::Relaxed) => {}

@@ -1,11 +1,11 @@
-//! TLS between peers, with certificates of one or both sides.
+//! TLS between peers, with certificates on one or both sides.
 
 use pickline::error::{Error, Result};
 use std::path::PathBuf;
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::TcpStream;
 
-/// Both ways of a connection.
+/// A bidirectional connection.
 pub trait Wire: AsyncRead + AsyncWrite + Send + Unpin {}
 
 impl<S: AsyncRead + AsyncWrite + Send + Unpin> Wire for S {}
@@ -13,19 +13,19 @@ impl<S: AsyncRead + AsyncWrite + Send + Unpin> Wire for S {}
 /// A connection, encrypted or not.
 pub type Stream = Box<dyn Wire>;
 
-/// The files that TLS is made of (PEM).
+/// The files for TLS (PEM).
 #[derive(Debug, Clone, Default)]
 pub struct Files {
-    /// Certificate of this side, and what leads from it to its authority.
+    /// Certificate of this side, with the chain to its authority.
     pub certificate: Option<PathBuf>,
     /// Private key of that certificate.
     pub key: Option<PathBuf>,
-    /// Certificates of the authorities that are trusted to know the other side.
+    /// Certificates of the authorities trusted to sign the other side's certificate.
     pub authorities: Option<PathBuf>,
 }
 
 impl Files {
-    /// Whether any is given.
+    /// Whether any file is given.
     pub fn is_any(&self) -> bool {
         self.certificate.is_some() || self.key.is_some() || self.authorities.is_some()
     }
@@ -65,17 +65,17 @@ mod with_rustls {
     }
 
     impl Tls {
-        /// For whoever listens. With `authorities` only peers that have a certificate of
-        /// theirs are let in.
+        /// TLS for the listening side. With `authorities` only peers with a certificate from them
+        /// are admitted.
         ///
         /// # Errors
-        /// Files that are missing, or hold no certificates or no key that fits.
+        /// A file is missing, or contains no certificate or no matching key.
         pub fn listening(files: &Files) -> Result<Self> {
             let (Some(certificate), Some(key)) = (&files.certificate, &files.key) else {
                 return Err(Error::input(
                     "--tls-cert",
-                    "whoever listens needs a certificate and its key for TLS",
-                    "give --tls-cert and --tls-key, and --tls-ca to ask peers for certificates",
+                    "the listening side needs a certificate and its key for TLS",
+                    "give --tls-cert and --tls-key; add --tls-ca to require certificates of peers",
                 ));
             };
             let builder = ServerConfig::builder_with_provider(ring::default_provider().into())
@@ -104,16 +104,16 @@ mod with_rustls {
             })
         }
 
-        /// For whoever connects. The other side needs a certificate of the `authorities`;
-        /// the own one is shown where it is asked for.
+        /// TLS for the connecting side. The other side needs a certificate from `authorities`; this
+        /// side's certificate is sent if requested.
         ///
         /// # Errors
-        /// Files that are missing, or hold no certificates or no key that fits.
+        /// A file is missing, or contains no certificate or no matching key.
         pub fn connecting(files: &Files) -> Result<Self> {
             let Some(authorities) = &files.authorities else {
                 return Err(Error::input(
                     "--tls-ca",
-                    "whoever connects needs to know which certificates to trust",
+                    "the connecting side needs to know which certificates to trust",
                     "give the certificate of the other side's authority with --tls-ca",
                 ));
             };
@@ -141,15 +141,15 @@ mod with_rustls {
             })
         }
 
-        /// Whether the other side has to have a certificate that is trusted.
+        /// Whether the other side needs a trusted certificate.
         pub fn checks_peers(&self) -> bool {
             self.checks_peers
         }
 
-        /// Encrypts a connection that has come.
+        /// Encrypts an accepted connection.
         ///
         /// # Errors
-        /// Another side that does not speak TLS, or shows no certificate that is trusted.
+        /// The other side does not speak TLS, or presents no trusted certificate.
         pub async fn accept(&self, stream: TcpStream) -> std::io::Result<Stream> {
             match &self.accepts {
                 Some(acceptor) => Ok(Box::new(acceptor.accept(stream).await?)),
@@ -175,7 +175,7 @@ mod with_rustls {
     }
 
     fn unusable(flag: &str, error: &rustls::Error) -> Error {
-        let cure = "give a certificate and the private key that belongs to it, as PEM files";
+        let cure = "give a certificate and its private key, as PEM files";
         Error::input(flag, error.to_string(), cure)
     }
 
@@ -215,18 +215,18 @@ mod with_rustls {
     fn no_pem(file: &Path, what: &str, section: &str) -> Error {
         Error::input(
             file.display().to_string(),
-            format!("there is no {what} in it"),
+            format!("it contains no {what}"),
             format!("give a PEM file with a section -----BEGIN {section}-----"),
         )
     }
 }
 
-/// Without TLS built in.
+/// The replacement in a build without TLS.
 #[cfg(not(feature = "tls"))]
 mod without {
     use super::*;
 
-    /// There is none.
+    /// There is no TLS in this build.
     #[derive(Debug, Clone)]
     pub enum Tls {}
 
@@ -251,12 +251,12 @@ mod without {
             Self::listening(files)
         }
 
-        /// Whether the other side has to have a certificate that is trusted.
+        /// Whether the other side needs a trusted certificate.
         pub fn checks_peers(&self) -> bool {
             match *self {}
         }
 
-        /// Encrypts a connection that has come.
+        /// Encrypts an accepted connection.
         ///
         /// # Errors
         /// None: there is no TLS.

@@ -1,5 +1,4 @@
-//! From the broker to whoever hears: a thread that may wait, so that the connection never
-//! has to.
+//! From the broker to the inbox: a thread that may block, so that the connection never has to.
 
 use super::topics::{Topic, Topics};
 use pickline::error::{Error, shown};
@@ -13,41 +12,40 @@ use std::sync::mpsc::SyncSender;
 use tokio::sync::mpsc::{Receiver, UnboundedSender};
 use tokio::sync::watch;
 
-/// Something for whoever hears, in the order in which it happened.
+/// Events for the inbox, in order.
 #[derive(Debug)]
 pub enum News {
     /// A message, and the connection (counted from 1) that brought it.
     Message(u64, Publish),
-    /// The broker has taken the subscriptions and knows that this side is here, over this
-    /// connection.
+    /// Over this connection the broker has accepted the subscriptions and this side's presence.
     Greeted(u64),
     /// The connection is lost.
     Lost,
     /// A remark for the user.
     Remark(String),
-    /// It cannot go on.
+    /// A fatal error.
     Failed(Error),
 }
 
-/// What the connection has to do because of something that was heard.
+/// What the connection must do in response to an event.
 #[derive(Debug)]
 pub enum Order {
-    /// Acknowledge a message, if the connection is still this one.
+    /// Acknowledge a message, if this connection still exists.
     Acknowledge(u64, Box<Publish>),
-    /// Say again that this side is here.
+    /// Publish the presence of this side again.
     Present,
 }
 
-/// Whether a side is there, as it is retained by the broker.
+/// The presence of a side, which the broker retains.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct Presence {
     /// `online` or `offline`.
     pub state: String,
-    /// Client id of the one that says so.
+    /// Client id of the sender.
     pub client: String,
 }
 
-/// What the thread knows.
+/// The state of the thread.
 #[derive(Debug)]
 pub struct Inbound {
     /// The number of the peer.
@@ -56,28 +54,28 @@ pub struct Inbound {
     pub side: Side,
     /// The topics.
     pub topics: Topics,
-    /// The own client id.
+    /// This side's client id.
     pub client: String,
-    /// Whether the peer is there.
+    /// Whether the peer is present.
     pub up: Arc<AtomicBool>,
-    /// Whether it ever was.
+    /// Whether it was ever present.
     pub ever_up: bool,
-    /// Where things go.
+    /// The inbox.
     pub inbox: SyncSender<Heard>,
-    /// What the connection is told.
+    /// Orders to the connection.
     pub orders: UnboundedSender<Order>,
-    /// The connection over which the peer can be talked to.
+    /// The connection over which the peer is reachable.
     pub ready: watch::Sender<u64>,
 }
 
 impl Inbound {
-    /// Hands on until the connection, or whoever hears, is gone.
+    /// Passes on events until the connection or the receiver is gone.
     pub fn run(mut self, mut news: Receiver<News>) {
         while let Some(news) = news.blocking_recv() {
             let (heard, order) = match news {
                 News::Message(connection, mut publish) => {
                     let heard = self.read(connection, &publish);
-                    // The acknowledgement may have to wait; what was read need not.
+                    // The acknowledgement may have to wait, but the content need not be kept.
                     (publish.topic, publish.payload) = Default::default();
                     publish.properties = None;
                     let order = Order::Acknowledge(connection, Box::new(publish));
@@ -86,7 +84,7 @@ impl Inbound {
                 News::Greeted(connection) if self.side == Side::Node => {
                     (self.rise(connection), None)
                 }
-                // The station waits until it hears of the node.
+                // The station waits for the node's presence.
                 News::Greeted(_) => (None, None),
                 News::Lost => {
                     let was_up = self.up.swap(false, Ordering::Relaxed);
@@ -98,7 +96,7 @@ impl Inbound {
             if heard.is_some_and(|heard| self.inbox.send(heard).is_err()) {
                 return;
             }
-            // Only now is it safe: what nobody has taken, the broker sends again.
+            // Only now is it safe, because the broker sends unacknowledged messages again.
             if let Some(order) = order {
                 let _ = self.orders.send(order);
             }
@@ -116,7 +114,7 @@ impl Inbound {
         let topic = String::from_utf8_lossy(&publish.topic);
         let origin = Origin::Topic(topic.as_ref().into());
         if topic.as_bytes() != &publish.topic[..] {
-            let problem = "the topic is not UTF-8; expected one that is";
+            let problem = "the topic is not valid UTF-8";
             let rejected = Rejected::new(Rejection::Syntax, problem);
             return Some(Heard::Refused(origin, rejected));
         }
@@ -132,7 +130,7 @@ impl Inbound {
         struct Kind {
             kind: String,
         }
-        // Topics may be open to some only, so a message must be of its topic's kind.
+        // Topics may have permissions, so a message must be of its topic's kind.
         if let Ok(said) = serde_json::from_slice::<Kind>(&publish.payload)
             && said.kind != kind
         {
@@ -156,7 +154,7 @@ impl Inbound {
                     let was_up = self.up.swap(false, Ordering::Relaxed);
                     was_up.then_some(Heard::Ended(self.number))
                 }
-                // What is retained is about a station that went before.
+                // A retained presence is about an earlier station.
                 (Side::Station, false) if !publish.retain => Some(Heard::Ended(self.number)),
                 (Side::Station, _) => None,
             };
@@ -164,22 +162,22 @@ impl Inbound {
         if presence.client == self.client || side != Side::Node {
             return None;
         }
-        // Two nodes would give each item to two robots. The one that came first stays.
+        // Two nodes would give each item to two robots. The first one stays.
         let other = shown(&presence.client);
         if self.ever_up {
             let _ = self.orders.send(Order::Present);
             return online.then(|| {
                 Heard::Remark(format!(
-                    "another node, `{other}`, has come to the same topics"
+                    "another node, `{other}`, has started under the same topics"
                 ))
             });
         }
         online.then(|| {
             Heard::Failed(Error::input(
                 "--mqtt",
-                format!("another node, `{other}`, is at work under the same topics"),
-                "stop it, or give this one a --mqtt-prefix of its own; if it has crashed, the \
-                 broker notices within a minute",
+                format!("another node, `{other}`, is running under the same topics"),
+                "stop it, or give this node another --mqtt-prefix; if it has crashed, the broker \
+                 notices within a minute",
             ))
         })
     }

@@ -1,8 +1,8 @@
-//! MQTT 5: the messages as payloads, their kinds and robots as topics.
+//! MQTT 5: messages are payloads; topics give their kind and robot.
 //!
-//! The broker is a peer that is kept: what waits for it survives a lost connection, and a
-//! message is forgotten only when the broker has acknowledged it. That is not delivery to a
-//! robot, so tasks are still acknowledged by their robots and sent again until they are.
+//! The broker is a permanent peer: its queue survives a lost connection, and a message is kept
+//! until the broker has acknowledged it. That is not delivery to a robot, so robots still
+//! acknowledge tasks, which are sent again until they do.
 
 mod inbound;
 mod outbound;
@@ -30,45 +30,43 @@ use topics::Topics;
 
 pub use url::Broker;
 
-/// Time between two signs of life [s]; the broker misses a client after one and a half.
+/// Keep-alive interval [s]; the broker gives up a client after one and a half of them.
 const KEEP_ALIVE: u16 = 30;
-/// Messages from the broker that are not handled yet, at most.
+/// Maximum number of unhandled messages from the broker.
 const UNHEEDED: u16 = 512;
-/// Packets larger than this [bytes] are not even delivered; payloads that are too long for
-/// a line but shorter are refused and counted.
+/// Larger packets than this [bytes] are not delivered at all; shorter payloads that are too long
+/// for a line are refused and counted.
 const LARGEST_PACKET: u32 = 1 << 20;
-/// Requests that the connection has not taken yet; few, as what waits is counted elsewhere.
+/// Size of the connection's request queue; small, because waiting messages are counted elsewhere.
 const REQUESTS: usize = 64;
-/// How long the broker is given to take leave.
+/// Time allowed for disconnecting from the broker.
 const FAREWELL: Duration = Duration::from_secs(1);
-/// How long the broker keeps what is meant for a client that is away [s]: the node takes
-/// nothing that is older.
+/// How long the broker keeps messages for an absent client [s]; the node refuses older ones.
 const KEPT: u32 = crate::clock::OLDEST as u32;
 
-/// How to talk over a broker.
+/// Settings of the connection to a broker.
 #[derive(Debug, Clone)]
 pub struct Settings {
     /// The broker.
     pub broker: Broker,
-    /// What all topics begin with.
+    /// Prefix of all topics.
     pub prefix: String,
-    /// Client id; one of its own for every run when none.
+    /// Client id; if none, a new one for every run.
     pub client_id: Option<String>,
-    /// Certificates of the authorities that are trusted (PEM); those of the machine when
-    /// none.
+    /// Certificates of trusted authorities (PEM); if none, those of the machine.
     pub authorities: Option<Vec<u8>>,
     /// Certificate and key of this client (PEM).
     pub certificate: Option<(Vec<u8>, Vec<u8>)>,
     /// Which of the two programs this is.
     pub side: Side,
-    /// Where the time comes from.
+    /// The kind of clock.
     pub clock: ClockKind,
 }
 
-/// Starts talking to a broker. Connecting goes on until it works.
+/// Starts the connection to a broker, which is retried until it works.
 ///
 /// # Errors
-/// Settings that cannot work.
+/// The settings cannot work.
 pub(super) fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) -> Result<Peer> {
     let topics = Topics::new(&settings.prefix)?;
     let client = settings.client_id.clone().unwrap_or_else(own_id);
@@ -91,7 +89,11 @@ pub(super) fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) 
         .enable_all()
         .build()
         .map_err(|error| {
-            Error::input("--mqtt", format!("no network: {error}"), "free some memory")
+            Error::input(
+                "--mqtt",
+                format!("cannot set up the network: {error}"),
+                "free some memory",
+            )
         })?;
     let (end, to_end) = tokio::sync::oneshot::channel();
     let (going, gone) = std::sync::mpsc::channel::<()>();
@@ -106,7 +108,7 @@ pub(super) fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) 
             }
         }
         drop(outbox);
-        // Until the broker has it all.
+        // Wait until the broker has everything.
         let _ = ended.recv();
     });
     Ok(peer.ending(move || {
@@ -115,7 +117,7 @@ pub(super) fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) 
     }))
 }
 
-/// A client id that no other program has.
+/// A unique client id.
 fn own_id() -> String {
     use std::hash::{BuildHasher, RandomState};
     let random = RandomState::new().hash_one(std::process::id());
@@ -140,16 +142,16 @@ fn options(settings: &Settings, client: &str) -> Result<MqttOptions> {
         .set_max_packet_size(Some(LARGEST_PACKET))
         .set_session_expiry_interval(Some(KEPT));
     options.set_ack_mode(rumqttc::AckMode::Manual);
-    // The library keeps room for as many messages as there may be, else 65,535.
+    // The library allocates space for this many messages, by default 65,535.
     options.set_outgoing_inflight_upper_limit(2 * outbound::WINDOW as u16);
-    // Acknowledgements leave together, or they could not keep up with what comes in.
+    // Send acknowledgements in batches, or they could not keep up with incoming messages.
     options.set_max_request_batch(REQUESTS);
-    // Messages are short and must not wait for more of them.
+    // Messages are short and must not wait for further ones.
     let mut network = options.network_options();
     network.set_tcp_nodelay(true);
     options.set_network_options(network);
     if settings.client_id.is_some() && settings.clock == ClockKind::System {
-        // A program that comes back under its id gets what it has missed.
+        // A program that reconnects under its id gets what it has missed.
         options.set_session_mode(rumqttc::SessionMode::Persistent);
         options.set_session_store(Resume::new(&options));
     }

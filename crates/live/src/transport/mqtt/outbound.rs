@@ -1,4 +1,4 @@
-//! To the broker: nothing is forgotten before the broker has acknowledged it.
+//! To the broker: every message is kept until the broker has acknowledged it.
 
 use super::inbound::News;
 use super::topics::Topics;
@@ -11,41 +11,41 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use tokio::sync::mpsc::{Receiver, Sender};
 use tokio::sync::watch;
 
-/// Messages that the broker has not acknowledged, at most.
+/// Maximum number of messages that the broker has not acknowledged.
 pub const WINDOW: usize = 64;
-/// The node takes nothing that is older [s], so the broker need not keep it.
+/// The node refuses older messages [s], so the broker need not keep them.
 const OLD: u32 = crate::clock::OLDEST as u32;
 
-/// Resolves when the broker has acknowledged a message, or has not.
+/// Resolves when the broker has acknowledged or refused a message.
 type Delivery = Pin<Box<dyn Future<Output = Result<(), PublishNoticeError>> + Send>>;
 
-/// A message as it is published.
+/// A message ready to be published.
 #[derive(Debug, Clone)]
 struct Parcel {
     topic: String,
     payload: String,
-    /// After so long nobody needs it [s].
+    /// Time after which it is obsolete [s].
     expires: Option<u32>,
 }
 
-/// What publishes.
+/// The publisher.
 pub struct Outbound {
     /// The client.
     pub client: AsyncClient,
     /// The topics.
     pub topics: Topics,
-    /// Whether stamps are times of this machine, so that messages can grow old.
+    /// Whether timestamps are by this machine's clock, so that messages can expire.
     pub ages: bool,
-    /// Where remarks go.
+    /// Receiver of remarks.
     pub news: Sender<News>,
-    /// The connection that there is, 0 for none.
+    /// The present connection; 0 for none.
     pub current: watch::Receiver<u64>,
-    /// The connection over which the peer can be talked to.
+    /// The connection over which the peer is reachable.
     pub ready: watch::Receiver<u64>,
 }
 
 impl Outbound {
-    /// Publishes what comes until there is no more and the broker has it all.
+    /// Publishes messages until there are no more and the broker has them all.
     pub async fn run(mut self, mut outbox: Receiver<Message>) {
         let mut window: VecDeque<(Parcel, Delivery)> = VecDeque::new();
         let mut told = BTreeSet::new();
@@ -53,7 +53,7 @@ impl Outbound {
         while open || !window.is_empty() {
             let waits = !window.is_empty();
             tokio::select! {
-                // What the broker lost goes before what is new.
+                // Messages that the broker lost go before new ones.
                 biased;
                 result = async {
                     match window.front_mut() {
@@ -65,7 +65,7 @@ impl Outbound {
                     match result {
                         Ok(()) => {}
                         Err(PublishNoticeError::V5PubAck(reason)) => {
-                            // Tasks and results are sent again, so this may pass.
+                            // Tasks and results are sent again, so this is not fatal.
                             let text = format!("the broker refuses {}: {reason:?}", parcel.topic);
                             if told.insert(text.clone()) {
                                 let _ = self.news.send(News::Remark(text)).await;
@@ -102,9 +102,9 @@ impl Outbound {
         }
     }
 
-    /// Hands a message to the connection; none when that has ended.
+    /// Passes a message to the connection; none if that has ended.
     async fn publish(&mut self, parcel: Parcel) -> Option<(Parcel, Delivery)> {
-        // A broker that has restarted knows nobody yet, and would drop it.
+        // A restarted broker has no subscribers yet and would drop it.
         loop {
             let current = *self.current.borrow_and_update();
             if current > 0 && *self.ready.borrow_and_update() == current {
@@ -127,7 +127,7 @@ impl Outbound {
     }
 }
 
-/// After how long nobody needs `message` any more [s].
+/// Time after which `message` is obsolete [s].
 fn expiry(message: &Message) -> Option<u32> {
     match message {
         Message::FromNode(Outgoing::Task(task)) => {
@@ -135,10 +135,10 @@ fn expiry(message: &Message) -> Option<u32> {
             let left = task.latest_start - now.unwrap_or_default().as_secs_f64();
             Some((left.ceil() as u32).max(1))
         }
-        // It is made again after a second if it still stands.
+        // A request is repeated after a second if it still applies.
         Message::FromNode(Outgoing::BeltRequest(_)) => Some(1),
         Message::FromNode(Outgoing::Status(_)) | Message::ToNode(_) => Some(OLD),
-        // A robot that was away must still hear of it.
+        // A robot that was away must still get it.
         Message::FromNode(Outgoing::Cancel(_) | Outgoing::Due(_))
         | Message::Hello(_)
         | Message::Answer(_) => None,

@@ -1,9 +1,8 @@
-//! Asks a broker that gave no usable answer what it is.
+//! Finds out what a broker without a usable answer is.
 //!
-//! The library waits in vain for the rest of an answer that is shorter than MQTT 5 has it:
-//! a broker that speaks MQTT 3.1.1 only refuses with two bytes where there are three at
-//! least. So the question is put once more, by hand, and the first bytes of the answer
-//! tell who is there (OASIS MQTT 3.1.1, section 3.2; MQTT 5.0, section 3.2).
+//! A broker that only speaks MQTT 3.1.1 refuses with an answer that is shorter than in MQTT 5, so
+//! the library keeps waiting for the rest. This module connects once more by hand; the first bytes
+//! of the answer show what is there (OASIS MQTT 3.1.1, section 3.2; MQTT 5.0, section 3.2).
 
 use super::url::Broker;
 use pickline::error::Error;
@@ -11,7 +10,7 @@ use std::io::{Read as _, Write as _};
 use std::net::{TcpStream, ToSocketAddrs as _};
 use std::time::Duration;
 
-/// How long an answer may take.
+/// Timeout for an answer.
 const PATIENCE: Duration = Duration::from_secs(2);
 
 /// What the first bytes of an answer show.
@@ -21,26 +20,26 @@ enum Answer {
     Mqtt3,
     /// An answer of MQTT 5.
     Mqtt5,
-    /// A message of TLS.
+    /// A TLS record.
     Tls,
-    /// A web server's words.
+    /// A response of a web server.
     Http,
     /// Anything else.
     Other,
-    /// The connection was closed without a word.
+    /// The connection was closed without an answer.
     Closed,
-    /// Nothing came, or nobody is there.
+    /// No answer, or no connection.
     Nothing,
 }
 
-/// The reason why `broker`, without TLS, can never be talked to; none where it may yet.
+/// Why `broker` can never be used without TLS; none if it may still work.
 pub fn never(broker: &Broker) -> Option<Error> {
     let wrong = |problem: String, cure: String| Some(Error::input("--mqtt", problem, cure));
     let old = || {
         wrong(
-            format!("{broker} does not speak MQTT 5, but an older version, 3.1.1 as a rule"),
-            "use a broker that speaks MQTT 5 (mosquitto from 1.6 on), or switch MQTT 5 on in \
-             its settings"
+            format!("{broker} does not speak MQTT 5 but an older version, usually 3.1.1"),
+            "use a broker that speaks MQTT 5 (mosquitto 1.6 or later), or enable MQTT 5 in its \
+             settings"
                 .into(),
         )
     };
@@ -52,18 +51,18 @@ pub fn never(broker: &Broker) -> Option<Error> {
             format!("write mqtts://{}:{}", broker.host, broker.port),
         ),
         Answer::Http => wrong(
-            format!("a web server answers at {broker}, no MQTT broker"),
-            "give the port of the broker for MQTT over TCP, 1883 as a rule".into(),
+            format!("a web server answers at {broker}, not an MQTT broker"),
+            "give the broker's port for MQTT over TCP, usually 1883".into(),
         ),
         Answer::Other => wrong(
-            format!("what answers at {broker} is no MQTT broker"),
-            "check host and port; that of MQTT is 1883 as a rule".into(),
+            format!("what answers at {broker} is not an MQTT broker"),
+            "check host and port; MQTT usually uses port 1883".into(),
         ),
         Answer::Mqtt5 | Answer::Closed | Answer::Nothing => None,
     }
 }
 
-/// Asks to be let in with this version of the protocol: 4 is MQTT 3.1.1.
+/// Sends a CONNECT with this version of the protocol; 4 is MQTT 3.1.1.
 fn ask(broker: &Broker, version: u8) -> Answer {
     let connect = || -> std::io::Result<Vec<u8>> {
         let places = (broker.host.as_str(), broker.port).to_socket_addrs()?;
@@ -101,7 +100,7 @@ fn ask(broker: &Broker, version: u8) -> Answer {
 
 /// A CONNECT packet without a client id.
 fn request(version: u8) -> Vec<u8> {
-    // Name and version of the protocol, a clean session, 10 s between signs of life.
+    // Name and version of the protocol, a clean session, 10 s keep-alive.
     let mut body = vec![0, 4, b'M', b'Q', b'T', b'T', version, 2, 0, 10];
     if version == 5 {
         // No properties.

@@ -1,4 +1,4 @@
-//! What a program that comes back under its client id still knows: nothing.
+//! The session store of a program that reconnects under its client id: empty.
 
 use rumqttc::{
     MqttOptions, PersistedAckMode, PersistedSession, SessionStore, SessionStoreError,
@@ -6,19 +6,19 @@ use rumqttc::{
 };
 use std::pin::Pin;
 
-/// What a store answers, at some time.
+/// The future answer of a store.
 type Answer<'a, T> = Pin<Box<dyn Future<Output = Result<T, SessionStoreError>> + Send + 'a>>;
 
-/// Has the client take up a session that an earlier run of this program began: the broker
-/// then delivers what came in between. Nothing of what that run had under way is known
-/// any more, and need not be: its tasks are sent again by other means.
+/// Makes the client resume a session of an earlier run of this program, so that the broker delivers
+/// the messages since then. What that run had in transit is not known and not needed, because its
+/// tasks are sent again by other means.
 #[derive(Debug)]
 pub struct Resume {
     session: PersistedSession,
 }
 
 impl Resume {
-    /// A beginning that fits `options`.
+    /// A store that fits `options`.
     pub fn new(options: &MqttOptions) -> Self {
         Self {
             session: PersistedSession {

@@ -1,4 +1,4 @@
-//! The connection to the broker: made, kept, made again.
+//! The connection to the broker: established, maintained, re-established.
 
 use super::inbound::{Inbound, News, Order, Presence};
 use super::outbound::Outbound;
@@ -22,12 +22,12 @@ use std::thread;
 use tokio::sync::mpsc::{Receiver, Sender, UnboundedReceiver, channel, unbounded_channel};
 use tokio::sync::{oneshot, watch};
 
-/// Room for messages that need no acknowledgement, and for what happens to the connection.
+/// Space for messages that need no acknowledgement, and for connection events.
 const SPARE: usize = 256;
-/// What is said, once, where they find no room.
-const FLOODED: &str = "messages with QoS 0 come faster than they are taken in; some are lost";
+/// The remark, given once, if there is no space for them.
+const FLOODED: &str = "messages with QoS 0 come faster than they can be handled; some are lost";
 
-/// A connection and all it needs.
+/// A connection and its settings.
 pub struct Session {
     /// The number of the peer.
     pub number: u64,
@@ -35,7 +35,7 @@ pub struct Session {
     pub broker: Broker,
     /// Which side this is.
     pub side: Side,
-    /// Where the time comes from.
+    /// The kind of clock.
     pub clock: ClockKind,
     /// The topics.
     pub topics: Topics,
@@ -43,15 +43,15 @@ pub struct Session {
     pub client: String,
     /// How to connect.
     pub options: MqttOptions,
-    /// Whether the peer is there.
+    /// Whether the peer is present.
     pub up: Arc<AtomicBool>,
-    /// Where things go that are heard.
+    /// The inbox.
     pub inbox: SyncSender<Heard>,
 }
 
 impl Session {
-    /// Talks until all of `outbox` is sent and, for a node, the broker told that it goes.
-    /// `done` hears when all is sent; a station then goes with `end`.
+    /// Runs until all of `outbox` is sent and, for a node, its leaving is published. `done` is
+    /// notified when everything is sent; a station then ends with `end`.
     pub async fn run(
         mut self,
         outbox: Receiver<Message>,
@@ -95,10 +95,10 @@ impl Session {
         };
         let speak = async {
             outbound.run(outbox).await;
-            // Whoever waits for this side need not wait any more.
+            // Peers need not wait for this side any more.
             self.present(&client, "offline").await;
             if self.side == Side::Station {
-                // It still listens to the node's last words.
+                // The station still receives the node's last messages.
                 let _ = done.send(());
                 let _ = end.await;
             }
@@ -113,7 +113,7 @@ impl Session {
         }
     }
 
-    /// Keeps the connection up and hands on what comes in; returns when it has ended.
+    /// Maintains the connection and passes on what comes in. Returns when it has ended.
     async fn keep(
         &self,
         mut connection: EventLoop,
@@ -127,7 +127,7 @@ impl Session {
             match connection.poll().await {
                 Ok(Event::Incoming(Packet::ConnAck(_))) => {
                     connected += 1;
-                    // From now on the broker keeps what is missed.
+                    // From now on the broker keeps missed messages.
                     let options = &mut connection.options;
                     options.set_session_mode(SessionMode::Persistent);
                     number.send_replace(connected);
@@ -138,7 +138,7 @@ impl Session {
                     }
                 }
                 Ok(Event::Incoming(Packet::Publish(publish))) => {
-                    // One that need not be acknowledged is not held back by the broker.
+                    // The broker does not limit messages that need no acknowledgement.
                     let spare = news.capacity() > usize::from(UNHEEDED) + SPARE;
                     if publish.qos == QoS::AtMostOnce && !spare {
                         if !std::mem::replace(&mut flooded, true) {
@@ -171,7 +171,7 @@ impl Session {
                         trouble::told(&error)
                     );
                     if text != told {
-                        let remark = News::Remark(format!("{text}; trying again"));
+                        let remark = News::Remark(format!("{text}; retrying"));
                         let _ = news.send(remark).await;
                         told = text;
                     }
@@ -181,14 +181,14 @@ impl Session {
         }
     }
 
-    /// Why there can be no connection, by what the broker answers to a plain question.
+    /// Why there can be no connection, according to a probe of the broker.
     async fn never(&self) -> Option<Error> {
         let broker = self.broker.clone();
         let asked = tokio::task::spawn_blocking(move || probe::never(&broker));
         asked.await.ok().flatten()
     }
 
-    /// Subscribes and says that this side is here, with every new connection.
+    /// Subscribes and publishes this side's presence, on every new connection.
     async fn greet(
         &self,
         client: &AsyncClient,
@@ -226,7 +226,7 @@ impl Session {
                 .retain_forward_rule(retained)
         };
         let kinds = self.side.hears().iter();
-        // What somebody has had retained was true at some time, but is no news.
+        // Retained messages may be outdated, so they are not requested.
         let kinds = kinds.map(|kind| filter(self.topics.filter(kind), RetainForwardRule::Never));
         let sides = [Side::Node, Side::Station].map(|side| {
             let topic = self.topics.presence(side);
@@ -243,14 +243,15 @@ impl Session {
                     "{} refuses the subscriptions: {:?}",
                     self.broker, reasons[0]
                 ),
-                "let this user subscribe to the topics in docs/mqtt.md, or give another prefix",
+                "allow this user to subscribe to the topics in docs/mqtt.md, or give another \
+                 prefix",
             )),
-            // With a lost connection comes another one.
+            // A lost connection is followed by a new one.
             _ => Ok(()),
         }
     }
 
-    /// Has the broker retain whether this side is here; whether it has.
+    /// Publishes this side's presence as a retained message. Returns whether the broker has it.
     async fn present(&self, client: &AsyncClient, state: &str) -> bool {
         let topic = self.topics.presence(self.side);
         let options = PublishOptions::at_least_once().retained();
@@ -269,7 +270,7 @@ impl Session {
         serde_json::to_string(&presence).unwrap_or_default()
     }
 
-    /// Does what follows from what was heard.
+    /// Carries out the orders that follow from received messages.
     async fn obey(
         &self,
         client: &AsyncClient,
@@ -282,7 +283,7 @@ impl Session {
                     self.present(client, "online").await;
                 }
                 Order::Acknowledge(connection, publish) => {
-                    // Another connection knows nothing of it: the broker sends it again.
+                    // It cannot be acknowledged over another connection; the broker sends it again.
                     if *current.borrow_and_update() == connection {
                         tokio::select! {
                             _ = client.ack(&publish) => {}

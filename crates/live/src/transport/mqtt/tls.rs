@@ -1,4 +1,4 @@
-//! What a failed TLS handshake means, and what to do about it.
+//! Explains a failed TLS handshake, with a cure.
 
 use super::url::Broker;
 use pickline::error::{Error, shown};
@@ -6,38 +6,38 @@ use rumqttc::TlsError;
 use rumqttc::tokio_rustls::rustls;
 use rustls::{AlertDescription as Alert, CertificateError};
 
-/// The error that says why there is no TLS with `broker`, by what rustls found.
+/// The error for a failed TLS handshake with `broker`, from the error of rustls.
 pub fn refused(error: &rustls::Error, broker: &Broker) -> Error {
     let (place, problem, cure) = match error {
         rustls::Error::InvalidCertificate(reason) => certificate(reason, broker),
         rustls::Error::AlertReceived(alert) => alerted(*alert),
         rustls::Error::InvalidMessage(_) => (
             "--mqtt",
-            "what answers there does not speak TLS".to_owned(),
+            "the server there does not speak TLS".to_owned(),
             format!(
-                "write mqtt://{}:{}, or give the port of TLS, 8883 as a rule",
+                "write mqtt://{}:{}, or give the port for TLS, usually 8883",
                 broker.host, broker.port
             ),
         ),
         rustls::Error::PeerIncompatible(reason) => (
             "--mqtt",
             format!(
-                "the broker offers no version or cipher of TLS that is in use today: {reason:?}"
+                "the broker offers no current TLS version or cipher: {reason:?}"
             ),
-            "let the broker offer TLS 1.2 or 1.3".to_owned(),
+            "enable TLS 1.2 or 1.3 in the broker".to_owned(),
         ),
         other => (
             "--mqtt",
             other.to_string(),
-            "check the broker's certificate, and that --mqtt-ca, --mqtt-cert and --mqtt-key \
-             fit the broker"
+            "check the broker's certificate, and that --mqtt-ca, --mqtt-cert and --mqtt-key match \
+             the broker"
                 .to_owned(),
         ),
     };
     Error::input(place, format!("no TLS with {broker}: {problem}"), cure)
 }
 
-/// The error for settings of TLS that cannot be used at all.
+/// The error for unusable TLS settings.
 pub fn unusable(error: &TlsError, broker: &Broker) -> Error {
     let (place, cure) = match error {
         TlsError::TLS(error) => return refused(error, broker),
@@ -63,23 +63,23 @@ pub fn unusable(error: &TlsError, broker: &Broker) -> Error {
 
 type Trouble = (&'static str, String, String);
 
-/// What is wrong with the broker's certificate.
+/// Explains what is wrong with the broker's certificate.
 fn certificate(reason: &CertificateError, broker: &Broker) -> Trouble {
     let host = shown(&broker.host);
-    let machine_clock = "or set the clock of this machine, if it is wrong";
+    let machine_clock = "or correct the clock of this machine, if it is wrong";
     match reason {
         CertificateError::UnknownIssuer => (
             "--mqtt-ca",
-            "its certificate is signed by an authority that is not trusted here, or by itself"
+            "its certificate is signed by an authority that is not trusted here, or self-signed"
                 .into(),
-            "give the certificate of that authority with --mqtt-ca; for a certificate that is \
-             signed by itself, give the certificate itself"
+            "give the certificate of that authority with --mqtt-ca; for a self-signed certificate, \
+             give the certificate itself"
                 .into(),
         ),
         CertificateError::BadSignature => (
             "--mqtt-ca",
-            "its certificate is not signed by the authority that --mqtt-ca gives, but by \
-             another one of the same name"
+            "its certificate is not signed by the authority in --mqtt-ca, but by another one with \
+             the same name"
                 .into(),
             "give the certificate of the authority that signed the broker's".into(),
         ),
@@ -109,12 +109,12 @@ fn certificate(reason: &CertificateError, broker: &Broker) -> Trouble {
         other => {
             let text = format!("{other:?}");
             if text.contains("CaUsedAsEndEntity") {
-                let problem = "its certificate is that of an authority (basicConstraints CA:TRUE), \
-                               as openssl makes it by default when a certificate signs itself";
+                let problem = "its certificate is a CA certificate (basicConstraints CA:TRUE), \
+                               which openssl creates by default for self-signed ones";
                 return ("--mqtt", problem.into(), own_certificate(&host));
             }
             if text.contains("UnsupportedCertVersion") {
-                let problem = "its certificate is of X.509 version 1, which names no host";
+                let problem = "its certificate has X.509 version 1, which names no host";
                 return ("--mqtt", problem.into(), own_certificate(&host));
             }
             (
@@ -131,39 +131,39 @@ fn other_name(names: &str, host: &str) -> Trouble {
         "--mqtt",
         format!("its certificate is for {names}, not for `{host}`"),
         format!(
-            "give --mqtt the host name that the certificate is for, or make one with \
+            "give --mqtt the host name that the certificate is for, or create one with \
              subjectAltName for `{host}`"
         ),
     )
 }
 
-/// `DnsName("a")` and `IpAddress(1.2.3.4)` as a user writes them.
+/// The name in `DnsName("a")` or `IpAddress(1.2.3.4)`, as a user writes it.
 fn plain_name(name: &str) -> String {
     let inside = name.split_once('(').map_or(name, |(_, rest)| rest);
     shown(inside.trim_end_matches(')').trim_matches('"'))
 }
 
-/// How to make a certificate that can be used.
+/// How to create a usable certificate.
 fn own_certificate(host: &str) -> String {
     let kind = match host.parse::<std::net::IpAddr>() {
         Ok(_) => "IP",
         Err(_) => "DNS",
     };
     format!(
-        "make one for a server, and give it with --mqtt-ca: openssl req -x509 -newkey rsa:2048 \
+        "create one for a server, and give it with --mqtt-ca: openssl req -x509 -newkey rsa:2048 \
          -nodes -keyout broker.key -out broker.pem -days 365 -subj /CN={host} -addext \
          subjectAltName={kind}:{host} -addext basicConstraints=critical,CA:FALSE"
     )
 }
 
-/// What the broker says about this client.
+/// Explains a TLS alert from the broker.
 fn alerted(alert: Alert) -> Trouble {
     let own = "give a certificate that the broker trusts, and its key, with --mqtt-cert and \
                --mqtt-key";
     match alert {
         Alert::CertificateRequired => (
             "--mqtt-cert",
-            "the broker asks for a certificate of this client".into(),
+            "the broker requires a client certificate".into(),
             own.into(),
         ),
         Alert::UnknownCA
@@ -175,19 +175,19 @@ fn alerted(alert: Alert) -> Trouble {
         | Alert::DecryptError
         | Alert::AccessDenied => (
             "--mqtt-cert",
-            format!("the broker does not accept the certificate of this client ({alert:?})"),
+            format!("the broker does not accept the client certificate ({alert:?})"),
             own.into(),
         ),
-        // What old brokers say when a certificate is missing.
+        // The alert of old brokers if a certificate is missing.
         Alert::HandshakeFailure => (
             "--mqtt-cert",
-            "the broker ends the handshake: it may ask for a certificate of this client".into(),
+            "the broker ends the handshake: it may require a client certificate".into(),
             own.into(),
         ),
         Alert::ProtocolVersion | Alert::InsufficientSecurity => (
             "--mqtt",
-            "the broker does not take TLS 1.2 or 1.3".into(),
-            "let the broker offer TLS 1.2 or 1.3".into(),
+            "the broker does not accept TLS 1.2 or 1.3".into(),
+            "enable TLS 1.2 or 1.3 in the broker".into(),
         ),
         Alert::UnrecognisedName => (
             "--mqtt",
@@ -197,7 +197,7 @@ fn alerted(alert: Alert) -> Trouble {
         other => (
             "--mqtt",
             format!("the broker ends the handshake: {other:?}"),
-            "see the broker's log".into(),
+            "check the broker's log".into(),
         ),
     }
 }

@@ -1,4 +1,4 @@
-//! Which message goes to which topic, and what a topic means.
+//! The topics: which message goes to which, and what each means.
 
 use pickline::error::{Error, Result, shown};
 use crate::protocol::{Hello, Incoming, Message, Outgoing};
@@ -6,7 +6,7 @@ use crate::transport::Side;
 use pickline::names::LONGEST_NAME;
 
 impl Side {
-    /// The topic under the prefix at which it says whether it is there.
+    /// The topic under the prefix for its presence.
     pub fn presence(self) -> &'static str {
         match self {
             Self::Node => "node",
@@ -14,7 +14,7 @@ impl Side {
         }
     }
 
-    /// The kinds of messages that it hears.
+    /// The kinds of messages that it receives.
     pub fn hears(self) -> &'static [&'static str] {
         match self {
             Self::Node => &Incoming::KINDS,
@@ -23,12 +23,12 @@ impl Side {
     }
 }
 
-/// What came in under a topic.
+/// The content of a topic.
 #[derive(Debug, PartialEq, Eq)]
 pub enum Topic<'a> {
     /// A message of this kind.
     Kind(&'a str),
-    /// Whether this side is there.
+    /// The presence of this side.
     Presence(Side),
 }
 
@@ -42,7 +42,7 @@ impl Topics {
     /// The topics under `prefix`.
     ///
     /// # Errors
-    /// A prefix that is no topic.
+    /// The prefix is not a valid topic.
     pub fn new(prefix: &str) -> Result<Self> {
         let levels = prefix.split('/').all(|level| !level.is_empty());
         let letters = |c: char| !c.is_control() && !"+#".contains(c);
@@ -54,27 +54,27 @@ impl Topics {
         }
         Err(Error::input(
             "--mqtt-prefix",
-            format!("`{}` is no topic to begin with", shown(prefix)),
-            "give words with / between them, without + and #, for example plant/line1",
+            format!("`{}` is not a valid topic prefix", shown(prefix)),
+            "give words separated by /, without + and #, for example plant/line1",
         ))
     }
 
-    /// Where `side` says whether it is there.
+    /// The topic for the presence of `side`.
     pub fn presence(&self, side: Side) -> String {
         format!("{}/{}", self.prefix, side.presence())
     }
 
-    /// What the messages of a kind come under: the kind, and whatever levels follow it.
+    /// The topic filter for a kind of message: the kind and any levels below it.
     pub fn filter(&self, kind: &str) -> String {
         format!("{}/{kind}/#", self.prefix)
     }
 
-    /// Where `message` goes.
+    /// The topic of `message`.
     pub fn of(&self, message: &Message) -> String {
         let (kind, whose) = match message {
             Message::ToNode(message) => (message.kind(), None),
             Message::FromNode(message) => (message.kind(), message.robot()),
-            // Said over streams only.
+            // Sent over streams only.
             Message::Hello(_) | Message::Answer(_) => (Hello::KIND, None),
         };
         match whose {
@@ -83,7 +83,7 @@ impl Topics {
         }
     }
 
-    /// What `topic` means to `side`.
+    /// The meaning of `topic` for `side`, if it has one.
     pub fn read<'a>(&self, side: Side, topic: &'a str) -> Option<Topic<'a>> {
         let rest = topic.strip_prefix(&self.prefix)?.strip_prefix('/')?;
         let kind = rest.split('/').next()?;
@@ -96,7 +96,7 @@ impl Topics {
     }
 }
 
-/// A name as one level of a topic: what has a meaning there is written as %XX.
+/// A name as one level of a topic: special characters are written as %XX.
 fn level(name: &str) -> String {
     let mut level = String::new();
     for c in name.chars() {

@@ -1,4 +1,4 @@
-//! What a failed connection means: whether to try again, and what to tell the user.
+//! Explains a failed connection: whether to retry, and what to tell the user.
 
 use super::tls;
 use super::url::Broker;
@@ -9,7 +9,7 @@ use rumqttc::mqttbytes::v5::ConnectReturnCode;
 use rumqttc::tokio_rustls::rustls;
 use rumqttc::{ConnectionError, DisconnectReasonCode, StateError, TlsError};
 
-/// A failure that trying again does not mend: the settings are wrong.
+/// The error for a failure that a retry does not solve, because the settings are wrong.
 pub fn fatal(error: &ConnectionError, broker: &Broker) -> Option<Error> {
     use ConnectReturnCode as Code;
     let input = |problem: String, cure: &str| Some(Error::input("--mqtt", problem, cure));
@@ -22,7 +22,7 @@ pub fn fatal(error: &ConnectionError, broker: &Broker) -> Option<Error> {
         ConnectionError::SessionStateMismatch { .. } | ConnectionError::NotConnAck(_) => {
             let cure = "check that an MQTT 5 broker listens there";
             return input(
-                format!("{broker} breaks the rules of MQTT 5: {error}"),
+                format!("{broker} violates MQTT 5: {error}"),
                 cure,
             );
         }
@@ -34,15 +34,15 @@ pub fn fatal(error: &ConnectionError, broker: &Broker) -> Option<Error> {
         | Code::Banned
         | Code::BadAuthenticationMethod => input(
             match &broker.user {
-                Some(user) => format!("{broker} refuses user `{}` or the password", shown(user)),
-                None => format!("{broker} lets nobody in without user and password"),
+                Some(user) => format!("{broker} refuses user `{}` or its password", shown(user)),
+                None => format!("{broker} requires a user and password"),
             },
             "give --mqtt-user, and the password in PICKLINE_MQTT_PASSWORD or with \
              --mqtt-password-file",
         ),
         Code::RefusedProtocolVersion | Code::UnsupportedProtocolVersion => input(
             format!("{broker} refuses MQTT 5"),
-            "use a broker that speaks it, or switch MQTT 5 on in its settings",
+            "use a broker that speaks it, or enable MQTT 5 in its settings",
         ),
         Code::BadClientId | Code::ClientIdentifierNotValid => {
             let problem = format!("{broker} refuses this client id");
@@ -56,7 +56,7 @@ pub fn fatal(error: &ConnectionError, broker: &Broker) -> Option<Error> {
     }
 }
 
-/// Another client has come with the same id.
+/// The error if another client has connected with the same id.
 pub fn taken_over(error: &ConnectionError, broker: &Broker) -> Option<Error> {
     matches!(
         error,
@@ -67,12 +67,11 @@ pub fn taken_over(error: &ConnectionError, broker: &Broker) -> Option<Error> {
     )
     .then(|| {
         let problem = format!("another client has connected to {broker} with the same client id");
-        Error::input("--mqtt-client-id", problem, "give every program its own")
+        Error::input("--mqtt-client-id", problem, "give every program a different one")
     })
 }
 
-/// What the operating system, or TLS through it, has to say; none when the trouble is
-/// another one.
+/// The error of the operating system, or of TLS through it; none for other failures.
 fn system_trouble(error: &ConnectionError) -> Option<&std::io::Error> {
     match error {
         ConnectionError::Io(io)
@@ -84,7 +83,7 @@ fn system_trouble(error: &ConnectionError) -> Option<&std::io::Error> {
     }
 }
 
-/// What TLS has to say; none when the trouble is another one.
+/// The error of TLS; none for other failures.
 fn tls_trouble(error: &ConnectionError, broker: &Broker) -> Option<Error> {
     if let Some(io) = system_trouble(error) {
         let inner = io.get_ref()?.downcast_ref::<rustls::Error>()?;
@@ -96,18 +95,18 @@ fn tls_trouble(error: &ConnectionError, broker: &Broker) -> Option<Error> {
     }
 }
 
-/// What happened, in the words of the one who knows.
+/// A description of the failure, from its original cause.
 pub fn told(error: &ConnectionError) -> String {
     let text = match error {
         ConnectionError::MqttState(StateError::AwaitPingResp) => "it does not answer".into(),
-        ConnectionError::Timeout(_) => "no answer in MQTT 5 came in time".into(),
+        ConnectionError::Timeout(_) => "no MQTT 5 answer came in time".into(),
         ConnectionError::ConnectionRefused(code) => format!("it refuses: {code:?}"),
         other => match system_trouble(other) {
             Some(io) => io.to_string(),
             None => other.to_string(),
         },
     };
-    // A broker may say anything.
+    // A broker may send any text.
     let printable = text.trim().chars().filter(|c| !c.is_control());
     printable.take(LONGEST_NAME).collect()
 }

@@ -1,19 +1,19 @@
-//! Where the broker is, as a URL.
+//! The URL of the broker.
 
 use pickline::error::{Error, Result, nearest, shown};
 
-/// A broker's address, and who asks.
+/// A broker's address, with user and password.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Broker {
     /// Host name or address.
     pub host: String,
-    /// Port; 1883, with TLS 8883, when not given.
+    /// Port; by default 1883, or 8883 with TLS.
     pub port: u16,
     /// Whether the connection is encrypted.
     pub tls: bool,
     /// User name.
     pub user: Option<String>,
-    /// Password; it is never shown.
+    /// Password; never printed.
     pub password: Option<String>,
 }
 
@@ -23,7 +23,7 @@ impl std::fmt::Debug for Broker {
     }
 }
 
-/// Without user and password.
+/// Omits user and password.
 impl std::fmt::Display for Broker {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let scheme = if self.tls { "mqtts" } else { "mqtt" };
@@ -40,12 +40,12 @@ impl Broker {
     /// Reads `mqtt://[USER[:PASSWORD]@]HOST[:PORT]`, or the same with `mqtts://`.
     ///
     /// # Errors
-    /// Anything else. The text is not quoted from where a password may begin.
+    /// The text is anything else. It is not quoted from where a password may begin.
     pub fn read(text: &str) -> Result<Self> {
         const CURE: &str = "give mqtt://HOST:PORT, or mqtts://HOST:PORT for TLS";
         let wrong = |problem: String| Error::input("--mqtt", problem, CURE);
         let Some((scheme, rest)) = text.split_once("://") else {
-            return Err(wrong("this is no URL: it has no ://".into()));
+            return Err(wrong("this is not a URL: it has no ://".into()));
         };
         let tls = match scheme.to_ascii_lowercase().as_str() {
             "mqtt" => false,
@@ -76,7 +76,7 @@ impl Broker {
         };
         let allowed = |c: char| c.is_alphanumeric() || ".-_:%".contains(c);
         if host.is_empty() || !host.chars().all(allowed) {
-            return Err(wrong(format!("`{}` is no host", shown(host))));
+            return Err(wrong(format!("`{}` is not a valid host", shown(host))));
         }
         let port = match port {
             Some("") => Some(if tls { 8883 } else { 1883 }),
@@ -99,7 +99,7 @@ impl Broker {
                 let decoded = |text| {
                     decode(text).ok_or_else(|| {
                         wrong(
-                            "user or password hold a % that is not followed by two hex digits"
+                            "user or password contain a % that is not followed by two hex digits"
                                 .into(),
                         )
                     })
@@ -117,7 +117,7 @@ impl Broker {
     }
 }
 
-/// Resolves %XX.
+/// Decodes %XX.
 fn decode(text: &str) -> Option<String> {
     let mut bytes = Vec::new();
     let mut rest = text.as_bytes();

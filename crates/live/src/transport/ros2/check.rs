@@ -1,13 +1,13 @@
-//! Settings that cannot work: refused before anything is started.
+//! Checks of settings that cannot work, before anything is started.
 
 use super::Settings;
 use pickline::error::{Error, Result, shown};
 use std::net::IpAddr;
 
-/// Checks names and networks.
+/// Checks the names and networks.
 ///
 /// # Errors
-/// A namespace that ROS does not know, a network that this machine is not in.
+/// The namespace is not valid in ROS, or this machine is not in a given network.
 pub fn check(settings: &Settings) -> Result<()> {
     if let Some(problem) = wrong_namespace(&settings.namespace) {
         let problem = format!("`{}` {problem}", shown(&settings.namespace));
@@ -15,7 +15,7 @@ pub fn check(settings: &Settings) -> Result<()> {
                     letter, separated by slashes: for example /plant/line1";
         return Err(Error::input("--ros2-namespace", problem, cure));
     }
-    // As DDS sees them: it would leave out without a word what is not among these.
+    // The interfaces as DDS sees them; DDS would silently ignore others.
     let interfaces = netdev::get_interfaces();
     let here = interfaces.iter().flat_map(|interface| &interface.ipv4);
     let here: Vec<IpAddr> = here.map(|network| IpAddr::V4(network.addr())).collect();
@@ -23,9 +23,9 @@ pub fn check(settings: &Settings) -> Result<()> {
         None => Ok(()),
         Some(stranger) => {
             let problem = if stranger.is_ipv6() {
-                format!("{stranger} is an IPv6 address; DDS goes over IPv4 here")
+                format!("{stranger} is an IPv6 address; DDS uses IPv4 here")
             } else {
-                format!("{stranger} is no address of this machine")
+                format!("{stranger} is not an address of this machine")
             };
             let known: Vec<String> = here.iter().map(IpAddr::to_string).collect();
             let cure = format!("give one of {}", known.join(", "));
@@ -34,11 +34,11 @@ pub fn check(settings: &Settings) -> Result<()> {
     }
 }
 
-/// What is wrong with a namespace, which begins with a slash.
+/// The problem with a namespace, which begins with a slash; none if it is valid.
 fn wrong_namespace(namespace: &str) -> Option<String> {
     let names = namespace.strip_prefix('/').unwrap_or(namespace);
     if names.is_empty() {
-        // All topics at the root.
+        // All topics are at the root.
         return None;
     }
     for name in names.split('/') {
@@ -46,14 +46,14 @@ fn wrong_namespace(namespace: &str) -> Option<String> {
         let is_letter = |c: char| c.is_ascii_alphabetic() || c == '_';
         let bad = name.chars().find(|c| !is_letter(*c) && !c.is_ascii_digit());
         if let Some(bad) = bad {
-            return Some(format!("holds `{}`", shown(&bad.to_string())));
+            return Some(format!("contains `{}`", shown(&bad.to_string())));
         }
         match characters.next() {
-            None => return Some("has a slash too many".to_owned()),
+            None => return Some("has an extra slash".to_owned()),
             Some(first) if !is_letter(first) => {
                 return Some(format!("has a name that begins with `{first}`"));
             }
-            Some(_) if name.contains("__") => return Some("holds `__`".to_owned()),
+            Some(_) if name.contains("__") => return Some("contains `__`".to_owned()),
             Some(_) => {}
         }
     }
@@ -70,14 +70,14 @@ mod tests {
             assert_eq!(wrong_namespace(good), None, "{good}");
         }
         for (bad, word) in [
-            ("/a-b", "holds `-`"),
-            ("/a b", "holds ` `"),
-            ("/caf\u{e9}", "holds `\u{e9}`"),
-            ("/a\nb", "holds `\\n`"),
-            ("/line/", "a slash too many"),
-            ("/a//b", "a slash too many"),
+            ("/a-b", "contains `-`"),
+            ("/a b", "contains ` `"),
+            ("/caf\u{e9}", "contains `\u{e9}`"),
+            ("/a\nb", "contains `\\n`"),
+            ("/line/", "an extra slash"),
+            ("/a//b", "an extra slash"),
             ("/1st", "begins with `1`"),
-            ("/a__b", "holds `__`"),
+            ("/a__b", "contains `__`"),
         ] {
             let problem = wrong_namespace(bad).unwrap();
             assert!(problem.contains(word), "{bad}: {problem}");

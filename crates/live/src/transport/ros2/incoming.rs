@@ -1,4 +1,4 @@
-//! Messages to the node, as ROS messages and back.
+//! Conversion of messages to the node from and to ROS messages.
 
 use super::messages::{
     BeltState, BoundingBox3D, Detection3D, Detection3DArray, Header, ObjectHypothesis,
@@ -8,7 +8,7 @@ use super::messages::{
 use pickline::error::shown;
 use crate::protocol::{self, Detection, Incoming, Rejected, Rejection, Report, Verdict};
 
-/// What was heard, or why not.
+/// A message that was read, or its refusal.
 type Read = Result<Incoming, Rejected>;
 
 /// The states of a robot, by their number.
@@ -18,7 +18,7 @@ const STATES: [protocol::RobotState; 3] = [
     protocol::RobotState::Fault,
 ];
 
-/// What can come of a task, by its number.
+/// The results of a task, by their number.
 const VERDICTS: [Verdict; 5] = [
     Verdict::Picked,
     Verdict::GraspFail,
@@ -27,10 +27,10 @@ const VERDICTS: [Verdict; 5] = [
     Verdict::Cancelled,
 ];
 
-/// Square metres in a square centimetre.
+/// Square metres per square centimetre.
 const CM2: f64 = 1e-4;
 
-/// A header of `frame` at `stamp` [s].
+/// A header for `frame` and `stamp` [s].
 pub fn header(frame: &str, stamp: f64) -> Header {
     Header {
         stamp: Time::from_stamp(stamp),
@@ -38,7 +38,7 @@ pub fn header(frame: &str, stamp: f64) -> Header {
     }
 }
 
-/// The place in `table` of one of its entries.
+/// The index in `table` of one of its entries.
 fn number<T: PartialEq>(table: &[T], entry: &T) -> u8 {
     table.iter().position(|known| known == entry).unwrap_or(0) as u8
 }
@@ -63,7 +63,7 @@ fn check_frame(header: &Header, frame: &str) -> Result<(), Rejected> {
     Err(Rejected::new(Rejection::Field, problem))
 }
 
-/// What one picture shows, in the belt frame `frame`.
+/// Reads the detections of a picture, which must be in the belt frame `frame`.
 pub fn read_detections(array: &Detection3DArray, frame: &str) -> Vec<Read> {
     let detections = array.detections.iter();
     detections
@@ -72,7 +72,7 @@ pub fn read_detections(array: &Detection3DArray, frame: &str) -> Vec<Read> {
 }
 
 fn read_detection(detection: &Detection3D, picture: &Header, frame: &str) -> Read {
-    // What is not said of one is said of all.
+    // A detection without its own header uses that of the picture.
     let own = &detection.header;
     let framed = if own.frame_id.is_empty() {
         picture
@@ -113,14 +113,14 @@ fn read_detection(detection: &Detection3D, picture: &Header, frame: &str) -> Rea
     }))
 }
 
-/// The angle about the vertical [rad]; none where no orientation is given.
+/// The angle about the vertical [rad]; none if no orientation is given.
 fn yaw(orientation: &Quaternion) -> Option<f64> {
     let Quaternion { x, y, z, w } = *orientation;
     let is_given = x != 0.0 || y != 0.0 || z != 0.0;
     is_given.then(|| (2.0 * (w * z + x * y)).atan2(1.0 - 2.0 * (y * y + z * z)))
 }
 
-/// A picture of one item.
+/// A picture with one detection.
 pub fn detections(detection: &Detection, frame: &str) -> Detection3DArray {
     let half = 0.5 * detection.angle.unwrap_or(0.0);
     let pose = Pose {
@@ -171,7 +171,7 @@ pub fn detections(detection: &Detection, frame: &str) -> Detection3DArray {
     }
 }
 
-/// How the belt moves, along the x of `frame`.
+/// Reads the belt's motion, along the x of `frame`.
 pub fn read_belt(belt: &BeltState, frame: &str) -> Read {
     check_frame(&belt.header, frame)?;
     Ok(Incoming::Belt(protocol::BeltState {
@@ -182,7 +182,7 @@ pub fn read_belt(belt: &BeltState, frame: &str) -> Read {
     }))
 }
 
-/// How the belt moves.
+/// The belt's motion as a ROS message.
 pub fn belt(belt: &protocol::BeltState, frame: &str) -> BeltState {
     BeltState {
         header: header(frame, belt.stamp),
@@ -192,7 +192,7 @@ pub fn belt(belt: &protocol::BeltState, frame: &str) -> BeltState {
     }
 }
 
-/// What a robot is doing.
+/// Reads a robot's state.
 pub fn read_robot(robot: &RobotState) -> Read {
     Ok(Incoming::Robot(protocol::RobotStatus {
         stamp: robot.header.stamp.stamp(),
@@ -203,7 +203,7 @@ pub fn read_robot(robot: &RobotState) -> Read {
     }))
 }
 
-/// What a robot is doing.
+/// A robot's state as a ROS message.
 pub fn robot(robot: &protocol::RobotStatus, frame: &str) -> RobotState {
     RobotState {
         header: header(frame, robot.stamp),
@@ -216,7 +216,7 @@ pub fn robot(robot: &protocol::RobotStatus, frame: &str) -> RobotState {
     }
 }
 
-/// A robot has understood a task.
+/// Reads an acknowledgement of a task.
 pub fn read_ack(ack: &TaskAck) -> Read {
     Ok(Incoming::Ack(protocol::Ack {
         stamp: ack.header.stamp.stamp(),
@@ -224,7 +224,7 @@ pub fn read_ack(ack: &TaskAck) -> Read {
     }))
 }
 
-/// A robot has understood a task.
+/// An acknowledgement of a task as a ROS message.
 pub fn ack(ack: &protocol::Ack, frame: &str) -> TaskAck {
     TaskAck {
         header: header(frame, ack.stamp),
@@ -232,7 +232,7 @@ pub fn ack(ack: &protocol::Ack, frame: &str) -> TaskAck {
     }
 }
 
-/// What came of a task.
+/// Reads the result of a task.
 pub fn read_result(result: &TaskResult) -> Read {
     Ok(Incoming::Result(Report {
         stamp: result.header.stamp.stamp(),
@@ -243,7 +243,7 @@ pub fn read_result(result: &TaskResult) -> Read {
     }))
 }
 
-/// What came of a task.
+/// The result of a task as a ROS message.
 pub fn result(report: &Report, frame: &str) -> TaskResult {
     TaskResult {
         header: header(frame, report.stamp),
@@ -254,13 +254,13 @@ pub fn result(report: &Report, frame: &str) -> TaskResult {
     }
 }
 
-/// The station's turn is over.
+/// Reads the end of the station's turn.
 pub fn read_tick(tick: &Tick) -> Incoming {
     let stamp = tick.header.stamp.stamp();
     Incoming::Tick { stamp }
 }
 
-/// The station's turn, of so many messages, is over; without a stamp [s] it is the last.
+/// The end of the station's turn of `messages` messages; without a `stamp` [s] it is the last turn.
 pub fn tick(stamp: Option<f64>, messages: u32, frame: &str) -> Tick {
     Tick {
         header: Header {

@@ -1,9 +1,9 @@
-//! The ROS messages, field for field as in `ros2/pickline_interfaces/msg` and in the common
-//! packages of ROS 2; `tests/ros2` holds them to those files.
+//! The ROS messages, field by field as in `ros2/pickline_interfaces/msg` and in the common packages
+//! of ROS 2; `tests/ros2` compares them with those files.
 
 use serde::{Deserialize, Serialize};
 
-/// A type that can stand in a ROS message.
+/// A type of a field in a ROS message.
 pub trait RosType {
     /// Its name in a .msg file.
     fn name() -> String;
@@ -39,7 +39,7 @@ plain!(
     f64 = "float64"
 );
 plain!(String = "string");
-// Arrays of constant length stand in a row, whatever their nesting.
+// Nested arrays of constant length are stored flat.
 plain!([[f64; 6]; 6] = "float64[36]");
 
 impl<T: RosType> RosType for Vec<T> {
@@ -84,7 +84,7 @@ macro_rules! messages {
     };
 }
 
-/// A message as it is defined.
+/// The definition of a message.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Definition {
     /// Package.
@@ -96,21 +96,21 @@ pub struct Definition {
 }
 
 messages! {
-    /// A moment.
+    /// A point in time.
     "builtin_interfaces" Time {
         /// Seconds since 1970.
         sec: i32,
-        /// The rest [ns].
+        /// Nanoseconds in addition [ns].
         nanosec: u32,
     }
-    /// When, and in which frame.
+    /// Timestamp and frame of a message.
     "std_msgs" Header {
-        /// When.
+        /// Timestamp.
         stamp: Time,
-        /// In which frame.
+        /// Name of the frame.
         frame_id: String,
     }
-    /// A place [m].
+    /// A position [m].
     "geometry_msgs" Point {
         /// Along the travel [m].
         x: f64,
@@ -130,18 +130,18 @@ messages! {
         /// Real part.
         w: f64,
     }
-    /// A place and an orientation.
+    /// A position and an orientation.
     "geometry_msgs" Pose {
-        /// The place.
+        /// The position.
         position: Point,
         /// The orientation.
         orientation: Quaternion,
     }
-    /// A pose that is not known exactly.
+    /// A pose with its uncertainty.
     "geometry_msgs" PoseWithCovariance {
         /// The pose.
         pose: Pose,
-        /// Row by row, of x, y, z and the rotations about them.
+        /// Row by row, for x, y, z and the rotations about them.
         covariance: [[f64; 6]; 6],
     }
     /// Extents [m].
@@ -160,52 +160,52 @@ messages! {
         /// Its extents.
         size: Vector3,
     }
-    /// What something may be.
+    /// A possible class of an object.
     "vision_msgs" ObjectHypothesis {
         /// The class.
         class_id: String,
-        /// How sure that is.
+        /// Confidence.
         score: f64,
     }
-    /// What something may be, and where it is then.
+    /// A possible class of an object, with its pose.
     "vision_msgs" ObjectHypothesisWithPose {
-        /// What.
+        /// The class.
         hypothesis: ObjectHypothesis,
-        /// Where.
+        /// The pose.
         pose: PoseWithCovariance,
     }
-    /// One item that was seen.
+    /// A detection of an item.
     "vision_msgs" Detection3D {
-        /// When, and in which frame.
+        /// Timestamp and frame.
         header: Header,
-        /// What it may be.
+        /// Possible classes.
         results: Vec<ObjectHypothesisWithPose>,
-        /// Where it is.
+        /// Its bounding box.
         bbox: BoundingBox3D,
-        /// Its number with the tracker; empty when there is none.
+        /// The tracker's id; empty if there is none.
         id: String,
     }
-    /// What one picture shows.
+    /// The detections of a picture.
     "vision_msgs" Detection3DArray {
-        /// When it was taken, and in which frame.
+        /// Time of the picture, and frame.
         header: Header,
-        /// What is in it.
+        /// The detections.
         detections: Vec<Detection3D>,
     }
     /// How the belt moves.
     "pickline_interfaces" BeltState {
-        /// When, and in which frame.
+        /// Timestamp and frame.
         header: Header,
         /// Speed along x [m/s].
         speed: f64,
         /// Whether there is an encoder.
         has_position: bool,
-        /// How far it has travelled [m].
+        /// The belt's travel by the encoder [m].
         position: f64,
     }
     /// What a robot is doing.
     "pickline_interfaces" RobotState {
-        /// When.
+        /// Timestamp and frame.
         header: Header,
         /// Its name in the station file.
         name: String,
@@ -222,14 +222,14 @@ messages! {
     }
     /// A robot has understood a task.
     "pickline_interfaces" TaskAck {
-        /// When.
+        /// Timestamp and frame.
         header: Header,
         /// Number of the task.
         task: u64,
     }
-    /// What came of a task.
+    /// The result of a task.
     "pickline_interfaces" TaskResult {
-        /// When.
+        /// Timestamp and frame.
         header: Header,
         /// Number of the task.
         task: u64,
@@ -242,11 +242,11 @@ messages! {
     }
     /// Pick one item and bring it to the bin.
     "pickline_interfaces" Task {
-        /// When it was decided, and the frame of the places.
+        /// Time of the decision, and frame of the positions.
         header: Header,
         /// Number of the task.
         id: u64,
-        /// Grows with every time that the task is sent.
+        /// Increases each time that the task is sent.
         revision: u32,
         /// Name of the robot.
         robot: String,
@@ -254,15 +254,15 @@ messages! {
         item: String,
         /// When to leave the bin.
         start: Time,
-        /// First such moment.
+        /// First possible start.
         earliest_start: Time,
-        /// Last such moment.
+        /// Last possible start.
         latest_start: Time,
-        /// When the item is met.
+        /// When the robot meets the item.
         meet_at: Time,
-        /// Where.
+        /// Where the robot meets the item.
         meet: Point,
-        /// Where the item goes.
+        /// The bin for the item.
         bin: Point,
         /// When the robot is expected to be free again.
         free_at: Time,
@@ -270,77 +270,77 @@ messages! {
         priority: f64,
         /// Strategy that chose it.
         strategy: String,
-        /// What the item is; empty where nobody has said so.
+        /// Class of the item; empty if unknown.
         item_class: String,
         /// Whether `angle` is known.
         has_angle: bool,
         /// Angle of the item's long side, from x towards y [rad].
         angle: f64,
-        /// Height of the item's top above the belt [m]; 0 where it is not known.
+        /// Height of the item's top above the belt [m]; 0 if unknown.
         height: f64,
-        /// How long the item is [m]; 0 where that is not known.
+        /// Length of the item [m]; 0 if unknown.
         length: f64,
-        /// How wide it is [m]; 0 where that is not known.
+        /// Width of the item [m]; 0 if unknown.
         width: f64,
-        /// Whatever else the camera has said of it, as a JSON object; empty for nothing.
+        /// Any other data from the camera, as a JSON object; empty if there is none.
         data: String,
     }
     /// Drop a task.
     "pickline_interfaces" TaskCancel {
-        /// When.
+        /// Timestamp and frame.
         header: Header,
         /// Number of the task.
         task: u64,
         /// Name of the robot.
         robot: String,
-        /// Why.
+        /// The reason.
         reason: String,
     }
-    /// The station's turn is over.
+    /// The end of the station's turn.
     "pickline_interfaces" Tick {
-        /// Up to when things are to be decided.
+        /// The time up to which to decide.
         header: Header,
-        /// Messages published since the last turn.
+        /// Number of messages published in this turn.
         messages: u32,
-        /// Whether nothing more comes.
+        /// Whether this is the last turn.
         last: bool,
     }
-    /// The node's turn is over.
+    /// The end of the node's turn.
     "pickline_interfaces" Due {
-        /// Up to when things are decided.
+        /// The time up to which everything is decided.
         header: Header,
-        /// Whether something is due later.
+        /// Whether another decision is due.
         has_next: bool,
-        /// When.
+        /// When it is due.
         next: Time,
-        /// Messages published since the last turn.
+        /// Number of messages published in this turn.
         messages: u32,
-        /// Whether nothing more comes.
+        /// Whether this is the last turn.
         last: bool,
     }
-    /// How often something happened.
+    /// A count of an event.
     "pickline_interfaces" Count {
-        /// What.
+        /// The event.
         what: String,
-        /// How often.
+        /// The count.
         count: u64,
     }
     /// One robot in a status.
     "pickline_interfaces" RobotFigures {
         /// Its name.
         name: String,
-        /// What it is doing.
+        /// Its state.
         state: String,
         /// Its picks.
         picked: u64,
-        /// Its grasps that failed.
+        /// Its failed grasps.
         failed: u64,
         /// Its tasks for which it came too late or did not find the item.
         missed: u64,
     }
-    /// Where things stand.
+    /// The figures of the line.
     "pickline_interfaces" LineStatus {
-        /// When.
+        /// Timestamp and frame.
         header: Header,
         /// Whether this is the last one.
         last: bool,
@@ -350,7 +350,7 @@ messages! {
         seen: u64,
         /// Items picked.
         picked: u64,
-        /// The share of it.
+        /// Items picked, as a share of those seen.
         picked_share: f64,
         /// Picks [1/min].
         picks_per_min: f64,
@@ -360,42 +360,42 @@ messages! {
         missed_grasp_failed: u64,
         /// Missed: no robot found it.
         missed_not_found: u64,
-        /// Missed: nobody said what came of it.
+        /// Missed: the robot never reported a result.
         missed_no_result: u64,
-        /// Missed: others were preferred.
+        /// Missed: another action was chosen.
         missed_passed_over: u64,
         /// Missed: the robots were busy.
         missed_busy: u64,
         /// Items that may still be picked.
         on_belt: u64,
-        /// Items that some robot is after.
+        /// Items that are assigned to a robot.
         claimed: u64,
-        /// Tasks whose result is not known.
+        /// Ids of the tasks without a result yet.
         open_tasks: Vec<u64>,
-        /// Messages that wait to be sent.
+        /// Messages waiting to be sent.
         queued: u64,
         /// Messages that were refused.
         rejected: Vec<Count>,
-        /// What else was noted.
+        /// Unusual events.
         noted: Vec<Count>,
         /// Each robot.
         robots: Vec<RobotFigures>,
-        /// Decisions taken.
+        /// Number of decisions.
         decisions: u64,
-        /// Their median [s].
+        /// Median duration of decisions [s].
         latency_p50: f64,
-        /// 99 % were quicker [s].
+        /// 99th percentile [s].
         latency_p99: f64,
-        /// The slowest [s].
+        /// Maximum [s].
         latency_max: f64,
     }
 }
 
-/// The latest stamp that ROS can carry [s].
+/// The latest timestamp that ROS can represent [s].
 const LAST: f64 = i32::MAX as f64;
 
 impl Time {
-    /// A stamp [s since 1970], to the nearest nanosecond.
+    /// A timestamp [s since 1970], to the nearest nanosecond.
     pub fn from_stamp(stamp: f64) -> Self {
         let stamp = stamp.clamp(0.0, LAST);
         let mut sec = stamp.floor();
@@ -409,8 +409,8 @@ impl Time {
         }
     }
 
-    /// The first nanosecond that is not before a stamp [s since 1970]: what is due at the
-    /// stamp is due then.
+    /// The first nanosecond that is not before a timestamp [s since 1970], so that what is due at
+    /// the timestamp is due then.
     pub fn not_before(stamp: f64) -> Self {
         let time = Self::from_stamp(stamp);
         if time.stamp() >= stamp {
@@ -419,7 +419,7 @@ impl Time {
         Self::from_stamp(stamp + 1e-9)
     }
 
-    /// The stamp [s since 1970].
+    /// The timestamp [s since 1970].
     pub fn stamp(&self) -> f64 {
         f64::from(self.sec) + f64::from(self.nanosec) * 1e-9
     }

@@ -1,9 +1,9 @@
-//! ROS 2, over DDS without a ROS installation: the messages as typed topics.
+//! ROS 2 over DDS, without a ROS installation: messages as typed topics.
 //!
-//! The line is a peer that is kept: it is up while somebody listens to the tasks. What is
-//! heard is turned into lines of the protocol, so that one decoder judges all transports.
-//! DDS acknowledges only that a reader has got a message, so tasks are still acknowledged
-//! by their robots and sent again until they are.
+//! The graph is a permanent peer, which is up while a node subscribes to the tasks. Received
+//! messages are converted to lines of the protocol, so that one decoder checks all transports. DDS
+//! only acknowledges that a reader has received a message, so robots still acknowledge tasks, which
+//! are sent again until they do.
 
 mod check;
 mod incoming;
@@ -20,29 +20,29 @@ use pickline::error::Result;
 use std::net::IpAddr;
 use std::sync::mpsc::SyncSender;
 
-/// How to talk in a ROS 2 graph.
+/// Settings for a ROS 2 graph.
 #[derive(Debug, Clone)]
 pub struct Settings {
     /// DDS domain.
     pub domain: u16,
-    /// What all topics begin with, `/` and a name.
+    /// Namespace of all topics: `/` and a name.
     pub namespace: String,
-    /// The frame of all places: the belt's.
+    /// The frame of all positions: the belt's.
     pub frame: String,
-    /// Addresses of this machine whose networks are used.
+    /// Addresses of this machine in the networks to use.
     pub networks: Vec<IpAddr>,
-    /// Whether publishers of detections need not be reliable.
+    /// Whether detections are also accepted from best-effort publishers.
     pub best_effort: bool,
     /// Which of the two programs this is.
     pub side: Side,
-    /// Whether the two take turns, as with message time.
+    /// Whether node and station take turns, as with message time.
     pub turns: bool,
 }
 
-/// Starts talking in a ROS 2 graph.
+/// Joins a ROS 2 graph.
 ///
 /// # Errors
-/// Names that are none, a network that is not there.
+/// A name or a network is invalid.
 pub(super) fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) -> Result<Peer> {
     check::check(settings)?;
     node::start(number, settings, inbox)

@@ -1,4 +1,4 @@
-//! The node in the ROS graph: made, spun, and listened to.
+//! The node in the ROS graph: it is created and spun, and its subscriptions are read.
 
 use super::messages::RosMessage;
 use super::rivals::{Stance, Watch};
@@ -21,13 +21,14 @@ use std::thread;
 use std::time::Duration;
 use tokio::sync::oneshot;
 
-/// How often one looks who is there.
+/// Interval of checks for other nodes.
 const GLANCE: Duration = Duration::from_millis(50);
-/// So many times in a row somebody has to be there: both ends must have found each other.
+/// Number of consecutive checks that must find the other side, so that both ends have found each
+/// other.
 const STEADY: u32 = 10;
-/// How long the last messages are given to be delivered; nobody tells when they are.
+/// Time for delivering the last messages; there is no notification of delivery.
 const LINGER: Duration = Duration::from_millis(500);
-/// Time until a reader that has failed is tried again.
+/// Pause before retrying a failed reader.
 const BREATH: Duration = Duration::from_millis(10);
 
 /// Starts the node's threads.
@@ -37,7 +38,7 @@ pub fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) -> Resu
         .with_only_networks(networks)
         .build()
         .map_err(|error| {
-            let problem = format!("no DDS in domain {}: {error}", settings.domain);
+            let problem = format!("cannot start DDS in domain {}: {error}", settings.domain);
             let cure = "check the addresses and that the ports of the domain are free";
             Error::input("--ros2", problem, cure)
         })?;
@@ -46,7 +47,7 @@ pub fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) -> Resu
         Side::Station => "pickline_station",
     };
     let failed = |error: String| {
-        let problem = format!("{}/{name} is no node: {error}", shown(&settings.namespace));
+        let problem = format!("{}/{name} is not a valid node: {error}", shown(&settings.namespace));
         let cure = "give a namespace of letters, digits and underscores, for example /line1";
         Error::input("--ros2-namespace", problem, cure)
     };
@@ -101,21 +102,21 @@ pub fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) -> Resu
     let peer = Peer::start(up, move |waiting| {
         speak(waiting, &mouth, &settings, &there);
     });
-    // The others are told that this node goes, and need not find out.
+    // Tell the others that this node leaves, so that they need not find out.
     Ok(peer.ending(move || {
         let _ = end.send(());
         let _ = listening.join();
     }))
 }
 
-/// Publishes what waits.
+/// Publishes the queued messages.
 fn speak(waiting: &mut Waiting, mouth: &Mouth, settings: &Settings, there: &AtomicBool) {
     while let Some(message) = waiting.next() {
-        // What a station says before the node is there would be lost.
+        // Messages of a station before the node is there would be lost.
         while settings.side == Side::Station && !there.load(Ordering::Relaxed) {
             thread::sleep(GLANCE);
         }
-        // Only a message that cannot be written fails, and ours can.
+        // Only a message that cannot be serialized fails, and ours always can.
         let _ = mouth.say(&message, &settings.frame);
     }
     if settings.turns {
@@ -124,34 +125,34 @@ fn speak(waiting: &mut Waiting, mouth: &Mouth, settings: &Settings, there: &Atom
     thread::sleep(LINGER);
 }
 
-/// Nobody ends the turn.
+/// The error for a turn that no one ends.
 fn endless() -> Error {
     Error::input(
         "--clock messages",
-        "nobody who takes turns is on the topic `tick`",
-        "leave --clock messages out, or let `pickline emulate --clock messages` play the station",
+        "no station that takes turns publishes on the topic `tick`",
+        "omit --clock messages, or let `pickline emulate --clock messages` play the station",
     )
 }
 
-/// What one side hears.
+/// The subscriptions of one side.
 enum Ears {
     Node(Box<NodeEars>),
     Station(Box<StationEars>),
 }
 
-/// Hands on what is heard.
+/// Passes received messages to the inbox.
 struct Listener {
     number: u64,
     settings: Settings,
-    /// With message time, what is held until a turn is over.
+    /// With message time, the messages held until a turn is over.
     turns: Option<RefCell<Turns>>,
-    /// Whether the others are known to be there.
+    /// Whether the other side is there.
     up: Arc<AtomicBool>,
     inbox: SyncSender<Heard>,
 }
 
 impl Listener {
-    /// Listens for ever.
+    /// Reads the subscriptions for ever.
     async fn listen(&self, ears: &Ears) {
         let frame = self.settings.frame.as_str();
         match ears {
@@ -181,7 +182,7 @@ impl Listener {
                     self.follow_one(&ears.cancels, |m| Ok(outgoing::read_cancel(m))),
                     self.follow_one(&ears.status, |m| Ok(outgoing::read_status(m))),
                     self.follow(&ears.due, |m| {
-                        // What the node says at its end stands in its status.
+                        // The node's last message is its status.
                         let heard = match m.last {
                             true => Vec::new(),
                             false => vec![heard(&ears.due, Ok(outgoing::read_due(&m)))],
@@ -193,7 +194,7 @@ impl Listener {
         }
     }
 
-    /// Follows a topic of messages that are one each, and end no turn.
+    /// Reads a topic whose messages stand for one message each and end no turn.
     async fn follow_one<R, M: Serialize>(
         &self,
         ear: &Ear<R>,
@@ -205,7 +206,7 @@ impl Listener {
         self.follow(ear, one).await;
     }
 
-    /// Hands on what comes over a topic. Of a message that ends a turn `read` also gives how
+    /// Passes on the messages of a topic. For a message that ends a turn, `read` also returns how
     /// many came before it.
     async fn follow<R>(&self, ear: &Ear<R>, read: impl Fn(R) -> (Option<u32>, Vec<Heard>))
     where
@@ -227,7 +228,7 @@ impl Listener {
                 }
                 Err(error) => {
                     tokio::time::sleep(BREATH).await;
-                    let problem = format!("no {}/{}: {error}", R::PACKAGE, R::TYPE);
+                    let problem = format!("cannot read a {}/{}: {error}", R::PACKAGE, R::TYPE);
                     let refused = Rejected::new(Rejection::Syntax, problem);
                     vec![Heard::Refused(
                         Origin::Topic(Arc::clone(&ear.topic)),
@@ -235,12 +236,12 @@ impl Listener {
                     )]
                 }
             };
-            // A turn begins when both sides know of each other, or the first tasks would wait.
+            // A turn begins once both sides know of each other, or the first tasks would wait.
             while self.turns.is_some() && !heard.is_empty() && !self.up.load(Ordering::Relaxed) {
                 tokio::time::sleep(GLANCE).await;
             }
             for heard in heard {
-                // Waiting here holds this node only: DDS has threads of its own.
+                // Waiting here blocks only this node, because DDS has its own threads.
                 if self.inbox.send(heard).is_err() {
                     return;
                 }
@@ -248,7 +249,7 @@ impl Listener {
         }
     }
 
-    /// Tells when somebody comes or goes.
+    /// Reports when the other side comes or goes.
     async fn look_around(&self, node: &Node, mouth: &Mouth, ears: &Ears, mut watch: Watch) {
         let mut steady = 0;
         loop {
@@ -278,22 +279,22 @@ impl Listener {
             }
         }
     }
-    /// What is to be said of another node.
+    /// The event for another node under the same namespace.
     fn tell_of_rivals(&self, stance: Stance) -> Option<Heard> {
-        let problem = format!("another node gives tasks under {}", self.settings.namespace);
+        let problem = format!("another node sends tasks under {}", self.settings.namespace);
         match stance {
             Stance::Stay | Stance::Wait => None,
             Stance::Warn => Some(Heard::Remark(problem)),
             Stance::GiveWay => Some(Heard::Failed(Error::input(
                 "--ros2",
                 problem,
-                "stop it, or give this one a --ros2-namespace of its own",
+                "stop it, or give this node another --ros2-namespace",
             ))),
         }
     }
 }
 
-/// What is handed on of a message.
+/// The inbox event for a message.
 fn heard<R, M: Serialize>(ear: &Ear<R>, message: std::result::Result<M, Rejected>) -> Heard {
     let origin = Origin::Topic(Arc::clone(&ear.topic));
     match message {

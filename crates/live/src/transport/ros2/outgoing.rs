@@ -1,11 +1,11 @@
-//! Messages from the node, as ROS messages and back.
+//! Conversion of messages from the node to and from ROS messages.
 
 use super::incoming::header;
 use super::messages::{Count, Due, LineStatus, Point, RobotFigures, Task, TaskCancel, Time};
 use crate::protocol::{self, Cancel, Latency, MissedCounts, Outgoing, RobotReport, Status};
 use std::collections::BTreeMap;
 
-/// Milliseconds in a second.
+/// Milliseconds per second.
 const MS: f64 = 1e3;
 
 fn point(place: protocol::Point) -> Point {
@@ -23,7 +23,7 @@ fn read_point(place: &Point) -> protocol::Point {
     }
 }
 
-/// Pick one item.
+/// A task as a ROS message.
 pub fn task(task: &protocol::Task, frame: &str) -> Task {
     Task {
         header: header(frame, task.decided_at),
@@ -46,14 +46,14 @@ pub fn task(task: &protocol::Task, frame: &str) -> Task {
         height: task.height.unwrap_or(0.0),
         length: task.size.map_or(0.0, |[length, _]| length),
         width: task.size.map_or(0.0, |[_, width]| width),
-        // What was read as JSON can be written.
+        // Values that were parsed can be serialized.
         data: task.data.as_ref().map_or(String::new(), |data| {
             serde_json::to_string(data).unwrap_or_default()
         }),
     }
 }
 
-/// Pick one item.
+/// Reads a task.
 pub fn read_task(task: &Task) -> Outgoing {
     Outgoing::Task(protocol::Task {
         id: task.id,
@@ -78,7 +78,7 @@ pub fn read_task(task: &Task) -> Outgoing {
     })
 }
 
-/// Drop a task.
+/// A cancel as a ROS message.
 pub fn cancel(cancel: &Cancel, frame: &str) -> TaskCancel {
     TaskCancel {
         header: header(frame, cancel.stamp),
@@ -88,7 +88,7 @@ pub fn cancel(cancel: &Cancel, frame: &str) -> TaskCancel {
     }
 }
 
-/// Drop a task.
+/// Reads a cancel.
 pub fn read_cancel(cancel: &TaskCancel) -> Outgoing {
     Outgoing::Cancel(Cancel {
         stamp: cancel.header.stamp.stamp(),
@@ -115,7 +115,7 @@ fn read_counts(counts: &[Count]) -> BTreeMap<String, u64> {
         .collect()
 }
 
-/// Where things stand.
+/// A status as a ROS message.
 pub fn status(status: &Status, frame: &str) -> LineStatus {
     let robots = status.robots.iter();
     let latency = status.latency;
@@ -156,7 +156,7 @@ pub fn status(status: &Status, frame: &str) -> LineStatus {
     }
 }
 
-/// Where things stand.
+/// Reads a status.
 pub fn read_status(status: &LineStatus) -> Outgoing {
     let robots = status.robots.iter();
     Outgoing::Status(Box::new(Status {
@@ -201,7 +201,7 @@ pub fn read_status(status: &LineStatus) -> Outgoing {
     }))
 }
 
-/// The node's turn, of so many messages, is over; without anything due it is the last.
+/// The end of the node's turn of `messages` messages; without a `due` it is the last turn.
 pub fn due(due: Option<&protocol::Due>, messages: u32, frame: &str) -> Due {
     let next = due.and_then(|due| due.next);
     Due {
@@ -213,7 +213,7 @@ pub fn due(due: Option<&protocol::Due>, messages: u32, frame: &str) -> Due {
     }
 }
 
-/// The node's turn is over.
+/// Reads the end of the node's turn.
 pub fn read_due(due: &Due) -> Outgoing {
     Outgoing::Due(protocol::Due {
         stamp: due.header.stamp.stamp(),

@@ -1,33 +1,33 @@
-//! Other nodes that give tasks under the same namespace: robots would be sent after one
-//! item twice. The one that came first stays.
+//! Other nodes that send tasks under the same namespace. Two robots would be sent to one item, so
+//! only the first node stays.
 
 use ros2_client::Context;
 use rustdds::{DomainParticipant, GUID, RTPSEntity};
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
-/// A node that was alone for so long came first.
+/// A node that was alone for this time counts as the first.
 const ALONE: Duration = Duration::from_secs(5);
-/// Of two that come at the same time, the one that may stay gives the other so long to go.
+/// If two nodes start at the same time, the one that may stay gives the other this time to leave.
 const COURTESY: Duration = Duration::from_secs(5);
 
-/// How often one that stays looks, as graphs may be large.
+/// Interval of checks by a node that stays, because graphs may be large.
 const GLANCE: Duration = Duration::from_secs(1);
 
-/// What to do about others.
+/// What to do about other nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stance {
-    /// There is nothing to do.
+    /// Nothing.
     Stay,
-    /// Give no tasks until it is known who stays.
+    /// Give no tasks until it is known which node stays.
     Wait,
-    /// Stay, and tell the user that somebody has come.
+    /// Stay, and tell the user that another node has come.
     Warn,
-    /// Another one was first.
+    /// Leave, because another node was first.
     GiveWay,
 }
 
-/// Looks for others.
+/// Looks for other nodes.
 pub struct Watch {
     participant: DomainParticipant,
     topic: String,
@@ -43,7 +43,7 @@ impl Watch {
         let own = participant.guid();
         Self {
             participant,
-            // As ROS names its topics in DDS.
+            // The DDS name of the ROS topic.
             topic: format!("rt{namespace}/tasks"),
             began: Instant::now(),
             looked: Duration::ZERO,
@@ -51,7 +51,7 @@ impl Watch {
         }
     }
 
-    /// Looks who is there now; `up` is whether the robots listen to this node already.
+    /// Checks for other nodes now; `up` is whether the robots are already connected to this node.
     pub fn look(&mut self, up: bool) -> Stance {
         let now = self.began.elapsed();
         if self.rivals.stays && now < self.looked + GLANCE {
@@ -68,14 +68,14 @@ impl Watch {
     }
 }
 
-/// What is known of others, each by an id; ids begin with what tells programs apart.
+/// The other nodes, by id. The beginning of an id identifies the program.
 struct Rivals<Id> {
     own: Id,
-    /// Whether this one came first.
+    /// Whether this node came first.
     stays: bool,
-    /// Since when there is another.
+    /// Since when there is another node.
     met: Option<Duration>,
-    /// Whom the user knows of.
+    /// The nodes that were reported to the user.
     told: BTreeSet<Id>,
 }
 
@@ -89,7 +89,7 @@ impl<Id: Ord + Copy> Rivals<Id> {
         }
     }
 
-    /// What to do, so long after the start, about these others.
+    /// Decides what to do about `others`; `now` is the time since the start.
     fn judge(&mut self, others: &BTreeSet<Id>, up: bool, now: Duration) -> Stance {
         self.stays |= up || (others.is_empty() && now >= ALONE);
         if others.is_empty() {
@@ -101,8 +101,8 @@ impl<Id: Ord + Copy> Rivals<Id> {
             self.told.extend(others);
             return if known { Stance::Stay } else { Stance::Warn };
         }
-        // Both come to the same answer, so one of them stays; if the other has been there
-        // all along, it does not go, and this one must.
+        // Both nodes reach the same decision, so one of them stays. If the other one was there all
+        // along, it does not leave, so this one must.
         let met = *self.met.get_or_insert(now);
         if others.iter().any(|other| *other < self.own) || now - met > COURTESY {
             Stance::GiveWay

@@ -1,28 +1,28 @@
-//! Messages of all topics in the order in which they were sent, a turn at a time.
+//! Restores the sending order of messages over all topics, one turn at a time.
 //!
-//! DDS keeps the order within a topic and not among topics. With `--clock messages` node and
-//! station take turns: a turn ends with a message that says how many there were in it, so
-//! what is heard is held until all of the turn is there, and then handed on in the order of
-//! the times at which DDS says that it was published.
+//! DDS keeps the order within a topic but not between topics. With `--clock messages` node and
+//! station take turns. A turn ends with a message that gives its number of messages. Messages are
+//! held until the turn is complete and then passed on in the order of their publication times in
+//! DDS.
 
 use crate::transport::Heard;
 
-/// Messages that are held at most; a station that takes turns sends fewer in one.
+/// Maximum number of held messages; a station that takes turns sends fewer in one turn.
 const MOST: usize = 100_000;
-/// Bytes of a writer's identity that are the same for all writers of a participant.
+/// Length of the prefix of a writer's identity that all writers of a participant share [bytes].
 const PARTICIPANT: usize = 12;
 
-/// Where a message is from.
+/// The sender and publication time of a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sent {
     /// The participant that published it.
     pub sender: [u8; PARTICIPANT],
-    /// When it did [ns].
+    /// When it was published [ns].
     pub at: i64,
 }
 
 impl Sent {
-    /// What DDS says of a message: its writer's identity, and when it was published [ns].
+    /// The DDS metadata of a message: its writer's identity, and its publication time [ns].
     pub fn new(writer: &[u8], at: i64) -> Self {
         let mut sender = [0; PARTICIPANT];
         for (byte, known) in sender.iter_mut().zip(writer) {
@@ -32,24 +32,24 @@ impl Sent {
     }
 }
 
-/// What is held.
+/// The held messages.
 #[derive(Debug, Default)]
 pub struct Turns {
     held: Vec<(Sent, Vec<Heard>)>,
-    /// Ends of turns: by whom, and how many messages there were before it in the turn.
+    /// Ends of turns, each with the number of messages before it in the turn.
     ends: Vec<(Sent, usize)>,
 }
 
-/// More was heard in one turn than anybody sends.
+/// The error for a turn with too many messages.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Endless;
 
 impl Turns {
-    /// Takes what came of one message; `end` is how many messages came before it in the turn
-    /// that it ends. Returns what is to be handed on now.
+    /// Adds the events of a message. If it ends a turn, `end` is the number of messages before it.
+    /// Returns the events to pass on now.
     ///
     /// # Errors
-    /// A turn that does not end.
+    /// The turn does not end.
     pub fn take(
         &mut self,
         sent: Sent,
@@ -68,14 +68,14 @@ impl Turns {
                 .held
                 .extract_if(.., |(sent, _)| sent.at <= end.at)
                 .collect();
-            // Equal times stay as they came.
+            // Equal times keep their order of arrival.
             turn.sort_by_key(|(sent, _)| sent.at);
             ready.extend(turn.into_iter().flat_map(|(_, heard)| heard));
         }
         Ok(ready)
     }
 
-    /// Whether all that its sender published in the turn up to its `end` has come.
+    /// Whether all messages of its sender's turn up to its `end` have come.
     fn is_whole(&self, (end, before): &(Sent, usize)) -> bool {
         let mine = |sent: &Sent| sent.sender == end.sender && sent.at <= end.at;
         let held = self.held.iter().filter(|(sent, _)| mine(sent)).count();
@@ -116,13 +116,13 @@ mod tests {
         // The end overtakes what was sent before it.
         assert_eq!(take(1, 40, ".", Some(3)), "");
         assert_eq!(take(1, 10, "a", None), "");
-        // Others count for nothing, and are handed on too.
+        // Messages of other senders do not count, and are passed on too.
         assert_eq!(take(2, 20, "x", None), "");
-        // A message of the next turn is none of this one.
+        // A message of the next turn is not part of this one.
         assert_eq!(take(1, 50, "d", None), "");
         assert_eq!(take(1, 20, "b", None), "axbc.");
         assert_eq!(take(1, 60, ".", Some(1)), "d.");
-        // A turn of nothing but its end.
+        // A turn that consists only of its end.
         assert_eq!(take(1, 70, ".", Some(0)), ".");
     }
 

@@ -1,4 +1,4 @@
-//! The topics: their names, their quality of service, and what goes over them.
+//! The topics: their names, quality of service and messages.
 
 use super::messages::{
     BeltState, Detection3DArray, Due, LineStatus, RobotState, RosMessage, Task, TaskAck,
@@ -17,14 +17,14 @@ use std::sync::atomic::AtomicU32;
 use std::sync::atomic::Ordering::Relaxed;
 use std::time::Duration;
 
-/// Messages that one reader has not acknowledged, at most.
+/// Maximum number of messages that a reader has not acknowledged.
 const DEPTH: usize = 256;
-/// Messages heard and not yet taken in, of each topic at most; beyond, the oldest are lost.
+/// Maximum number of received but unread messages per topic; beyond it the oldest are lost.
 const HEARD: usize = 4096;
-/// How long one waits for room before looking whether it is still worth it.
+/// How long to wait for space before checking whether there are still readers.
 const ROOM: Duration = Duration::from_millis(100);
 
-/// Nothing gets lost on the way, and nothing that was before matters.
+/// Reliable transmission, without earlier messages for new readers.
 fn reliable(depth: usize) -> QosProfile {
     QosProfile::publisher_default()
         .reliability_reliable(WhenFull::Wait(ROOM))
@@ -79,7 +79,7 @@ impl Wires<'_> {
         })
     }
 
-    /// What this side says.
+    /// Creates the publishers of this side.
     pub fn mouth(&mut self) -> Result<Mouth, CreateError> {
         let topics = match self.settings.side {
             Side::Node => Topics::Node(Box::new(NodeMouth {
@@ -103,7 +103,7 @@ impl Wires<'_> {
         })
     }
 
-    /// What the node hears.
+    /// Creates the subscriptions of the node.
     pub fn node_ears(&mut self) -> Result<NodeEars, CreateError> {
         let mut quality = reliable(HEARD);
         if self.settings.best_effort {
@@ -119,7 +119,7 @@ impl Wires<'_> {
         })
     }
 
-    /// What a station hears.
+    /// Creates the subscriptions of a station.
     pub fn station_ears(&mut self) -> Result<StationEars, CreateError> {
         Ok(StationEars {
             tasks: self.heard("tasks")?,
@@ -130,43 +130,43 @@ impl Wires<'_> {
     }
 }
 
-/// One topic that is heard.
+/// A subscription to a topic.
 pub struct Ear<M> {
-    /// Its whole name.
+    /// Its full name.
     pub topic: Arc<str>,
-    /// What comes under it.
+    /// The subscription.
     pub subscription: Subscription<M>,
 }
 
-/// What the node hears.
+/// The subscriptions of the node.
 pub struct NodeEars {
-    /// Items seen.
+    /// Detections.
     pub detections: Ear<Detection3DArray>,
     /// How the belt moves.
     pub belt: Ear<BeltState>,
     /// What the robots are doing.
     pub robots: Ear<RobotState>,
-    /// Tasks understood.
+    /// Acknowledgements.
     pub acks: Ear<TaskAck>,
-    /// What came of tasks.
+    /// Results of tasks.
     pub results: Ear<TaskResult>,
     /// Ends of the station's turns.
     pub tick: Ear<Tick>,
 }
 
-/// What a station hears.
+/// The subscriptions of a station.
 pub struct StationEars {
     /// Tasks.
     pub tasks: Ear<Task>,
-    /// Tasks to be dropped.
+    /// Cancels.
     pub cancels: Ear<TaskCancel>,
-    /// Where things stand.
+    /// Statuses.
     pub status: Ear<LineStatus>,
     /// Ends of the node's turns.
     pub due: Ear<Due>,
 }
 
-/// What the node says.
+/// The publishers of the node.
 pub struct NodeMouth {
     tasks: Publisher<Task>,
     cancels: Publisher<TaskCancel>,
@@ -174,7 +174,7 @@ pub struct NodeMouth {
     due: Publisher<Due>,
 }
 
-/// What a station says.
+/// The publishers of a station.
 pub struct StationMouth {
     detections: Publisher<Detection3DArray>,
     belt: Publisher<BeltState>,
@@ -184,7 +184,7 @@ pub struct StationMouth {
     tick: Publisher<Tick>,
 }
 
-/// What one side says.
+/// The publishers of one side.
 enum Topics {
     /// The node.
     Node(Box<NodeMouth>),
@@ -192,7 +192,7 @@ enum Topics {
     Station(Box<StationMouth>),
 }
 
-/// What one side says, and how much of it.
+/// The publishers of one side, with a count of messages.
 pub struct Mouth {
     topics: Topics,
     /// Messages published in this turn.
@@ -200,8 +200,7 @@ pub struct Mouth {
 }
 
 impl Mouth {
-    /// Publishes a message; whether that is done. Where readers have not acknowledged what
-    /// was before, there is no room.
+    /// Publishes a message. There is no space while readers have not acknowledged earlier ones.
     pub fn say(&self, message: &Message, frame: &str) -> Result<(), String> {
         let said = self.said.load(Relaxed);
         match (&self.topics, message) {
@@ -211,7 +210,7 @@ impl Mouth {
                     publish(&mouth.cancels, outgoing::cancel(cancel, frame))
                 }
                 Outgoing::Status(status) => publish(&mouth.status, outgoing::status(status, frame)),
-                // No topic carries it; `run` refuses to be asked for it over ROS 2.
+                // No topic carries it; `run` refuses --may-stop-belt over ROS 2.
                 Outgoing::BeltRequest(_) => Ok(()),
                 Outgoing::Due(due) => publish(&mouth.due, outgoing::due(Some(due), said, frame)),
             },
@@ -234,7 +233,7 @@ impl Mouth {
                     publish(&mouth.tick, incoming::tick(Some(*stamp), said, frame))
                 }
             },
-            // A side has only messages of its own to say.
+            // Each side only sends its own messages.
             _ => Ok(()),
         }?;
         let turn_ends = matches!(
@@ -246,17 +245,17 @@ impl Mouth {
         Ok(())
     }
 
-    /// Publishes that nothing more comes, so that nobody who takes turns waits for it.
+    /// Publishes that nothing more comes, so that the other side does not wait for it.
     pub fn end(&self, frame: &str) {
         let said = self.said.load(Relaxed);
-        // Who is not there any more need not know.
+        // Peers that have left need not know.
         let _ = match &self.topics {
             Topics::Node(mouth) => publish(&mouth.due, outgoing::due(None, said, frame)),
             Topics::Station(mouth) => publish(&mouth.tick, incoming::tick(None, said, frame)),
         };
     }
 
-    /// Whether there are readers for what must not be lost.
+    /// Whether there are readers for all messages that must not be lost.
     pub fn is_heard(&self, node: &Node) -> bool {
         match &self.topics {
             Topics::Node(mouth) => mouth.tasks.get_subscription_count(node) > 0,
@@ -274,7 +273,7 @@ impl Mouth {
     }
 }
 
-/// Publishes, waiting for room as long as that takes.
+/// Publishes a message, waiting for space as long as necessary.
 fn publish<M: Serialize + std::fmt::Debug>(
     publisher: &Publisher<M>,
     message: M,
