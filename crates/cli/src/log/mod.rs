@@ -175,9 +175,13 @@ impl State {
 }
 
 #[cfg(test)]
+#[path = "../../../../tests/common/gate.rs"]
+mod gate;
+
+#[cfg(test)]
 mod tests {
+    use super::gate::Gate;
     use super::*;
-    use pickline_live::transport::gate::Gate;
 
     fn log(gate: &Gate) -> Log {
         Log::start(gate.clone(), Style::Text, FIRST_SUM)

@@ -182,7 +182,6 @@ impl Journal {
     }
 }
 
-#[cfg(test)]
 impl Journal {
     /// Whether every record is synced to the disk before it counts as written.
     pub fn is_synced(&self) -> bool {

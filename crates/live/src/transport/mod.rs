@@ -10,7 +10,8 @@ mod access;
 mod descriptors;
 mod dialect;
 #[cfg(test)]
-pub mod gate;
+#[path = "../../../../tests/common/gate.rs"]
+mod gate;
 mod hub;
 mod identity;
 mod lines;
