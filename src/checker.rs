@@ -108,7 +108,10 @@ fn check_way<'a>(
     let belt = station.belt();
     let times = [pick.decide, pick.grasp, pick.release];
     if !times.iter().all(|t| t.is_finite()) || pick.decide < 0.0 {
-        return refute(pick, format!("the times {times:?} are not possible in a run"));
+        return refute(
+            pick,
+            format!("the times {times:?} are not possible in a run"),
+        );
     }
     let tolerance = slack(pick.release) * (1.0 + belt.speed + robot.speed);
     let near = |a: f64, b: f64| is_near(a, b, tolerance);

@@ -348,8 +348,8 @@ mod tests {
     #[test]
     fn rows_of_another_length_are_named() {
         for (text, words) in [
-            ("id,x\na\n", &["t:2", "1 fields", "has 2"][..]),
-            ("id;x\na;1;2\n", &["t:2", "3 fields", "`a;1;2`"]),
+            ("id,x\na\n", &["t:2", "found 1", "expected 2"][..]),
+            ("id;x\na;1;2\n", &["t:2", "found 3", "`a;1;2`"]),
             ("id,,x\n", &["t:1: column 2", "no name"]),
             ("id,x\n\"a,1\nb,2\n", &["t:2", "spans more than one line"]),
         ] {

@@ -122,7 +122,10 @@ fn io_cure(action: &str, path: &Path, source: &std::io::Error) -> String {
     let folder = folder_of(path);
     match source.kind() {
         ErrorKind::NotFound if !folder.exists() => {
-            format!("the folder {} does not exist; check the path", folder.display())
+            format!(
+                "the folder {} does not exist; check the path",
+                folder.display()
+            )
         }
         ErrorKind::NotFound if action == "read" => match nearest_file(path) {
             Some(meant) => format!("did you mean {}?", shown(&meant.display().to_string())),

@@ -169,11 +169,7 @@ pub static BASE_GAP: Quantity = length("a distance between neighbouring bases", 
 /// Distance of an item from the belt's centre line [m].
 pub static OFF_CENTRE: Quantity = length("a distance from the belt's centre line", 0.0, 2.5);
 /// Mean distance from one item to the next along the belt [m].
-pub static ITEM_GAP: Quantity = length(
-    "a mean distance between items along the belt",
-    0.0,
-    10.0,
-);
+pub static ITEM_GAP: Quantity = length("a mean distance between items along the belt", 0.0, 10.0);
 /// Position of an item along the belt, as a camera sees it [m]: from far upstream of the start to
 /// the end of the longest belt.
 pub static ITEM_PLACE: Quantity = length("a position along the belt", -25.0, 250.0);

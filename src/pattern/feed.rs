@@ -132,7 +132,11 @@ impl FeedShape {
             Err(Error::input(
                 flag,
                 format!("{} is not a valid {what}", shown_number(value)),
-                format!("give a value from {} to {}", shown_number(low), shown_number(high)),
+                format!(
+                    "give a value from {} to {}",
+                    shown_number(low),
+                    shown_number(high)
+                ),
             ))
         };
         within(

@@ -344,7 +344,7 @@ mod tests {
                 "id,x,y,wieght\na,0,0,1\n",
                 &["t:1: column 4", "did you mean `weight`"],
             ),
-            ("id,x,y,x\na,0,0,1\n", &["t:1", "twice"]),
+            ("id,x,y,x\na,0,0,1\n", &["t:1", "duplicate column"]),
             ("id,x,y\na,0,zero\n", &["t:2: y", "`zero`"]),
             ("id,x,y\na,0,\n", &["t:2: y", "empty"]),
             ("id,x,y\na,0,nan\n", &["t:2", "y of item `a`", "NaN"]),

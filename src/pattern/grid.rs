@@ -55,7 +55,10 @@ pub(super) fn check_spacing(name: &str, value: f64) -> Result<()> {
     }
     Err(Error::input(
         format!("--{name}"),
-        format!("{} m is not a valid distance between items", shown_number(value)),
+        format!(
+            "{} m is not a valid distance between items",
+            shown_number(value)
+        ),
         "give metres, from 0.0001 to 1000",
     ))
 }

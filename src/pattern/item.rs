@@ -190,7 +190,11 @@ impl Pattern {
             if let Some(first) = seen.insert(&item.id, i) {
                 return Err(Error::input(
                     format!("{}: id", place(i)),
-                    format!("`{}` is already the id of {}", shown(&item.id), place(first)),
+                    format!(
+                        "`{}` is already the id of {}",
+                        shown(&item.id),
+                        place(first)
+                    ),
                     "give every item a unique id",
                 ));
             }

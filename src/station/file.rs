@@ -404,7 +404,7 @@ mod tests {
             ("robots", "2.5", "2.5 is not a valid count"),
             ("first_base_x", "nan", "NaN"),
             ("spacing", "-1", "-1 is not a valid length"),
-            ("base_offset", "1e300", "1e300 is not a position"),
+            ("base_offset", "1e300", "1e300 is not a valid position"),
             ("tail", "inf", "inf is not a valid length"),
             ("reach", "0", "0 is not a usable size"),
             ("speed", "1e400", "1e400 is not a number"),
@@ -431,7 +431,7 @@ mod tests {
         for (overrides, flag) in [
             (with(None, Some(0.5)), "--belt-speed: "),
             (with(None, Some(-1.0)), "--belt-speed: "),
-            (with(Some(0), None), "--robots: 0 robots"),
+            (with(Some(0), None), "--robots: the station has no robots"),
             (with(Some(usize::MAX), None), "--robots: "),
         ] {
             for name in ["paper", "file"] {

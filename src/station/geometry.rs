@@ -201,10 +201,7 @@ fn check_robot(
     dwell(place, &key("release_time"), robot.release_time)?;
     outruns(&|| place(&key("speed")), robot, belt)?;
     if let Err(bad) = check_name(&robot.name) {
-        let cure = format!(
-            "give every robot a unique name; expected {}",
-            bad.expected
-        );
+        let cure = format!("give every robot a unique name; expected {}", bad.expected);
         return Err(Error::input(place(&key("name")), bad.problem, cure));
     }
     if upstream.iter().any(|other| other.name == robot.name) {

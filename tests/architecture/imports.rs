@@ -69,7 +69,9 @@ impl Crate {
         if depth > 20 {
             return None;
         }
-        let length = (0..=path.len()).rev().find(|&n| self.modules.contains_key(&path[..n]))?;
+        let length = (0..=path.len())
+            .rev()
+            .find(|&n| self.modules.contains_key(&path[..n]))?;
         let module = &self.modules[&path[..length]];
         let (first, rest) = path[length..].split_first()?;
         if let Some(target) = module.exports.get(first) {
@@ -102,7 +104,10 @@ fn module_name(source: &Path, file: &Path) -> Names {
         .components()
         .map(|part| part.as_os_str().to_string_lossy().into_owned())
         .collect();
-    if matches!(names.last().map(String::as_str), Some("mod" | "lib" | "main")) {
+    if matches!(
+        names.last().map(String::as_str),
+        Some("mod" | "lib" | "main")
+    ) {
         names.pop();
     }
     names

@@ -90,10 +90,18 @@ fn code(file: &Path) -> String {
 const CRATES: [(&str, &[&str]); 4] = [
     ("live", &["pickline"]),
     ("report", &["pickline"]),
-    ("dashboard", &["pickline", "pickline-live", "pickline-report"]),
+    (
+        "dashboard",
+        &["pickline", "pickline-live", "pickline-report"],
+    ),
     (
         "cli",
-        &["pickline", "pickline-dashboard", "pickline-live", "pickline-report"],
+        &[
+            "pickline",
+            "pickline-dashboard",
+            "pickline-live",
+            "pickline-report",
+        ],
     ),
 ];
 
@@ -135,7 +143,6 @@ fn live_control_uses_what_it_decides_with_and_no_simulator() {
         "pattern",
         "plausible",
         "station",
-        "strategies",
     ];
     let mut files = Vec::new();
     sources(&root().join("crates/live/src"), &mut files);
@@ -182,15 +189,27 @@ fn the_library_builds_no_terminal_and_no_server() {
     let library = tree(&["-p", "pickline"]);
     let live = tree(&["-p", "pickline-live"]);
     for name in foreign {
-        assert!(program.contains(name), "{name} is no longer used: name another");
+        assert!(
+            program.contains(name),
+            "{name} is no longer used: name another"
+        );
         assert!(!library.contains(name), "pickline uses {name}");
-        assert!(name == "tokio" || !live.contains(name), "pickline-live uses {name}");
+        assert!(
+            name == "tokio" || !live.contains(name),
+            "pickline-live uses {name}"
+        );
     }
 }
 
 #[test]
 fn no_files_use_each_other_in_a_circle() {
-    for folder in [".", "crates/live", "crates/report", "crates/dashboard", "crates/cli"] {
+    for folder in [
+        ".",
+        "crates/live",
+        "crates/report",
+        "crates/dashboard",
+        "crates/cli",
+    ] {
         let source = root().join(folder).join("src");
         let read = imports::Crate::read(&source);
         let edges = read.edges();
@@ -198,10 +217,18 @@ fn no_files_use_each_other_in_a_circle() {
         assert!(uses > edges.len() / 2, "{folder}: only {uses} uses found");
         let circles = imports::circles(&edges);
         let named = circles.iter().map(|circle| {
-            let names = circle.iter().map(|file| file.strip_prefix(&source).unwrap());
-            names.map(|name| name.display().to_string()).collect::<Vec<_>>()
+            let names = circle
+                .iter()
+                .map(|file| file.strip_prefix(&source).unwrap());
+            names
+                .map(|name| name.display().to_string())
+                .collect::<Vec<_>>()
         });
-        assert!(circles.is_empty(), "{folder}: {:#?}", named.collect::<Vec<_>>());
+        assert!(
+            circles.is_empty(),
+            "{folder}: {:#?}",
+            named.collect::<Vec<_>>()
+        );
     }
 }
 
@@ -211,7 +238,10 @@ fn only_the_command_line_prints() {
     for folder in ["src", "crates/live", "crates/report", "crates/dashboard"] {
         sources(&root().join(folder), &mut files);
     }
-    for file in files.iter().filter(|file| !file.iter().any(|part| part == "examples")) {
+    for file in files
+        .iter()
+        .filter(|file| !file.iter().any(|part| part == "examples"))
+    {
         let text = fs::read_to_string(file).unwrap();
         for word in ["println!", "print!(", "eprintln!", "eprint!("] {
             assert!(!text.contains(word), "{} contains `{word}`", file.display());

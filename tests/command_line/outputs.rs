@@ -244,7 +244,8 @@ fn what_was_computed_is_printed_though_the_disk_is_full() {
 fn a_training_spares_what_it_reads_and_what_is_not_its_own() {
     let place = Place::new();
     std::fs::copy(place.at("in/s.toml"), place.at("s.json")).unwrap();
-    let imitated = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies/pickline.onnx");
+    let imitated =
+        std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies/pickline.onnx");
     std::fs::copy(imitated, place.at("i.onnx")).unwrap();
     let call = ["train", "-q", "--steps", "1", "--out"];
     for (rest, word) in [

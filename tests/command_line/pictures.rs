@@ -314,14 +314,8 @@ fn slips_are_told_before_any_work() {
     let bad: [(&[&str], &str); 7] = [
         (&["--html", &missing], "none/a.html"),
         (&["--svg", &taken], "folder"),
-        (
-            &["--html", &file, "--svg", &file],
-            "already used by --html",
-        ),
-        (
-            &["--html", &file, "--svg", &twin],
-            "already used by --html",
-        ),
+        (&["--html", &file, "--svg", &file], "already used by --html"),
+        (&["--html", &file, "--svg", &twin], "already used by --html"),
         (&["--svg", &file, "--chart", "rat"], "known: "),
         (&["--html", &good, "--chart", "rate"], "--svg"),
         (&["--html", &good, "--svg", &missing], "none/a.html"),

@@ -39,7 +39,10 @@ impl Gate {
         let state = self.0.0.lock().unwrap();
         let lacks = |taken: &mut Taken| !String::from_utf8_lossy(&taken.bytes).contains(words);
         let waited = self.0.1.wait_timeout_while(state, PATIENCE, lacks);
-        assert!(!waited.unwrap().1.timed_out(), "timed out waiting for {words}");
+        assert!(
+            !waited.unwrap().1.timed_out(),
+            "timed out waiting for {words}"
+        );
     }
 }
 

@@ -268,7 +268,9 @@ fn greedy_rules_of_long_lines_are_left_out_with_a_remark() {
     let few = ["--robots", "8", "--replicates", "2", "--no-bound", "-q"];
     let call = ["compare", "--no-policy", "--robust", &rules];
     let table = common::text(&[&call[..], &few].concat());
-    assert!(table.contains("note      greedy GT (game theory) is left out: trying 6^8 assignments"));
+    assert!(
+        table.contains("note      greedy GT (game theory) is left out: trying 6^8 assignments")
+    );
     assert!(!table.lines().any(|line| line.contains("| greedy GT")));
 }
 

@@ -1,11 +1,11 @@
 //! Items that are not where the camera says: what the results tell, and what cures it.
 
 use crate::support::line::Line;
+use pickline::station::built_in;
+use pickline::strategies::read_alone;
 use pickline_live::protocol::{Incoming, Report};
 use pickline_live::protocol::{Outgoing, Place, Verdict};
 use pickline_live::{ClockKind, Config, Controller};
-use pickline::station::built_in;
-use pickline::strategies::read_alone;
 
 /// What comes of 40 items on a belt of 0.3 m/s, seen by a camera that stamps its pictures
 /// `late` [s], when a robot reaches 20 mm around where it is sent: grasps that found nothing,
@@ -157,7 +157,10 @@ fn an_indexing_belt_shifts_items_by_its_speed_when_the_picture_was_taken() {
         travel += said * 0.05;
     }
     let remarks = line.0.take_remarks();
-    let told: Vec<_> = remarks.iter().filter(|r| r.contains("timestamps of pictures")).collect();
+    let told: Vec<_> = remarks
+        .iter()
+        .filter(|r| r.contains("timestamps of pictures"))
+        .collect();
     assert_eq!(told.len(), 1, "{remarks:?}");
     let cure = "were 150 ms late: --camera-delay 150 corrects";
     assert!(told[0].contains(cure), "{remarks:?}");

@@ -3,9 +3,9 @@
 use crate::support::line::Line;
 use crate::support::table::Table;
 use crate::support::three;
+use pickline::strategies::read_alone;
 use pickline_live::protocol::Outgoing;
 use pickline_live::{ClockKind, Config, Controller};
-use pickline::strategies::read_alone;
 
 /// A belt of 0.3 m/s with one robot that reaches 0.6 m around (1, 0).
 fn line() -> Line {

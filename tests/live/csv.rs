@@ -127,7 +127,10 @@ fn what_is_wrong_is_refused_and_counted_by_reason() {
     let (said, remarks) = run_on(&lines, &[]);
     for (number, words) in [
         (3, "refused (checksum): the checksum is `"),
-        (4, "refused (sequence): the sequence number is 3, 1 too high"),
+        (
+            4,
+            "refused (sequence): the sequence number is 3, 1 too high",
+        ),
         (6, "refused (value): x = -350; "),
         (7, "refused (kind): there is no line `Q`"),
         (8, "refused (field): tick: 4 fields; expected at most 3"),

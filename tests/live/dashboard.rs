@@ -2,10 +2,10 @@
 //! itself is tested in a browser, by `tests/browser/dashboard.mjs`.
 
 use crate::common;
+use pickline::station::built_in;
 use pickline_dashboard::Dashboard;
 use pickline_live::protocol::Status;
 use pickline_live::{ItemView, TrendView, View};
-use pickline::station::built_in;
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::net::{SocketAddr, TcpStream};
 use std::time::{Duration, Instant};

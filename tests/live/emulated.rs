@@ -399,11 +399,7 @@ fn a_node_of_another_station_is_an_error_on_both_sides() {
     let fast = file("fast.toml", paper.replace("speed = 0.05", "speed = 0.06"));
     let clock = ["--clock", "messages"];
     for (other, words, codes) in [
-        (
-            &names,
-            "the node's robots are `a`, `b`",
-            [Some(2), Some(2)],
-        ),
+        (&names, "the node's robots are `a`, `b`", [Some(2), Some(2)]),
         (
             &reach,
             "reaches, speeds or dwell times differ",

@@ -1,9 +1,9 @@
 //! Which `Host` the dashboard answers at a loopback address: a page of another site, whose name
 //! was made to mean this machine, must not read the line.
 
+use pickline::station::built_in;
 use pickline_dashboard::Dashboard;
 use pickline_live::transport::Access;
-use pickline::station::built_in;
 use std::io::{Read as _, Write as _};
 use std::net::{SocketAddr, TcpStream};
 use std::time::Duration;

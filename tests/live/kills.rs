@@ -5,12 +5,12 @@
 //! account of what it was told, to which the node is held.
 
 use crate::programs::{let_pass, wait_for};
+use pickline::pattern::{Pattern, poisson_disk, random_stream};
+use pickline::station::{Station, built_in};
 use pickline_live::emulator::{Emulator, Trouble};
 use pickline_live::protocol::{
     BeltState, Incoming, Outgoing, Status, Task, Verdict, decode_outgoing, encode,
 };
-use pickline::pattern::{Pattern, poisson_disk, random_stream};
-use pickline::station::{Station, built_in};
 use rand::RngExt as _;
 use std::collections::{HashMap, HashSet};
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};

@@ -2,12 +2,12 @@
 
 use crate::common::pickline;
 use crate::programs::{feed, piped, wait_for};
-use pickline_live::emulator::{Emulator, Trouble};
-use pickline_live::protocol::{Outgoing, decode_outgoing, encode};
-use pickline_live::{ClockKind, Config, Controller};
 use pickline::pattern::grid;
 use pickline::station::built_in;
 use pickline::strategies::read_alone;
+use pickline_live::emulator::{Emulator, Trouble};
+use pickline_live::protocol::{Outgoing, decode_outgoing, encode};
+use pickline_live::{ClockKind, Config, Controller};
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command};

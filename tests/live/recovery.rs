@@ -2,13 +2,13 @@
 //! and a node that takes it up keeps every promise.
 
 use crate::trouble::all_troubles;
+use pickline::pattern::{poisson_disk, random_stream};
+use pickline::station::{Station, built_in};
+use pickline::strategies::read_alone;
 use pickline_live::emulator::Emulator;
 use pickline_live::journal::{Found, Owner};
 use pickline_live::protocol::{Incoming, Outgoing, Task, decode};
 use pickline_live::{Change, ClockKind, Config, Controller, State};
-use pickline::pattern::{poisson_disk, random_stream};
-use pickline::station::{Station, built_in};
-use pickline::strategies::read_alone;
 use rand::RngExt as _;
 use std::path::Path;
 

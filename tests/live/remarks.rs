@@ -159,7 +159,10 @@ fn an_empty_journal_is_told_of() {
         assert_eq!(code, Some(0), "{remarks}");
         remarks
     };
-    let told = format!("{} is empty, so a new journal is started; ", journal.display());
+    let told = format!(
+        "{} is empty, so a new journal is started; ",
+        journal.display()
+    );
     // One that does not exist yet is nothing to speak of.
     assert!(!run().contains(&told));
     std::fs::write(&journal, "").unwrap();

@@ -2,9 +2,9 @@
 //! itself until the belt is heard.
 
 use crate::support::three::{Three, config, station, strategy};
+use pickline::station::built_in;
 use pickline_live::protocol::{Incoming, Outgoing, decode};
 use pickline_live::{Change, ClockKind, Config, Controller, State};
-use pickline::station::built_in;
 
 fn whole(line: &mut Three) -> State {
     let mut state = State::default();

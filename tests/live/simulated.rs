@@ -2,13 +2,13 @@
 
 use crate::support::three::check_settled;
 use crate::trouble::all_troubles;
-use pickline_live::emulator::{Emulator, Trouble};
-use pickline_live::protocol::{Incoming, Outgoing, Status, encode};
-use pickline_live::{ClockKind, Config, Controller};
 use pickline::pattern::{Pattern, grid, poisson_disk, random_stream};
 use pickline::sim::{Scene, simulate};
 use pickline::station::{Station, built_in};
 use pickline::strategies::{Blueprint, read_alone};
+use pickline_live::emulator::{Emulator, Trouble};
+use pickline_live::protocol::{Incoming, Outgoing, Status, encode};
+use pickline_live::{ClockKind, Config, Controller};
 
 fn station(name: &str, robots: usize) -> Station {
     built_in(name).unwrap().station(Some(robots)).unwrap()

@@ -52,10 +52,7 @@ fn what_cannot_be_is_refused_with_the_likely_unit() {
         ),
         (
             r#""kind":"belt","stamp":1795656426000,"speed":0.3"#,
-            &[
-                "refused (value): stamp",
-                "1795656426000 ms is 1795656426 s",
-            ],
+            &["refused (value): stamp", "1795656426000 ms is 1795656426 s"],
         ),
         (
             r#""kind":"belt","stamp":1795656426000000000,"speed":0.3"#,

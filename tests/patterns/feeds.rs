@@ -173,7 +173,7 @@ fn profiles_are_followed() {
     );
     for (text, words) in [
         ("time_s,flow_per_min\n0,1\n", &["no duration"][..]),
-        ("time_s,flow_per_min\n0,0\n60,0\n", &["no flow"]),
+        ("time_s,flow_per_min\n0,0\n60,0\n", &["zero flow"]),
         (
             "time_s,flow_per_min\n60,1\n0,1\n",
             &["shift.csv:3: time_s", "sort"],
@@ -235,7 +235,7 @@ fn flows_are_given_in_the_source_or_beside_it() {
         ("poisson:0.2:3", 60.0, "by its distance"),
         ("random:60/min", 60.0, "already has a flow"),
         ("balanced", 60.0, "range of flows"),
-        ("tests", 60.0, "recorded"),
+        (concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests"), 60.0, "recorded"),
         ("random", 0.0, "not a valid flow"),
         ("random", f64::NAN, "not a valid flow"),
     ] {

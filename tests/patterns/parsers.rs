@@ -4,12 +4,12 @@ use crate::common;
 use pickline::checker;
 use pickline::decision::Outcome;
 use pickline::dispatch::{Rule, RuleAssignment};
-use pickline_live::protocol::{decode, decode_outgoing, encode};
-use pickline_live::{ClockKind, Config, Controller};
 use pickline::optimize::Risk;
 use pickline::pattern::{self, Distribution, Pattern, PatternSource, grid, to_csv};
 use pickline::sim::{Scene, simulate_rules};
 use pickline::station::{self, Overrides, Station, built_in, to_toml};
+use pickline_live::protocol::{decode, decode_outgoing, encode};
+use pickline_live::{ClockKind, Config, Controller};
 use proptest::prelude::*;
 use proptest::sample::{Index, select};
 

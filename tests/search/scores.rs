@@ -344,7 +344,10 @@ fn one_pattern_and_risk_have_their_own_intervals() {
             .unwrap()
     };
     let one = ranked(&patterns[..1], Risk::Worst);
-    assert_eq!(one.method, "a single pattern: differences without intervals");
+    assert_eq!(
+        one.method,
+        "a single pattern: differences without intervals"
+    );
     let best = one.best().value;
     for entry in &one.entries {
         assert_eq!((entry.difference, entry.tied), (None, entry.value == best));

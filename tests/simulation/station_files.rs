@@ -94,7 +94,7 @@ fn paths_are_files_and_other_names_are_not() {
     let path = path.to_str().unwrap();
     let message = load(path, PLAIN).unwrap_err().to_string();
     assert!(
-        message.contains("the file does not exist") && message.contains("write `paper`"),
+        message.contains("the file does not exist") && message.contains("use `paper`"),
         "{message}"
     );
     // A file of nearly that name is what was meant.
@@ -102,7 +102,7 @@ fn paths_are_files_and_other_names_are_not() {
     fs::write(&near, with_line("robots", "5")).unwrap();
     let message = load(path, PLAIN).unwrap_err().to_string();
     assert!(
-        message.contains("papers.toml") && !message.contains("write `paper`"),
+        message.contains("papers.toml") && !message.contains("use `paper`"),
         "{message}"
     );
     let other = folder.path().join("elsewhere.toml");

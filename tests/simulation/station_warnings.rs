@@ -104,11 +104,7 @@ fn bins_out_of_reach_are_warned_of() {
     }
     assert!(warned((1000.0, -500.0)).unwrap().contains("millimetres"));
     // One coordinate in millimetres, the other in metres.
-    assert!(
-        warned((1200.0, -0.5))
-            .unwrap()
-            .contains("1200 mm is 1.2 m")
-    );
+    assert!(warned((1200.0, -0.5)).unwrap().contains("1200 mm is 1.2 m"));
     assert!(warned((1.0, -500.0)).unwrap().contains("500 mm is 0.5 m"));
 }
 

@@ -108,7 +108,10 @@ impl AccessArgs {
                      line",
                     shown(address)
                 ),
-                format!("{}; or --insecure if nobody else is in that network", cure(flag)),
+                format!(
+                    "{}; or --insecure if nobody else is in that network",
+                    cure(flag)
+                ),
             ));
         }
         Ok(())

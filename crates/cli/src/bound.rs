@@ -10,8 +10,8 @@ use pickline::error::{Error, Result};
 use pickline::optimize::Progress as _;
 use pickline::planning::bound::{Bound, Objective, Options, upper_bound};
 use pickline::plausible::SLOT;
-use pickline_report::{BoundReport, Provenance};
 use pickline::sim::{Conditions, Scene};
+use pickline_report::{BoundReport, Provenance};
 use std::path::Path;
 
 /// The highest accepted number of iterations; more are treated as a typing mistake.

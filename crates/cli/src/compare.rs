@@ -15,9 +15,9 @@ use pickline::optimize::Environment;
 use pickline::pattern;
 use pickline::planning::Allowance;
 use pickline::plausible::FLOW;
-use pickline_report::{COMPARISON_CHARTS, ComparisonReport, Provenance, comparison_page};
 use pickline::station::Station;
 use pickline::strategies::{self, Parsed, policy_file};
+use pickline_report::{COMPARISON_CHARTS, ComparisonReport, Provenance, comparison_page};
 use std::path::Path;
 
 /// The result files written to the `--out` folder.

@@ -2,9 +2,9 @@
 
 use super::args::RunArgs;
 use pickline::error::Result;
+use pickline::station::Station;
 use pickline_live::Controller;
 use pickline_live::transport::Hub;
-use pickline::station::Station;
 
 #[cfg(feature = "dashboard")]
 pub use served::Screen;

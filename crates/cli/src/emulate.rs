@@ -20,7 +20,11 @@ pub fn run(args: &EmulateArgs, session: &Session) -> Result<()> {
     let file = args.pattern.as_ref().map(|file| file.to_string_lossy());
     if file.as_deref() == Some("-") {
         let cure = "write the pattern to a file";
-        return Err(Error::input("--pattern", "stdin is used for the tasks", cure));
+        return Err(Error::input(
+            "--pattern",
+            "stdin is used for the tasks",
+            cure,
+        ));
     }
     let (pattern, name) = load_pattern(file.as_deref(), width)?;
     let named = file.as_deref().unwrap_or(&name);

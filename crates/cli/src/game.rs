@@ -10,9 +10,9 @@ use pickline::error::Result;
 use pickline::optimize::Environment;
 use pickline::optimize::game::{LineGame, PayoffKind, check_size};
 use pickline::pattern::{PatternSource, Recipe};
-use pickline_report::{GameReport, Provenance};
 use pickline::sim::Conditions;
 use pickline::station::Station;
+use pickline_report::{GameReport, Provenance};
 use std::path::Path;
 
 /// The result files written to the `--out` folder.

@@ -10,6 +10,8 @@ use super::session::Session;
 use pickline::decision::Strategy;
 use pickline::error::Result;
 use pickline::files;
+use pickline::station::Station;
+use pickline::strategies::policy_file;
 use pickline_live::journal::{Found, Journal, Owner, lock_of};
 use pickline_live::protocol::{Incoming, Outgoing};
 use pickline_live::recording::Event;
@@ -17,8 +19,6 @@ use pickline_live::recording::Event;
 use pickline_live::recording::{Heading, Recorder};
 use pickline_live::{ClockKind, Config, Controller};
 use pickline_report::station_hash;
-use pickline::station::Station;
-use pickline::strategies::policy_file;
 use std::path::{Path, PathBuf};
 #[cfg(feature = "mcap")]
 use std::sync::Arc;
@@ -291,9 +291,7 @@ fn resuming(path: &Path, torn: usize, controller: &Controller) -> String {
     let name = path.display();
     let mut text = format!("resuming from {name}: {items} items, {tasks} open tasks");
     if torn > 0 {
-        text += &format!(
-            "; its last record ({torn} bytes) is incomplete and was discarded"
-        );
+        text += &format!("; its last record ({torn} bytes) is incomplete and was discarded");
     }
     if controller.awaits_belt() {
         text += "; no task is given until the belt reports";

@@ -39,9 +39,9 @@ mod train;
 mod training;
 mod warnings;
 
-use pickline::error::{Error, Result};
 use args::{Cli, Command};
 use clap::{CommandFactory as _, Parser as _};
+use pickline::error::{Error, Result};
 use session::Session;
 use std::process::ExitCode;
 

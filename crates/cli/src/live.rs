@@ -3,10 +3,10 @@
 use super::args::{ClockArg, LogFormatArg, TransportArgs};
 use super::log::{Level, Log, Style, kind_of};
 use pickline::error::{Error, Result, shown_number};
+use pickline::station::Station;
 use pickline_live::protocol::{Hello, Role};
 use pickline_live::transport::{Access, Dialect, Hub, Place, Side, Terms};
 use pickline_live::{ClockKind, Reading, SteadyClock};
-use pickline::station::Station;
 #[cfg(feature = "ros2")]
 use std::net::IpAddr;
 use std::net::{SocketAddr, ToSocketAddrs as _};

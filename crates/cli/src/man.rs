@@ -1,10 +1,10 @@
 //! `pickline man`: the manual pages, generated from the arguments.
 
 use super::session::Session;
-use pickline::error::{Error, Result, known_names, shown};
 use clap::Command;
 use clap_mangen::Man;
 use clap_mangen::roff::{Roff, roman};
+use pickline::error::{Error, Result, known_names, shown};
 
 /// One manual page.
 pub struct Page {

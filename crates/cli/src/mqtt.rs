@@ -64,7 +64,11 @@ impl MqttArgs {
             if password.is_empty() || password.contains('\n') {
                 let place = file.display().to_string();
                 let cure = "write only the password, on one line";
-                return Err(Error::input(place, "the file is not exactly one line", cure));
+                return Err(Error::input(
+                    place,
+                    "the file is not exactly one line",
+                    cure,
+                ));
             }
             return Ok(Some(password.to_owned()));
         }

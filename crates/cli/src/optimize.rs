@@ -16,12 +16,12 @@ use pickline::optimize::{
 };
 use pickline::pattern::{PatternSet, PatternSource, Recipe};
 use pickline::plausible::SPEED_STEP;
-use pickline_report::{
-    OPTIMUM_CHARTS, OptimumReport, Provenance, RivalsReport, ValidationReport, optimum_page,
-};
 use pickline::sim::Conditions;
 use pickline::station::Station;
 use pickline::strategies::{Blueprint, policy_file};
+use pickline_report::{
+    OPTIMUM_CHARTS, OptimumReport, Provenance, RivalsReport, ValidationReport, optimum_page,
+};
 use std::time::Instant;
 
 /// Default number of fresh patterns on which the winner is scored.

@@ -224,7 +224,9 @@ fn describe_pattern(args: &DescribeArgs, session: &Session) -> Result<()> {
         choice.load()
     });
     let belt = station.transpose()?.map(|station| *station.belt());
-    let width = belt.map_or(pickline::station::BUILT_INS[0].belt_width, |belt| belt.width);
+    let width = belt.map_or(pickline::station::BUILT_INS[0].belt_width, |belt| {
+        belt.width
+    });
     let (pattern, name) = load_pattern(args.file.as_deref(), width)?;
     let named = args.file.as_deref().unwrap_or(&name);
     let given = args.belt_speed.filter(|_| args.station.is_none());

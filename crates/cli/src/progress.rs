@@ -1,8 +1,8 @@
 //! Progress on stderr: a bar with the rate and the remaining time.
 
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use pickline::error::grouped;
 use pickline::optimize::Progress;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::fmt::Write;
 use std::sync::Mutex;
 use std::time::Duration;

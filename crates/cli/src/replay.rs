@@ -4,10 +4,10 @@ use super::args::RunArgs;
 use super::run::{allowance, blueprint};
 use super::session::Session;
 use pickline::error::{Error, Result, shown};
+use pickline::station::{Overrides, parse};
 use pickline_live::protocol::{Rejection, encode};
 use pickline_live::recording::{Ending, Entry, Event, Reader};
 use pickline_live::{ClockKind, Config, Controller};
-use pickline::station::{Overrides, parse};
 use serde_json::Value;
 use std::collections::VecDeque;
 use std::path::Path;
@@ -222,9 +222,7 @@ impl Replay {
         let ending = match ending {
             Ending::Whole => return text,
             Ending::Open => "the recording was not finished and ends here",
-            Ending::Torn => {
-                "the recording ends within a record and is replayed up to there"
-            }
+            Ending::Torn => "the recording ends within a record and is replayed up to there",
         };
         // On a separate line after a recorded line, which may be long.
         text += if text.contains('\n') { "\n  " } else { "; " };

@@ -11,14 +11,14 @@ use super::session::Session;
 use super::settings::{default_strategy, json, parse_strategy};
 use super::training::{Line, budget, distance};
 use pickline::error::{Error, Result, shown};
-use pickline_live::protocol::{check_station, schema};
-use pickline_live::transport::{Dialect, Side};
-use pickline_live::{ClockKind, Config, Timeouts};
 use pickline::optimize::Environment;
 use pickline::planning::{Allowance, Budget};
 use pickline::plausible::{DECISION_TIME, TIMEOUT, TOLERANCE};
 use pickline::station::Station;
 use pickline::strategies::Blueprint;
+use pickline_live::protocol::{check_station, schema};
+use pickline_live::transport::{Dialect, Side};
+use pickline_live::{ClockKind, Config, Timeouts};
 use std::cell::OnceCell;
 use std::time::Instant;
 

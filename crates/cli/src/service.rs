@@ -3,10 +3,10 @@
 use super::args::{PlaceArgs, ServiceCommand};
 use super::man;
 use super::session::Session;
+use clap_complete::Shell;
 use pickline::error::{Error, Result, counted, shown};
 use pickline::files::{self, fingerprint};
 use pickline::station::commented_example;
-use clap_complete::Shell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 

@@ -54,9 +54,7 @@ impl Session {
         let stop = Arc::clone(&self.stop);
         let handler = move || {
             if !stop.swap(true, Ordering::Relaxed) {
-                tell(
-                    "stopping with the results so far, if any; press Ctrl-C again to quit now",
-                );
+                tell("stopping with the results so far, if any; press Ctrl-C again to quit now");
             } else {
                 std::process::exit(i32::from(super::INTERRUPTED));
             }

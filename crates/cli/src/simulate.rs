@@ -11,12 +11,12 @@ use pickline::error::Result;
 use pickline::optimize::{Environment, bound_beside};
 use pickline::planning::Allowance;
 use pickline::plausible::DECISION_TIME;
-use pickline_report::{
-    CertifiedReport, ClearanceReport, Provenance, RunReport, check_replay, replay_page,
-};
 use pickline::sim::{Scene, Trace, simulate_observed};
 use pickline::strategies::policy_file;
 use pickline::{checker, clearance};
+use pickline_report::{
+    CertifiedReport, ClearanceReport, Provenance, RunReport, check_replay, replay_page,
+};
 use std::cell::OnceCell;
 use std::path::Path;
 

@@ -9,9 +9,9 @@ use pickline::error::{Error, Result, rounded};
 use pickline::files;
 use pickline::kinematics;
 use pickline::pattern::{Pattern, poisson_disk, random_stream};
-use pickline_report::{Table, arms_apart, fixed, station_hash, station_picture, with_origin};
 use pickline::sim::Conditions;
 use pickline::station::{Overrides, Robot, Station, commented_example, edited, to_toml};
+use pickline_report::{Table, arms_apart, fixed, station_hash, station_picture, with_origin};
 use std::path::Path;
 
 pub fn run(command: StationCommand, session: &Session) -> Result<()> {

@@ -14,10 +14,10 @@ use pickline::experiment::{Axis, Method, Setting, sweep};
 use pickline::optimize::Environment;
 use pickline::pattern::{PatternSource, Recipe};
 use pickline::planning::Allowance;
-use pickline_report::{Provenance, SWEEP_CHARTS, SweepReport, sweep_page};
 use pickline::sim::Conditions;
 use pickline::station::Station;
 use pickline::strategies::{Parsed, policy_file};
+use pickline_report::{Provenance, SWEEP_CHARTS, SweepReport, sweep_page};
 
 /// The result files written to the `--out` folder.
 const FILES: [&str; 2] = ["sweep.csv", "sweep.json"];

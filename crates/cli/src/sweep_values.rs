@@ -3,7 +3,9 @@
 
 use super::args::SweepArgs;
 use pickline::error::{Error, Result};
-use pickline::experiment::{Axis, Range, Setting, ValueLimit, find_limits, round_step, step_between};
+use pickline::experiment::{
+    Axis, Range, Setting, ValueLimit, find_limits, round_step, step_between,
+};
 use pickline::optimize::Environment;
 use pickline::pattern::Pattern;
 use pickline::sim::{Conditions, Scene};

@@ -11,11 +11,13 @@ use pickline::error::{Error, Result};
 use pickline::experiment::load_cases;
 use pickline::files;
 use pickline::optimize::{Environment, Progress as _};
-use pickline_report::{Provenance, curve_chart};
 use pickline::rl::domain::{Course, scenes};
-use pickline::rl::{Checkpoint, Imitation, Judged, Kept, PRESETS, Plan, Round, Score, Trainer, Trial};
+use pickline::rl::{
+    Checkpoint, Imitation, Judged, Kept, PRESETS, Plan, Round, Score, Trainer, Trial,
+};
 use pickline::station::{self, Overrides, Station};
 use pickline::strategies::{Parsed, default_strategy, parse, policy_file};
+use pickline_report::{Provenance, curve_chart};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::time::Instant;

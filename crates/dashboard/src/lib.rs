@@ -11,11 +11,11 @@ mod server;
 pub use metrics::metrics;
 pub use page::{DASHBOARD_PAGE, dashboard_line, dashboard_script, dashboard_style};
 
+use hyper::body::Bytes;
 use pickline::error::{Error, Result};
+use pickline::station::Station;
 use pickline_live::View;
 use pickline_live::transport::{Access, listen_at};
-use pickline::station::Station;
-use hyper::body::Bytes;
 use server::{Scraped, Texts};
 use std::net::SocketAddr;
 use std::sync::atomic::{AtomicBool, Ordering};

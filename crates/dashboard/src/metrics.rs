@@ -72,7 +72,11 @@ pub fn metrics(view: &View, strategy: &str) -> String {
     ] {
         page.single(name, "gauge", help, count);
     }
-    page.metric("pickline_robot_picks_total", "counter", "Successful picks of a robot.");
+    page.metric(
+        "pickline_robot_picks_total",
+        "counter",
+        "Successful picks of a robot.",
+    );
     for robot in &status.robots {
         page.sample(&[("robot", &robot.name)], robot.picked);
     }

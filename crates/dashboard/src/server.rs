@@ -7,9 +7,6 @@
 //! | `/events` | server-sent events: `line` once, then every view |
 //! | `/metrics` | the figures of the next view, for Prometheus |
 
-use pickline_live::View;
-use pickline_live::transport::tls::{Stream, Tls};
-use pickline_live::transport::{Access, Token, is_short_of_descriptors};
 use crate::metrics;
 use crate::page::{DASHBOARD_PAGE, dashboard_script, dashboard_style};
 use base64::Engine as _;
@@ -22,6 +19,9 @@ use hyper::server::conn::http1;
 use hyper::service::service_fn;
 use hyper::{Method, Request, Response, StatusCode};
 use hyper_util::rt::{TokioIo, TokioTimer};
+use pickline_live::View;
+use pickline_live::transport::tls::{Stream, Tls};
+use pickline_live::transport::{Access, Token, is_short_of_descriptors};
 use std::convert::Infallible;
 use std::net::{IpAddr, TcpListener};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -190,8 +190,11 @@ impl Site {
         let host = request.headers().get(header::HOST);
         if self.is_local && !host.is_some_and(names_this_machine) {
             // DNS rebinding: another site's name that resolves to this machine.
-            return words(StatusCode::FORBIDDEN, "open this page by its IP address or as \
-                                                 localhost\n");
+            return words(
+                StatusCode::FORBIDDEN,
+                "open this page by its IP address or as \
+                                                 localhost\n",
+            );
         }
         if let Some(token) = &self.token
             && !shows(request.headers().get(header::AUTHORIZATION), token)
@@ -246,7 +249,10 @@ impl Site {
     fn events(&self) -> Response<Body> {
         let texts = self.texts.upgrade();
         let Some(texts) = texts.filter(|texts| texts.receiver_count() < MOST_WATCHERS) else {
-            return words(StatusCode::SERVICE_UNAVAILABLE, "too many browsers are watching\n");
+            return words(
+                StatusCode::SERVICE_UNAVAILABLE,
+                "too many browsers are watching\n",
+            );
         };
         let line = tokio_stream::once(self.line.clone());
         // A view that is not sent by the time the next one comes is skipped.

@@ -1,10 +1,10 @@
 //! A robot's claim on an item: the task, and its stage.
 
 use super::lifecycle::Stage;
+use nalgebra::Point2;
 use pickline::decision::{Candidate, Moment};
 use pickline::kinematics::{distance, meeting_range, travel_time};
 use pickline::station::{Belt, Robot};
-use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
 
 /// Longest interval between two cancels of a task [s].

@@ -5,9 +5,9 @@ mod steps;
 
 use crate::support::line::Line;
 use crate::support::three;
+use pickline::strategies::read_alone;
 use pickline_live::protocol::{Outgoing, SourceReport, Status};
 use pickline_live::{Config, Controller, SteadyClock};
-use pickline::strategies::read_alone;
 use std::collections::BTreeMap;
 
 /// The robots of the line.

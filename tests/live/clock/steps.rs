@@ -89,8 +89,11 @@ fn a_source_that_is_always_late_is_told_of() {
     world.camera = Whose::Own(-3.0);
     world.play(12.0, &[]);
     assert!(
-        world.remarks.len() == 1 && world.remarks[0].contains("come at least 3 s after their \
-                                                               timestamps"),
+        world.remarks.len() == 1
+            && world.remarks[0].contains(
+                "come at least 3 s after their \
+                                                               timestamps"
+            ),
         "{:?}",
         world.remarks
     );

@@ -2,9 +2,9 @@
 
 use super::{noted, pick, picture, shown};
 use crate::support::line::Line;
-use pickline_live::{ClockKind, Config, Controller};
 use pickline::station::built_in;
 use pickline::strategies::read_alone;
+use pickline_live::{ClockKind, Config, Controller};
 
 /// A tracker that restarts counts from 1 again. Its items are none of the old ones, whether
 /// those are in a bin or still on the belt.

@@ -2,9 +2,9 @@
 
 use super::{noted, picture, shown};
 use crate::support::line::Line;
-use pickline_live::{Config, Controller};
 use pickline::station::built_in;
 use pickline::strategies::read_alone;
+use pickline_live::{Config, Controller};
 
 /// True neighbours stay two, whatever the tracker calls them, in one picture or in several.
 #[test]

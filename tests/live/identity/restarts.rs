@@ -3,11 +3,11 @@
 use super::{noted, picture, shown};
 use crate::support::line::Line;
 use crate::support::tracker::{Camera, Mistakes, PERIOD, Tracker, World};
-use pickline_live::protocol::Incoming;
-use pickline_live::{Change, ClockKind, Config, Controller, State};
 use pickline::pattern::random_stream;
 use pickline::station::built_in;
 use pickline::strategies::read_alone;
+use pickline_live::protocol::Incoming;
+use pickline_live::{Change, ClockKind, Config, Controller, State};
 
 /// The same line after a restart of the node.
 fn restore(line: &mut Line) -> Line {

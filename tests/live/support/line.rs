@@ -1,10 +1,10 @@
 //! A live line, message by message.
 #![allow(dead_code)]
 
-use pickline_live::protocol::{Incoming, Outgoing, Rejection, Status, Task, decode};
-use pickline_live::{ClockKind, Config, Controller};
 use pickline::station::built_in;
 use pickline::strategies::read_alone;
+use pickline_live::protocol::{Incoming, Outgoing, Rejection, Status, Task, decode};
+use pickline_live::{ClockKind, Config, Controller};
 
 /// A line of two robots, both idle at time 0: r1 reaches y < 0 around x = 1.3, r2 y > 0
 /// around x = 2.9; the belt moves at 0.05 m/s and ends at x = 4.2.

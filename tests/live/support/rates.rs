@@ -3,11 +3,11 @@
 #![allow(dead_code)]
 
 use super::tracker::{Camera, Mistakes, PERIOD, Tracker, World};
-use pickline_live::protocol::Incoming;
-use pickline_live::{ClockKind, Config, Controller};
 use pickline::pattern::random_stream;
 use pickline::station::{Overrides, load};
 use pickline::strategies::read_alone;
+use pickline_live::protocol::Incoming;
+use pickline_live::{ClockKind, Config, Controller};
 
 pub const TOLERANCES: [f64; 7] = [0.005, 0.01, 0.015, 0.02, 0.03, 0.04, 0.05];
 pub const DISTANCES: [f64; 6] = [0.02, 0.03, 0.04, 0.05, 0.1, 0.2];

@@ -1,16 +1,19 @@
 //! A live line of three unlike robots whose reaches overlap, message by message.
 #![allow(dead_code)]
 
-use pickline_live::protocol::{BeltRequest, Incoming, Outgoing, Status, Task, decode};
-use pickline_live::{ClockKind, Config, Controller};
 use pickline::station::{self, Belt, Overrides, Station};
 use pickline::strategies::read_alone;
+use pickline_live::protocol::{BeltRequest, Incoming, Outgoing, Status, Task, decode};
+use pickline_live::{ClockKind, Config, Controller};
 
 /// The names of the robots.
 pub const ROBOTS: [&str; 3] = ["delta-1", "scara-2", "arm-3"];
 
 /// The station's file.
-pub const STATION: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/live/support/three.toml");
+pub const STATION: &str = concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/../../tests/live/support/three.toml"
+);
 
 /// The station.
 pub fn station() -> Station {

@@ -2,8 +2,8 @@
 //! which the truth is known.
 #![allow(dead_code)]
 
-use pickline_live::protocol::{Detection, Incoming};
 use pickline::pattern::random_stream;
+use pickline_live::protocol::{Detection, Incoming};
 use rand::{Rng, RngExt as _};
 use std::f64::consts::TAU;
 

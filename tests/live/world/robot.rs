@@ -1,10 +1,10 @@
 //! A robot: it moves as its task says, and picks what is there.
 
 use super::truth::{Fate, Found, Truth};
+use pickline::station;
 use pickline_live::protocol::{
     Ack, Incoming, Outgoing, Report, RobotState, RobotStatus, Task, Verdict,
 };
-use pickline::station;
 use rand::{Rng, RngExt as _};
 use std::collections::BTreeMap;
 

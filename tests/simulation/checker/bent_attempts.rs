@@ -179,7 +179,10 @@ fn a_release_that_never_comes_is_refuted() {
     outcome.failures[2].attempt.release = f64::INFINITY;
     let message = check(&bench.station, &bench.pattern, &outcome);
     let message = message.unwrap_err().to_string();
-    assert!(message.contains("inf] are not possible in a run"), "{message}");
+    assert!(
+        message.contains("inf] are not possible in a run"),
+        "{message}"
+    );
 }
 
 #[test]

@@ -214,7 +214,10 @@ fn figures_may_be_off_by_rounding_alone() {
     let numbers: [(Number, &str); 4] = [
         (|o| &mut o.figures.weight, "weight is reported as"),
         (|o| &mut o.figures.end, "end is reported as"),
-        (|o| &mut o.robots[1].weight, "weight of robot 1 is reported as"),
+        (
+            |o| &mut o.robots[1].weight,
+            "weight of robot 1 is reported as",
+        ),
         (
             |o| &mut o.robots[0].busy,
             "busy time of robot 0 is reported as",

@@ -1,8 +1,8 @@
 //! The arguments of `pickline train`.
 
 use super::strategy_help;
-use pickline::rl::PRESETS;
 use clap::Args;
+use pickline::rl::PRESETS;
 use std::path::PathBuf;
 
 /// Train a policy (a learned strategy) and export it as ONNX

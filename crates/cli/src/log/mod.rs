@@ -8,8 +8,8 @@
 mod kinds;
 mod style;
 
-use pickline::error::grouped;
 use kinds::Kinds;
+use pickline::error::grouped;
 use std::collections::VecDeque;
 use std::io::Write;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};

@@ -5,9 +5,9 @@ mod history;
 mod speed;
 
 use super::protocol::BeltState;
-use pickline::error::{rounded, shown_number};
 use encoder::{Comparison, Encoder, Found, Reading, Slip};
 use history::{History, Stretch};
+use pickline::error::{rounded, shown_number};
 use serde::{Deserialize, Serialize};
 use speed::{FRESH, SpeedMean};
 

@@ -1,9 +1,9 @@
 //! The decisions: which robot is next, what its strategy sees, and what follows from the answer.
 
 use super::Controller;
-use pickline::decision::{Action, Moment};
 use crate::claims::Claim;
 use crate::robots::Wait;
+use pickline::decision::{Action, Moment};
 
 impl Controller {
     /// Time [s] and robot of the next decision. Ties go to the robot listed first.

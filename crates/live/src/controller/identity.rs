@@ -1,9 +1,9 @@
 //! Events about the identity of items: counted, and reported the first time.
 
 use super::Controller;
-use pickline::error::shown;
 use crate::items::News;
 use crate::sight::Sight;
+use pickline::error::shown;
 
 impl Controller {
     /// Counts an event, and reports it if it is the first of its kind.

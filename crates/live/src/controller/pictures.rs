@@ -2,11 +2,11 @@
 
 use super::Controller;
 use super::tasks::Cause;
-use pickline::error::{shown, shown_number};
 use crate::association::{Association, Gate, Match, associate};
 use crate::operation::Mode;
 use crate::protocol::{Detection, Rejected, Rejection};
 use crate::sight::Sight;
+use pickline::error::{shown, shown_number};
 use pickline::plausible::{LENGTHS, question};
 
 /// How far beside the belt a detection may be [m], because cameras are not exact.

@@ -2,8 +2,6 @@
 
 use super::pictures::Picture;
 use super::{Config, Controller};
-use pickline::decision::Strategy;
-use pickline::error::{Error, Result};
 use crate::belt::Plan;
 use crate::claims::Claim;
 use crate::clock::Clock;
@@ -15,6 +13,8 @@ use crate::stamps::Stamps;
 use crate::state::{Change, Counters, State};
 use crate::tasks::Tasks;
 use crate::world::World;
+use pickline::decision::Strategy;
+use pickline::error::{Error, Result};
 use pickline::station::Station;
 use std::collections::BTreeMap;
 

@@ -1,11 +1,11 @@
 //! Handles the robots' answers to tasks: acknowledgements and results, in time or late.
 
 use super::Controller;
-use pickline::error::rounded;
 use crate::lifecycle::Event;
 use crate::protocol::{Rejected, Rejection, Report, Verdict};
 use crate::robots::Service;
 use nalgebra::Point2;
+use pickline::error::rounded;
 
 /// A `found` further than this [m] from where the robot was sent is not used.
 const ELSEWHERE: f64 = 0.5;

@@ -1,9 +1,9 @@
 //! Which source sent a message, and its timestamps in the node's time.
 
 use super::Controller;
-use pickline::error::{rounded, shown, shown_number};
 use crate::protocol::{Incoming, Rejected, Rejection, RobotState, SourceKind};
 use crate::sources::{Key, Step};
+use pickline::error::{rounded, shown, shown_number};
 
 use super::hearing::Taken;
 

@@ -1,11 +1,11 @@
 //! Handles the states that robots report: idle, busy, fault.
 
 use super::Controller;
-use pickline::error::shown;
 use crate::claims::Reason;
 use crate::lifecycle::Event;
 use crate::protocol::{Rejected, Rejection, RobotState, RobotStatus};
 use crate::robots::{Service, Wait};
+use pickline::error::shown;
 
 impl Controller {
     /// The index of the robot called `name`.

@@ -2,13 +2,13 @@
 //! of [`crate::lifecycle`].
 
 use super::Controller;
-use pickline::error::shown;
 use crate::claims::{Claim, Reason};
 use crate::fate::Fate;
 use crate::items::State;
 use crate::lifecycle::{Effect, Event, Stage};
 use crate::protocol::{Cancel, Outgoing, Point, Task, Verdict};
 use crate::robots::Service;
+use pickline::error::shown;
 
 /// Number of unacknowledged transmissions after which a task is cancelled.
 const MOST_UNHEARD: u32 = 60;

@@ -108,7 +108,9 @@ mod tests {
 
     fn line() -> Controller {
         let station = built_in("paper").unwrap().station(Some(2)).unwrap();
-        let strategy = pickline::strategies::read_alone("SPT,FIFO", 2).unwrap().make();
+        let strategy = pickline::strategies::read_alone("SPT,FIFO", 2)
+            .unwrap()
+            .make();
         let config = Config {
             clock: ClockKind::Messages,
             ..Config::default()

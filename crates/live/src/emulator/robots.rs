@@ -2,10 +2,8 @@
 
 use super::trouble::Draw;
 use super::{Emulator, Event};
+use crate::protocol::{Ack, Cancel, Incoming, Outgoing, Point, Report, RobotState, Task, Verdict};
 use pickline::kinematics::{distance, meeting_range, travel_time};
-use crate::protocol::{
-    Ack, Cancel, Incoming, Outgoing, Point, Report, RobotState, Task, Verdict,
-};
 
 /// The gripper grasps an item within this distance of its centre [m].
 const GRIP: f64 = 0.01;
@@ -55,8 +53,10 @@ impl Emulator {
             .filter_map(|(_, arm)| arm.task.as_ref())
             .any(same_item)
         {
-            self.broken
-                .push(format!("two robots have open tasks for item {} at once", task.item));
+            self.broken.push(format!(
+                "two robots have open tasks for item {} at once",
+                task.item
+            ));
         }
         if self.arms[robot].down {
             return;

@@ -185,11 +185,17 @@ fn wrong(field: &str, problem: &str, expected: &str) -> Rejected {
 }
 
 fn stamp(field: &str, value: f64) -> Result<(), Rejected> {
-    within(field, value, 0.0..=LARGEST_STAMP, "a timestamp [s]", |value| {
-        question(value, "s", STAMPS, |factor| {
-            THESE_DAYS.contains(&(value * factor))
-        })
-    })
+    within(
+        field,
+        value,
+        0.0..=LARGEST_STAMP,
+        "a timestamp [s]",
+        |value| {
+            question(value, "s", STAMPS, |factor| {
+                THESE_DAYS.contains(&(value * factor))
+            })
+        },
+    )
 }
 
 /// Suggests no unit.

@@ -2,12 +2,12 @@
 
 use super::inflate::Inflate;
 use super::{Event, Heading, whole_microseconds};
-use pickline::error::{Error, Result, shown};
 use crate::protocol::{Incoming, VERSION, decode};
 use crate::state::{Change, State};
 use mcap::McapError;
 use mcap::records::Record;
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use pickline::error::{Error, Result, shown};
 use serde_json::{Map, Value};
 use std::collections::{BTreeMap, HashMap};
 use std::fs::File;

@@ -1,11 +1,11 @@
 //! Writes a recording during a run.
 
 use super::{Event, Heading};
-use pickline::error::{Error, Result};
 use crate::protocol::{self, Incoming, Outgoing, VERSION};
 use crate::state::Change;
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{McapError, McapResult, WriteOptions, Writer};
+use pickline::error::{Error, Result};
 use serde_json::{Map, Value};
 use std::collections::{BTreeMap, HashMap};
 use std::fs::File;

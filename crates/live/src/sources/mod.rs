@@ -250,7 +250,10 @@ impl Sources {
             }
             let silence = pickline::error::rounded(now - source.heard, 2);
             let usual = source.period.get().map_or(String::new(), |period| {
-                format!(" (it usually sends every {} s)", pickline::error::rounded(period, 2))
+                format!(
+                    " (it usually sends every {} s)",
+                    pickline::error::rounded(period, 2)
+                )
             });
             let what = match kind {
                 SourceKind::Belt => {

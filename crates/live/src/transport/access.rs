@@ -35,8 +35,10 @@ impl Token {
             if about.is_file() && mode & 0o027 != 0 {
                 return Err(Error::input(
                     place,
-                    format!("its permissions are {mode:03o}: it must not be accessible to other \
-                             users"),
+                    format!(
+                        "its permissions are {mode:03o}: it must not be accessible to other \
+                             users"
+                    ),
                     format!("run `chmod 600 {}`", file.display()),
                 ));
             }
@@ -51,7 +53,10 @@ impl Token {
                     "expected one line of {SHORTEST} to {LONGEST} printable ASCII characters \
                      without spaces"
                 ),
-                format!("create one with `openssl rand -hex 32 > {}`", file.display()),
+                format!(
+                    "create one with `openssl rand -hex 32 > {}`",
+                    file.display()
+                ),
             ));
         }
         Ok(Self::new(text))

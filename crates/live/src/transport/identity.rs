@@ -132,7 +132,10 @@ impl Identity {
             Some(Role::Robot) => {
                 format!("`{kind}` for a robot that the hello of this peer does not name")
             }
-            Some(role) => format!("a peer with the role `{}` may not send `{kind}`", role.name()),
+            Some(role) => format!(
+                "a peer with the role `{}` may not send `{kind}`",
+                role.name()
+            ),
         };
         Err(Rejected::new(Rejection::NotAllowed, problem))
     }

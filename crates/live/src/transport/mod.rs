@@ -25,8 +25,8 @@ mod stream;
 mod tcp;
 pub mod tls;
 
-use pickline::error::{Error, Result, shown};
 use crate::protocol::Rejected;
+use pickline::error::{Error, Result, shown};
 use std::net::TcpListener;
 use std::time::Duration;
 use tcp::Connection;

@@ -9,8 +9,8 @@ use super::lines::{Line, Splitter};
 use super::peer::{Peer, QUEUE, Socket};
 use super::tls::{Stream, Tls};
 use super::{Heard, INBOX, Origin, RETRY};
-use pickline::error::{Error, Result, shown};
 use crate::protocol::Message;
+use pickline::error::{Error, Result, shown};
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -96,7 +96,11 @@ impl Tcp {
             .build()
             .map_err(|error| {
                 let cure = "close other programs that have files open";
-                Error::input("--listen", format!("cannot set up the network: {error}"), cure)
+                Error::input(
+                    "--listen",
+                    format!("cannot set up the network: {error}"),
+                    cure,
+                )
             })?;
         let handle = runtime.handle().clone();
         let (stop, stopped) = oneshot::channel::<()>();
@@ -314,8 +318,10 @@ impl Accepting {
                 Some(tls) => match timeout(HANDSHAKE_TIME, tls.accept(stream)).await {
                     Ok(Ok(stream)) => stream,
                     Ok(Err(error)) => {
-                        let text = format!("{address} was turned away: the TLS handshake failed: \
-                                            {error}");
+                        let text = format!(
+                            "{address} was turned away: the TLS handshake failed: \
+                                            {error}"
+                        );
                         gate.send(Heard::Remark(text)).await;
                         return;
                     }

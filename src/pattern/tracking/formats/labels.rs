@@ -274,7 +274,9 @@ fn read_label(
 fn share(text: &str, what: &str) -> std::result::Result<f64, String> {
     match number(text, what)? {
         value if (-1.0..=2.0).contains(&value) => Ok(value),
-        value => Err(format!("{what} {value:?} is not a fraction of the image size")),
+        value => Err(format!(
+            "{what} {value:?} is not a fraction of the image size"
+        )),
     }
 }
 

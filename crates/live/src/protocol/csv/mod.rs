@@ -35,7 +35,10 @@ pub fn check_station(station: &Station) -> Result<()> {
         if name.len() > LONGEST_ROBOT || *name != fields::plain(name, LONGEST_ROBOT) {
             return Err(Error::input(
                 "--dialect",
-                format!("`{}` is not a valid robot name in the csv dialect", shown(name)),
+                format!(
+                    "`{}` is not a valid robot name in the csv dialect",
+                    shown(name)
+                ),
                 format!(
                     "rename the robot in the station file: at most {LONGEST_ROBOT} ASCII \
                      characters, without comma, semicolon or asterisk"

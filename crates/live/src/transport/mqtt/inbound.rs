@@ -1,9 +1,9 @@
 //! From the broker to the inbox: a thread that may block, so that the connection never has to.
 
 use super::topics::{Topic, Topics};
-use pickline::error::{Error, shown};
 use crate::protocol::{LONGEST_LINE, Rejected, Rejection};
 use crate::transport::{Heard, Origin, Side};
+use pickline::error::{Error, shown};
 use rumqttc::Publish;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;

@@ -16,8 +16,8 @@ mod url;
 
 use super::peer::Peer;
 use super::{Heard, Side};
-use pickline::error::{Error, Result};
 use crate::ClockKind;
+use pickline::error::{Error, Result};
 use resume::Resume;
 use rumqttc::{MqttOptions, Transport};
 use session::Session;

@@ -5,10 +5,10 @@ use super::outbound::Outbound;
 use super::topics::Topics;
 use super::url::Broker;
 use super::{REQUESTS, UNHEEDED, probe, trouble};
-use pickline::error::Error;
 use crate::ClockKind;
 use crate::protocol::Message;
 use crate::transport::{Heard, RETRY, Side};
+use pickline::error::Error;
 use rumqttc::mqttbytes::QoS;
 use rumqttc::mqttbytes::v5::{LastWill, Packet, RetainForwardRule};
 use rumqttc::{

@@ -21,9 +21,7 @@ pub fn refused(error: &rustls::Error, broker: &Broker) -> Error {
         ),
         rustls::Error::PeerIncompatible(reason) => (
             "--mqtt",
-            format!(
-                "the broker offers no current TLS version or cipher: {reason:?}"
-            ),
+            format!("the broker offers no current TLS version or cipher: {reason:?}"),
             "enable TLS 1.2 or 1.3 in the broker".to_owned(),
         ),
         other => (

@@ -1,8 +1,8 @@
 //! The topics: which message goes to which, and what each means.
 
-use pickline::error::{Error, Result, shown};
 use crate::protocol::{Hello, Incoming, Message, Outgoing};
 use crate::transport::Side;
+use pickline::error::{Error, Result, shown};
 use pickline::names::LONGEST_NAME;
 
 impl Side {

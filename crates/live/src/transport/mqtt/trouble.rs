@@ -21,10 +21,7 @@ pub fn fatal(error: &ConnectionError, broker: &Broker) -> Option<Error> {
         ConnectionError::MqttState(StateError::ConnFail { reason }) => reason,
         ConnectionError::SessionStateMismatch { .. } | ConnectionError::NotConnAck(_) => {
             let cure = "check that an MQTT 5 broker listens there";
-            return input(
-                format!("{broker} violates MQTT 5: {error}"),
-                cure,
-            );
+            return input(format!("{broker} violates MQTT 5: {error}"), cure);
         }
         _ => return None,
     };
@@ -67,7 +64,11 @@ pub fn taken_over(error: &ConnectionError, broker: &Broker) -> Option<Error> {
     )
     .then(|| {
         let problem = format!("another client has connected to {broker} with the same client id");
-        Error::input("--mqtt-client-id", problem, "give every program a different one")
+        Error::input(
+            "--mqtt-client-id",
+            problem,
+            "give every program a different one",
+        )
     })
 }
 

@@ -5,8 +5,8 @@ use super::messages::{
     ObjectHypothesisWithPose, Point, Pose, PoseWithCovariance, Quaternion, RobotState, TaskAck,
     TaskResult, Tick, Time, Vector3,
 };
-use pickline::error::shown;
 use crate::protocol::{self, Detection, Incoming, Rejected, Rejection, Report, Verdict};
+use pickline::error::shown;
 
 /// A message that was read, or its refusal.
 type Read = Result<Incoming, Rejected>;

@@ -5,10 +5,10 @@ use super::rivals::{Stance, Watch};
 use super::turns::{Endless, Sent, Turns};
 use super::wires::{Ear, Mouth, NodeEars, StationEars, Wires};
 use super::{Settings, incoming, outgoing};
-use pickline::error::{Error, Result, shown};
 use crate::protocol::{Rejected, Rejection, encode};
 use crate::transport::peer::{Peer, Waiting};
 use crate::transport::{Heard, Origin, Side};
+use pickline::error::{Error, Result, shown};
 use ros2_client::{Context, Node, NodeName, NodeOptions};
 use rustdds::DomainParticipantBuilder;
 use serde::Serialize;
@@ -47,7 +47,10 @@ pub fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) -> Resu
         Side::Station => "pickline_station",
     };
     let failed = |error: String| {
-        let problem = format!("{}/{name} is not a valid node: {error}", shown(&settings.namespace));
+        let problem = format!(
+            "{}/{name} is not a valid node: {error}",
+            shown(&settings.namespace)
+        );
         let cure = "give a namespace of letters, digits and underscores, for example /line1";
         Error::input("--ros2-namespace", problem, cure)
     };
