@@ -350,7 +350,7 @@ mod tests {
             ("id,x,y\na,0,nan\n", &["t:2", "y of item `a`", "NaN"]),
             ("id,x,y\na,0,0\nb,0.5,0\n", &["t:3", "0.5"]),
             ("id,x,y\na,0,0\na,-1,0\n", &["t:3: id", "t:2"]),
-            ("id,x,y\na,0\n", &["t:2", "2 fields", "`a,0`"]),
+            ("id,x,y\na,0\n", &["t:2", "found 2: `a,0`"]),
             ("id,x,y\r\n\r\na,0,0\r\nb,zero,0\r\n", &["t:4: x", "`zero`"]),
             ("\n\nid,x,y\n\n\na,0,0\n\nb,zero,0\n", &["t:8: x", "`zero`"]),
             ("\nid,x\n", &["t:2", "`y` is missing"]),

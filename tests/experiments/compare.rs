@@ -232,6 +232,7 @@ fn the_policy_that_ships_is_the_third_column() {
         let json = ["--paper", "--format", "json"];
         let output = Command::new(env!("CARGO_BIN_EXE_pickline"))
             .args([&small[..], &json, flags].concat())
+            .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
             .output()
             .unwrap();
         assert!(output.status.success());

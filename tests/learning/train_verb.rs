@@ -218,7 +218,7 @@ fn a_training_that_goes_astray_says_so_and_keeps_what_was_good() {
     let stderr = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2), "{stderr}");
     assert!(
-        stderr.contains("no numbers") && stderr.contains("--learning-rate"),
+        stderr.contains("NaN or infinite") && stderr.contains("--learning-rate"),
         "{stderr}"
     );
     let strategy = format!("onnx:{}", out.display());

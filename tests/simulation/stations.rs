@@ -171,7 +171,7 @@ fn a_station_has_1_to_100_robots_in_order_with_names_of_their_own() {
     assert_eq!(many(100).unwrap().robots().len(), 100);
     assert_blamed(
         many(0),
-        &["robot: 0 robots", "give 1 to 100 robots"],
+        &["robot: the station has no robots", "give 1 to 100 robots"],
         "none",
     );
     assert_blamed(many(101), &["robot: 101 robots on one line"], "101");

@@ -29,7 +29,7 @@ fn odd_surroundings_do_not_panic() {
             .output()
             .unwrap();
         assert_eq!(output.status.code(), Some(2), "{verb:?}");
-        for word in ["argument 3: ", "\"o\\xFF\"", "not UTF-8", "rename"] {
+        for word in ["argument 3: ", "\"o\\xFF\"", "not valid UTF-8", "rename"] {
             assert!(
                 stderr(&output).contains(word),
                 "{word} not in {}",

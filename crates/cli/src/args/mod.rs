@@ -48,6 +48,7 @@ use std::path::PathBuf;
 /// for each robot of a line, and simulates any strategy exactly.
 #[derive(Debug, Parser)]
 #[command(
+    name = "pickline",
     version,
     arg_required_else_help = true,
     after_long_help = "\
