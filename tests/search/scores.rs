@@ -419,6 +419,8 @@ fn the_winner_is_judged_on_fresh_patterns() {
     let mut nearly: Vec<Item> = (0..149).map(sparse).collect();
     nearly.push(Item::at("far", -1e5, 0.5));
     patterns[3] = Pattern::new(nearly).unwrap();
+    // All of them.
+    patterns[4] = Pattern::new((0..20).map(sparse).collect()).unwrap();
     let narrow = Station::new(*station.belt(), station.robots()[..1].to_vec()).unwrap();
     let rules: RuleAssignment = "SPT".parse().unwrap();
     for conditions in [Conditions::default(), conditions()] {
@@ -457,6 +459,7 @@ fn the_winner_is_judged_on_fresh_patterns() {
                     .unwrap()
                     .value;
             }
+            assert!(complete == 1 || conditions != Conditions::default());
             assert_eq!((found.patterns, found.speed), (5, speed));
             assert_eq!(found.complete, complete);
             assert_eq!(found.complete_share(), complete as f64 / 5.0);
