@@ -4,8 +4,8 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . tests/debian.sh
-# Certificates for tests/live/peers/.
-debian openssl=openssl
+# Certificates for tests/live/peers/, a clock that is set for tests/live/clock/.
+debian openssl=openssl faketime=faketime
 cargo test --locked "$@"
 # The benchmarks' code runs once, so that it cannot rot; `cargo bench` measures.
 cargo test --locked --bench engines --bench lookahead --bench bound --bench rl

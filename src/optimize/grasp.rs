@@ -173,20 +173,24 @@ impl Grasp {
                 outcome.hits = 1;
             }
         }
-        if outcome.cut {
-            // The unfinished start may have scored something better.
-            for (assignment, score) in walk.memo.iter() {
-                let value = risk.aggregate(&score.values);
-                let better = value > outcome.value
-                    || (value == outcome.value && Some(assignment) < outcome.best.as_ref());
-                if better {
-                    outcome.best = Some(assignment.clone());
-                    outcome.value = value;
-                }
-            }
+        // The unfinished start may have scored something better on its way.
+        if outcome.cut
+            && let Some((best, value)) = best_scored(walk.memo, risk)
+        {
+            outcome.best = Some(best.clone());
+            outcome.value = value;
         }
         Ok(outcome)
     }
+}
+
+/// The best of the assignments scored so far, with its aggregate; of equal ones the first in
+/// registry order.
+fn best_scored(memo: &Memo, risk: Risk) -> Option<(&RuleAssignment, f64)> {
+    let scored = memo.iter();
+    let scored = scored.map(|(assignment, score)| (assignment, risk.aggregate(&score.values)));
+    let scored = scored.filter(|(_, value)| !value.is_nan());
+    scored.max_by(|(a, value), (b, other)| value.total_cmp(other).then_with(|| b.cmp(a)))
 }
 
 struct Walk<'w, 'a> {
@@ -370,6 +374,11 @@ fn neighbours(assignment: &RuleAssignment) -> Vec<RuleAssignment> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::optimize::Silent;
+    use crate::pattern::{Pattern, grid};
+    use crate::sim::Conditions;
+    use crate::station::{Station, built_in};
+    use std::sync::atomic::AtomicBool;
 
     #[test]
     fn the_neighbourhood_is_one_change_or_one_swap() {
@@ -432,6 +441,125 @@ mod tests {
         refused(Grasp { starts: 0, ..grasp }, "--starts: ");
         for alpha in [-0.1, 1.1, f64::NAN] {
             refused(Grasp { alpha, ..grasp }, "--alpha: ");
+        }
+    }
+
+    fn station(robots: usize) -> Station {
+        built_in("paper").unwrap().station(Some(robots)).unwrap()
+    }
+
+    fn patterns() -> Vec<Pattern> {
+        let spacings = [0.18, 0.21, 0.25, 0.3];
+        spacings.map(|s| grid(1.05, s, 14).unwrap()).to_vec()
+    }
+
+    fn evaluator<'a>(station: &'a Station, patterns: &'a [Pattern]) -> Evaluator<'a> {
+        let conditions = Conditions::default();
+        Evaluator::new(station, patterns, Objective::PickingRate, &conditions).unwrap()
+    }
+
+    fn walk<'w, 'a>(
+        evaluator: &'w Evaluator<'a>,
+        memo: &'w mut Memo,
+        environment: &'w Environment<'w>,
+    ) -> Walk<'w, 'a> {
+        Walk {
+            last_run: u64::MAX,
+            for_parts: evaluator.with_objective(evaluator.objective()),
+            evaluator,
+            parts: Memo::new(),
+            risk: Risk::Mean,
+            memo,
+            environment,
+        }
+    }
+
+    #[test]
+    fn what_was_scored_best_is_taken_and_of_equal_ones_the_first() {
+        let score = |values: &[f64]| Score {
+            values: values.to_vec(),
+            picked_share: 1.0,
+        };
+        let named = |name: &str| name.parse::<RuleAssignment>().unwrap();
+        let mut memo = Memo::new();
+        assert_eq!(best_scored(&memo, Risk::Mean), None);
+        memo.insert(named("FIFO"), score(&[3.0, 3.0]));
+        memo.insert(named("LPT"), score(&[1.0, 9.0]));
+        memo.insert(named("SPT"), score(&[8.0, 2.0]));
+        memo.insert(named("PP"), score(&[4.0, 4.0]));
+        assert_eq!(best_scored(&memo, Risk::Mean), Some((&named("SPT"), 5.0)));
+        assert_eq!(best_scored(&memo, Risk::Worst), Some((&named("PP"), 4.0)));
+    }
+
+    /// Moves, and the starts that have found the best, are counted as the starts go one by one.
+    #[test]
+    fn starts_and_their_moves_are_counted() {
+        let (station, patterns) = (station(2), patterns());
+        let evaluator = evaluator(&station, &patterns);
+        let environment = Environment {
+            stop: &AtomicBool::new(false),
+            progress: &Silent,
+        };
+        let grasp = Grasp {
+            starts: 12,
+            alpha: 1.0,
+            seed: 5,
+        };
+        let mut memo = Memo::new();
+        let found = grasp.run(&evaluator, Risk::Mean, &mut memo, u64::MAX, &environment);
+        let found = found.unwrap();
+        let mut memo = Memo::new();
+        let mut walk = walk(&evaluator, &mut memo, &environment);
+        let mut ends = Vec::new();
+        for start in 0..12 {
+            let mut rng = random_stream(5, start);
+            let began = walk.construct(2, 1.0, &mut rng).unwrap().unwrap();
+            let mut rng = random_stream(5, start);
+            let (end, value, moves) = walk.one_start(1.0, &mut rng).unwrap().unwrap();
+            assert_eq!(moves == 0, began == end, "{began} to {end}");
+            let around = walk.values(&neighbours(&end), true).unwrap().unwrap();
+            assert!(around.iter().all(|&near| near <= value), "{end}");
+            ends.push((end, value, moves));
+        }
+        let moves: usize = ends.iter().map(|end| end.2).sum();
+        assert!(moves > 1, "{moves}");
+        let best = ends
+            .iter()
+            .map(|end| end.1)
+            .fold(f64::NEG_INFINITY, f64::max);
+        let first = ends.iter().find(|end| end.1 == best).unwrap().0.clone();
+        let hits = ends.iter().filter(|end| end.0 == first).count();
+        assert!(hits > 1);
+        assert_eq!((found.starts, found.moves, found.hits), (12, moves, hits));
+        assert_eq!(
+            (found.best, found.value, found.cut),
+            (Some(first), best, false)
+        );
+    }
+
+    /// Scores are had up to the last run that they need; the first one of all in any case.
+    #[test]
+    fn runs_are_enough_up_to_the_last_one() {
+        let (station, patterns) = (station(2), patterns());
+        let environment = Environment {
+            stop: &AtomicBool::new(false),
+            progress: &Silent,
+        };
+        let rules: Vec<RuleAssignment> = Rule::all()
+            .map(|rule| RuleAssignment::new(vec![rule]))
+            .collect();
+        let need = (rules.len() * patterns.len()) as u64;
+        for (runs, enough) in [(need, true), (need - 1, false), (0, false)] {
+            let evaluator = evaluator(&station, &patterns);
+            let mut memo = Memo::new();
+            let mut walk = walk(&evaluator, &mut memo, &environment);
+            walk.last_run = runs;
+            let values = walk.values(&rules, false).unwrap();
+            assert_eq!(
+                values.map(|values| values.len()),
+                enough.then_some(rules.len())
+            );
+            assert_eq!(evaluator.runs(), if enough { need } else { 0 });
         }
     }
 }

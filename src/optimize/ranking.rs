@@ -232,6 +232,12 @@ fn suffices(assignments: usize, patterns: usize, each: f64, runs: u64) -> bool {
     assignments as f64 * patterns as f64 * each <= runs as f64
 }
 
+/// Whether ties are broken by speed limits on so many of `count` patterns: on at least `least`,
+/// on all of them when the search was stopped.
+fn are_told_apart(patterns: usize, (least, count): (usize, usize), stopped: bool) -> bool {
+    patterns >= if stopped { count } else { least }
+}
+
 /// The contenders (with their aggregates, in registry order) whose speed limits can be computed
 /// in about `runs`, at `each` runs per limit: all of them, or the highest, but at least the
 /// front-runners.
@@ -282,7 +288,7 @@ fn speed_limits(
     let speeds = limits.evaluate_within(tied, runs, environment)?;
     environment.progress.end();
     let patterns = speeds.patterns.len();
-    if environment.stopped() && patterns < count || patterns < least {
+    if !are_told_apart(patterns, (least, count), environment.stopped()) {
         return Ok(None);
     }
     let means = speeds.scores.iter().map(|score| stats::mean(&score.values));
@@ -354,6 +360,21 @@ mod tests {
         assert!(suffices(3, 10, 2.5, 75));
         assert!(!suffices(3, 10, 2.5, 74));
         assert!(suffices(0, 10, 2.5, 0));
+    }
+
+    #[test]
+    fn few_patterns_break_ties_unless_the_search_was_stopped() {
+        for (patterns, stopped, enough) in [
+            (23, false, false),
+            (24, false, true),
+            (99, false, true),
+            (24, true, false),
+            (99, true, false),
+            (100, true, true),
+        ] {
+            let found = are_told_apart(patterns, (24, 100), stopped);
+            assert_eq!(found, enough, "{patterns} {stopped}");
+        }
     }
 
     #[test]

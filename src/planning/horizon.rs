@@ -242,6 +242,40 @@ impl Horizon {
 }
 
 #[cfg(test)]
+impl Horizon {
+    /// With all of `pattern` in view at time 0, when the first robot decides and the others
+    /// are free at the times [s] given.
+    pub fn of_all(
+        station: &Station,
+        pattern: &crate::pattern::Pattern,
+        free_at: &[f64],
+        goal: Goal,
+    ) -> Self {
+        let items = pattern.items().iter().zip(0..);
+        let in_view: Vec<_> = items
+            .map(|(item, index)| crate::decision::BeltItem {
+                item: index,
+                x0: item.x0,
+                x: item.x0,
+                y: item.y,
+                weight: item.reward(),
+            })
+            .collect();
+        let snapshot = Snapshot {
+            station,
+            time: 0.0,
+            robot: 0,
+            candidates: &[],
+            free_at,
+            in_view: &in_view,
+        };
+        let mut horizon = Self::default();
+        horizon.read(&snapshot, f64::INFINITY, goal);
+        horizon
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::*;
     use crate::decision::Strategy;

@@ -103,3 +103,47 @@ impl Meter {
         matches!(self.budget, Budget::Time(_)) && self.share() >= 1.0
     }
 }
+
+#[cfg(test)]
+impl Meter {
+    /// Of a decision that began a minute ago.
+    pub fn of_a_minute(budget: Budget) -> Self {
+        let minute = Duration::from_secs(60);
+        Self {
+            began: Instant::now().checked_sub(minute).unwrap(),
+            ..Self::new(budget)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const fn seconds(seconds: u64) -> Budget {
+        Budget::Time(Duration::from_secs(seconds))
+    }
+
+    #[test]
+    fn time_is_up_by_the_clock_and_a_count_never_is() {
+        assert!(Meter::of_a_minute(seconds(30)).is_late());
+        // A twentieth is kept back for coming to an end.
+        assert!(Meter::of_a_minute(seconds(61)).is_late());
+        assert!(!Meter::of_a_minute(seconds(3600)).is_late());
+        let mut counted = Meter::of_a_minute(Budget::Decisions(10));
+        counted.spend(25);
+        assert_eq!(counted.share(), 2.5);
+        assert!(!counted.is_late());
+    }
+
+    #[test]
+    fn the_clock_is_looked_at_again_after_some_decisions() {
+        let mut meter = Meter::new(seconds(30));
+        assert!(!meter.is_late());
+        meter.began = Meter::of_a_minute(seconds(30)).began;
+        meter.spend(UNWATCHED as usize - 1);
+        assert!(!meter.is_late());
+        meter.spend(1);
+        assert!(meter.is_late());
+    }
+}

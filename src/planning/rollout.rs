@@ -208,3 +208,81 @@ impl Arm {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pattern::{Pattern, grid};
+    use crate::planning::meter::Budget;
+    use crate::planning::options::Goal;
+    use crate::sim::{Conditions, Scene, simulate_rules};
+    use crate::station::built_in;
+
+    /// What completing nothing with `bases` returns, and the best plan and its score then.
+    fn complete(
+        (station, pattern): (&Station, &Pattern),
+        bases: &[RuleAssignment],
+        meter: &mut Meter,
+    ) -> (Option<Score>, Plan, Score) {
+        let horizon = Horizon::of_all(station, pattern, &[0.0, 0.0], Goal::Picks);
+        let bases = Bases {
+            station,
+            horizon: &horizon,
+            assignments: bases,
+        };
+        let mut nothing = Plan::default();
+        nothing.clear(&horizon);
+        let mut plan = nothing.clone();
+        let score = plan.score(&horizon);
+        let mut best = Best {
+            plan: &mut plan,
+            score,
+        };
+        let returned = Rollout::default().complete(bases, &nothing, &mut best, meter);
+        let score = best.score;
+        (returned, plan, score)
+    }
+
+    fn dense() -> (Station, Pattern) {
+        let station = built_in("paper").unwrap().station(Some(2)).unwrap();
+        let pattern = grid(station.belt().width, 0.15, 60).unwrap();
+        (station, pattern)
+    }
+
+    /// With all items in view, a completion is the run of its base.
+    #[test]
+    fn a_beginning_is_worth_what_the_best_base_makes_of_it() {
+        let (station, pattern) = dense();
+        let conditions = Conditions {
+            camera_x: Some(-1e6),
+            ..Conditions::default()
+        };
+        let scene = Scene::under(&station, &pattern, conditions).unwrap();
+        let bases: [RuleAssignment; 3] =
+            ["FIFO,FIFO", "SPT,FIFO", "SPT,SPT"].map(|text| text.parse().unwrap());
+        let picked = bases.each_ref().map(|base| {
+            let picked = simulate_rules(&scene, base).unwrap().figures.picked;
+            picked as f64
+        });
+        let most = picked.iter().copied().fold(0.0, f64::max);
+        assert!(picked.iter().any(|few| *few < most), "{picked:?}");
+        for turn in 0..3 {
+            let mut bases = bases.to_vec();
+            bases.rotate_left(turn);
+            let meter = &mut Meter::new(Budget::Decisions(1));
+            let (returned, plan, score) = complete((&station, &pattern), &bases, meter);
+            assert_eq!(returned, Some(score));
+            assert_eq!((score.value, plan.value), (most, most));
+        }
+    }
+
+    #[test]
+    fn a_completion_that_time_cuts_short_counts_nothing() {
+        let (station, pattern) = dense();
+        let bases = ["SPT,FIFO".parse().unwrap()];
+        let mut late = Meter::of_a_minute(Budget::Time(std::time::Duration::from_secs(30)));
+        let (returned, plan, score) = complete((&station, &pattern), &bases, &mut late);
+        assert_eq!((returned, score.value), (None, 0.0));
+        assert!(plan.routes.iter().all(Vec::is_empty));
+    }
+}

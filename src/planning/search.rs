@@ -291,3 +291,130 @@ fn blinks(draw: u64, place: u32) -> bool {
     let hash = (draw ^ u64::from(place)).wrapping_mul(GOLDEN);
     (hash as f64) < BLINKS * u64::MAX as f64
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pattern::{Item, Pattern, grid, random_stream};
+    use crate::planning::meter::Budget;
+    use crate::planning::options::Goal;
+    use crate::station::{Belt, Robot, Station, built_in};
+    use nalgebra::Point2;
+
+    fn meter() -> Meter {
+        Meter::new(Budget::Decisions(u64::MAX))
+    }
+
+    fn paper(robots: usize) -> (Station, Pattern) {
+        let station = built_in("paper").unwrap().station(Some(robots)).unwrap();
+        let pattern = grid(station.belt().width, 0.15, 60).unwrap();
+        (station, pattern)
+    }
+
+    /// An improver at a plan of nothing.
+    fn improver(horizon: &Horizon) -> Improver {
+        let mut improver = Improver::default();
+        improver.current.clear(horizon);
+        improver
+    }
+
+    /// A light item beside the bin and a heavy one further away, both at their best moment: a
+    /// gap of 3 s is long enough for either of them and not for both.
+    #[test]
+    fn a_gap_goes_to_the_quicker_item_or_to_the_heavier_one_where_the_weight_counts() {
+        let belt = Belt {
+            speed: 0.1,
+            length: 2.0,
+            width: 1.4,
+        };
+        let robot = Robot {
+            name: "r1".into(),
+            base: Point2::new(0.0, 0.0),
+            bin: Point2::new(0.0, 0.0),
+            reach: 0.7,
+            speed: 1.0,
+            grasp_time: 1.0,
+            release_time: 0.0,
+        };
+        let station = Station::new(belt, vec![robot]).unwrap();
+        let item = |id: &str, y: f64, weight: f64| Item {
+            weight: Some(weight),
+            ..Item::at(id, 0.0, y)
+        };
+        let items = vec![item("light", 0.05, 0.1), item("heavy", 0.5, 1.0)];
+        let pattern = Pattern::new(items).unwrap();
+        for (goal, expected) in [(Goal::Picks, 0), (Goal::Weight, 1)] {
+            let horizon = Horizon::of_all(&station, &pattern, &[0.0], goal);
+            let filled = |seed: u64| {
+                let mut improver = improver(&horizon);
+                let mut rng = random_stream(seed, 0);
+                improver.fill_gap(&horizon, 0, 0.0, 3.0, &mut meter(), &mut rng);
+                improver.fill
+            };
+            let fills: Vec<_> = (0..100).map(filled).collect();
+            assert!(fills.iter().all(|fill| fill.len() <= 1), "{goal:?}");
+            let as_expected = fills.iter().flatten().filter(|s| s.place == expected);
+            // Each step overlooks a tenth of the items.
+            assert!(as_expected.count() >= 75, "{goal:?}");
+        }
+    }
+
+    #[test]
+    fn a_robot_that_waits_for_ever_costs_no_budget() {
+        let (station, pattern) = paper(3);
+        let free = [0.0, f64::INFINITY, 0.0];
+        let horizon = Horizon::of_all(&station, &pattern, &free, Goal::Picks);
+        let mut improver = improver(&horizon);
+        let mut rng = random_stream(1, 0);
+        let mut cut = [0; 3];
+        for seed in (0..horizon.items.len() as u32).cycle().take(300) {
+            improver.choose_cuts(&horizon, seed, &mut rng);
+            improver.cuts.iter().for_each(|c| cut[c.robot] += 1);
+        }
+        assert!(cut[0] > 0 && cut[1] == 0 && cut[2] > 0, "{cut:?}");
+    }
+
+    /// What a refill says is held against the plans before and after it.
+    #[test]
+    fn a_refill_says_what_it_gains_and_delays_and_can_be_put_back() {
+        let (station, pattern) = paper(3);
+        let horizon = Horizon::of_all(&station, &pattern, &[0.0, 1.5, 0.0], Goal::Picks);
+        let mut improver = improver(&horizon);
+        let mut rng = random_stream(2, 0);
+        let picks = |plan: &Plan| plan.routes.iter().map(Vec::len).sum::<usize>() as f64;
+        let mut later_ends = 0;
+        for round in 0..1000 {
+            let seed = rng.random_range(0..horizon.items.len() as u32);
+            improver.choose_cuts(&horizon, seed, &mut rng);
+            let before = improver.current.clone();
+            let change = improver.refill(&horizon, &mut meter(), &mut rng);
+            if round % 3 == 0 {
+                improver.put_back();
+                assert_eq!(improver.current.owner, before.owner);
+                continue;
+            }
+            improver.commit(&horizon, change.gain, &mut meter());
+            let after = &improver.current;
+            assert_eq!(change.gain, picks(after) - picks(&before));
+            let mut done: Vec<f64> = (0..3).map(|r| before.done(&horizon, r)).collect();
+            let old_end = done.iter().copied().fold(0.0, f64::max);
+            let mut delay = 0.0;
+            for cut in &improver.cuts {
+                let robot = cut.robot;
+                if let Some(next) = before.routes[robot].get(cut.to) {
+                    let mut stops = after.routes[robot].iter();
+                    let moved = stops.find(|stop| stop.place == next.place).unwrap();
+                    delay += moved.start - next.start;
+                } else {
+                    delay += after.done(&horizon, robot) - done[robot];
+                    done[robot] = after.done(&horizon, robot);
+                }
+            }
+            let new_end = done.iter().copied().fold(0.0, f64::max);
+            let expected = delay + END * (new_end - old_end);
+            assert!((change.delay - expected).abs() < 1e-9, "{change:?}");
+            later_ends += usize::from(new_end > old_end);
+        }
+        assert!(later_ends > 10, "{later_ends}");
+    }
+}

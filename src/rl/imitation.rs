@@ -211,3 +211,122 @@ fn answer_loss(
         ..Terms::default()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::decision::Snapshot;
+    use crate::pattern::{Item, Pattern};
+    use crate::sim::simulate;
+    use crate::station::built_in;
+
+    /// The first item, after a wait of a second at its first decision, for which the network
+    /// of [`Layout::PAPER`] has no slot.
+    struct Hesitant(bool);
+
+    impl Strategy for Hesitant {
+        fn decide(&mut self, snapshot: &Snapshot) -> Action {
+            if std::mem::replace(&mut self.0, false) {
+                return Action::WaitUntil(snapshot.time + 1.0);
+            }
+            Action::Pick(0)
+        }
+
+        fn name(&self) -> String {
+            "hesitant".into()
+        }
+    }
+
+    /// The value of a state is learned from these: as in [`crate::rl::Environment`], the picks
+    /// count when they are made, the rate of the whole run at its end.
+    #[test]
+    fn returns_are_the_discounted_rewards_of_picks_and_end() {
+        let station = built_in("paper").unwrap().station(Some(1)).unwrap();
+        let item = |id: &str, x0: f64, weight: f64| Item {
+            weight: Some(weight),
+            ..Item::at(id, x0, -0.3)
+        };
+        // A metre apart: each is picked before the next one comes.
+        let items = vec![
+            item("a", 0.0, 0.5),
+            item("b", -1.0, 1.0),
+            item("c", -2.0, 0.2),
+        ];
+        let pattern = Pattern::new(items).unwrap();
+        let scene = Scene::new(&station, &pattern).unwrap();
+        let reward = Reward {
+            pick: 2.0,
+            rate: 3.0,
+        };
+        for waits in [false, true] {
+            let mut expert = Hesitant(waits);
+            let answers = Answers::collect(
+                &scene,
+                &mut expert,
+                &Pupil::Expert,
+                Layout::PAPER,
+                (reward, 0.5),
+            );
+            let returns = answers.unwrap().returns;
+            let outcome = simulate(&scene, &mut Hesitant(waits)).unwrap();
+            let rate = outcome.figures.weighted_rate();
+            assert!(rate > 0.0);
+            let third = 2.0 * 0.2 + 3.0 * rate;
+            let second = 2.0 * 1.0 + 0.5 * third;
+            let first = 2.0 * 0.5 + 0.5 * second;
+            // A wait that cannot be learned leaves no row.
+            assert_eq!(returns.len(), 3, "{waits}");
+            for (found, expected) in returns.iter().zip([first, second, third]) {
+                assert!((f64::from(*found) - expected).abs() < 1e-5, "{returns:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_loss_of_an_answer_has_the_slopes_of_its_definition() {
+        let mask = [true, false, true, true];
+        let (share, vf_coef, target) = (0.25, 0.5, -1.5);
+        for (action, logits, value) in [
+            (2, [0.3, 9.0, -0.4, 0.9], 0.7),
+            (3, [0.3, 9.0, -0.4, 0.9], -2.0),
+        ] {
+            let parts = |logits: &[f64], value: f64| {
+                let allowed = logits.iter().zip(mask).filter(|(_, allowed)| *allowed);
+                let sum: f64 = allowed.map(|(logit, _)| logit.exp()).sum();
+                (sum.ln() - logits[action], (value - target).powi(2))
+            };
+            let loss = |logits: &[f64], value: f64| {
+                let (policy, error) = parts(logits, value);
+                share * (policy + vf_coef * error)
+            };
+            let sample = Sample {
+                action,
+                log_probability: 0.0,
+                advantage: 0.0,
+                target: target as f32,
+            };
+            let mut slopes = logits.map(|logit| logit as f32);
+            let mut slope = value as f32;
+            let weights = (share as f32, vf_coef as f32);
+            let terms = answer_loss(&sample, &mask, (&mut slopes, &mut slope), weights);
+            let (policy, error) = parts(&logits, value);
+            assert!((terms.policy - policy).abs() < 1e-6, "{terms:?}");
+            assert!((terms.value - error).abs() < 1e-5, "{terms:?}");
+            // Only the last of the allowed ones is the likeliest.
+            assert_eq!(terms.clipped, if action == 3 { 1.0 } else { 0.0 });
+            const STEP: f64 = 1e-5;
+            for (place, slope) in slopes.into_iter().enumerate() {
+                let moved = |by: f64| {
+                    let mut logits = logits;
+                    logits[place] += by;
+                    loss(&logits, value)
+                };
+                let expected = (moved(STEP) - moved(-STEP)) / (2.0 * STEP);
+                assert!((f64::from(slope) - expected).abs() < 1e-6, "{place}");
+            }
+            let moved = |by: f64| loss(&logits, value + by);
+            let expected = (moved(STEP) - moved(-STEP)) / (2.0 * STEP);
+            assert!((f64::from(slope) - expected).abs() < 1e-6);
+        }
+    }
+}

@@ -11,6 +11,8 @@ use pickline::optimize::{Environment, Progress};
 use pickline::pattern::grid;
 use pickline::sim::Conditions;
 use pickline::station::built_in;
+#[cfg(target_os = "linux")]
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 /// Result files do not overwrite what the call reads, whatever the verb.
@@ -192,42 +194,98 @@ fn whole_values_outlive_an_interruption() {
     );
 }
 
+/// What is printed and written of work that Ctrl-C ends once `stage` has done more than
+/// `count` steps: the text for the terminal, and the files by their names.
+#[cfg(target_os = "linux")]
+fn interrupted(
+    folder: &Path,
+    call: &str,
+    stage: &str,
+    count: u64,
+) -> (String, Vec<(String, String)>) {
+    let (out, printed) = (folder.join("out"), folder.join("printed"));
+    let mut terminal = Terminal::pickline(&format!("{call} --out {}", out.display()), &printed);
+    terminal.wait_for_more_than(count, stage);
+    terminal.press_ctrl_c();
+    assert_eq!(terminal.finish(), Some(130), "{}", terminal.shown());
+    let files = std::fs::read_dir(out).unwrap().map(|entry| {
+        let file = entry.unwrap();
+        let name = file.file_name().into_string().unwrap();
+        (name, std::fs::read_to_string(file.path()).unwrap())
+    });
+    (std::fs::read_to_string(printed).unwrap(), files.collect())
+}
+
 /// Ctrl-C: the case that is done is printed and written, and every file says that it is
-/// not all.
+/// not all; so it does where only bounds are missing.
 #[cfg(target_os = "linux")]
 #[test]
 fn an_interrupted_comparison_is_marked_as_partial() {
     let folder = tempfile::tempdir().unwrap();
-    let at = |name: &str| folder.path().join(name);
+    let file = folder.path().join("cases.toml");
     let cases = "[[case]]\nname = \"quick\"\ngrid = 0.3\nitems = 10\n\
-                 [[case]]\nname = \"endless\"\npoisson = 0.2\nitems = 60\n";
-    std::fs::write(at("cases.toml"), cases).unwrap();
-    let out = at("out");
+                 [[case]]\nname = \"endless\"\npoisson = 0.15\nitems = 60\n";
+    std::fs::write(&file, cases).unwrap();
     let compare = format!(
-        "compare --robust SPT,FIFO --replicates 500 --strategy \
-         lookahead:bases=SPT+FIFO,budget=40000 --no-greedy --no-policy --cases {} --out {}",
-        at("cases.toml").display(),
-        out.display()
+        "compare --robust SPT,FIFO --replicates 500 --no-greedy --no-policy --cases {}",
+        file.display()
     );
-    let mut terminal = Terminal::pickline(&compare, &at("table"));
-    // The one grid of the quick case, and a pattern of the other.
-    terminal.wait_for_more_than(1, "comparing");
-    terminal.press_ctrl_c();
-    assert_eq!(terminal.finish(), Some(130), "{}", terminal.shown());
-    let printed = std::fs::read_to_string(at("table")).unwrap();
-    let mark = "interrupted, with 1 of 2 cases done";
-    assert!(printed.contains(&format!("partial   {mark}")), "{printed}");
-    assert!(
-        printed.contains("| quick") && !printed.contains("| endless"),
-        "{printed}"
-    );
-    for name in [
-        "picked_time.csv",
-        "picking_rate.csv",
-        "runs.csv",
-        "compare.json",
+    let slow = format!("{compare} --strategy lookahead:bases=SPT+FIFO,budget=40000");
+    for (call, stage, mark) in [
+        (slow, "comparing", "interrupted, with 1 of 2 cases done"),
+        (
+            compare,
+            "bounding",
+            "interrupted, with 1 of 2 cases' bounds done",
+        ),
     ] {
-        let written = std::fs::read_to_string(out.join(name)).unwrap();
-        assert!(written.contains(mark), "{name}: {written}");
+        // The one grid of the quick case, and a pattern of the other.
+        let (printed, files) = interrupted(folder.path(), &call, stage, 1);
+        assert!(printed.contains(&format!("partial   {mark}")), "{printed}");
+        assert!(printed.contains("| quick"), "{printed}");
+        assert_eq!(printed.contains("| endless"), stage == "bounding");
+        assert_eq!(files.len(), 5);
+        for (name, written) in files {
+            assert!(written.contains(mark), "{name}: {written}");
+        }
+    }
+}
+
+/// A game over some of the patterns is one, but not the one that was asked for: whoever has
+/// only one of its files can see that.
+#[cfg(target_os = "linux")]
+#[test]
+fn an_interrupted_game_is_marked_as_partial() {
+    let folder = tempfile::tempdir().unwrap();
+    let game = "game --robots 3 --patterns random:80/min:20000 --items 60 --format json";
+    let (printed, files) = interrupted(folder.path(), game, "playing", 0);
+    let report: serde_json::Value = serde_json::from_str(&printed).unwrap();
+    assert_eq!(report["stop_reason"], "interrupted");
+    let patterns = report["patterns"].as_u64().unwrap();
+    assert!(0 < patterns && patterns < 20_000, "{patterns}");
+    assert_eq!(report["runs"], 216 * patterns);
+    let mark = format!("interrupted, with {patterns} of 20000 patterns done");
+    assert_eq!(files.len(), 3);
+    for (name, written) in files {
+        assert!(written.contains(&mark), "{name}: no {mark}");
+    }
+}
+
+/// A ranking by some of the patterns says so in its table too.
+#[cfg(target_os = "linux")]
+#[test]
+fn an_interrupted_ranking_is_marked_as_partial() {
+    let folder = tempfile::tempdir().unwrap();
+    let search = "optimize --robots 4 --search exhaustive --patterns random:80/min:2000 \
+                  --items 60";
+    let (printed, files) = interrupted(folder.path(), search, "enumerating", 0);
+    let (_, rest) = printed.split_once("partial   interrupted, with ").unwrap();
+    let (patterns, rest) = rest.split_once(" of ").unwrap();
+    assert!((1..2000).contains(&patterns.parse().unwrap()), "{patterns}");
+    assert!(rest.starts_with("2000 patterns done\n"), "{printed}");
+    let mark = format!("interrupted, with {patterns} of 2000 patterns done");
+    assert!(!files.is_empty());
+    for (name, written) in files {
+        assert!(written.contains(&mark), "{name}: no {mark}");
     }
 }

@@ -6,6 +6,7 @@ use pickline::experiment::{load_cases, training_set};
 use pickline::pattern::{Pattern, PatternSource, Recipe};
 use pickline::station::{Station, built_in};
 use serde_json::Value;
+use std::collections::BTreeSet;
 
 fn station() -> Station {
     built_in("paper").unwrap().station(None).unwrap()
@@ -15,22 +16,30 @@ fn json(call: &str) -> Value {
     serde_json::from_str(&run(&format!("{call} -q --format json --no-bound"))).unwrap()
 }
 
-/// The assignment with the highest mean rate on `patterns`, as titles have it.
-fn best_on(station: &Station, patterns: &[Pattern]) -> String {
-    let rate = |text: &pickline::dispatch::RuleAssignment| {
+/// The assignment with the highest mean of `figure` on `patterns`, as titles have it.
+fn best_by(figure: impl Fn(&Raw) -> f64, station: &Station, patterns: &[Pattern]) -> String {
+    let mean = |text: &pickline::dispatch::RuleAssignment| {
         let runs: Vec<Raw> = patterns.iter().map(|p| Raw::of(station, p, text)).collect();
-        mean_of(&runs, Raw::rate)
+        mean_of(&runs, &figure)
     };
     let all = assignments();
-    let rates: Vec<f64> = all.iter().map(rate).collect();
-    let best = (0..all.len()).reduce(|a, b| if rates[b] > rates[a] { b } else { a });
+    let means: Vec<f64> = all.iter().map(mean).collect();
+    let best = (0..all.len()).reduce(|a, b| if means[b] > means[a] { b } else { a });
     format!("robust GT {}", all[best.unwrap()])
 }
 
+fn best_on(station: &Station, patterns: &[Pattern]) -> String {
+    best_by(Raw::rate, station, patterns)
+}
+
 fn recipe(seed: u64) -> Recipe {
+    recipe_of(15, seed)
+}
+
+fn recipe_of(items: usize, seed: u64) -> Recipe {
     Recipe {
         belt: *station().belt(),
-        items: 15,
+        items,
         shape: Default::default(),
         attributes: Default::default(),
         seed,
@@ -104,6 +113,85 @@ fn a_comparison_trains_on_patterns_that_none_of_its_tables_has() {
     let runs = std::fs::read_to_string(out.join("runs.csv")).unwrap();
     let seeds = crate::common::csv_column(&runs, "pattern_seed");
     assert_eq!(seeds, ["4", "4", "5", "5", "4", "4"]);
+}
+
+/// Robust GT has the highest mean, where `pickline optimize` would rather have another of
+/// those that are tied with it, which is worse on the mean and better on its worst pattern.
+#[test]
+fn the_highest_mean_counts_and_no_tie_is_broken() {
+    let station = station();
+    let text = "random:40/min:5";
+    let source: PatternSource = text.parse().unwrap();
+    let training = source.training_set(&recipe_of(10, 1), 60).unwrap().set;
+    let report = json(&format!(
+        "sweep --patterns {text} --items 10 --from 0.05 --to 0.05"
+    ));
+    let found = &report["points"][0]["title"];
+    let best = best_on(&station, &training.patterns);
+    assert_eq!(*found, best);
+    // The winner of the tie: the better worst case first.
+    let worst = |rules: &pickline::dispatch::RuleAssignment| {
+        let patterns = training.patterns.iter();
+        let rates = patterns.map(|p| Raw::of(&station, p, rules).rate());
+        rates.fold(f64::INFINITY, f64::min)
+    };
+    let of_best = assignments()
+        .into_iter()
+        .find(|rules| best == format!("robust GT {rules}"));
+    let of_best = worst(&of_best.unwrap());
+    assert!(assignments().iter().any(|rules| worst(rules) > of_best));
+}
+
+/// Patterns of 300 items on average are judged by the share that is picked, shorter ones by
+/// the rate.
+#[test]
+fn long_patterns_are_judged_by_the_share_that_is_picked() {
+    let station = station();
+    let text = "poisson:0.2:2";
+    let source: PatternSource = text.parse().unwrap();
+    let swept = |items: usize| {
+        let call = format!("sweep --patterns {text} --items {items} --from 0.05 --to 0.05");
+        let report = json(&call);
+        (
+            report["points"][0]["title"].clone(),
+            report["notes"].to_string(),
+        )
+    };
+    let training = source.training_set(&recipe_of(300, 1), 60).unwrap().set;
+    let training = &training.patterns;
+    let (found, notes) = swept(300);
+    assert_eq!(found, best_by(Raw::share, &station, training));
+    assert_ne!(found, best_by(Raw::rate, &station, training));
+    assert!(notes.contains("highest mean picked share on"), "{notes}");
+    let (_, notes) = swept(299);
+    assert!(notes.contains("highest mean picking rate on"), "{notes}");
+}
+
+/// The bases of a strategy that looks ahead are rules that pick unlike each other, found with
+/// every item known and nothing going wrong: the plan itself meets what goes wrong.
+#[test]
+fn bases_differ_and_know_nothing_of_luck() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("cases.toml");
+    std::fs::write(&file, "[[case]]\nname = \"a\"\ngrid = 0.3\nitems = 5\n").unwrap();
+    let bases = |flags: &str| -> Vec<String> {
+        let report = json(&format!(
+            "compare --robust SPT,FIFO --no-greedy --no-policy --replicates 1 --cases {} \
+             --strategy lookahead:budget=1 {flags}",
+            file.display()
+        ));
+        let notes = report["notes"].as_array().unwrap().iter();
+        let mut notes = notes.filter_map(|note| note.as_str()?.split_once(",bases="));
+        let (_, bases) = notes.next().unwrap();
+        bases.split('/').map(str::to_owned).collect()
+    };
+    let plain = bases("");
+    assert_eq!(plain, bases("--grasp-success 0.5"));
+    assert_eq!(plain, bases("--position-noise 0.05"));
+    assert_eq!(plain, bases("--camera-x 0.4"));
+    // The items of the balanced set weigh the same, so PP picks what FIFO does.
+    let picks: BTreeSet<String> = plain.iter().map(|b| b.replace("PP", "FIFO")).collect();
+    assert_eq!((plain.len(), picks.len()), (4, 4), "{plain:?}");
 }
 
 /// Where something can go wrong robust GT meets other luck than what is judged: under the

@@ -2,6 +2,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod imitation;
 #[cfg(feature = "onnx")]
 mod masks;
 mod observation;
@@ -10,6 +11,8 @@ mod observation_tables;
 mod policy;
 #[cfg(feature = "onnx")]
 mod policy_forms;
+#[cfg(feature = "onnx")]
+mod policy_logits;
 #[cfg(all(unix, feature = "onnx"))]
 #[path = "../common/programs.rs"]
 mod programs;

@@ -8,9 +8,7 @@ use pickline::pattern::{Item, Pattern, random_stream};
 use pickline::rl::domain::{Domain, scenes};
 use pickline::rl::nn::{Activation, Architecture, Network};
 use pickline::rl::ppo::{GROUP, Group, Learner, Settings};
-use pickline::rl::{
-    Batch, Environment, Imitation, Plan, Player, Reward, Round, Step, Trainer, shape,
-};
+use pickline::rl::{Batch, Environment, Plan, Player, Reward, Step, Trainer, shape};
 use pickline::sim::{Run, Scene, simulate};
 use pickline::station::{Belt, Robot, Station, built_in};
 use pickline::strategies::read_alone;
@@ -28,7 +26,7 @@ fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
     pool.build().unwrap().install(work)
 }
 
-fn stations() -> Vec<Station> {
+pub fn stations() -> Vec<Station> {
     let make = |robots| built_in("paper").unwrap().station(Some(robots)).unwrap();
     vec![make(2), make(3)]
 }
@@ -164,7 +162,7 @@ fn one_layout_serves_two_to_six_robots_of_either_side() {
 }
 
 /// A small plan, so that a phase takes a moment.
-fn small() -> Plan {
+pub fn small() -> Plan {
     let mut plan = Plan::preset("default").unwrap();
     plan.ppo = Settings {
         n_envs: 2 * GROUP,
@@ -212,35 +210,6 @@ fn training_goes_on_to_the_bit_from_a_checkpoint_on_any_number_of_threads() {
             .zip(&parts)
             .all(|(a, b)| a.to_bits() == b.to_bits())
     );
-}
-
-#[test]
-fn a_rule_is_imitated() {
-    let stop = AtomicBool::new(false);
-    let work = Work {
-        stop: &stop,
-        progress: &Silent,
-    };
-    let plan = Plan {
-        imitation: Some(Imitation {
-            rounds: 3,
-            courses: 60,
-            epochs: 60,
-            ..Imitation::of("SPT,SPT")
-        }),
-        ..small()
-    };
-    let station = stations().remove(0);
-    let mut trainer = Trainer::new(plan, vec![station], 1).unwrap();
-    let mut shares = Vec::new();
-    let expert = |robots| read_alone("SPT,SPT", robots);
-    let report = |_: &Trainer, round: Round| {
-        shares.push(round.agreement);
-        Ok(())
-    };
-    trainer.imitate(&expert, &work, report).unwrap();
-    // Which of the slots has the shortest time stands in the observation.
-    assert!(shares[2] > 0.9, "{shares:?}");
 }
 
 /// One slow robot over the middle of the belt, between two rows. Items come in pairs,

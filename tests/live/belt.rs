@@ -443,3 +443,18 @@ fn an_encoder_that_runs_the_other_way_is_told_of() {
     let truth = -0.5 + 0.3 * (task.meet_at - 1000.0);
     assert!((task.meet.x - truth).abs() < 1e-3, "{task:?}");
 }
+
+/// What the station file says of the speed is no measurement: a picture from before the first
+/// word of the belt is placed by that word.
+#[test]
+fn a_picture_from_before_the_first_word_of_the_belt_is_placed_by_it() {
+    // With the first message of all, and after others.
+    for first in [1000.0, 1002.0] {
+        let mut line = line();
+        belt(&mut line, first, 0.2, None);
+        line.see(first - 0.5, "a", -0.5, -0.1);
+        line.tick(first);
+        let items = line.0.view(0).items;
+        assert!((items[0].x - (-0.5 + 0.5 * 0.2)).abs() < 1e-9, "{items:?}");
+    }
+}

@@ -239,6 +239,39 @@ fn how_long_a_late_result_is_taken() {
     }
 }
 
+/// As long as a task is open its result counts, however long ago the item has left the belt:
+/// one that the robot is at, and one that it was called back from and never answered.
+#[test]
+fn a_result_of_an_open_task_counts_however_late() {
+    let gone = 100.0 + 3.5 / 0.3;
+    for is_recalled in [false, true] {
+        let config = Config {
+            result_timeout: 500.0,
+            ..config()
+        };
+        let mut line = Three::with(config, 0.3);
+        line.robot(100.0, "delta-1", "idle");
+        line.see(100.0, "a", 1.0, 0.0);
+        line.tick(100.0);
+        let task = line.task();
+        if is_recalled {
+            line.robot(100.01, "delta-1", "fault");
+        } else {
+            line.ack(100.01, task.id);
+        }
+        for after in [0.05, 30.0, 59.0, 61.0, 90.0, 119.0] {
+            line.tick(gone + after);
+        }
+        let lost = u64::from(is_recalled);
+        let status = line.status();
+        assert_eq!((status.missed.total(), status.claimed), (lost, 1 - lost));
+        line.result(gone + 120.0, task.id, "PICKED");
+        let status = line.status();
+        assert_eq!((status.picked, status.robots[0].picked), (1, 1));
+        assert_eq!((status.missed.total(), status.claimed), (0, 0));
+    }
+}
+
 /// From the meeting on what lies in the item's place is another one, and from the result on
 /// if that comes before.
 #[test]

@@ -454,12 +454,19 @@ fn a_late_result_of_an_earlier_task_frees_nobody() {
     line.robot(111.0, "delta-1", "fault");
     line.result(112.0, 1, "MISSED");
     assert_eq!(line.status().robots[0].state, "fault");
-    // Nor does one from before its last word bring back what that has ended.
-    let mut line = at_work(Some(100.01));
-    line.say(r#""kind":"robot","stamp":104,"name":"delta-1","state":"busy","available_at":200"#);
-    line.tick(210.0);
-    line.result(103.9 + 60.0, 1, "MISSED");
-    assert_eq!(line.noted("late_result"), 1);
+    // Nor does one from before its last word end a silence: it has said since that it is at
+    // work.
+    for (stamp, state) in [(103.9, "silent"), (104.1, "idle")] {
+        let mut line = at_work(Some(100.01));
+        let busy =
+            r#""kind":"robot","stamp":104,"name":"delta-1","state":"busy","available_at":108"#;
+        line.say(busy);
+        line.tick(130.0);
+        assert_eq!(line.status().robots[0].state, "silent");
+        line.result(stamp, 1, "MISSED");
+        assert_eq!(line.status().robots[0].state, state, "{stamp}");
+        assert_eq!(line.noted("late_result"), 1);
+    }
 }
 
 /// A robot that is idle may say that it will be free later.

@@ -235,7 +235,11 @@ fn flows_are_given_in_the_source_or_beside_it() {
         ("poisson:0.2:3", 60.0, "by its distance"),
         ("random:60/min", 60.0, "already has a flow"),
         ("balanced", 60.0, "range of flows"),
-        (concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests"), 60.0, "recorded"),
+        (
+            concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests"),
+            60.0,
+            "recorded",
+        ),
         ("random", 0.0, "not a valid flow"),
         ("random", f64::NAN, "not a valid flow"),
     ] {

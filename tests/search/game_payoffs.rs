@@ -1,10 +1,11 @@
 //! What the game of a line pays, worked out from single runs.
 
 use pickline::dispatch::{RULES, RuleAssignment};
-use pickline::optimize::game::{LineGame, PayoffKind};
+use pickline::optimize::game::{Game, LineGame, Payoff, PayoffKind};
 use pickline::optimize::{Environment, Silent};
 use pickline::sim::{Conditions, Disturbances, Scene, simulate_rules};
 use pickline::station::built_in;
+use pickline_report::{GameReport, Provenance};
 use std::sync::atomic::AtomicBool;
 
 /// Payoffs are the means of what simulating every assignment by itself gives.
@@ -133,4 +134,34 @@ fn gains_are_paired_over_the_patterns() {
     let told = LineGame::new(&station, &patterns, kind, &conditions, &environment).unwrap_err();
     assert!(told.to_string().contains("interrupted"), "{told}");
     assert_eq!((kind.name(), PayoffKind::Total.name()), ("own", "total"));
+}
+
+/// Of several assignments that are best for all one may be an equilibrium, whichever comes
+/// first.
+#[test]
+fn any_of_the_best_assignments_may_be_an_equilibrium() {
+    let station = built_in("paper").unwrap().station(Some(1)).unwrap();
+    let patterns = [pickline::pattern::grid(station.belt().width, 0.2, 8).unwrap()];
+    let stop = AtomicBool::new(false);
+    let environment = Environment {
+        stop: &stop,
+        progress: &Silent,
+    };
+    let (kind, plain) = (PayoffKind::Own, Conditions::default());
+    let mut line = LineGame::new(&station, &patterns, kind, &plain, &environment).unwrap();
+    let whole = |values: [i32; 6]| values.map(Payoff::whole).to_vec();
+    // The robot is paid most under one rule, which alone is its equilibrium.
+    for (payoffs, welfare, best, is_equilibrium) in [
+        ([1, 2, 3, 9, 3, 3], [7, 6, 5, 7, 7, 0], 3, true),
+        ([9, 2, 3, 1, 3, 3], [7, 6, 5, 7, 7, 0], 3, true),
+        ([1, 9, 3, 2, 3, 3], [7, 6, 5, 7, 7, 0], 3, false),
+    ] {
+        let players = line.game.players().to_vec();
+        line.game = Game::new(players, whole(payoffs), whole(welfare)).unwrap();
+        let made = Provenance::new("pickline game", "paper", &station, "a grid", 1);
+        let report = GameReport::new(&line, kind, 1, Vec::new(), made);
+        assert_eq!(report.equilibria.len(), 1);
+        assert_eq!(report.social_optimum.assignments.len(), best);
+        assert_eq!(report.social_optimum.is_equilibrium, is_equilibrium);
+    }
 }

@@ -7,5 +7,6 @@ mod game;
 mod game_payoffs;
 mod optimize;
 mod optimize_verb;
+mod ranking;
 mod saved_strategy;
 mod scores;

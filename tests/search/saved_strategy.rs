@@ -101,16 +101,21 @@ fn the_winner_is_saved_and_used_and_nothing_else_of_the_file_changes() {
     let report = json(&[&sweep[..], &station].concat());
     assert!(report.to_string().contains("strategy of the station file"));
     assert!(text(&[&["station", "show"], &station[..]].concat()).starts_with(&line));
-    // Saved again, it is replaced.
-    let (code, _) = told(&[&SMALL[..], &station, &["--objective", "picked-share"]].concat());
-    assert_eq!(code, Some(0));
-    assert_eq!(
-        std::fs::read_to_string(&path)
-            .unwrap()
-            .matches("\nstrategy = ")
-            .count(),
-        1
-    );
+    // Given as well, it is compared once.
+    let twice = [&compare[..], &station, &["--strategy", &strategy]].concat();
+    let methods = json(&twice)["methods"].as_array().unwrap().clone();
+    let ids: Vec<&Value> = methods.iter().map(|method| &method["id"]).collect();
+    assert_eq!(ids, ["robust_gt", "greedy_gt", &strategy]);
+    // Saved again, it is replaced by the winner under the other objective, which is another.
+    let share = ["--objective", "picked-share"];
+    let (code, said) = told(&[&SMALL[..], &station, &share].concat());
+    assert_eq!(code, Some(0), "{said}");
+    let other = json(&[&SMALL[..8], &station, &share].concat());
+    let other = other["best"].as_array().unwrap().iter();
+    let other: Vec<&str> = other.map(|rule| rule.as_str().unwrap()).collect();
+    assert_ne!(other, best);
+    let replaced = after.replace(&line, &format!("strategy = \"rules:{}\"", other.join(",")));
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), replaced);
 }
 
 #[test]

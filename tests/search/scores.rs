@@ -16,21 +16,21 @@ use pickline::strategies::read_alone;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-static GO_ON: AtomicBool = AtomicBool::new(false);
+pub static GO_ON: AtomicBool = AtomicBool::new(false);
 
-fn environment(stop: &dyn Stop) -> Environment<'_> {
+pub fn environment(stop: &dyn Stop) -> Environment<'_> {
     Environment {
         stop,
         progress: &Silent,
     }
 }
 
-fn station() -> Station {
+pub fn station() -> Station {
     built_in("paper").unwrap().station(Some(2)).unwrap()
 }
 
 /// Dense patterns with weights, and a last one that misses nothing.
-fn patterns() -> Vec<Pattern> {
+pub fn patterns() -> Vec<Pattern> {
     let weighed = |pattern: Pattern| {
         let items = pattern.items().iter().enumerate();
         let items = items.map(|(i, item)| Item {
@@ -62,7 +62,7 @@ fn conditions() -> Conditions {
     }
 }
 
-fn figures(
+pub fn figures(
     station: &Station,
     pattern: &Pattern,
     conditions: Conditions,
@@ -72,7 +72,7 @@ fn figures(
     simulate_rules(&scene, rules).unwrap().figures
 }
 
-fn rate(figures: &Figures) -> f64 {
+pub fn rate(figures: &Figures) -> f64 {
     60.0 * figures.picked as f64 / figures.end
 }
 
@@ -96,7 +96,7 @@ fn all() -> Vec<RuleAssignment> {
     RuleAssignment::all(2).collect()
 }
 
-fn evaluate(evaluator: &Evaluator) -> Evaluation {
+pub fn evaluate(evaluator: &Evaluator) -> Evaluation {
     evaluator.evaluate(all(), &environment(&GO_ON)).unwrap()
 }
 
@@ -422,6 +422,8 @@ fn the_winner_is_judged_on_fresh_patterns() {
     let mut nearly: Vec<Item> = (0..149).map(sparse).collect();
     nearly.push(Item::at("far", -1e5, 0.5));
     patterns[3] = Pattern::new(nearly).unwrap();
+    // All of them.
+    patterns[4] = Pattern::new((0..20).map(sparse).collect()).unwrap();
     let narrow = Station::new(*station.belt(), station.robots()[..1].to_vec()).unwrap();
     let rules: RuleAssignment = "SPT".parse().unwrap();
     for conditions in [Conditions::default(), conditions()] {
@@ -460,6 +462,7 @@ fn the_winner_is_judged_on_fresh_patterns() {
                     .unwrap()
                     .value;
             }
+            assert!(complete == 1 || conditions != Conditions::default());
             assert_eq!((found.patterns, found.speed), (5, speed));
             assert_eq!(found.complete, complete);
             assert_eq!(found.complete_share(), complete as f64 / 5.0);
@@ -557,7 +560,7 @@ impl Stop for After {
     }
 }
 
-const SEARCH: Search = Search {
+pub const SEARCH: Search = Search {
     kind: SearchKind::Exhaustive,
     grasp: pickline::optimize::Grasp {
         starts: 3,

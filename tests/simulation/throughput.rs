@@ -211,6 +211,50 @@ fn short_patterns_have_none_and_say_what_is_enough() {
     assert!(few.missing.is_some() && few.utilisation.is_empty());
 }
 
+/// A robot that meets every item at the same place, but for some at either end of the pattern
+/// that it misses: these are cut off in batches of five, by docs/model.md, step 2.
+#[test]
+fn run_in_and_run_out_are_cut_off() {
+    let station = paper(1);
+    // Far enough apart for each to leave the longest window before the next one arrives.
+    let apart = 2.0 * station.robots()[0].reach + 0.1;
+    let item = |i: usize| Item::at(i.to_string(), -apart * i as f64, 0.0);
+    let pattern = Pattern::new((0..103).map(item).collect()).unwrap();
+    let scene = Scene::new(&station, &pattern).unwrap();
+    let mut settled = simulate_rules(&scene, &"FIFO".parse().unwrap()).unwrap();
+    assert_eq!(settled.picks.len(), 103);
+    for pick in &mut settled.picks {
+        pick.meet.x = station.robots()[0].base.x;
+    }
+    let without = |missed: &[std::ops::Range<u32>]| {
+        let mut outcome = settled.clone();
+        let is_missed = |item: u32| missed.iter().any(|missed| missed.contains(&item));
+        outcome.picks.retain(|pick| !is_missed(pick.item));
+        outcome
+    };
+    // Without the first item and the last two, which step 1 leaves out: 100 of them.
+    for (missed, items) in [
+        (vec![], 1..101),
+        (vec![1..21], 21..101),
+        (vec![81..101], 1..81),
+        (vec![1..11, 91..101], 11..91),
+        // What fills no batch takes its batch along.
+        (vec![88..101], 1..86),
+    ] {
+        let steady = steady_state(&scene, &without(&missed)).unwrap();
+        assert_eq!(steady.items, items, "{missed:?}");
+        assert_eq!(steady.picked, items.len());
+        assert!((steady.throughput - steady.flow).abs() < 1e-9);
+    }
+    // Cuts of 20 items, by where they are met, and of 35 together leave less than half.
+    let mut outcome = without(&[66..101]);
+    for pick in &mut outcome.picks[1..21] {
+        pick.meet.x -= 100.0;
+    }
+    let unsettled = steady_state(&scene, &outcome).unwrap_err();
+    assert_eq!(unsettled.reason, UnsteadyReason::Drifting { items: 206 });
+}
+
 /// Everything out of reach, noise, failures and a camera are no exceptions.
 #[test]
 fn conditions_are_no_exceptions() {

@@ -85,14 +85,7 @@ fn report(
         progress: &bar,
     };
     let line = LineGame::new(station, &set.patterns, payoff, conditions, &environment)?;
-    let mut notes = pattern_set::notes(&set, conditions, line.independent, line.patterns);
-    if line.patterns < set.patterns.len() {
-        notes.push(format!(
-            "interrupted: the game covers only {} of {} patterns",
-            line.patterns,
-            set.patterns.len()
-        ));
-    }
+    let notes = pattern_set::notes(&set, conditions, line.independent, line.patterns);
     let made = Provenance::new(
         &session.command(),
         &args.station.station,
@@ -100,7 +93,8 @@ fn report(
         &set.description,
         args.common.seed,
     )
-    .under(conditions);
+    .under(conditions)
+    .of_parts(line.patterns, set.patterns.len(), "patterns");
     Ok(GameReport::new(
         &line,
         payoff,

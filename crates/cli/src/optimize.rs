@@ -213,7 +213,7 @@ impl<'a> Job<'a> {
                 self.source
             ));
         }
-        let made = Provenance::new(
+        let mut made = Provenance::new(
             &session.command(),
             &args.station.station,
             &self.station,
@@ -221,6 +221,9 @@ impl<'a> Job<'a> {
             args.common.seed,
         )
         .under(&self.conditions);
+        if environment.stopped() {
+            made = made.of_parts(optimum.patterns, set.patterns.len(), "patterns");
+        }
         let mut report = OptimumReport::new(
             &optimum,
             &self.search,

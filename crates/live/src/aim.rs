@@ -479,4 +479,16 @@ mod tests {
         }
         assert!(aim.remark(0.0, None, 0.3, &NAMES).is_some());
     }
+
+    /// An offset that was cured is told of again when it comes back.
+    #[test]
+    fn an_offset_that_comes_back_is_told_of_again() {
+        let off = |i: usize| if i / KEPT == 1 { 0.0 } else { 0.0037 };
+        let remarks = told((0..3 * KEPT).map(|i| (i % 2, off(i), 0.0, 0.3)));
+        assert_eq!(remarks.len(), 2, "{remarks:?}");
+        assert!(
+            remarks[0].contains("average 3.7 mm downstream"),
+            "{remarks:?}"
+        );
+    }
 }

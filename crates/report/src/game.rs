@@ -212,9 +212,15 @@ impl GameReport {
         }
         let all = Reporter { line };
         let title = format!("Dispatching rules of a line, payoff {}", payoff.name());
+        let partial = made.partial.iter().map(|partial| format!("{partial}; "));
         let comment = format!(
-            "payoffs in picks per minute; station {} (hash {}); patterns {}; made by {}: {}",
-            made.station, made.station_hash, made.patterns, made.program, made.command
+            "{}payoffs in picks per minute; station {} (hash {}); patterns {}; made by {}: {}",
+            partial.collect::<String>(),
+            made.station,
+            made.station_hash,
+            made.patterns,
+            made.program,
+            made.command
         );
         let kind_of = |profile: usize| {
             let here = found.iter().find(|e| e.profile == profile);

@@ -211,6 +211,27 @@ mod tests {
         assert!(has(&report.lines(), "1 box with confidence 0: kept"));
     }
 
+    /// A classifier is wrong now and then, so a single box says little.
+    #[test]
+    fn the_class_is_the_one_of_most_boxes_and_of_equals_the_first() {
+        let mut text = "frame,tracker_id,x_min,y_min,x_max,y_max,class_name\n".to_owned();
+        for (id, classes) in [
+            (1, &["PE", "PET", "PET"][..]),
+            (2, &["PE", "PET", "PET", "PE"]),
+            (3, &["glass", "", "PET", "PET", "glass", "glass"]),
+        ] {
+            for (frame, class) in classes.iter().enumerate() {
+                let (left, top) = (400 - 100 * id + 10 * frame, 100 * id);
+                let (right, bottom) = (left + 20, top + 20);
+                let _ = writeln!(text, "{frame},{id},{left},{top},{right},{bottom},{class}");
+            }
+        }
+        let result = import(&text, "t.csv", &options()).unwrap();
+        let items = result.pattern.items().iter();
+        let found: Vec<_> = items.map(|item| item.class.as_deref()).collect();
+        assert_eq!(found, [Some("PET"), Some("PE"), Some("glass")]);
+    }
+
     proptest! {
         #[test]
         fn a_clean_file_gives_its_items_back(
@@ -224,9 +245,10 @@ mod tests {
             let mut options = Options::new(fps, scale, axis, speed);
             options.reverse = reverse;
             options.centre_px = Some(250.0);
-            // One item every 3 m: too far apart to be split or merged.
+            // One item each 6 m, moved by less than 3 m: further apart than anything that merges
+            // or splits, and than what is taken for one thing under two ids.
             let spots = spots.into_iter().enumerate();
-            let items: Vec<_> = spots.map(|(i, (x, y, n))| (-3.0 * i as f64 - x, y, n)).collect();
+            let items: Vec<_> = spots.map(|(i, (x, y, n))| (-6.0 * i as f64 - x, y, n)).collect();
             let sign = if reverse { -1.0 } else { 1.0 };
             let mut text = String::new();
             for (id, &(x0, y, frames)) in items.iter().enumerate() {

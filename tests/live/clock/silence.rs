@@ -2,7 +2,7 @@
 
 use super::World;
 use crate::support::line::Line;
-use pickline_live::protocol::Outgoing;
+use pickline_live::protocol::{Outgoing, SourceKind};
 use pickline_live::{Config, Timeouts};
 
 #[test]
@@ -94,4 +94,73 @@ fn with_message_time_silence_is_told_by_the_stamps() {
     let said = play(&[30.0]);
     assert!(!said.is_empty() && said.iter().all(|message| message.kind() == "status"));
     assert_eq!(said, play(&[8.0, 8.1, 9.7, 20.0, 30.0]));
+}
+
+/// A drive and an encoder may both tell of the belt: while one of them speaks it is known.
+#[test]
+fn a_belt_is_known_as_long_as_one_of_its_sources_speaks() {
+    let mut line = Line::silent(0.0);
+    for i in 0..=120 {
+        let stamp = 0.1 * f64::from(i);
+        for source in ["drive", "encoder"] {
+            if source == "encoder" || i <= 60 {
+                line.say(&format!(
+                    r#""kind":"belt","stamp":{stamp},"speed":0.05,"source":"{source}""#
+                ));
+            }
+        }
+    }
+    line.say(r#""kind":"robot","stamp":12,"name":"r1","state":"idle""#);
+    line.say(r#""kind":"robot","stamp":12,"name":"r2","state":"idle""#);
+    line.see(12.0, "a", 1.0, -0.2);
+    let task = line.task(12.0);
+    line.ack(12.0, task.id);
+    let overdue = |line: &Line| {
+        let sources = line.0.status(false, 0).sources.into_iter();
+        let belts = sources.filter(|source| source.kind == SourceKind::Belt);
+        belts.map(|source| source.overdue).collect::<Vec<bool>>()
+    };
+    assert_eq!(overdue(&line), [true, false]);
+    // Ten of its periods later the other one is silent too.
+    line.see(13.1, "b", 2.6, 0.3);
+    let (tasks, _) = line.tick(13.1);
+    assert_eq!(overdue(&line), [true, true]);
+    assert!(tasks.iter().all(|task| task.item != "b"), "{tasks:?}");
+}
+
+/// The table of docs/protocol.md: ten periods, and at least a second; for a camera ten.
+#[test]
+fn who_is_silent_for_how_long() {
+    let belt = r#""kind":"belt","speed":0.05"#;
+    let robot = r#""kind":"robot","name":"r1","state":"idle""#;
+    let camera = r#""kind":"detection","id":"a","x":0,"y":0"#;
+    for (fields, period, silence) in [
+        (belt, 0.05, 1.0),
+        (belt, 0.5, 5.0),
+        (robot, 0.05, 1.0),
+        (robot, 0.5, 5.0),
+        (camera, 0.05, 10.0),
+        (camera, 0.5, 10.0),
+        (camera, 2.0, 20.0),
+    ] {
+        let case = format!("{fields} every {period} s");
+        let mut line = Line::silent(0.0);
+        let mut stamp = 0.0;
+        // The second time a camera is not told of.
+        for remarks in [1, usize::from(fields != camera)] {
+            for _ in 0..60 {
+                stamp += period;
+                line.say(&format!(r#""stamp":{stamp},{fields}"#));
+            }
+            let mut after = |silence: f64| {
+                line.say(&format!(r#""kind":"tick","stamp":{}"#, stamp + silence));
+                let told = line.0.take_remarks().into_iter();
+                let told = told.filter(|remark| remark.contains(" has been silent for "));
+                (told.count(), line.0.status(false, 0).sources[0].overdue)
+            };
+            assert_eq!(after(silence - 0.01), (0, false), "{case}");
+            assert_eq!(after(silence + 0.01), (remarks, true), "{case}");
+            stamp += silence + 0.01;
+        }
+    }
 }

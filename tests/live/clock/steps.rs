@@ -1,8 +1,9 @@
 //! Clocks that are set, and clocks of others.
 
-use super::{STEPS, Whose, World};
+use super::{START, STEPS, Whose, World};
 use crate::support::table::Table;
-use pickline_live::Config;
+use crate::support::three::{Three, station, strategy};
+use pickline_live::{Config, Controller};
 
 /// With the table of docs/live.md, which `cargo test --test live clock:: -- --nocapture` prints.
 #[test]
@@ -117,10 +118,7 @@ fn the_program_goes_on_when_its_clock_is_set() {
     let library = folders
         .map(|folder| folder.path().join("faketime/libfaketimeMT.so.1"))
         .find(|file| file.exists());
-    let Some(library) = library else {
-        println!("skipped: libfaketime is not there; on Debian `apt-get install faketime`");
-        return;
-    };
+    let library = library.expect("libfaketime; on Debian `apt-get install faketime` installs it");
     let folder = tempfile::tempdir().unwrap();
     let (file, next) = (folder.path().join("ahead"), folder.path().join("next"));
     let recording = folder.path().join("a.mcap");
@@ -242,5 +240,60 @@ fn a_clock_that_is_off_from_the_first_message_on_was_not_set() {
         world.play(10.0, &[]);
         let remarks = of_camera(&world);
         assert!(remarks[1].contains("was set forward by "), "{remarks:?}");
+    }
+}
+
+/// What a controller by the system's clock says to a message of `delta-1` that came at
+/// `received`.
+fn hear(line: &mut Three, stamp: f64, received: f64, fields: &str) -> Result<(), String> {
+    line.controller.advance(received);
+    let message = Three::message(&format!(r#""stamp":{stamp},{fields}"#));
+    let heard = line.controller.hear(message, received);
+    line.said.extend(line.controller.take_output());
+    heard.map(|_| ()).map_err(|rejected| rejected.message)
+}
+
+const IDLE: &str = r#""kind":"robot","name":"delta-1","state":"idle""#;
+const BUSY: &str = r#""kind":"robot","name":"delta-1","state":"busy""#;
+
+/// A robot reads the stamps of its task by its own clock, so when that is set they are wrong:
+/// the task is sent again with stamps of the clock as it is now.
+#[test]
+fn an_open_task_is_sent_again_when_the_clock_of_its_robot_is_set() {
+    for by in [7.0, 1000.0] {
+        let mut line = Three::of(Controller::new(station(), strategy(), Config::default()));
+        hear(&mut line, START, START, IDLE).unwrap();
+        line.see(START, "a", 1.0, 0.0);
+        line.controller.advance(START);
+        line.said.extend(line.controller.take_output());
+        let first = line.task();
+        let ack = r#""kind":"ack","task":1"#;
+        hear(&mut line, START + 0.01, START + 0.01, ack).unwrap();
+        assert_eq!(line.said().0.len(), 0);
+        // Two stamps of the future may be mistakes, three that agree are none.
+        for (at, is_taken) in [(0.03, false), (0.05, false), (0.07, true)] {
+            let heard = hear(&mut line, START + at + by, START + at, BUSY);
+            assert_eq!(heard.is_ok(), is_taken, "{heard:?}");
+        }
+        let (mut tasks, _) = line.said();
+        assert_eq!(tasks.len(), 1, "{by}: {tasks:?}");
+        let again = tasks.remove(0);
+        assert_eq!((again.id, again.revision), (first.id, first.revision + 1));
+        assert!((again.meet_at - first.meet_at - by).abs() < 1e-3, "{by}");
+        assert!((again.meet.x - first.meet.x).abs() < 1e-3, "{by}");
+    }
+}
+
+/// A refused stamp is told with the time that the machine's clock shows, however it was set.
+#[test]
+fn a_refused_stamp_is_told_with_the_time_by_the_machines_clock() {
+    for ahead in [0.0, 100.0, -3600.0] {
+        let mut line = Three::of(Controller::new(station(), strategy(), Config::default()));
+        hear(&mut line, START, START, IDLE).unwrap();
+        line.controller.set_clock_ahead(ahead);
+        let now = START + 0.5 + ahead;
+        let refused = hear(&mut line, now + 7.0, START + 0.5, BUSY).unwrap_err();
+        let expected = format!("stamp = {}, while it is {now}; expected", now + 7.0);
+        assert!(refused.starts_with(&expected), "{refused}");
     }
 }

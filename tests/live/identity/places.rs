@@ -191,3 +191,31 @@ fn the_gate_is_as_the_protocol_says() {
         assert_eq!(see(&mut line, 20.0, factor * gate, ""), seen);
     }
 }
+
+/// Two cameras need not see the same: one that has never seen an item does not miss it. The one
+/// that has seen it does.
+#[test]
+fn a_camera_misses_only_what_it_has_seen() {
+    let mut line = Line::silent(0.0);
+    line.say(r#""kind":"belt","stamp":0,"speed":0"#);
+    let see = |line: &mut Line, stamp: f64, source: &str, id: &str, x: f64| {
+        line.say(&format!(
+            r#""kind":"detection","stamp":{stamp},"source":"{source}","id":"{id}","x":{x},"y":0.1"#
+        ));
+    };
+    see(&mut line, 0.0, "north", "a", 1.0);
+    see(&mut line, 0.0, "north", "b", 1.006);
+    line.tick(0.0);
+    for step in 1..=40 {
+        let stamp = 0.1 * f64::from(step);
+        see(&mut line, stamp, "south", "7", 1.0);
+        line.tick(stamp);
+        assert_eq!(line.status().seen, 2, "{step}");
+    }
+    for step in 41..=80 {
+        let stamp = 0.1 * f64::from(step);
+        see(&mut line, stamp, "north", "a", 1.0);
+        line.tick(stamp);
+    }
+    assert_eq!(line.status().seen, 1);
+}

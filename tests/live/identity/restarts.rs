@@ -158,3 +158,22 @@ fn a_node_that_is_killed_now_and_then_knows_the_same_items() {
     assert!(noted(&a.status, "id_reused") + noted(&a.status, "split") > 0);
     assert!(noted(&a.status, "fused") > 0 && noted(&a.status, "doubled") > 10);
 }
+
+/// How far around a detection its item is looked for follows from the widest item that is
+/// known, before a restart as after it.
+#[test]
+fn an_item_of_an_unsure_camera_is_known_again_after_a_restart() {
+    for is_restarted in [false, true] {
+        let mut line = Line::silent(0.0);
+        // Standard deviations of 20 mm: three of them and the tolerance are 61.8 mm.
+        line.say(r#""kind":"detection","stamp":0,"x":1.0,"y":0.1,"covariance":[4e-4,0,4e-4]"#);
+        line.tick(0.0);
+        if is_restarted {
+            line = restore(&mut line);
+        }
+        picture(&mut line, 0.1, &[(None, 1.005 + 0.055, 0.1)]);
+        assert_eq!(line.status().seen, 1, "{is_restarted}");
+        picture(&mut line, 0.2, &[(None, 1.01 + 0.2, 0.1)]);
+        assert_eq!(line.status().seen, 2, "{is_restarted}");
+    }
+}

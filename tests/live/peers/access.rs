@@ -1,6 +1,6 @@
 //! Who is let in: web pages, tokens, certificates.
 
-use super::{Peer, node, now, secret};
+use super::{Peer, is_task, node, now, secret};
 use crate::authority;
 use crate::programs::{Program, wait_for};
 use serde_json::{Value, json};
@@ -307,4 +307,52 @@ fn certificates_of_both_sides_are_asked_for() {
     drop(stdin);
     shown.kill().unwrap();
     shown.wait().unwrap();
+}
+
+/// A node that was started again knows who was idle, but who has not shown the token brings
+/// nothing to any robot: no task is decided before the robot itself is back.
+#[test]
+fn where_a_token_is_asked_for_a_stranger_carries_no_robot() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = format!(
+        "--status-every 0.1 --token {} --journal {}",
+        secret(folder.path()),
+        folder.path().join("journal").display()
+    );
+    let hello = |address: &str, role: &str, robots: &[&str]| {
+        let peer = Peer::new(address);
+        let mut hello = json!({"kind": "hello", "name": role, "role": role,
+            "token": "0123456789abcdef0123456789abcdef"});
+        if !robots.is_empty() {
+            hello["robots"] = json!(robots);
+        }
+        peer.say(&hello);
+        let answer = peer.wait_for("an answer", |message| message["kind"] == "hello");
+        assert_eq!(answer["accepted"], true, "{answer}");
+        peer
+    };
+    let (mut before, address) = node(&arguments);
+    let camera = hello(&address, "camera", &[]);
+    let robot = hello(&address, "robot", &["r1"]);
+    camera.stop_belt();
+    robot.idle("r1");
+    wait_for("an idle robot", || {
+        camera.status()["robots"][0]["state"] == "idle"
+    });
+    before.signal("TERM");
+    assert_eq!(before.finish().0, Some(0));
+    let (_node, address) = node(&arguments);
+    let _stranger = Peer::new(&address);
+    let camera = hello(&address, "camera", &[]);
+    camera.stop_belt();
+    camera.see("a", "r1");
+    wait_for("an item", || camera.status()["seen"] == 1);
+    let status = camera.status();
+    assert_eq!(status["robots"][0]["state"], "idle");
+    assert_eq!(
+        (&status["claimed"], &status["on_belt"]),
+        (&json!(0), &json!(1))
+    );
+    let robot = hello(&address, "robot", &["r1"]);
+    assert_eq!(robot.wait_for("a task", is_task)["item"], "a");
 }

@@ -53,6 +53,36 @@ fn corners_in_coco_are_noticed_and_read() {
     assert!(!message.contains("0000000"), "{message}");
 }
 
+/// A box said to grow with its travel shrinks where items travel towards smaller pixels.
+#[test]
+fn corners_are_noticed_whichever_way_the_belt_travels() {
+    let (text, _) = Film {
+        angle: 180.0,
+        corners: true,
+        ..STRAIGHT
+    }
+    .shoot();
+    let mut reverse = options();
+    reverse.reverse = true;
+    let message = read(&text, &reverse).unwrap_err();
+    assert!(message.contains("--boxes corners"), "{message}");
+    let ways = [
+        (Axis::X, false),
+        (Axis::Y, false),
+        (Axis::X, true),
+        (Axis::Y, true),
+    ];
+    for (turns, (axis, reverse)) in ways.into_iter().enumerate() {
+        let text = detections(turns, false, true);
+        let mut options = Options::new(20.0, 0.001, axis, 0.2);
+        options.reverse = reverse;
+        let message = read(&text, &options).unwrap_err();
+        assert!(message.contains("--boxes corners"), "{turns}: {message}");
+        options.boxes = Some(Boxes::Corners);
+        assert_eq!(read(&text, &options).unwrap().pattern.len(), 30, "{turns}");
+    }
+}
+
 #[test]
 fn boxes_that_the_form_says_cannot_be_others() {
     let mut sized = options();

@@ -3,6 +3,7 @@
 use super::film::{Film, STRAIGHT, detections, moving_film};
 use super::{apart, options, read, warned};
 use pickline::pattern::tracking::{Axis, Options};
+use std::fmt::Write as _;
 
 #[test]
 fn a_square_camera_gives_the_truth_without_a_word() {
@@ -264,6 +265,30 @@ fn a_belt_that_changes_its_speed_is_named_and_refused() {
         }
         for words in ["lens", "tilted", "--belt-speed"] {
             assert!(!message.contains(words), "{number}: {words} in {message}");
+        }
+    }
+}
+
+/// Dirt and parts of the machine stand from their first frame to their last, also while no item
+/// passes: from frame 960 on the belt is empty.
+#[test]
+fn what_never_moves_says_nothing_of_the_belts_speed() {
+    let options = Options::new(20.0, 0.001, Axis::X, 0.2);
+    for first in [1, 960] {
+        let mut text = moving_film(80, |t| 0.2 * t);
+        for frame in first..=1999 {
+            for part in 0..4 {
+                let (id, left) = (900 + part, 200 + 300 * part);
+                let _ = writeln!(text, "{frame},{id},{left},20,40,30,0.9,-1,-1,-1");
+            }
+        }
+        let found = read(&text, &options).unwrap();
+        assert_eq!(found.pattern.len(), 80);
+        assert_eq!(found.report.dropped.len(), 4, "{:?}", found.report.dropped);
+        let motion = found.report.motion.unwrap();
+        assert_eq!(motion.unsteady_off_m, 0.0, "{motion:?}");
+        for speed in motion.speeds_over_time.unwrap() {
+            assert!((speed - 0.2).abs() < 0.002, "{motion:?}");
         }
     }
 }

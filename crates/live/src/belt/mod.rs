@@ -493,4 +493,20 @@ mod tests {
         }
         assert_eq!(motion.change(Some(motion.plan())), None);
     }
+
+    /// While messages come one of them is noise, and after a second without any the last one is
+    /// all that is known.
+    #[test]
+    fn after_a_silence_plans_go_by_the_last_word() {
+        let mut motion = Motion::new(0.3);
+        for i in 1..=200 {
+            let speed = if i % 2 == 0 { 0.303 } else { 0.297 };
+            motion.hear(0.1 * f64::from(i), &belt(speed, None));
+        }
+        motion.plan_again(20.9);
+        let planned = motion.planned_speed();
+        assert!((planned - 0.3).abs() < 1e-3, "{planned}");
+        motion.plan_again(21.1);
+        assert_eq!(motion.planned_speed(), 0.303);
+    }
 }

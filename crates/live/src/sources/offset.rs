@@ -355,4 +355,24 @@ mod tests {
         assert_eq!(judged[..2], [Judged::Wild; 2]);
         assert!((offset.shift() + 3600.0).abs() < 1e-9, "{judged:?}");
     }
+
+    /// After a step of the node's clock it is still known which stamp was the newest: a source
+    /// that was set back itself is found out, and one that is slow from then on is not.
+    #[test]
+    fn what_is_late_after_a_step_of_the_nodes_clock() {
+        let mut world = World::new();
+        world.offset.follow(100.0);
+        world.ahead += 100.0 - 5.0;
+        let judged = world.run(20);
+        let stepped = judged.iter().position(|j| matches!(j, Judged::Stepped(_)));
+        assert_eq!(stepped, Some(4), "{judged:?}");
+        let mut world = World::new();
+        world.offset.follow(-100.0);
+        for _ in 0..20 {
+            world.time += 0.05;
+            let judged = world.offset.judge(world.time - 100.0, world.time + 0.5);
+            assert_eq!(judged, Judged::Fits);
+        }
+        assert_eq!(world.offset.shift(), 100.0);
+    }
 }
