@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use syn::punctuated::Punctuated;
 use syn::visit::Visit;
 
 /// A path inside the crate, from its root: `live::protocol::Incoming`.
@@ -14,12 +15,15 @@ pub struct Crate {
 
 struct Module {
     file: PathBuf,
-    /// Names that `pub use` gives another name to, by the name they have here.
-    exports: BTreeMap<String, Names>,
+    /// What `use` brings into this file, by the name it has here. Other files may reach it too: all
+    /// of them what is exported, and the modules inside this one the rest.
+    imports: BTreeMap<String, Names>,
     /// Modules all of whose names are exported here too.
     globs: Vec<Names>,
     /// Every path of the crate that the code names.
     uses: BTreeSet<Names>,
+    /// Modules in files of their own that exist only for tests.
+    tests: Vec<Names>,
 }
 
 impl Crate {
@@ -36,21 +40,22 @@ impl Crate {
             let mut reader = Reader {
                 module: name.clone(),
                 all: &names,
-                imports: BTreeMap::new(),
                 found: Module {
                     file,
-                    exports: BTreeMap::new(),
+                    imports: BTreeMap::new(),
                     globs: Vec::new(),
                     uses: BTreeSet::new(),
+                    tests: Vec::new(),
                 },
             };
             reader.read_imports(&parsed.items);
             reader.visit_file(&parsed);
             (name, reader.found)
         });
-        Self {
-            modules: modules.collect(),
-        }
+        let mut modules: BTreeMap<Names, Module> = modules.collect();
+        let tests: Vec<Names> = modules.values().flat_map(|m| m.tests.clone()).collect();
+        modules.retain(|name, _| !tests.iter().any(|test| name.starts_with(test)));
+        Self { modules }
     }
 
     /// The files that each file uses something of.
@@ -74,7 +79,7 @@ impl Crate {
             .find(|&n| self.modules.contains_key(&path[..n]))?;
         let module = &self.modules[&path[..length]];
         let (first, rest) = path[length..].split_first()?;
-        if let Some(target) = module.exports.get(first) {
+        if let Some(target) = module.imports.get(first) {
             let full: Names = target.iter().chain(rest).cloned().collect();
             return self.file_of(&full, depth + 1);
         }
@@ -114,10 +119,9 @@ fn module_name(source: &Path, file: &Path) -> Names {
 }
 
 struct Reader<'a> {
+    /// The module that is being read: the file's, or one inside the file.
     module: Names,
     all: &'a BTreeSet<Names>,
-    /// What `use` brings into this file, by the name it has here.
-    imports: BTreeMap<String, Names>,
     found: Module,
 }
 
@@ -136,7 +140,7 @@ impl Reader<'_> {
             name => {
                 let mut child = self.module.clone();
                 child.push(name.to_owned());
-                match self.imports.get(name) {
+                match self.found.imports.get(name) {
                     Some(import) => import.clone(),
                     None if self.all.contains(&child) => child,
                     None => return None,
@@ -199,41 +203,50 @@ impl Reader<'_> {
         let Some(full) = self.resolve(&path) else {
             return;
         };
-        if public {
-            self.found.exports.insert(here.clone(), full.clone());
-        } else {
+        // A re-export is no use: whoever names it uses the file that defines it.
+        if !public {
             self.found.uses.insert(full.clone());
         }
-        self.imports.insert(here, full);
+        self.found.imports.insert(here, full);
     }
 
     fn add(&mut self, path: &[String]) {
-        // A name alone has been imported, which counts already, or is this file's own.
-        if path.len() > 1
-            && let Some(full) = self.resolve(path)
-        {
-            self.found.uses.insert(full);
-        }
+        // A name alone is this file's own unless `use` brings it here.
+        let full = match path {
+            [name] => self.found.imports.get(name).cloned(),
+            path => self.resolve(path),
+        };
+        self.found.uses.extend(full);
     }
 }
 
 impl<'ast> Visit<'ast> for Reader<'_> {
+    fn visit_item(&mut self, item: &'ast syn::Item) {
+        if !is_test(attributes(item)) {
+            syn::visit::visit_item(self, item);
+        } else if let syn::Item::Mod(module) = item {
+            let mut name = self.module.clone();
+            name.push(module.ident.to_string());
+            self.found.tests.push(name);
+        }
+    }
+
+    fn visit_impl_item_fn(&mut self, item: &'ast syn::ImplItemFn) {
+        if !is_test(&item.attrs) {
+            syn::visit::visit_impl_item_fn(self, item);
+        }
+    }
+
     fn visit_item_mod(&mut self, item: &'ast syn::ItemMod) {
-        if !is_test(&item.attrs) {
-            syn::visit::visit_item_mod(self, item);
-        }
+        self.module.push(item.ident.to_string());
+        syn::visit::visit_item_mod(self, item);
+        self.module.pop();
     }
 
-    fn visit_item_fn(&mut self, item: &'ast syn::ItemFn) {
-        if !is_test(&item.attrs) {
-            syn::visit::visit_item_fn(self, item);
-        }
-    }
-
-    fn visit_item_impl(&mut self, item: &'ast syn::ItemImpl) {
-        if !is_test(&item.attrs) {
-            syn::visit::visit_item_impl(self, item);
-        }
+    /// Also a `use` inside a function or an inner module.
+    fn visit_item_use(&mut self, item: &'ast syn::ItemUse) {
+        let public = !matches!(item.vis, syn::Visibility::Inherited);
+        self.read_tree(&item.tree, &mut Vec::new(), public);
     }
 
     fn visit_path(&mut self, path: &'ast syn::Path) {
@@ -253,13 +266,44 @@ impl<'ast> Visit<'ast> for Reader<'_> {
     }
 }
 
-/// Whether an item is there for tests only.
+/// The attributes of an item of a kind that can be there for tests only.
+fn attributes(item: &syn::Item) -> &[syn::Attribute] {
+    match item {
+        syn::Item::Const(item) => &item.attrs,
+        syn::Item::Enum(item) => &item.attrs,
+        syn::Item::Fn(item) => &item.attrs,
+        syn::Item::Impl(item) => &item.attrs,
+        syn::Item::Macro(item) => &item.attrs,
+        syn::Item::Mod(item) => &item.attrs,
+        syn::Item::Static(item) => &item.attrs,
+        syn::Item::Struct(item) => &item.attrs,
+        syn::Item::Trait(item) => &item.attrs,
+        syn::Item::Type(item) => &item.attrs,
+        syn::Item::Use(item) => &item.attrs,
+        _ => &[],
+    }
+}
+
+/// Whether an item is there for tests only: `cfg(test)`, or `cfg(all(test, ...))`.
 fn is_test(attributes: &[syn::Attribute]) -> bool {
+    let for_tests = |condition: &syn::Meta| -> bool {
+        if condition.path().is_ident("test") {
+            return true;
+        }
+        let syn::Meta::List(list) = condition else {
+            return false;
+        };
+        let all = Punctuated::<syn::Meta, syn::Token![,]>::parse_terminated;
+        list.path.is_ident("all")
+            && list
+                .parse_args_with(all)
+                .is_ok_and(|all| all.iter().any(|one| one.path().is_ident("test")))
+    };
     attributes.iter().any(|attribute| {
         attribute.path().is_ident("cfg")
             && attribute
-                .parse_args::<syn::Path>()
-                .is_ok_and(|path| path.is_ident("test"))
+                .parse_args::<syn::Meta>()
+                .is_ok_and(|condition| for_tests(&condition))
     })
 }
 
