@@ -18,8 +18,8 @@ struct Module {
     /// What `use` brings into this file, by the name it has here. Other files may reach it too: all
     /// of them what is exported, and the modules inside this one the rest.
     imports: BTreeMap<String, Names>,
-    /// Modules all of whose names are exported here too.
-    globs: Vec<Names>,
+    /// Modules of the crate all of whose names `use` brings here.
+    globs: Vec<String>,
     /// Every path of the crate that the code names.
     uses: BTreeSet<Names>,
     /// Modules in files of their own that exist only for tests.
@@ -55,6 +55,10 @@ impl Crate {
         let mut modules: BTreeMap<Names, Module> = modules.collect();
         let tests: Vec<Names> = modules.values().flat_map(|m| m.tests.clone()).collect();
         modules.retain(|name, _| !tests.iter().any(|test| name.starts_with(test)));
+        for module in modules.values() {
+            let (file, globs) = (module.file.display(), &module.globs);
+            assert!(globs.is_empty(), "{file}: list the names of {globs:?}");
+        }
         Self { modules }
     }
 
@@ -83,22 +87,7 @@ impl Crate {
             let full: Names = target.iter().chain(rest).cloned().collect();
             return self.file_of(&full, depth + 1);
         }
-        for glob in &module.globs {
-            let defined = self.modules.get(glob).is_some_and(|m| m.defines(first));
-            if defined {
-                return Some(&self.modules[glob].file);
-            }
-        }
         Some(&module.file)
-    }
-}
-
-impl Module {
-    fn defines(&self, name: &str) -> bool {
-        let text = std::fs::read_to_string(&self.file).unwrap();
-        ["fn", "struct", "enum", "trait", "type", "const", "static"]
-            .iter()
-            .any(|kind| text.contains(&format!("pub {kind} {name}")))
     }
 }
 
@@ -183,10 +172,12 @@ impl Reader<'_> {
                 return;
             }
             syn::UseTree::Glob(_) => {
+                // A module inside a file may take all names of the file: both count as one.
+                let inner = !self.all.contains(&self.module);
                 if let Some(path) = self.resolve(before)
-                    && public
+                    && !(inner && self.module.starts_with(&path))
                 {
-                    self.found.globs.push(path);
+                    self.found.globs.push(before.join("::"));
                 }
                 return;
             }
@@ -332,4 +323,61 @@ pub fn circles<'a>(edges: &BTreeMap<&'a Path, BTreeSet<&'a Path>>) -> Vec<Vec<&'
         }
     }
     found
+}
+
+/// What counts as a use of which file, in both directions.
+#[test]
+fn uses_lead_to_the_file_that_defines_the_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, text).unwrap();
+    };
+    file("lib.rs", "mod a; mod b; mod c; pub mod d; pub use b::B;");
+    // By a re-export, inside a function, and in the arguments of a macro.
+    file(
+        "a.rs",
+        "fn f() { use crate::c::C; assert!(crate::B::new(C)); }",
+    );
+    // For tests only: an item, a file, and a module on one platform.
+    file(
+        "b.rs",
+        "pub struct B; #[cfg(test)] use crate::c::C; #[cfg(test)] mod tests;
+         #[cfg(all(test, unix))] mod more { use super::*; use crate::d::D; }",
+    );
+    file("b/tests.rs", "use super::*; use crate::c::C;");
+    // An inner module takes the names of its file.
+    file(
+        "c.rs",
+        "pub struct C; mod inner { use super::*; fn f(_: super::C) {} }",
+    );
+    // A re-exported name that the file uses itself, and a private import of the parent.
+    file(
+        "d/mod.rs",
+        "mod e; mod f; pub use e::E; use crate::c::C; pub struct D(E);",
+    );
+    file("d/e.rs", "pub struct E(super::C);");
+    file("d/f.rs", "use super::D;");
+    let read = Crate::read(folder.path());
+    let name = |path: &Path| path.strip_prefix(folder.path()).unwrap().to_owned();
+    let edges = read.edges();
+    let found: Vec<(PathBuf, Vec<PathBuf>)> = edges
+        .iter()
+        .map(|(file, used)| (name(file), used.iter().map(|used| name(used)).collect()))
+        .collect();
+    let expected: [(&str, &[&str]); 7] = [
+        ("a.rs", &["b.rs", "c.rs"]),
+        ("b.rs", &[]),
+        ("c.rs", &[]),
+        ("d/e.rs", &["c.rs"]),
+        ("d/f.rs", &["d/mod.rs"]),
+        ("d/mod.rs", &["c.rs", "d/e.rs"]),
+        ("lib.rs", &[]),
+    ];
+    let expected = expected.map(|(file, used)| {
+        let used: Vec<PathBuf> = used.iter().map(PathBuf::from).collect();
+        (PathBuf::from(file), used)
+    });
+    assert_eq!(BTreeMap::from_iter(found), BTreeMap::from(expected),);
 }
