@@ -16,6 +16,25 @@ impl RuleAssignment {
         Self(rules)
     }
 
+    /// All assignments in registry order, `6^robots` with six rules. The rule of the first robot
+    /// varies slowest.
+    pub fn all(robots: usize) -> impl Iterator<Item = Self> {
+        let mut next = Some(vec![Rule::FIRST; robots]);
+        std::iter::from_fn(move || {
+            let current = next.take()?;
+            let mut places = current.iter().enumerate().rev();
+            next = places
+                .find_map(|(place, rule)| Some((place, rule.next()?)))
+                .map(|(place, rule)| {
+                    let mut rules = current.clone();
+                    rules[place] = rule;
+                    rules[place + 1..].fill(Rule::FIRST);
+                    rules
+                });
+            Some(Self::new(current))
+        })
+    }
+
     /// The rules, upstream first.
     pub fn rules(&self) -> &[Rule] {
         &self.0
@@ -100,6 +119,7 @@ impl Strategy for RuleStrategy {
 
 #[cfg(test)]
 mod tests {
+    use super::super::RULES;
     use super::*;
 
     #[test]
@@ -121,5 +141,14 @@ mod tests {
         }
         let message = plain.for_robots(3).unwrap_err().to_string();
         assert!(message.contains("2 rules for 3 robots"), "{message}");
+    }
+
+    #[test]
+    fn all_assignments_come_once_in_order() {
+        let all: Vec<_> = RuleAssignment::all(2).collect();
+        assert_eq!(all.len(), RULES.len() * RULES.len());
+        assert!(all.is_sorted());
+        assert_eq!(all[1].to_string(), "[FIFO; SPT]");
+        assert_eq!(RuleAssignment::all(0).count(), 1);
     }
 }

@@ -1,13 +1,13 @@
 //! The list of all rules, from which help texts, parsing, the search and the table in the
 //! documentation are derived.
 
+use super::DispatchingRule;
 use super::fifo::Fifo;
 use super::ld::Ld;
 use super::lpt::Lpt;
 use super::pp::Pp;
 use super::sd::Sd;
 use super::spt::Spt;
-use super::{DispatchingRule, RuleAssignment};
 use crate::error::{Error, Result, known_names, shown};
 use std::fmt;
 use std::str::FromStr;
@@ -21,6 +21,9 @@ pub static RULES: &[&dyn DispatchingRule] = &[&Fifo, &Spt, &Lpt, &Sd, &Ld, &Pp];
 pub struct Rule(u8);
 
 impl Rule {
+    /// The first rule of the registry.
+    pub(super) const FIRST: Self = Self(0);
+
     /// All rules, in registry order.
     pub fn all() -> impl DoubleEndedIterator<Item = Self> + ExactSizeIterator + Clone {
         // The registry is short, so the cast is safe.
@@ -30,6 +33,11 @@ impl Rule {
     /// Index in the registry.
     pub fn index(self) -> usize {
         usize::from(self.0)
+    }
+
+    /// The rule after this one in the registry; `None` for the last.
+    pub(super) fn next(self) -> Option<Self> {
+        (self.index() + 1 < RULES.len()).then_some(Self(self.0 + 1))
     }
 }
 
@@ -64,27 +72,6 @@ impl FromStr for Rule {
     }
 }
 
-impl RuleAssignment {
-    /// All assignments in registry order, `6^robots` with six rules. The rule of the first robot
-    /// varies slowest.
-    pub fn all(robots: usize) -> impl Iterator<Item = Self> {
-        let mut next = Some(vec![Rule(0); robots]);
-        std::iter::from_fn(move || {
-            let current = next.clone()?;
-            next = current
-                .iter()
-                .rposition(|rule| rule.index() + 1 < RULES.len())
-                .map(|place| {
-                    let mut rules = current.clone();
-                    rules[place].0 += 1;
-                    rules[place + 1..].fill(Rule(0));
-                    rules
-                });
-            Some(Self::new(current))
-        })
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -97,14 +84,5 @@ mod tests {
         }
         let message = "STP".parse::<Rule>().unwrap_err().to_string();
         assert!(message.contains("did you mean `SPT`"), "{message}");
-    }
-
-    #[test]
-    fn all_assignments_come_once_in_order() {
-        let all: Vec<_> = RuleAssignment::all(2).collect();
-        assert_eq!(all.len(), RULES.len() * RULES.len());
-        assert!(all.is_sorted());
-        assert_eq!(all[1].to_string(), "[FIFO; SPT]");
-        assert_eq!(RuleAssignment::all(0).count(), 1);
     }
 }

@@ -1,32 +1,13 @@
 //! Upper bounds for every strategy on the patterns of a comparison.
 
-use super::compare::{CaseResult, Comparison, Draws};
+use super::comparison::{CaseBound, CaseResult, Comparison};
+use super::draws::Draws;
 use crate::error::{Error, Result};
 use crate::optimize::{Environment, bound_beside};
 use crate::planning::bound::{Bound, certified_percent};
 use crate::station::Station;
-use crate::stats::{self, Interval};
+use crate::stats;
 use rayon::prelude::*;
-
-/// The bounds of one case.
-#[derive(Debug, Clone)]
-pub struct CaseBound {
-    /// Upper bound on the number of items picked from each pattern.
-    pub picks: Vec<usize>,
-    /// Mean of these bounds as a share of the items.
-    pub picked_share: f64,
-    /// Mean of the highest possible rates [1/min]; `None` if some pattern has no finite bound.
-    pub picking_rate: Option<f64>,
-    /// 95 % interval of that mean minus the first method's rate, paired over patterns [1/min];
-    /// `None` for a single pattern.
-    pub difference: Option<Interval>,
-    /// Excess over the first method's mean rate, as a share.
-    pub benefit: Option<f64>,
-    /// For each method: its picks over all patterns as a proven share of the optimum [%].
-    pub certified: Vec<f64>,
-    /// For each method: its mean rate as a proven share of the highest [%].
-    pub certified_rate: Vec<Option<f64>>,
-}
 
 /// Bounds every pattern of `comparison`, which was made on `station` from `draws`. A stop
 /// request takes effect after a whole case; later cases have no bound.

@@ -1,71 +1,18 @@
 //! Compares methods on cases, with paired differences.
 
-use super::bounds::CaseBound;
 use super::case::Case;
+use super::comparison::{CaseResult, Comparison, MethodResult};
+use super::draws::Draws;
 use super::method::{Method, MethodRun};
 use crate::decision::Figures;
 use crate::error::{Error, Result};
 use crate::optimize::Environment;
 use crate::pattern::Pattern;
-use crate::sim::{Conditions, Scene};
+use crate::sim::Conditions;
 use crate::station::Station;
-use crate::stats::{self, Interval};
+use crate::stats;
 use crate::throughput::Throughput;
 use rayon::prelude::*;
-
-/// One method on one case.
-#[derive(Debug, Clone)]
-pub struct MethodResult {
-    /// Its run on each pattern.
-    pub runs: Vec<MethodRun>,
-    /// Mean share of the items picked.
-    pub picked_share: f64,
-    /// 95 % interval of that mean; `None` for a single pattern, as for all intervals below.
-    pub picked_share_interval: Option<Interval>,
-    /// Mean end of the run [s].
-    pub end: f64,
-    /// Picks per minute in the steady state.
-    pub throughput: Throughput,
-    /// Mean picking rate [1/min].
-    pub picking_rate: f64,
-    /// 95 % interval of that mean [1/min].
-    pub picking_rate_interval: Option<Interval>,
-    /// Mean weighted rate [1/min].
-    pub weighted_rate: f64,
-    /// 95 % interval of this method's picking rate minus the first method's, paired
-    /// over patterns [1/min].
-    pub difference: Option<Interval>,
-    /// Excess of the mean picking rate over the first method's, as a share.
-    pub benefit: f64,
-}
-
-/// All methods on one case.
-#[derive(Debug, Clone)]
-pub struct CaseResult {
-    /// The case.
-    pub case: Case,
-    /// The seed of each pattern; `None` if the case is not random.
-    pub seeds: Vec<Option<u64>>,
-    /// The methods, in the order given.
-    pub methods: Vec<MethodResult>,
-    /// What no strategy can exceed, if the bound was requested.
-    pub bound: Option<CaseBound>,
-    /// Whether items have attributes, so that weight differs from the count.
-    pub weighs: bool,
-}
-
-/// All methods on all cases.
-#[derive(Debug, Clone)]
-pub struct Comparison {
-    /// The methods.
-    pub methods: Vec<Method>,
-    /// The completed cases; all of them unless the user stopped the comparison.
-    pub cases: Vec<CaseResult>,
-    /// Number of planned cases.
-    pub planned: usize,
-    /// The seed of the first pattern of each random case.
-    pub first_seed: u64,
-}
 
 /// Runs `methods` on `cases`; random cases on `replicates` patterns with the seeds
 /// `first_seed`, `first_seed + 1`, ... The other methods are compared with the first. If
@@ -132,46 +79,6 @@ pub fn compare(
         planned: cases.len(),
         first_seed,
     })
-}
-
-/// What a case is drawn from: its patterns, and the luck of each run.
-#[derive(Clone, Copy)]
-pub struct Draws<'a> {
-    /// Number of patterns of each random case.
-    pub replicates: usize,
-    /// The seed of the first pattern; the others follow.
-    pub first_seed: u64,
-    /// What the camera sees and what goes wrong.
-    pub conditions: &'a Conditions,
-}
-
-impl Draws<'_> {
-    /// The patterns of `case`, each with its seed if it has one.
-    pub(super) fn patterns(
-        &self,
-        case: &Case,
-        station: &Station,
-    ) -> Result<Vec<(Option<u64>, Pattern)>> {
-        let patterns = case.patterns(station.belt(), self.replicates, self.first_seed)?;
-        let random = patterns.iter().any(|(seed, _)| seed.is_some());
-        if random || !self.conditions.disturbances.any() {
-            return Ok(patterns);
-        }
-        let seeds = (0..self.replicates as u64).map(|r| Some(self.first_seed.wrapping_add(r)));
-        let again = patterns.iter().map(|(_, pattern)| pattern).cycle();
-        Ok(seeds.zip(again.cloned()).collect())
-    }
-
-    /// The scene for one of the patterns.
-    pub(super) fn scene<'s>(
-        &self,
-        seed: Option<u64>,
-        pattern: &'s Pattern,
-        station: &'s Station,
-    ) -> Result<Scene<'s>> {
-        let luck = self.conditions.with_seed(seed.unwrap_or(self.first_seed));
-        Scene::under(station, pattern, luck)
-    }
 }
 
 fn summarise(by_pattern: &[Vec<MethodRun>], methods: usize) -> Vec<MethodResult> {

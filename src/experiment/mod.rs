@@ -3,15 +3,19 @@
 mod bounds;
 mod case;
 mod compare;
+mod comparison;
+mod draws;
 mod method;
 pub mod paper;
 mod range;
 mod sweep;
 mod training;
 
-pub use bounds::{CaseBound, add_bounds};
+pub use bounds::add_bounds;
 pub use case::{Case, CaseSource, DENSE, PAPER, load_cases};
-pub use compare::{CaseResult, Comparison, Draws, MethodResult, compare};
+pub use compare::compare;
+pub use comparison::{CaseBound, CaseResult, Comparison, MethodResult};
+pub use draws::Draws;
 pub use method::{Method, policy_title};
 pub use range::{Range, ValueLimit, find_limits, round_step, step_between};
 pub use sweep::{AS_GOOD, Axis, Limit, Setting, Sweep, SweepBound, SweepPoint, sweep};

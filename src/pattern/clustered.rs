@@ -1,7 +1,8 @@
 //! Clustered feeds.
 
-use super::feed::{FeedShape, across, numbered};
+use super::feed::FeedShape;
 use super::item::{MOST_ITEMS, Pattern};
+use super::random::across;
 use crate::error::{Error, Result, shown_number};
 use rand::RngExt;
 use rand::rngs::ChaCha8Rng;
@@ -63,7 +64,7 @@ pub(super) fn clustered(
     places.truncate(count);
     let first = places.first().map_or(0.0, |place| place.0);
     places.iter_mut().for_each(|place| place.0 -= first);
-    numbered(places)
+    Pattern::numbered(places)
 }
 
 /// Reflects `y` [m] at the edges of a belt of `width` [m] until it lies between them.

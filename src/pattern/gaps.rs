@@ -1,7 +1,8 @@
 //! Feeds with stretches of empty belt.
 
-use super::feed::{FeedShape, across, numbered};
+use super::feed::FeedShape;
 use super::item::Pattern;
+use super::random::across;
 use crate::error::Result;
 use rand::RngExt;
 use rand::rngs::ChaCha8Rng;
@@ -38,5 +39,5 @@ pub(super) fn gaps(
         along -= step;
         left -= step;
     }
-    numbered(places)
+    Pattern::numbered(places)
 }

@@ -1,6 +1,5 @@
 //! The grid pattern.
 
-use super::feed::numbered;
 use super::item::{Item, LARGEST, MOST_ITEMS, Pattern};
 use crate::error::{Error, Result, shown_number};
 
@@ -45,7 +44,7 @@ pub(super) fn lattice(width: f64, density: f64, count: usize) -> Result<Pattern>
             (row as f64 - middle) * between_rows,
         )
     };
-    numbered((0..count).map(item).collect())
+    Pattern::numbered((0..count).map(item).collect())
 }
 
 /// Checks a spacing or radius, which must be a length that fits on a belt.

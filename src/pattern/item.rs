@@ -157,6 +157,12 @@ impl Pattern {
         Self::checked(items, "pattern", &|i| format!("item {}", i + 1))
     }
 
+    /// Items at the given (along, across) positions [m], numbered in order.
+    pub(super) fn numbered(places: Vec<(f64, f64)>) -> Result<Self> {
+        let item = |(i, (x, y)): (usize, (f64, f64))| Item::at((i + 1).to_string(), x, y);
+        Self::new(places.into_iter().enumerate().map(item).collect())
+    }
+
     /// Like [`Pattern::new`]; messages call the pattern `name` and item `i` of the input
     /// `place(i)`.
     pub(super) fn checked(

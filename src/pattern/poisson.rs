@@ -8,7 +8,6 @@
 //! that the added items are as random as the others. The second is deterministic: an uncovered
 //! region has a corner where two circles of radius r around items cross, or where such a circle
 //! meets the border of the strip, and all these points are checked.
-//! such a circle meets the strip's border, and all of these are looked at.
 
 use super::grid::{check_count, check_length, check_spacing};
 use super::item::{Item, MOST_ITEMS, Pattern};

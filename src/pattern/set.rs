@@ -1,7 +1,8 @@
 //! Sets of patterns, on which strategies are judged.
 
 use super::attributes::Attributes;
-use super::feed::{FEEDS, Feed, FeedShape, Feeder, check_flow};
+use super::feed::{FEEDS, Feed, FeedShape};
+use super::feeder::{Feeder, check_flow};
 use super::grid::{check_count, grid};
 use super::item::{MOST_ITEMS, Pattern};
 use super::poisson::poisson_disk;

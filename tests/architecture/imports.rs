@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use syn::punctuated::Punctuated;
 use syn::visit::Visit;
 
 /// A path inside the crate, from its root: `live::protocol::Incoming`.
@@ -14,12 +15,15 @@ pub struct Crate {
 
 struct Module {
     file: PathBuf,
-    /// Names that `pub use` gives another name to, by the name they have here.
-    exports: BTreeMap<String, Names>,
-    /// Modules all of whose names are exported here too.
-    globs: Vec<Names>,
+    /// What `use` brings into this file, by the name it has here. Other files may reach it too: all
+    /// of them what is exported, and the modules inside this one the rest.
+    imports: BTreeMap<String, Names>,
+    /// Modules of the crate all of whose names `use` brings here.
+    globs: Vec<String>,
     /// Every path of the crate that the code names.
     uses: BTreeSet<Names>,
+    /// Modules in files of their own that exist only for tests.
+    tests: Vec<Names>,
 }
 
 impl Crate {
@@ -36,21 +40,26 @@ impl Crate {
             let mut reader = Reader {
                 module: name.clone(),
                 all: &names,
-                imports: BTreeMap::new(),
                 found: Module {
                     file,
-                    exports: BTreeMap::new(),
+                    imports: BTreeMap::new(),
                     globs: Vec::new(),
                     uses: BTreeSet::new(),
+                    tests: Vec::new(),
                 },
             };
             reader.read_imports(&parsed.items);
             reader.visit_file(&parsed);
             (name, reader.found)
         });
-        Self {
-            modules: modules.collect(),
+        let mut modules: BTreeMap<Names, Module> = modules.collect();
+        let tests: Vec<Names> = modules.values().flat_map(|m| m.tests.clone()).collect();
+        modules.retain(|name, _| !tests.iter().any(|test| name.starts_with(test)));
+        for module in modules.values() {
+            let (file, globs) = (module.file.display(), &module.globs);
+            assert!(globs.is_empty(), "{file}: list the names of {globs:?}");
         }
+        Self { modules }
     }
 
     /// The files that each file uses something of.
@@ -74,26 +83,11 @@ impl Crate {
             .find(|&n| self.modules.contains_key(&path[..n]))?;
         let module = &self.modules[&path[..length]];
         let (first, rest) = path[length..].split_first()?;
-        if let Some(target) = module.exports.get(first) {
+        if let Some(target) = module.imports.get(first) {
             let full: Names = target.iter().chain(rest).cloned().collect();
             return self.file_of(&full, depth + 1);
         }
-        for glob in &module.globs {
-            let defined = self.modules.get(glob).is_some_and(|m| m.defines(first));
-            if defined {
-                return Some(&self.modules[glob].file);
-            }
-        }
         Some(&module.file)
-    }
-}
-
-impl Module {
-    fn defines(&self, name: &str) -> bool {
-        let text = std::fs::read_to_string(&self.file).unwrap();
-        ["fn", "struct", "enum", "trait", "type", "const", "static"]
-            .iter()
-            .any(|kind| text.contains(&format!("pub {kind} {name}")))
     }
 }
 
@@ -114,10 +108,9 @@ fn module_name(source: &Path, file: &Path) -> Names {
 }
 
 struct Reader<'a> {
+    /// The module that is being read: the file's, or one inside the file.
     module: Names,
     all: &'a BTreeSet<Names>,
-    /// What `use` brings into this file, by the name it has here.
-    imports: BTreeMap<String, Names>,
     found: Module,
 }
 
@@ -136,7 +129,7 @@ impl Reader<'_> {
             name => {
                 let mut child = self.module.clone();
                 child.push(name.to_owned());
-                match self.imports.get(name) {
+                match self.found.imports.get(name) {
                     Some(import) => import.clone(),
                     None if self.all.contains(&child) => child,
                     None => return None,
@@ -179,10 +172,12 @@ impl Reader<'_> {
                 return;
             }
             syn::UseTree::Glob(_) => {
+                // A module inside a file may take all names of the file: both count as one.
+                let inner = !self.all.contains(&self.module);
                 if let Some(path) = self.resolve(before)
-                    && public
+                    && !(inner && self.module.starts_with(&path))
                 {
-                    self.found.globs.push(path);
+                    self.found.globs.push(before.join("::"));
                 }
                 return;
             }
@@ -199,41 +194,50 @@ impl Reader<'_> {
         let Some(full) = self.resolve(&path) else {
             return;
         };
-        if public {
-            self.found.exports.insert(here.clone(), full.clone());
-        } else {
+        // A re-export is no use: whoever names it uses the file that defines it.
+        if !public {
             self.found.uses.insert(full.clone());
         }
-        self.imports.insert(here, full);
+        self.found.imports.insert(here, full);
     }
 
     fn add(&mut self, path: &[String]) {
-        // A name alone has been imported, which counts already, or is this file's own.
-        if path.len() > 1
-            && let Some(full) = self.resolve(path)
-        {
-            self.found.uses.insert(full);
-        }
+        // A name alone is this file's own unless `use` brings it here.
+        let full = match path {
+            [name] => self.found.imports.get(name).cloned(),
+            path => self.resolve(path),
+        };
+        self.found.uses.extend(full);
     }
 }
 
 impl<'ast> Visit<'ast> for Reader<'_> {
+    fn visit_item(&mut self, item: &'ast syn::Item) {
+        if !is_test(attributes(item)) {
+            syn::visit::visit_item(self, item);
+        } else if let syn::Item::Mod(module) = item {
+            let mut name = self.module.clone();
+            name.push(module.ident.to_string());
+            self.found.tests.push(name);
+        }
+    }
+
+    fn visit_impl_item_fn(&mut self, item: &'ast syn::ImplItemFn) {
+        if !is_test(&item.attrs) {
+            syn::visit::visit_impl_item_fn(self, item);
+        }
+    }
+
     fn visit_item_mod(&mut self, item: &'ast syn::ItemMod) {
-        if !is_test(&item.attrs) {
-            syn::visit::visit_item_mod(self, item);
-        }
+        self.module.push(item.ident.to_string());
+        syn::visit::visit_item_mod(self, item);
+        self.module.pop();
     }
 
-    fn visit_item_fn(&mut self, item: &'ast syn::ItemFn) {
-        if !is_test(&item.attrs) {
-            syn::visit::visit_item_fn(self, item);
-        }
-    }
-
-    fn visit_item_impl(&mut self, item: &'ast syn::ItemImpl) {
-        if !is_test(&item.attrs) {
-            syn::visit::visit_item_impl(self, item);
-        }
+    /// Also a `use` inside a function or an inner module.
+    fn visit_item_use(&mut self, item: &'ast syn::ItemUse) {
+        let public = !matches!(item.vis, syn::Visibility::Inherited);
+        self.read_tree(&item.tree, &mut Vec::new(), public);
     }
 
     fn visit_path(&mut self, path: &'ast syn::Path) {
@@ -253,13 +257,44 @@ impl<'ast> Visit<'ast> for Reader<'_> {
     }
 }
 
-/// Whether an item is there for tests only.
+/// The attributes of an item of a kind that can be there for tests only.
+fn attributes(item: &syn::Item) -> &[syn::Attribute] {
+    match item {
+        syn::Item::Const(item) => &item.attrs,
+        syn::Item::Enum(item) => &item.attrs,
+        syn::Item::Fn(item) => &item.attrs,
+        syn::Item::Impl(item) => &item.attrs,
+        syn::Item::Macro(item) => &item.attrs,
+        syn::Item::Mod(item) => &item.attrs,
+        syn::Item::Static(item) => &item.attrs,
+        syn::Item::Struct(item) => &item.attrs,
+        syn::Item::Trait(item) => &item.attrs,
+        syn::Item::Type(item) => &item.attrs,
+        syn::Item::Use(item) => &item.attrs,
+        _ => &[],
+    }
+}
+
+/// Whether an item is there for tests only: `cfg(test)`, or `cfg(all(test, ...))`.
 fn is_test(attributes: &[syn::Attribute]) -> bool {
+    let for_tests = |condition: &syn::Meta| -> bool {
+        if condition.path().is_ident("test") {
+            return true;
+        }
+        let syn::Meta::List(list) = condition else {
+            return false;
+        };
+        let all = Punctuated::<syn::Meta, syn::Token![,]>::parse_terminated;
+        list.path.is_ident("all")
+            && list
+                .parse_args_with(all)
+                .is_ok_and(|all| all.iter().any(|one| one.path().is_ident("test")))
+    };
     attributes.iter().any(|attribute| {
         attribute.path().is_ident("cfg")
             && attribute
-                .parse_args::<syn::Path>()
-                .is_ok_and(|path| path.is_ident("test"))
+                .parse_args::<syn::Meta>()
+                .is_ok_and(|condition| for_tests(&condition))
     })
 }
 
@@ -288,4 +323,61 @@ pub fn circles<'a>(edges: &BTreeMap<&'a Path, BTreeSet<&'a Path>>) -> Vec<Vec<&'
         }
     }
     found
+}
+
+/// What counts as a use of which file, in both directions.
+#[test]
+fn uses_lead_to_the_file_that_defines_the_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, text).unwrap();
+    };
+    file("lib.rs", "mod a; mod b; mod c; pub mod d; pub use b::B;");
+    // By a re-export, inside a function, and in the arguments of a macro.
+    file(
+        "a.rs",
+        "fn f() { use crate::c::C; assert!(crate::B::new(C)); }",
+    );
+    // For tests only: an item, a file, and a module on one platform.
+    file(
+        "b.rs",
+        "pub struct B; #[cfg(test)] use crate::c::C; #[cfg(test)] mod tests;
+         #[cfg(all(test, unix))] mod more { use super::*; use crate::d::D; }",
+    );
+    file("b/tests.rs", "use super::*; use crate::c::C;");
+    // An inner module takes the names of its file.
+    file(
+        "c.rs",
+        "pub struct C; mod inner { use super::*; fn f(_: super::C) {} }",
+    );
+    // A re-exported name that the file uses itself, and a private import of the parent.
+    file(
+        "d/mod.rs",
+        "mod e; mod f; pub use e::E; use crate::c::C; pub struct D(E);",
+    );
+    file("d/e.rs", "pub struct E(super::C);");
+    file("d/f.rs", "use super::D;");
+    let read = Crate::read(folder.path());
+    let name = |path: &Path| path.strip_prefix(folder.path()).unwrap().to_owned();
+    let edges = read.edges();
+    let found: Vec<(PathBuf, Vec<PathBuf>)> = edges
+        .iter()
+        .map(|(file, used)| (name(file), used.iter().map(|used| name(used)).collect()))
+        .collect();
+    let expected: [(&str, &[&str]); 7] = [
+        ("a.rs", &["b.rs", "c.rs"]),
+        ("b.rs", &[]),
+        ("c.rs", &[]),
+        ("d/e.rs", &["c.rs"]),
+        ("d/f.rs", &["d/mod.rs"]),
+        ("d/mod.rs", &["c.rs", "d/e.rs"]),
+        ("lib.rs", &[]),
+    ];
+    let expected = expected.map(|(file, used)| {
+        let used: Vec<PathBuf> = used.iter().map(PathBuf::from).collect();
+        (PathBuf::from(file), used)
+    });
+    assert_eq!(BTreeMap::from_iter(found), BTreeMap::from(expected),);
 }

@@ -2,13 +2,15 @@
 
 use super::formats::{Format, Recording};
 use super::link::{link, other_way};
-use super::motion::{Motion, centre, measure, way};
+use super::median::{centre, median_of};
+use super::motion::{Motion, measure, way};
+use super::object::{Object, merge, split};
 use super::options::{Axis, Boxes, Options};
 use super::pace::pace;
 use super::place::{BACKWARDS, Found, ODD_SHARE, STILL, not_riding, place};
 use super::read::read;
 use super::report::{Merged, Report, Split, count, named};
-use super::track::{Object, median_of, merge, split, stride};
+use super::track::stride;
 use crate::error::{Error, Result, rounded};
 use crate::pattern::{Item, Pattern};
 

@@ -2,7 +2,7 @@
 //! determines which box shows the same item one frame later.
 
 use super::options::{Axis, Options};
-use super::read::{Sighting, Track};
+use super::track::{Sighting, Track};
 use std::collections::BTreeMap;
 
 /// A track ends if its box is missing for this many consecutive frames. The pieces of an item are

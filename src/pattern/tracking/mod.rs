@@ -44,7 +44,9 @@
 mod formats;
 mod import;
 mod link;
+mod median;
 mod motion;
+mod object;
 mod options;
 mod pace;
 mod place;
@@ -56,4 +58,5 @@ pub use formats::{FORMATS, Format, Recording, recognised};
 pub use import::{Import, import};
 pub use motion::Motion;
 pub use options::{Axis, Boxes, Options};
-pub use report::{Dropped, DroppedLine, Merged, Report, Split};
+pub use read::DroppedLine;
+pub use report::{Dropped, Merged, Report, Split};

@@ -5,10 +5,10 @@
 //! 10.1080/01621459.1968.10480934), so that a few bad boxes or tracks have no effect. Spreads are
 //! median absolute deviations.
 
+use super::median::{centre, median_of};
 use super::options::Options;
 use super::pace::{Pace, Step, steps};
-use super::read::{Sighting, Track};
-use super::track::{median_of, slope};
+use super::track::{Sighting, Track, slope};
 
 /// Tracks with fewer boxes, or a shorter travel [px], are not used.
 const FEWEST_BOXES: usize = 5;
@@ -17,9 +17,6 @@ const LEAST_TRAVEL: f64 = 20.0;
 const PIECES: usize = 6;
 /// Minimum number of speeds for a reliable median of a piece.
 const FEWEST_SPEEDS: usize = 8;
-/// Factor from the median absolute deviation to the standard deviation of normal errors.
-const NORMAL: f64 = 1.4826;
-
 /// What the tracks that ride on the belt show.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Motion {
@@ -84,13 +81,6 @@ pub(super) fn way(tracks: &[Track]) -> Option<(f64, f64)> {
         median_of(velocities.iter().map(|v| v.along))?,
         median_of(velocities.iter().map(|v| v.across))?,
     ))
-}
-
-/// The median and its standard error.
-pub(super) fn centre(values: &[f64]) -> Option<(f64, f64)> {
-    let middle = median_of(values.iter().copied())?;
-    let deviation = median_of(values.iter().map(|value| (value - middle).abs()))?;
-    Some((middle, NORMAL * deviation / (values.len() as f64).sqrt()))
 }
 
 /// Measures `tracks` on a belt with this pace; `None` if hardly any is long enough.

@@ -5,9 +5,8 @@
 //! other. The one that explains the speeds better is removed before looking for the other (one step
 //! of the median polish of Tukey 1977, "Exploratory Data Analysis").
 
-use super::motion::centre;
-use super::read::{Sighting, Track};
-use super::track::median_of;
+use super::median::{centre, median_of};
+use super::track::{Sighting, Track};
 
 /// Number of parts of the recording, and of the image, in which speeds are compared.
 const MOST_TIMES: usize = 200;

@@ -1,9 +1,10 @@
 //! Converts objects to items: their attributes, and the belt frame.
 
+use super::median::median_of;
+use super::object::Object;
 use super::options::Options;
-use super::read::Sighting;
 use super::report::Report;
-use super::track::{Object, median_of};
+use super::track::Sighting;
 use crate::pattern::Item;
 
 /// An object slower than this share of the belt speed does not ride on the belt. One whose speed is

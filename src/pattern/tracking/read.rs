@@ -1,58 +1,24 @@
 //! Turns lines into tracks, and separates broken lines and boxes without a track.
 
-use super::formats::{self, Format, Recording, Row};
+use super::formats::{self, Format, Recording};
 use super::options::{Boxes, Options};
-use super::report::{DroppedLine, LISTED};
+use super::track::{Sighting, Track};
 use crate::error::{Error, Result};
 use std::collections::HashMap;
 
-/// A box of a track.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Sighting {
-    /// Frame, from 1.
-    pub frame: u32,
-    /// Line of the file, from 1.
+/// Maximum number of dropped lines listed; the counts cover all of them.
+const LISTED: usize = 20;
+
+/// A line of the file that was ignored.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct DroppedLine {
+    /// Name of the file within a folder; `None` for a single file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
+    /// Line number, from 1.
     pub line: usize,
-    /// Centre of the box along the travel, growing with it [px].
-    pub along: f64,
-    /// Centre of the box across the travel, as the image counts it [px].
-    pub across: f64,
-    /// Size of the box along and across the travel [px]; `None` for a point.
-    pub size: Option<(f64, f64)>,
-    /// Confidence in the file, possibly outside 0 to 1.
-    pub confidence: Option<f64>,
-    /// Class of the object, if given.
-    pub class: Option<String>,
-}
-
-impl Sighting {
-    fn new(row: Row, line: usize, options: &Options) -> Self {
-        let (width, height) = row.size.unwrap_or_default();
-        let (x, y) = (row.left + width / 2.0, row.top + height / 2.0);
-        let (along, across) = options.turned(x, y);
-        let swapped = options.axis == super::Axis::Y;
-        Self {
-            frame: row.frame,
-            line,
-            along,
-            across,
-            size: row.size.map(|(w, h)| if swapped { (h, w) } else { (w, h) }),
-            confidence: row.confidence,
-            class: row.class,
-        }
-    }
-
-    /// Area of the box [px^2]; `None` for a point.
-    pub fn area(&self) -> Option<f64> {
-        self.size.map(|(along, across)| along * across)
-    }
-}
-
-/// The boxes with one id, by frame; never empty, and no repeated frames.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Track {
-    pub name: String,
-    pub sightings: Vec<Sighting>,
+    /// What is wrong with it.
+    pub reason: String,
 }
 
 /// The content of a file.

@@ -3,24 +3,11 @@
 use super::formats::Format;
 use super::motion::Motion;
 use super::options::Options;
-use super::read::{Reading, Track};
+use super::read::{DroppedLine, Reading};
+use super::track::Track;
 
-/// Maximum number of dropped lines listed; the counts cover all of them.
-pub(super) const LISTED: usize = 20;
 /// Maximum number of track names in one line of text.
 const NAMED: usize = 10;
-
-/// A line of the file that was ignored.
-#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
-pub struct DroppedLine {
-    /// Name of the file within a folder; `None` for a single file.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub file: Option<String>,
-    /// Line number, from 1.
-    pub line: usize,
-    /// What is wrong with it.
-    pub reason: String,
-}
 
 /// An object that did not become an item.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]

@@ -1,55 +1,81 @@
-//! Turns tracks into objects: splits tracks whose id was reused, merges the tracks of an object
-//! whose id changed, and measures the objects.
+//! Tracks: the boxes with one id, and where and how fast they are.
 
-use super::options::Options;
-use super::read::{Sighting, Track};
-use std::collections::HashMap;
+use super::formats::Row;
+use super::median::{median, median_of};
+use super::options::{Axis, Options};
 
 /// Up to this many boxes, the speed is estimated from all pairs. Beyond it, the cost would grow
 /// quadratically although the estimate is already good.
 const ALL_PAIRS: usize = 32;
-/// Number of tracks per cell that are considered for a merge. A cell is about as large as one item,
-/// so only a degenerate file has more; the limit keeps such a file fast.
-const NEIGHBOURS: usize = 64;
 
-/// The median of `values`: the mean of the middle two if their number is even, 0 if there are none.
-/// Reorders the values; takes linear time.
-fn median(values: &mut [f64]) -> f64 {
-    let middle = values.len() / 2;
-    if values.is_empty() {
-        return 0.0;
+/// A box of a track.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Sighting {
+    /// Frame, from 1.
+    pub frame: u32,
+    /// Line of the file, from 1.
+    pub line: usize,
+    /// Centre of the box along the travel, growing with it [px].
+    pub along: f64,
+    /// Centre of the box across the travel, as the image counts it [px].
+    pub across: f64,
+    /// Size of the box along and across the travel [px]; `None` for a point.
+    pub size: Option<(f64, f64)>,
+    /// Confidence in the file, possibly outside 0 to 1.
+    pub confidence: Option<f64>,
+    /// Class of the object, if given.
+    pub class: Option<String>,
+}
+
+impl Sighting {
+    /// The box of `row`, from this line of the file.
+    pub fn new(row: Row, line: usize, options: &Options) -> Self {
+        let (width, height) = row.size.unwrap_or_default();
+        let (x, y) = (row.left + width / 2.0, row.top + height / 2.0);
+        let (along, across) = options.turned(x, y);
+        let swapped = options.axis == Axis::Y;
+        Self {
+            frame: row.frame,
+            line,
+            along,
+            across,
+            size: row.size.map(|(w, h)| if swapped { (h, w) } else { (w, h) }),
+            confidence: row.confidence,
+            class: row.class,
+        }
     }
-    let even = values.len().is_multiple_of(2);
-    let (below, &mut upper, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
-    match below.iter().copied().max_by(f64::total_cmp) {
-        Some(lower) if even => f64::midpoint(lower, upper),
-        _ => upper,
+
+    /// Area of the box [px^2]; `None` for a point.
+    pub fn area(&self) -> Option<f64> {
+        self.size.map(|(along, across)| along * across)
     }
 }
 
-/// The median of the values; `None` if there are none.
-pub(super) fn median_of(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let mut values: Vec<f64> = values.collect();
-    (!values.is_empty()).then(|| median(&mut values))
+/// The boxes with one id, by frame; never empty, and no repeated frames.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Track {
+    pub name: String,
+    pub sightings: Vec<Sighting>,
 }
 
 /// Time between two frames [s].
-fn seconds(from: &Sighting, to: &Sighting, options: &Options) -> f64 {
+pub(super) fn seconds(from: &Sighting, to: &Sighting, options: &Options) -> f64 {
     (f64::from(to.frame) - f64::from(from.frame)) / options.fps
 }
 
 /// Travel between two boxes [m].
-fn travel(from: &Sighting, to: &Sighting, options: &Options) -> f64 {
+pub(super) fn travel(from: &Sighting, to: &Sighting, options: &Options) -> f64 {
     (to.along - from.along) * options.scale_m_per_px
 }
 
-fn speed_between(from: &Sighting, to: &Sighting, options: &Options) -> f64 {
+/// Speed along the travel between two boxes [m/s].
+pub(super) fn speed_between(from: &Sighting, to: &Sighting, options: &Options) -> f64 {
     travel(from, to, options) / seconds(from, to, options)
 }
 
 impl Track {
     /// The first and the last frame.
-    fn span(&self) -> (u32, u32) {
+    pub fn span(&self) -> (u32, u32) {
         let frame = |sighting: Option<&Sighting>| sighting.map_or(0, |s| s.frame);
         (frame(self.sightings.first()), frame(self.sightings.last()))
     }
@@ -111,146 +137,17 @@ pub(super) fn stride(tracks: &[Track]) -> Option<u32> {
     steps.map(|pair| pair[1].frame - pair[0].frame).min()
 }
 
-/// Splits a track where it jumps by more than the split distance between consecutive boxes; the
-/// pieces are called `ID`, `ID.2`, ...
-///
-/// Along the travel, a jump must deviate from the belt's motion *and* from the track's own motion:
-/// an object that stands still, or moves at another speed than the given one, falls behind the belt
-/// from box to box, but it is still one object. Items do not slide, so a jump across the travel
-/// also counts.
-pub(super) fn split(track: Track, stride: Option<u32>, options: &Options) -> Vec<Track> {
-    let own = own_speed(&track.sightings, stride, options);
-    let limit = options.split_distance_m;
-    let jumps = |from: &Sighting, to: &Sighting| {
-        let (time, moved) = (seconds(from, to, options), travel(from, to, options));
-        let off = |speed: f64| (moved - speed * time).abs() > limit;
-        let aside = (to.across - from.across).abs() * options.scale_m_per_px;
-        aside > limit || (off(options.belt_speed) && off(own))
-    };
-    let name = track.name;
-    let mut pieces: Vec<Track> = Vec::new();
-    for sighting in track.sightings {
-        let follows =
-            |piece: &Track| (piece.sightings.last()).is_some_and(|last| !jumps(last, &sighting));
-        match pieces.last_mut() {
-            Some(piece) if follows(piece) => piece.sightings.push(sighting),
-            _ => pieces.push(Track {
-                name: match pieces.len() {
-                    0 => name.clone(),
-                    count => format!("{name}.{}", count + 1),
-                },
-                sightings: vec![sighting],
-            }),
-        }
-    }
-    pieces
-}
-
-/// The speed of most steps of a track [m/s]: the median over the steps of one stride; of two middle
-/// values, the one closer to the belt speed. Longer steps are ignored, because the return of an id
-/// is a long step. Without steps of one stride, the belt speed.
-fn own_speed(seen: &[Sighting], stride: Option<u32>, options: &Options) -> f64 {
-    let short = |pair: &&[Sighting]| Some(pair[1].frame - pair[0].frame) == stride;
-    let mut speeds: Vec<f64> = seen
-        .windows(2)
-        .filter(short)
-        .map(|pair| speed_between(&pair[0], &pair[1], options))
-        .collect();
-    speeds.sort_unstable_by(f64::total_cmp);
-    let off = |speed: &f64| (speed - options.belt_speed).abs();
-    let middle = speeds.len() / 2;
-    let candidates = match speeds.len() % 2 {
-        0 if middle > 0 => &speeds[middle - 1..=middle],
-        1 => &speeds[middle..=middle],
-        _ => &[],
-    };
-    let nearest = candidates
-        .iter()
-        .min_by(|a, b| off(a).total_cmp(&off(b)))
-        .copied();
-    nearest.unwrap_or(options.belt_speed)
-}
-
-/// One object, with the sightings under all of its ids.
-#[derive(Debug)]
-pub(super) struct Object {
-    /// All sightings, under the name of its first track.
-    pub track: Track,
-    /// The ids of the tracks that were merged, in order of time.
-    pub parts: Vec<String>,
-    /// Another object, by index, that was at the same place at the same time.
-    pub twin: Option<usize>,
-}
-
-/// Merges tracks that are one object with a new id: they do not overlap in time, and their x0 and
-/// their positions across agree within the merge distance. Every track follows the nearest one that
-/// ended before it began. Takes linear time except for the sorting.
-pub(super) fn merge(mut tracks: Vec<Track>, options: &Options) -> Vec<Object> {
-    let reach = options.merge_distance_m;
-    tracks.sort_by_key(Track::span);
-    let place = |t: &Track| (t.x0(options), t.across() * options.scale_m_per_px);
-    let places: Vec<(f64, f64)> = tracks.iter().map(place).collect();
-    let spans: Vec<(u32, u32)> = tracks.iter().map(Track::span).collect();
-    // A cell is as wide as the merge distance, so partners are in neighbouring cells. It holds the
-    // tracks that have no successor yet.
-    let cell_of = |(x, y): (f64, f64)| ((x / reach).floor() as i64, (y / reach).floor() as i64);
-    let mut cells: HashMap<(i64, i64), Vec<usize>> = HashMap::with_capacity(tracks.len());
-    let mut objects: Vec<Object> = Vec::new();
-    let mut object_of: Vec<usize> = Vec::with_capacity(tracks.len());
-    for (index, track) in tracks.into_iter().enumerate() {
-        let (here, (x, y)) = (cell_of(places[index]), places[index]);
-        let mut before: Option<(f64, (i64, i64), usize)> = None;
-        let mut twin = None;
-        for (dx, dy) in (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| (dx, dy))) {
-            let cell = (here.0.saturating_add(dx), here.1.saturating_add(dy));
-            let near = cells.get(&cell).map_or(&[][..], Vec::as_slice);
-            for &other in near.iter().rev().take(NEIGHBOURS) {
-                let off = (places[other].0 - x).abs().max((places[other].1 - y).abs());
-                if off > reach {
-                    continue;
-                }
-                if spans[other].1 >= spans[index].0 {
-                    twin = Some(object_of[other]);
-                } else if before.is_none_or(|(least, ..)| off < least) {
-                    before = Some((off, cell, other));
-                }
-            }
-        }
-        if let Some((_, cell, other)) = before {
-            let object = object_of[other];
-            objects[object].parts.push(track.name);
-            objects[object].track.sightings.extend(track.sightings);
-            object_of.push(object);
-            if let Some(near) = cells.get_mut(&cell)
-                && let Some(at) = near.iter().rposition(|&i| i == other)
-            {
-                near.remove(at);
-            }
-        } else {
-            object_of.push(objects.len());
-            objects.push(Object {
-                parts: vec![track.name.clone()],
-                track,
-                twin,
-            });
-        }
-        cells.entry(here).or_default().push(index);
-    }
-    objects
-}
-
 #[cfg(test)]
-mod tests {
-    use super::super::options::Axis;
+pub(super) mod tests {
     use super::*;
 
     /// 10 frames per second, 1 mm per pixel: the belt moves 10 px per frame.
-    fn options() -> Options {
+    pub(in super::super) fn options() -> Options {
         Options::new(10.0, 0.001, Axis::X, 0.1)
     }
 
     /// Boxes at (frame, along, across).
-    fn track(name: &str, boxes: &[(u32, f64, f64)]) -> Track {
+    pub(in super::super) fn track(name: &str, boxes: &[(u32, f64, f64)]) -> Track {
         let sighting = |&(frame, along, across): &(u32, f64, f64)| Sighting {
             frame,
             line: 1,
@@ -267,35 +164,16 @@ mod tests {
     }
 
     /// A track over `frames` at `speed` [px/frame] from `along` at frame 0.
-    fn moving(name: &str, frames: std::ops::Range<u32>, along: f64, speed: f64) -> Track {
+    pub(in super::super) fn moving(
+        name: &str,
+        frames: std::ops::Range<u32>,
+        along: f64,
+        speed: f64,
+    ) -> Track {
         let boxes: Vec<_> = frames
             .map(|f| (f, along + speed * f64::from(f), 100.0))
             .collect();
         track(name, &boxes)
-    }
-
-    fn pieces(track: Track) -> Vec<(String, usize)> {
-        let stride = stride(std::slice::from_ref(&track));
-        split(track, stride, &options())
-            .into_iter()
-            .map(|t| (t.name, t.sightings.len()))
-            .collect()
-    }
-
-    fn parts(tracks: Vec<Track>) -> Vec<Vec<String>> {
-        merge(tracks, &options())
-            .into_iter()
-            .map(|o| o.parts)
-            .collect()
-    }
-
-    #[test]
-    fn medians_of_few() {
-        assert_eq!(median(&mut []), 0.0);
-        assert_eq!(median(&mut [3.0]), 3.0);
-        assert_eq!(median(&mut [4.0, 1.0]), 2.5);
-        assert_eq!(median(&mut [9.0, 1.0, 2.0]), 2.0);
-        assert_eq!(median(&mut [9.0, 1.0, 2.0, 4.0]), 3.0);
     }
 
     #[test]
@@ -311,90 +189,5 @@ mod tests {
             assert!((seen.x0(&options()) - 0.01).abs() < 1e-9);
         }
         assert_eq!(moving("1", 4..5, 0.0, 10.0).speed(&options()), None);
-    }
-
-    #[test]
-    fn gaps_that_fit_the_motion_stay_whole() {
-        let boxes: Vec<_> = [1, 2, 3, 40, 41, 90]
-            .map(|f| (f, 10.0 * f64::from(f), 5.0))
-            .into();
-        assert_eq!(pieces(track("4", &boxes)), [("4".to_owned(), 6)]);
-    }
-
-    #[test]
-    fn an_id_that_comes_back_is_split() {
-        let mut seen = moving("4", 1..11, 0.0, 10.0);
-        seen.sightings
-            .extend(moving("4", 50..55, -490.0, 10.0).sightings);
-        seen.sightings
-            .extend(moving("4", 80..81, -790.0, 10.0).sightings);
-        let names = ["4", "4.2", "4.3"].map(str::to_owned);
-        let expected: Vec<_> = names.into_iter().zip([10, 5, 1]).collect();
-        assert_eq!(pieces(seen), expected);
-        // Right afterwards, and to a neighbour across the belt.
-        let swap = track(
-            "5",
-            &[
-                (1, 0.0, 0.0),
-                (2, 10.0, 0.0),
-                (3, 20.0, 150.0),
-                (4, 30.0, 150.0),
-            ],
-        );
-        assert_eq!(pieces(swap).len(), 2);
-        let ahead = track("6", &[(1, 0.0, 0.0), (2, 10.0, 0.0), (3, 320.0, 0.0)]);
-        assert_eq!(pieces(ahead).len(), 2);
-    }
-
-    #[test]
-    fn what_moves_otherwise_is_not_split() {
-        // With every step the object falls 0.2 m behind the belt.
-        let mut fast_belt = options();
-        fast_belt.belt_speed = 2.0;
-        let standing = moving("1", 1..20, 300.0, 0.0);
-        let whole = split(standing, Some(1), &fast_belt);
-        assert_eq!(whole.len(), 1);
-        let sparse = track("2", &[(1, 300.0, 0.0), (6, 300.0, 0.0), (11, 300.0, 0.0)]);
-        assert_eq!(split(sparse, Some(5), &fast_belt).len(), 1);
-    }
-
-    #[test]
-    fn one_object_under_two_ids_is_merged() {
-        let tracks = vec![
-            moving("9", 12..20, 3.0, 10.0),
-            moving("3", 1..11, 0.0, 10.0),
-            moving("8", 30..33, 15.0, 10.0),
-            moving("5", 1..11, 400.0, 10.0),
-        ];
-        assert_eq!(parts(tracks), [vec!["3", "9", "8"], vec!["5"]]);
-    }
-
-    #[test]
-    fn overlapping_or_distant_tracks_are_not_merged() {
-        let overlapping = vec![
-            moving("1", 1..11, 0.0, 10.0),
-            moving("2", 10..20, 1.0, 10.0),
-        ];
-        let objects = merge(overlapping, &options());
-        assert_eq!(objects.len(), 2);
-        assert_eq!((objects[0].twin, objects[1].twin), (None, Some(0)));
-        let along = vec![
-            moving("1", 1..9, 0.0, 10.0),
-            moving("2", 10..20, 21.0, 10.0),
-        ];
-        assert_eq!(parts(along).len(), 2);
-        let mut aside = moving("2", 10..20, 0.0, 10.0);
-        aside.sightings.iter_mut().for_each(|s| s.across += 21.0);
-        assert_eq!(parts(vec![moving("1", 1..9, 0.0, 10.0), aside]).len(), 2);
-    }
-
-    #[test]
-    fn the_nearest_predecessor_is_taken() {
-        let tracks = vec![
-            moving("1", 1..9, -15.0, 10.0),
-            moving("2", 1..9, 4.0, 10.0),
-            moving("3", 10..20, 0.0, 10.0),
-        ];
-        assert_eq!(parts(tracks), [vec!["1"], vec!["2", "3"]]);
     }
 }

@@ -6,7 +6,7 @@
 //! little below the best value, and become shorter if the best value has not fallen for a
 //! while. The method stops by count, never by time.
 
-use super::dual::{Dual, Evaluation};
+use super::dual::{Dual, Evaluation, Schedules};
 use super::profile::{Leaving, Profile};
 
 /// Share of the previous direction in the next one.
@@ -21,15 +21,6 @@ const SHORTER: f64 = 0.6;
 const BETTER: f64 = 1e-8;
 /// Steps shorter than this share of the first have no effect any longer.
 const SHORTEST: f64 = 1e-5;
-
-/// The schedules for which prices are sought.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Schedules {
-    /// Every release is in this slot or before.
-    pub horizon: u64,
-    /// The items from this one on must be picked, so their prices may be negative.
-    pub must_from: usize,
-}
 
 /// The state of the search for prices.
 #[derive(Debug, Clone)]
@@ -150,11 +141,6 @@ mod tests {
     use crate::sim::Scene;
     use crate::station::{Robot, Station, built_in};
 
-    const ANY: Schedules = Schedules {
-        horizon: u64::MAX,
-        must_from: usize::MAX,
-    };
-
     /// Two robots that have time for one pick each, and `items` items within reach of both.
     fn contest(items: usize) -> (Dual, Leaving) {
         let plain = built_in("paper").unwrap().station(Some(2)).unwrap();
@@ -208,16 +194,21 @@ mod tests {
         let mut ascent = Ascent::new(vec![unit / 2; 3], 2 * unit);
         // (3 - 0.95 * 2) of 2 over a norm of 2.
         let at = evaluation(3 * unit, &[0, 2, 1]);
-        assert!(ascent.step(&dual, ANY, 0.2, &at));
+        assert!(ascent.step(&dual, Schedules::ANY, 0.2, &at));
         let far = 0.2 * 1.1 / 2.0;
         assert_at(&ascent, &dual, &[0.5 - far, 0.5 + far, 0.5]);
         // The norm of (1 + 0.7, -1 - 0.7, 0).
-        assert!(ascent.step(&dual, ANY, 0.2, &at));
+        assert!(ascent.step(&dual, Schedules::ANY, 0.2, &at));
         let further = far + 1.7 * 0.2 * 1.1 / (2.0 * 1.7 * 1.7);
         assert_at(&ascent, &dual, &[0.5 - further, 0.5 + further, 0.5]);
         // Taken three times: a slope of -2.
         let mut ascent = Ascent::new(vec![unit / 4; 3], 2 * unit);
-        assert!(ascent.step(&dual, ANY, 0.2, &evaluation(3 * unit, &[1, 1, 3])));
+        assert!(ascent.step(
+            &dual,
+            Schedules::ANY,
+            0.2,
+            &evaluation(3 * unit, &[1, 1, 3])
+        ));
         assert_at(&ascent, &dual, &[0.25, 0.25, 0.25 + 2.0 * 0.2 * 1.1 / 4.0]);
     }
 
@@ -227,7 +218,7 @@ mod tests {
         let (dual, _) = contest(2);
         let unit = dual.units as i64;
         let mut ascent = Ascent::new(vec![unit / 2; 2], 2 * unit);
-        assert!(ascent.step(&dual, ANY, 2.0, &evaluation(unit, &[0, 2])));
+        assert!(ascent.step(&dual, Schedules::ANY, 2.0, &evaluation(unit, &[0, 2])));
         assert_eq!(ascent.last_prices(), [unit / 2 - 1, unit / 2 + 1]);
     }
 
@@ -240,21 +231,29 @@ mod tests {
         let at = evaluation(3 * unit, &[0, 0, 2]);
         let faces = vec![0, 0, unit];
         let mut ascent = Ascent::new(faces.clone(), 2 * unit);
-        assert!(!ascent.step(&dual, ANY, 2.0, &at), "nowhere to go");
+        assert!(
+            !ascent.step(&dual, Schedules::ANY, 2.0, &at),
+            "nowhere to go"
+        );
         assert_eq!(ascent.last_prices(), faces);
         let must = Schedules {
             must_from: 1,
-            ..ANY
+            ..Schedules::ANY
         };
         assert!(ascent.step(&dual, must, 0.5, &at));
         assert_at(&ascent, &dual, &[0.0, -0.5 * 1.1, 1.0]);
         assert!(ascent.step(&dual, must, 1e3, &at));
         assert_at(&ascent, &dual, &[0.0, -16.0, 1.0]);
         let mut ascent = Ascent::new(vec![unit / 2; 3], 2 * unit);
-        assert!(ascent.step(&dual, ANY, 1e3, &at));
+        assert!(ascent.step(&dual, Schedules::ANY, 1e3, &at));
         assert_at(&ascent, &dual, &[0.0, 0.0, 1.0]);
         // Back from both limits.
-        assert!(ascent.step(&dual, ANY, 1e-3, &evaluation(3 * unit, &[2, 2, 0])));
+        assert!(ascent.step(
+            &dual,
+            Schedules::ANY,
+            1e-3,
+            &evaluation(3 * unit, &[2, 2, 0])
+        ));
         assert!(
             ascent.at[0] > 0.0 && ascent.at[2] < dual.units,
             "{:?}",
@@ -272,7 +271,10 @@ mod tests {
         };
         assert!(first < second);
         for (horizon, expected) in [(first - 1, [0.5, 0.5]), (first, [0.25, 0.5])] {
-            let schedules = Schedules { horizon, ..ANY };
+            let schedules = Schedules {
+                horizon,
+                ..Schedules::ANY
+            };
             let mut ascent = Ascent::new(vec![unit / 2; 2], unit);
             let moved = ascent.step(&dual, schedules, 0.25, &evaluation(unit * 39 / 20, &[0, 0]));
             assert_eq!(moved, horizon == first);
@@ -292,7 +294,13 @@ mod tests {
             told.push(best);
             false
         };
-        ascent.run(&dual, ANY, (1000, 2.0), (&mut profile, &belt), step);
+        ascent.run(
+            &dual,
+            Schedules::ANY,
+            (1000, 2.0),
+            (&mut profile, &belt),
+            step,
+        );
         assert_eq!(told, [0; 115]);
         assert_eq!(ascent.best_prices, [dual.units as i64 / 2; 5]);
     }
@@ -310,7 +318,13 @@ mod tests {
             told.push(best);
             told.len() == 60
         };
-        ascent.run(&dual, ANY, (200, 2.0), (&mut profile, &belt), step);
+        ascent.run(
+            &dual,
+            Schedules::ANY,
+            (200, 2.0),
+            (&mut profile, &belt),
+            step,
+        );
         assert!(
             told.len() <= 60 && told.is_sorted_by(|a, b| a >= b),
             "{told:?}"
@@ -339,7 +353,13 @@ mod tests {
             false
         };
         let mut ascent = Ascent::new(vec![unit / 2; 5], 5 * unit);
-        ascent.run(&dual, ANY, (7, 2.0), (&mut profile, &belt), count);
+        ascent.run(
+            &dual,
+            Schedules::ANY,
+            (7, 2.0),
+            (&mut profile, &belt),
+            count,
+        );
         assert_eq!(steps, 7);
     }
 }

@@ -32,6 +32,23 @@ pub(super) struct Dual {
     objective: Objective,
 }
 
+/// The schedules for which prices are sought.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Schedules {
+    /// Every release is in this slot or before.
+    pub horizon: u64,
+    /// The items from this one on must be picked, so their prices may be negative.
+    pub must_from: usize,
+}
+
+impl Schedules {
+    /// All schedules: no limit on the last release, and no item that must be picked.
+    pub const ANY: Self = Self {
+        horizon: u64::MAX,
+        must_from: usize::MAX,
+    };
+}
+
 /// The evaluation of one set of prices.
 #[derive(Debug, Default, Clone)]
 pub(super) struct Evaluation {

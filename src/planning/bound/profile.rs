@@ -6,8 +6,7 @@
 //! must have been picked by T; otherwise the run would end later. That gives the smallest T,
 //! and `60 B(T) / T` bounds the rate of every run that ends at T.
 
-use super::ascent::Schedules;
-use super::dual::{Dual, Evaluation};
+use super::dual::{Dual, Evaluation, Schedules};
 use super::network::{Network, earliest_release};
 use crate::sim::Scene;
 

@@ -1,7 +1,7 @@
 //! From a scene to its bound.
 
-use super::ascent::{Ascent, Schedules};
-use super::dual::Dual;
+use super::ascent::Ascent;
+use super::dual::{Dual, Schedules};
 use super::options::{Chosen, Objective, Options, choose_slots};
 use super::profile::{Ends, Leaving, Profile};
 use super::schedule::schedule;
@@ -227,12 +227,6 @@ struct Search {
     found: Option<Outcome>,
 }
 
-/// All schedules.
-const ANY: Schedules = Schedules {
-    horizon: u64::MAX,
-    must_from: usize::MAX,
-};
-
 impl Search {
     /// Whether a known schedule earns as much as the bound allows.
     fn optimal(&self) -> bool {
@@ -251,7 +245,7 @@ impl Search {
         };
         let plan = (iterations, FIRST_STEP);
         let notes = (&mut self.profile, &self.belt);
-        self.ascent.run(dual, ANY, plan, notes, step);
+        self.ascent.run(dual, Schedules::ANY, plan, notes, step);
     }
 
     /// Looks for a schedule close to the bound, using all prices that improved some bound.

@@ -1,7 +1,8 @@
 //! Compares gradients with finite differences and tests what the architectures promise.
 
 use super::activation::Activation;
-use super::network::{Architecture, Batch, Network, Shape, Workspace};
+use super::network::{Architecture, Network, Workspace};
+use super::shape::{Batch, Shape};
 use crate::pattern::random_stream;
 use rand::RngExt;
 

@@ -1,4 +1,4 @@
-//! Products of row-major matrices.
+//! Products of row-major matrices, and the memory for their results.
 
 use matrixmultiply::sgemm;
 
@@ -94,6 +94,14 @@ fn product((a, ta): (View, bool), (b, tb): (View, bool), beta: f32, c: &mut [f32
             n as isize,
             1,
         );
+    }
+}
+
+/// Makes `buffer` at least `length` long. It never becomes shorter, so that its memory is reused for
+/// the next batch.
+pub(super) fn reserve(buffer: &mut Vec<f32>, length: usize) {
+    if buffer.len() < length {
+        buffer.resize(length, 0.0);
     }
 }
 

@@ -4,7 +4,8 @@
 use super::activation::Activation;
 use super::init::orthogonal;
 use super::linear::Linear;
-use super::network::{Batch, Shape, Workspace, reserve};
+use super::matrix::reserve;
+use super::shape::{Batch, Shape};
 use rand::Rng;
 
 /// The `MlpPolicy` network; see the module.
@@ -87,12 +88,17 @@ impl Mlp {
         }
     }
 
-    /// Computes logits and values of the batch.
-    pub fn forward(&self, parameters: &[f32], batch: Batch, work: &mut Workspace) {
-        let buffers = &mut work.mlp;
+    /// Computes `logits` [rows, actions] and `values` [rows] of the batch.
+    pub fn forward(
+        &self,
+        parameters: &[f32],
+        batch: Batch,
+        buffers: &mut Buffers,
+        (logits, values): (&mut Vec<f32>, &mut Vec<f32>),
+    ) {
         for (layers, tower, output) in [
-            (&self.policy, &mut buffers.policy, &mut work.logits),
-            (&self.value, &mut buffers.value, &mut work.values),
+            (&self.policy, &mut buffers.policy, logits),
+            (&self.value, &mut buffers.value, values),
         ] {
             tower.hidden.resize_with(layers.len() - 1, Vec::new);
             for (i, layer) in layers.iter().enumerate() {
@@ -120,10 +126,9 @@ impl Mlp {
         parameters: &[f32],
         batch: Batch,
         (logits, values): (&[f32], &[f32]),
-        work: &mut Workspace,
+        buffers: &mut Buffers,
         gradient: &mut [f32],
     ) {
-        let buffers = &mut work.mlp;
         for (layers, tower, output) in [
             (&self.policy, &mut buffers.policy, logits),
             (&self.value, &mut buffers.value, values),

@@ -13,14 +13,16 @@ mod mlp;
 mod network;
 mod scorer;
 mod set_encoder;
+mod shape;
 
 pub use activation::{Activation, tanh};
 pub use adam::{Adam, clip_gradient};
 pub use linear::Linear;
 pub use mlp::Mlp;
-pub use network::{Architecture, Batch, Network, Shape, Workspace};
+pub use network::{Architecture, Network, Workspace};
 pub use scorer::{Head, Scorer};
 pub use set_encoder::SetEncoder;
+pub use shape::{Batch, Shape};
 
 #[cfg(test)]
 mod gradient_test;

@@ -4,35 +4,10 @@ use super::activation::Activation;
 use super::adam::Adam;
 use super::mlp::{self, Mlp};
 use super::scorer::{self, Scorer};
+use super::shape::{Batch, Shape};
 use crate::error::{Error, Result};
 use rand::Rng;
 use serde::{Deserialize, Serialize};
-
-/// Input and output of one decision. An observation is `globals` numbers followed by `slots`
-/// times `slot_features` numbers; actions are the slots and, with `wait`, one more.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Shape {
-    /// Numbers that do not belong to a slot.
-    pub globals: usize,
-    /// Number of slots, K.
-    pub slots: usize,
-    /// Numbers per slot.
-    pub slot_features: usize,
-    /// Whether waiting is an action.
-    pub wait: bool,
-}
-
-impl Shape {
-    /// Numbers in an observation.
-    pub fn observation(&self) -> usize {
-        self.globals + self.slots * self.slot_features
-    }
-
-    /// Number of actions.
-    pub fn actions(&self) -> usize {
-        self.slots + usize::from(self.wait)
-    }
-}
 
 /// Kind and size of a network.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -75,17 +50,6 @@ impl Architecture {
     }
 }
 
-/// A batch of observations.
-#[derive(Clone, Copy)]
-pub struct Batch<'a> {
-    /// Observations [rows, observation].
-    pub observations: &'a [f32],
-    /// Allowed actions [rows, actions].
-    pub masks: &'a [bool],
-    /// Number of rows.
-    pub rows: usize,
-}
-
 /// Results and intermediate values; the buffers are reused for the next batch.
 #[derive(Debug, Default)]
 pub struct Workspace {
@@ -93,8 +57,8 @@ pub struct Workspace {
     pub logits: Vec<f32>,
     /// Values [rows].
     pub values: Vec<f32>,
-    pub(super) mlp: mlp::Buffers,
-    pub(super) scorer: scorer::Buffers,
+    mlp: mlp::Buffers,
+    scorer: scorer::Buffers,
 }
 
 /// An actor-critic network without its parameters.
@@ -145,9 +109,10 @@ impl Network {
 
     /// Computes the workspace's logits and values.
     pub fn forward(&self, parameters: &[f32], batch: Batch, work: &mut Workspace) {
+        let outputs = (&mut work.logits, &mut work.values);
         match self {
-            Self::Mlp(net) => net.forward(parameters, batch, work),
-            Self::Scorer(net) => net.forward(parameters, batch, work),
+            Self::Mlp(net) => net.forward(parameters, batch, &mut work.mlp, outputs),
+            Self::Scorer(net) => net.forward(parameters, batch, &mut work.scorer, outputs),
         }
     }
 
@@ -163,15 +128,18 @@ impl Network {
         gradient: &mut [f32],
     ) {
         match self {
-            Self::Mlp(net) => net.backward(parameters, batch, (logits, values), work, gradient),
-            Self::Scorer(net) => net.backward(parameters, batch, (logits, values), work, gradient),
+            Self::Mlp(net) => {
+                net.backward(parameters, batch, (logits, values), &mut work.mlp, gradient);
+            }
+            Self::Scorer(net) => {
+                net.backward(
+                    parameters,
+                    batch,
+                    (logits, values),
+                    &mut work.scorer,
+                    gradient,
+                );
+            }
         }
-    }
-}
-
-/// Makes `buffer` at least `length` long; its memory is reused for the next batch.
-pub(super) fn reserve(buffer: &mut Vec<f32>, length: usize) {
-    if buffer.len() < length {
-        buffer.resize(length, 0.0);
     }
 }

@@ -5,8 +5,9 @@
 use super::activation::Activation;
 use super::init::orthogonal;
 use super::linear::Linear;
-use super::network::{Batch, Shape, Workspace, reserve};
+use super::matrix::reserve;
 use super::set_encoder::{Encoded, Rows, SetEncoder};
+use super::shape::{Batch, Shape};
 use rand::Rng;
 
 /// Policy: `h_i = f(s_i, g)`, `c = (mean h, max h)`, `u_i = f(h_i, c)`, logit `w u_i`; waiting:
@@ -125,9 +126,15 @@ impl Scorer {
         }
     }
 
-    /// Computes logits and values of the batch.
-    pub fn forward(&self, parameters: &[f32], batch: Batch, work: &mut Workspace) {
-        let b = &mut work.scorer;
+    /// Computes `logits` [rows, actions] and `values` [rows] of the batch.
+    pub fn forward(
+        &self,
+        parameters: &[f32],
+        batch: Batch,
+        buffers: &mut Buffers,
+        (logits, values): (&mut Vec<f32>, &mut Vec<f32>),
+    ) {
+        let b = buffers;
         let (count, width) = (batch.rows, self.slot.outputs);
         let observations = &batch.observations[..count * self.shape.observation()];
         let globals = (observations, self.shape.observation());
@@ -156,9 +163,9 @@ impl Scorer {
         self.logit
             .forward(parameters, &b.second, width, places, &mut b.scores);
         let actions = self.shape.actions();
-        reserve(&mut work.logits, count * actions);
+        reserve(logits, count * actions);
         for (place, score) in b.rows.places.iter().zip(&b.scores) {
-            work.logits[place / self.shape.slots * actions + place % self.shape.slots] = *score;
+            logits[place / self.shape.slots * actions + place % self.shape.slots] = *score;
         }
         if let Some(head) = &self.wait {
             head.forward(
@@ -169,11 +176,7 @@ impl Scorer {
                 count,
                 &mut b.wait,
             );
-            for (row, wait) in work
-                .logits
-                .chunks_exact_mut(actions)
-                .zip(&b.wait.out[..count])
-            {
+            for (row, wait) in logits.chunks_exact_mut(actions).zip(&b.wait.out[..count]) {
                 row[actions - 1] = *wait;
             }
         }
@@ -188,8 +191,8 @@ impl Scorer {
             count,
             head,
         );
-        reserve(&mut work.values, count);
-        work.values[..count].copy_from_slice(&head.out[..count]);
+        reserve(values, count);
+        values[..count].copy_from_slice(&head.out[..count]);
     }
 
     /// Adds the gradient; see `Network::backward`.
@@ -198,10 +201,10 @@ impl Scorer {
         parameters: &[f32],
         batch: Batch,
         (logits, values): (&[f32], &[f32]),
-        work: &mut Workspace,
+        buffers: &mut Buffers,
         gradient: &mut [f32],
     ) {
-        let b = &mut work.scorer;
+        let b = buffers;
         let (count, width) = (batch.rows, self.slot.outputs);
         let actions = self.shape.actions();
         let observations = &batch.observations[..count * self.shape.observation()];

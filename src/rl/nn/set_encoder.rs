@@ -7,7 +7,8 @@
 use super::activation::Activation;
 use super::init::orthogonal;
 use super::linear::Linear;
-use super::network::{Shape, reserve};
+use super::matrix::reserve;
+use super::shape::Shape;
 use rand::Rng;
 
 /// The slots of a batch that hold an item, one after the other.

@@ -2,8 +2,11 @@
 //! [left, top, width, height] and `score`, or a data set with `images`, `annotations` and
 //! `categories` (Lin et al., "Microsoft COCO: Common Objects in Context", 2014, arXiv:1405.0312).
 
+use super::fields::{boxed, frame};
+use super::format::Format;
 use super::labels::frames_of;
-use super::{Format, Line, Lines, Row, boxed, frame, table};
+use super::lines::{Line, Lines, Row};
+use super::table;
 use crate::error::{Error, Result};
 use crate::pattern::tracking::options::{Boxes, Options};
 use serde_json::Value;

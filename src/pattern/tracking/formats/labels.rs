@@ -1,7 +1,10 @@
 //! Boxes in relative image coordinates: Ultralytics labels, one file per frame, and the text of
 //! YOLO trackers.
 
-use super::{Format, Line, Lines, Row, boxed, class, frame, image_size, number, track_id};
+use super::fields::{LAST_FRAME, boxed, class, frame, number, track_id};
+use super::format::Format;
+use super::fractions::{image_size, share};
+use super::lines::{Line, Lines, Row};
 use crate::error::{Error, Result};
 use crate::pattern::tracking::options::{Boxes, Options};
 use std::path::Path;
@@ -134,7 +137,7 @@ pub(super) fn frames_of(names: &[String]) -> std::result::Result<Vec<u32>, (Stri
 
 fn frame_number(number: u64) -> std::result::Result<u32, ()> {
     match number {
-        number if number as f64 <= super::LAST_FRAME => u32::try_from(number).map_err(|_| ()),
+        number if number as f64 <= LAST_FRAME => u32::try_from(number).map_err(|_| ()),
         _ => Err(()),
     }
 }
@@ -268,16 +271,6 @@ fn read_label(
         row.confidence = Some(number(field(place), "confidence")?);
     }
     Ok(row)
-}
-
-/// A fraction of the image size, with some margin for boxes that extend beyond the edge.
-fn share(text: &str, what: &str) -> std::result::Result<f64, String> {
-    match number(text, what)? {
-        value if (-1.0..=2.0).contains(&value) => Ok(value),
-        value => Err(format!(
-            "{what} {value:?} is not a fraction of the image size"
-        )),
-    }
 }
 
 /// The error for labels of a whole video in one file, which do not show which lines belong to one

@@ -1,6 +1,8 @@
 //! MOTChallenge text: `frame,id,left,top,width,height,conf[,class,visibility]` or `[,x,y,z]`.
 
-use super::{Format, Line, Lines, boxed, class, frame, number, track_id};
+use super::fields::{boxed, class, frame, number, track_id};
+use super::format::Format;
+use super::lines::{Line, Lines, Row};
 use crate::error::{Error, Result};
 use crate::pattern::tracking::options::{Boxes, Options};
 
@@ -206,7 +208,7 @@ fn read_box(
     fields: &[&str; FIELDS],
     classes: bool,
     boxes: Boxes,
-) -> std::result::Result<super::Row, String> {
+) -> std::result::Result<Row, String> {
     let frame = frame(number(fields[0], "frame")?)?;
     let id = track_id(number(fields[1], "id")?)?;
     let left = number(fields[2], "left")?;

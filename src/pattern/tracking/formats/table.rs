@@ -1,7 +1,9 @@
 //! CSV with a header whose names define the meaning of every column: the output of supervision's
 //! CSV sink, and MOT files edited in a spreadsheet.
 
-use super::{Format, Line, Lines, Row, boxed, class, frame, pixel, track_id};
+use super::fields::{boxed, class, frame, number as parse_number, pixel, track_id};
+use super::format::Format;
+use super::lines::{Line, Lines, Row};
 use crate::csv_file::CsvFile;
 use crate::error::{Error, Result};
 use crate::pattern::tracking::options::{Boxes, Options};
@@ -84,7 +86,7 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
             let text = record.get(place).unwrap_or_default();
             match file.number(text) {
                 Some(value) if value.is_finite() => Ok(value),
-                _ => super::number(text, what).and(Err(format!("{what} `{text}` is not a number"))),
+                _ => parse_number(text, what).and(Err(format!("{what} `{text}` is not a number"))),
             }
         };
         let row = (|| -> std::result::Result<Row, String> {

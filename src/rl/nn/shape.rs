@@ -1,0 +1,40 @@
+//! What goes into a network: the shape of a decision, and batches of observations.
+
+use serde::{Deserialize, Serialize};
+
+/// Input and output of one decision. An observation is `globals` numbers followed by `slots`
+/// times `slot_features` numbers; actions are the slots and, with `wait`, one more.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Shape {
+    /// Numbers that do not belong to a slot.
+    pub globals: usize,
+    /// Number of slots, K.
+    pub slots: usize,
+    /// Numbers per slot.
+    pub slot_features: usize,
+    /// Whether waiting is an action.
+    pub wait: bool,
+}
+
+impl Shape {
+    /// Numbers in an observation.
+    pub fn observation(&self) -> usize {
+        self.globals + self.slots * self.slot_features
+    }
+
+    /// Number of actions.
+    pub fn actions(&self) -> usize {
+        self.slots + usize::from(self.wait)
+    }
+}
+
+/// A batch of observations.
+#[derive(Clone, Copy)]
+pub struct Batch<'a> {
+    /// Observations [rows, observation].
+    pub observations: &'a [f32],
+    /// Allowed actions [rows, actions].
+    pub masks: &'a [bool],
+    /// Number of rows.
+    pub rows: usize,
+}
