@@ -41,6 +41,18 @@ impl Stop for AtomicBool {
     }
 }
 
+#[cfg(test)]
+impl Environment<'static> {
+    /// Work that nobody stops or watches.
+    pub(super) const QUIET: Self = {
+        static GO_ON: AtomicBool = AtomicBool::new(false);
+        Self {
+            stop: &GO_ON,
+            progress: &Silent,
+        }
+    };
+}
+
 /// Another stop signal, or a point in time.
 pub(super) struct Deadline<'a> {
     pub other: &'a dyn Stop,

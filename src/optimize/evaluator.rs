@@ -387,14 +387,10 @@ mod tests {
             .collect();
         let objective = Objective::MaxSpeed(SpeedScan { step: 0.01 });
         let all: Vec<RuleAssignment> = RuleAssignment::all(2).collect();
-        let environment = Environment {
-            stop: &std::sync::atomic::AtomicBool::new(false),
-            progress: &crate::optimize::Silent,
-        };
         let within = |most: u64| {
             let conditions = Conditions::default();
             let evaluator = Evaluator::new(&station, &patterns, objective, &conditions).unwrap();
-            let found = evaluator.evaluate_within(all.clone(), most, &environment);
+            let found = evaluator.evaluate_within(all.clone(), most, &Environment::QUIET);
             (found.unwrap(), evaluator.runs(), evaluator.runs_per_value())
         };
         let (whole, runs, per_value) = within(u64::MAX);

@@ -374,11 +374,9 @@ fn neighbours(assignment: &RuleAssignment) -> Vec<RuleAssignment> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::optimize::Silent;
     use crate::pattern::{Pattern, grid};
     use crate::sim::Conditions;
     use crate::station::{Station, built_in};
-    use std::sync::atomic::AtomicBool;
 
     #[test]
     fn the_neighbourhood_is_one_change_or_one_swap() {
@@ -458,11 +456,7 @@ mod tests {
         Evaluator::new(station, patterns, Objective::PickingRate, &conditions).unwrap()
     }
 
-    fn walk<'w, 'a>(
-        evaluator: &'w Evaluator<'a>,
-        memo: &'w mut Memo,
-        environment: &'w Environment<'w>,
-    ) -> Walk<'w, 'a> {
+    fn walk<'w, 'a>(evaluator: &'w Evaluator<'a>, memo: &'w mut Memo) -> Walk<'w, 'a> {
         Walk {
             last_run: u64::MAX,
             for_parts: evaluator.with_objective(evaluator.objective()),
@@ -470,7 +464,7 @@ mod tests {
             parts: Memo::new(),
             risk: Risk::Mean,
             memo,
-            environment,
+            environment: &Environment::QUIET,
         }
     }
 
@@ -496,20 +490,22 @@ mod tests {
     fn starts_and_their_moves_are_counted() {
         let (station, patterns) = (station(2), patterns());
         let evaluator = evaluator(&station, &patterns);
-        let environment = Environment {
-            stop: &AtomicBool::new(false),
-            progress: &Silent,
-        };
         let grasp = Grasp {
             starts: 12,
             alpha: 1.0,
             seed: 5,
         };
         let mut memo = Memo::new();
-        let found = grasp.run(&evaluator, Risk::Mean, &mut memo, u64::MAX, &environment);
+        let found = grasp.run(
+            &evaluator,
+            Risk::Mean,
+            &mut memo,
+            u64::MAX,
+            &Environment::QUIET,
+        );
         let found = found.unwrap();
         let mut memo = Memo::new();
-        let mut walk = walk(&evaluator, &mut memo, &environment);
+        let mut walk = walk(&evaluator, &mut memo);
         let mut ends = Vec::new();
         for start in 0..12 {
             let mut rng = random_stream(5, start);
@@ -541,10 +537,6 @@ mod tests {
     #[test]
     fn runs_are_enough_up_to_the_last_one() {
         let (station, patterns) = (station(2), patterns());
-        let environment = Environment {
-            stop: &AtomicBool::new(false),
-            progress: &Silent,
-        };
         let rules: Vec<RuleAssignment> = Rule::all()
             .map(|rule| RuleAssignment::new(vec![rule]))
             .collect();
@@ -552,7 +544,7 @@ mod tests {
         for (runs, enough) in [(need, true), (need - 1, false), (0, false)] {
             let evaluator = evaluator(&station, &patterns);
             let mut memo = Memo::new();
-            let mut walk = walk(&evaluator, &mut memo, &environment);
+            let mut walk = walk(&evaluator, &mut memo);
             walk.last_run = runs;
             let values = walk.values(&rules, false).unwrap();
             assert_eq!(

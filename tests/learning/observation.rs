@@ -271,6 +271,15 @@ fn actions_are_slots_and_the_last_is_to_wait() {
             encoder.action(snapshot, 4).unwrap(),
             Action::WaitUntil(10.5)
         );
+        // Robot `a` takes 1.4 s for a way as long as its reach.
+        let of_a = Snapshot {
+            robot: 0,
+            ..*snapshot
+        };
+        let Action::WaitUntil(until) = encoder.action(&of_a, 4).unwrap() else {
+            panic!("not a wait");
+        };
+        assert!((until - 10.35).abs() < 1e-12, "{until}");
         assert_eq!(encoder.index_of(Action::Pick(1)), Some(1));
         assert_eq!(encoder.index_of(Action::Pick(2)), None);
         assert_eq!(encoder.index_of(Action::WaitUntil(11.0)), Some(4));

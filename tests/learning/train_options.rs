@@ -89,7 +89,8 @@ fn every_option_reaches_the_training() {
     );
 }
 
-/// More threads than this process has room for: the number reaches those who make them.
+/// More threads than this process has room for: the number reaches those who make them. The
+/// stacks are large, so that the one that is refused leaves room for everything else.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_training_is_given_its_threads() {
@@ -98,6 +99,7 @@ fn a_training_is_given_its_threads() {
     let output = std::process::Command::new("sh")
         .args(["-c", script, env!("CARGO_BIN_EXE_pickline")])
         .current_dir(folder.path())
+        .env("RUST_MIN_STACK", "200000000")
         .output()
         .unwrap();
     let told = String::from_utf8(output.stderr).unwrap();

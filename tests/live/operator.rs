@@ -166,13 +166,7 @@ fn a_line_that_drains_picks_what_it_knows_and_lets_the_rest_pass() {
 
 #[test]
 fn a_line_that_is_stopped_cancels_what_has_not_been_met() {
-    let mut line = Three::new(0.0);
-    for robot in ["delta-1", "arm-3"] {
-        line.robot(100.0, robot, "idle");
-    }
-    line.see(100.0, "a", 0.8, 0.0);
-    line.see(100.0, "b", 2.6, 0.0);
-    line.tick(100.0);
+    let mut line = Three::two_with_tasks();
     let (tasks, _) = line.said();
     assert_eq!(tasks.len(), 2);
     for task in &tasks {

@@ -88,8 +88,9 @@ impl Three {
         }
     }
 
-    /// Two robots at work on a standing belt: each has a task that it has not acknowledged.
-    pub fn two_at_work() -> Self {
+    /// Two robots on a standing belt that have just been given a task each; what was said is
+    /// still to be read.
+    pub fn two_with_tasks() -> Self {
         let mut line = Self::new(0.0);
         for robot in ["delta-1", "arm-3"] {
             line.robot(100.0, robot, "idle");
@@ -97,6 +98,12 @@ impl Three {
         line.see(100.0, "a", 0.8, 0.0);
         line.see(100.0, "b", 2.6, 0.0);
         line.tick(100.0);
+        line
+    }
+
+    /// The same when the tasks have been read, and not acknowledged.
+    pub fn two_at_work() -> Self {
+        let mut line = Self::two_with_tasks();
         assert_eq!(line.told(), ["task 1.0 delta-1 a", "task 2.0 arm-3 b"]);
         line
     }

@@ -169,9 +169,35 @@ mod tests {
         }
         say(&mut line, r#""kind":"tick","stamp":0"#);
         let view = line.view(0);
-        assert!(view.items.len() <= MOST_SHOWN + 1);
         assert_eq!(view.items.len() + view.left_out, 5000);
-        let claimed = view.items.iter().filter(|item| item.fate == "claimed");
-        assert_eq!(claimed.count(), 1);
+        let (claimed, waiting): (Vec<_>, Vec<_>) =
+            view.items.iter().partition(|item| item.fate == "claimed");
+        assert_eq!(claimed.len(), 1);
+        // 2,000 at most: every third.
+        let mut numbers: Vec<u32> = waiting.iter().map(|i| i.id.parse().unwrap()).collect();
+        numbers.sort_unstable();
+        assert!(numbers.len() >= 1665, "{}", numbers.len());
+        assert!(numbers.windows(2).all(|pair| (pair[1] - pair[0]) % 3 == 0));
+    }
+
+    #[test]
+    fn items_are_shown_half_a_metre_beyond_the_belt() {
+        let mut line = line();
+        let length = line.station().belt().length;
+        let places = [
+            ("past", length - 0.4),
+            ("last", length - 0.6),
+            ("first", -1.4),
+            ("before", -1.6),
+        ];
+        for (id, x) in places {
+            let fields = format!(r#""kind":"detection","stamp":0,"id":"{id}","x":{x},"y":0"#);
+            say(&mut line, &fields);
+        }
+        // The belt has moved by 1 m.
+        say(&mut line, r#""kind":"tick","stamp":20"#);
+        let view = line.view(0);
+        let shown: Vec<_> = view.items.iter().map(|i| (i.id.as_str(), i.fate)).collect();
+        assert_eq!(shown, [("last", "missed"), ("first", "waiting")]);
     }
 }
