@@ -55,16 +55,17 @@ pub fn answer(strategy: &mut dyn Strategy, snapshot: &Snapshot) -> Result<Action
             .trouble()
             .unwrap_or_else(|| "it has no answer".into()),
     };
-    Err(Error::IllegalAction {
-        time: snapshot.time,
-        robot: snapshot.station.robots()[snapshot.robot].name.clone(),
-        problem: format!(
+    let robot = &snapshot.station.robots()[snapshot.robot];
+    Err(Error::illegal_action(
+        snapshot.time,
+        &robot.name,
+        format!(
             "the strategy {}: {problem}\n  seen: {}\n  cure: use another strategy, or fix this \
              one (a policy: train it on stations and patterns like these and export it again)",
             strategy.name(),
             snapshot.in_words(),
         ),
-    })
+    ))
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use crate::sim::Scene;
 /// The bound for a scene on which the best run picks `picked` items.
 ///
 /// # Errors
-/// A pattern for which no bound can be computed, or [`Error::Interrupted`], because the
+/// A pattern for which no bound can be computed, or [`Interrupted`](crate::error::ErrorKind), because the
 /// progress at a stop depends on the machine.
 pub fn bound_beside(scene: &Scene, picked: usize, environment: &Environment) -> Result<Bound> {
     let go_on = &mut |_, _| !environment.stopped();
@@ -18,7 +18,7 @@ pub fn bound_beside(scene: &Scene, picked: usize, environment: &Environment) -> 
         go_on,
     )?;
     if environment.stopped() {
-        return Err(Error::Interrupted);
+        return Err(Error::interrupted());
     }
     Ok(bound)
 }

@@ -290,7 +290,7 @@ impl Trainer {
             };
             let ask = |scene: &Scene| {
                 if environment.stopped() {
-                    return Err(Error::Interrupted);
+                    return Err(Error::interrupted());
                 }
                 let mut expert = expert(scene.station().robots().len())?.make();
                 let worth = (plan.reward, plan.ppo.gamma);
@@ -300,7 +300,7 @@ impl Trainer {
             };
             let answers: Result<Vec<Answers>> = scenes.par_iter().map(ask).collect();
             let answers = match answers {
-                Err(Error::Interrupted) => break,
+                Err(error) if error.is_interrupted() => break,
                 answers => answers?,
             };
             answers.into_iter().for_each(|answers| all.append(answers));

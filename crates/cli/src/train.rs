@@ -288,7 +288,7 @@ impl Training<'_> {
             if done < planned {
                 if done == 0 {
                     // Nothing has been learned yet.
-                    return Err(Error::Interrupted);
+                    return Err(Error::interrupted());
                 }
                 common.remark(&format!(
                     "stopped after {done} of {planned} rounds; the best policy so far is kept, but \

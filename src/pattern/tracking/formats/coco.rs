@@ -20,6 +20,7 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
             "give COCO's list of detections, [{\"image_id\": 1, \"category_id\": 0, \
              \"bbox\": [left, top, width, height], \"score\": 0.9}, ...]",
         )
+        .caused_by(error)
     })?;
     // The JSON sink of supervision writes the rows of its CSV sink as objects.
     if let Some(first) = data.as_array().and_then(|list| list.first())

@@ -5,7 +5,7 @@ use super::fields::{boxed, class, frame, number as parse_number, pixel, track_id
 use super::format::Format;
 use super::lines::{Line, Lines, Row};
 use crate::csv_file::CsvFile;
-use crate::error::{Error, Result};
+use crate::error::{Error, ErrorKind, Result};
 use crate::pattern::tracking::options::{Boxes, Options};
 
 /// Accepted column names.
@@ -67,16 +67,12 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
         let number = match file.next(&mut record) {
             Ok(Some(number)) => number,
             Ok(None) => break,
-            Err(Error::Input { place, problem, .. }) => {
+            Err(error) if error.kind() == ErrorKind::Input => {
                 lines.push(Line {
                     file: None,
-                    number: place
-                        .rsplit(':')
-                        .next()
-                        .and_then(|n| n.parse().ok())
-                        .unwrap_or(0),
+                    number: file.line(),
                     filled: record.len(),
-                    row: Err(problem),
+                    row: Err(error.problem()),
                 });
                 continue;
             }
