@@ -18,7 +18,7 @@ pub type Result<T> = std::result::Result<T, Error>;
 
 /// Everything that can go wrong: a kind, a message with place, problem and cure, and the error
 /// beneath it where there is one.
-pub struct Error(Box<Failure>);
+pub struct Error(Box<Details>);
 
 /// The sort of a failure, by which a program chooses its exit code or its answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -46,7 +46,7 @@ pub enum ErrorKind {
 
 /// What a message is made of.
 #[derive(Debug)]
-enum Failure {
+enum Details {
     Described {
         kind: ErrorKind,
         place: String,
@@ -109,7 +109,7 @@ impl Error {
     }
 
     fn described(kind: ErrorKind, place: String, problem: String, cure: String) -> Self {
-        Self(Box::new(Failure::Described {
+        Self(Box::new(Details::Described {
             kind,
             place,
             problem,
@@ -129,7 +129,7 @@ impl Error {
     }
 
     fn file(action: &'static str, path: &Path, source: io::Error) -> Self {
-        Self(Box::new(Failure::File {
+        Self(Box::new(Details::File {
             action,
             path: path.to_owned(),
             source,
@@ -138,7 +138,7 @@ impl Error {
 
     /// An action that the model forbids, chosen at `time` [s] for the robot of that name.
     pub fn illegal_action(time: f64, robot: impl Into<String>, problem: impl Into<String>) -> Self {
-        Self(Box::new(Failure::IllegalAction {
+        Self(Box::new(Details::IllegalAction {
             time,
             robot: robot.into(),
             problem: problem.into(),
@@ -147,29 +147,29 @@ impl Error {
 
     /// A result that a check rejects.
     pub fn refuted(problem: impl Into<String>) -> Self {
-        Self(Box::new(Failure::Refuted(problem.into())))
+        Self(Box::new(Details::Refuted(problem.into())))
     }
 
     /// The user stopped the work before the first result.
     pub fn interrupted() -> Self {
-        Self(Box::new(Failure::Interrupted))
+        Self(Box::new(Details::Interrupted))
     }
 
     /// A state that the library's own code should have excluded.
     pub fn internal(problem: impl Into<String>) -> Self {
-        Self(Box::new(Failure::Internal(problem.into())))
+        Self(Box::new(Details::Internal(problem.into())))
     }
 
     /// What sort of failure it is.
     pub fn kind(&self) -> ErrorKind {
         match &*self.0 {
-            Failure::Described { kind, .. } => *kind,
-            Failure::File { source, .. } if is_path_problem(source) => ErrorKind::Path,
-            Failure::File { .. } => ErrorKind::Io,
-            Failure::IllegalAction { .. } => ErrorKind::IllegalAction,
-            Failure::Refuted(_) => ErrorKind::Refuted,
-            Failure::Interrupted => ErrorKind::Interrupted,
-            Failure::Internal(_) => ErrorKind::Internal,
+            Details::Described { kind, .. } => *kind,
+            Details::File { source, .. } if is_path_problem(source) => ErrorKind::Path,
+            Details::File { .. } => ErrorKind::Io,
+            Details::IllegalAction { .. } => ErrorKind::IllegalAction,
+            Details::Refuted(_) => ErrorKind::Refuted,
+            Details::Interrupted => ErrorKind::Interrupted,
+            Details::Internal(_) => ErrorKind::Internal,
         }
     }
 
@@ -182,8 +182,8 @@ impl Error {
     /// such place.
     pub fn place(&self) -> Option<&str> {
         match &*self.0 {
-            Failure::Described { place, .. } => Some(place),
-            Failure::File { path, .. } => path.to_str(),
+            Details::Described { place, .. } => Some(place),
+            Details::File { path, .. } => path.to_str(),
             _ => None,
         }
     }
@@ -191,7 +191,7 @@ impl Error {
     /// The problem alone, for a message that has its own place and cure.
     pub fn problem(&self) -> String {
         match &*self.0 {
-            Failure::Described { problem, .. } | Failure::IllegalAction { problem, .. } => {
+            Details::Described { problem, .. } | Details::IllegalAction { problem, .. } => {
                 problem.clone()
             }
             _ => self.to_string(),
@@ -201,7 +201,7 @@ impl Error {
     /// The same error with the error that caused it.
     #[must_use]
     pub fn caused_by(mut self, cause: impl Into<Box<dyn StdError + Send + Sync>>) -> Self {
-        if let Failure::Described { source, .. } = &mut *self.0 {
+        if let Details::Described { source, .. } = &mut *self.0 {
             *source = Some(cause.into());
         }
         self
@@ -210,7 +210,7 @@ impl Error {
     /// The same error attributed to another place, such as the setting that gives the key.
     #[must_use]
     pub fn at(mut self, elsewhere: &str) -> Self {
-        if let Failure::Described { place, .. } = &mut *self.0 {
+        if let Details::Described { place, .. } = &mut *self.0 {
             *place = elsewhere.to_owned();
         }
         self
@@ -220,7 +220,7 @@ impl Error {
     /// item.
     #[must_use]
     pub fn inside(mut self, whole: &str) -> Self {
-        if let Failure::Described { place, .. } = &mut *self.0 {
+        if let Details::Described { place, .. } = &mut *self.0 {
             *place = format!("{whole}: {place}");
         }
         self
@@ -230,7 +230,7 @@ impl Error {
     /// of its name ([`spell_settings`]).
     #[must_use]
     pub fn spell_settings(mut self, spelling: impl Fn(&str) -> String) -> Self {
-        if let Failure::Described {
+        if let Details::Described {
             place,
             problem,
             cure,
@@ -248,13 +248,13 @@ impl Error {
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &*self.0 {
-            Failure::Described {
+            Details::Described {
                 place,
                 problem,
                 cure,
                 ..
             } => write!(f, "{place}: {problem}\n  cure: {cure}"),
-            Failure::File {
+            Details::File {
                 action,
                 path,
                 source,
@@ -263,7 +263,7 @@ impl fmt::Display for Error {
                 let path = path.display();
                 write!(f, "cannot {action} {path}: {source}\n  cure: {cure}")
             }
-            Failure::IllegalAction {
+            Details::IllegalAction {
                 time,
                 robot,
                 problem,
@@ -274,9 +274,9 @@ impl fmt::Display for Error {
                     "illegal action at t = {time} s by robot `{robot}`: {problem}"
                 )
             }
-            Failure::Refuted(problem) => write!(f, "the checker rejects this run: {problem}"),
-            Failure::Interrupted => f.write_str("interrupted before the first result"),
-            Failure::Internal(problem) => write!(
+            Details::Refuted(problem) => write!(f, "the checker rejects this run: {problem}"),
+            Details::Interrupted => f.write_str("interrupted before the first result"),
+            Details::Internal(problem) => write!(
                 f,
                 "{problem}\n  cure: this is a defect of pickline; please report it with the command \
                  line and the files"
@@ -294,8 +294,8 @@ impl fmt::Debug for Error {
 impl StdError for Error {
     fn source(&self) -> Option<&(dyn StdError + 'static)> {
         match &*self.0 {
-            Failure::Described { source, .. } => Some(source.as_deref()?),
-            Failure::File { source, .. } => Some(source),
+            Details::Described { source, .. } => Some(source.as_deref()?),
+            Details::File { source, .. } => Some(source),
             _ => None,
         }
     }

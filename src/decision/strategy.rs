@@ -92,9 +92,9 @@ mod tests {
     }
 
     /// A strategy that relies on the default methods.
-    struct Silent;
+    struct Defaults;
 
-    impl Strategy for Silent {
+    impl Strategy for Defaults {
         fn decide(&mut self, _: &Snapshot) -> Action {
             Action::NoAnswer
         }
@@ -190,9 +190,9 @@ mod tests {
 
     #[test]
     fn strategies_look_and_have_no_trouble_unless_they_say_so() {
-        assert!(Silent.needs_view());
-        assert_eq!(Silent.trouble(), None);
-        let message = ask(&mut Silent, 1).unwrap_err().to_string();
+        assert!(Defaults.needs_view());
+        assert_eq!(Defaults.trouble(), None);
+        let message = ask(&mut Defaults, 1).unwrap_err().to_string();
         assert!(message.contains("silent: it has no answer"), "{message}");
     }
 

@@ -2,7 +2,7 @@
 
 use super::environment::Environment;
 use crate::error::{Error, Result};
-use crate::planning::bound::{Bound, Options, upper_bound};
+use crate::planning::bound::{Bound, BoundOptions, upper_bound};
 use crate::sim::Scene;
 
 /// The bound for a scene on which the best run picks `picked` items.
@@ -14,7 +14,7 @@ pub fn bound_beside(scene: &Scene, picked: usize, environment: &Environment) -> 
     let go_on = &mut |_, _| !environment.stopped();
     let bound = upper_bound(
         scene,
-        &Options::beside(picked, scene.pattern().len()),
+        &BoundOptions::beside(picked, scene.pattern().len()),
         go_on,
     )?;
     if environment.stopped() {

@@ -293,8 +293,9 @@ impl Trainer {
                     return Err(Error::interrupted());
                 }
                 let mut expert = expert(scene.station().robots().len())?.make();
-                let worth = (plan.reward, plan.ppo.gamma);
-                let answers = Answers::collect(scene, expert.as_mut(), &pupil, self.layout, worth);
+                let (reward, gamma) = (plan.reward, plan.ppo.gamma);
+                let answers =
+                    Answers::collect(scene, expert.as_mut(), &pupil, self.layout, reward, gamma);
                 environment.progress.advance(1);
                 answers
             };
@@ -305,12 +306,10 @@ impl Trainer {
             };
             answers.into_iter().for_each(|answers| all.append(answers));
             let mut rng = random_stream(seed, SHUFFLE);
-            let ppo = &plan.ppo;
-            let how = (&imitation, ppo.batch_size, ppo.vf_coef, ppo.max_grad_norm);
-            let terms = all.teach(&mut self.learner, how, &mut rng);
+            let terms = all.teach(&mut self.learner, &imitation, &plan.ppo, &mut rng);
             let round = Round {
                 answers: all.len(),
-                agreement: terms.clipped,
+                agreement: terms.agreement,
             };
             self.rounds += 1;
             report(self, round)?;
