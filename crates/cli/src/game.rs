@@ -1,17 +1,17 @@
 //! `pickline game`.
 
 use super::args::{GameArgs, PayoffArg};
+use super::flags;
 use super::outputs::Outputs;
-use super::pattern_set;
 use super::progress::Bar;
 use super::session::Session;
 use super::settings::json;
 use pickline::error::Result;
 use pickline::optimize::Environment;
 use pickline::optimize::game::{LineGame, PayoffKind, check_size};
-use pickline::pattern::{PatternSource, Recipe};
 use pickline::sim::Conditions;
 use pickline::station::Station;
+use pickline::study::{ScoredPatterns, set_notes};
 use pickline_report::{GameReport, Provenance};
 use std::path::Path;
 
@@ -26,7 +26,8 @@ pub fn run(args: &GameArgs, session: &Session) -> Result<()> {
     args.conditions
         .check_on(&args.station, &args.common, &station)?;
     check_size(&station)?;
-    let (source, shape) = args.set.feed.source(&args.set.patterns, &args.station)?;
+    let scored = args.set.resolve(&args.station)?;
+    let source = scored.source();
     let nfg = [(
         "--nfg",
         args.nfg.as_deref().filter(|file| *file != Path::new("-")),
@@ -36,9 +37,7 @@ pub fn run(args: &GameArgs, session: &Session) -> Result<()> {
     read.extend(patterns.iter().map(|file| ("--patterns", Some(&**file))));
     read.push(("--patterns", source.folder()));
     args.common.check_outputs("game", &FILES, &read, &nfg)?;
-    let seed = args.common.seed;
-    let recipe = pattern_set::recipe(&args.set, seed, &source, shape, &station)?;
-    let solve = || report(args, session, &station, &source, &recipe, &conditions);
+    let solve = || report(args, session, &station, &scored, &conditions);
     let report = args.common.on_threads(solve)?;
     let mut outputs = Outputs::default();
     let (common, whole) = (&args.common, json(&report)?);
@@ -60,17 +59,17 @@ fn report(
     args: &GameArgs,
     session: &Session,
     station: &Station,
-    source: &PatternSource,
-    recipe: &Recipe,
+    patterns: &ScoredPatterns,
     conditions: &Conditions,
 ) -> Result<GameReport> {
     let payoff = match args.payoff {
         PayoffArg::Own => PayoffKind::Own,
         PayoffArg::Total => PayoffKind::Total,
     };
-    let set = pattern_set::build(source, recipe, station)?;
-    args.station.check_set(&set)?;
-    let set = pattern_set::with_luck(set, source, conditions);
+    let set = patterns.draw(station, args.common.seed, conditions);
+    let set = set.map_err(flags::in_error)?;
+    args.station.check_set(set.drawn())?;
+    let set = set.scored();
     args.common.remark(&format!(
         "solving the game of station {} ({} robots, belt at {} m/s), payoff {}\non {}",
         args.station.station,
@@ -85,7 +84,7 @@ fn report(
         progress: &bar,
     };
     let line = LineGame::new(station, &set.patterns, payoff, conditions, &environment)?;
-    let notes = pattern_set::notes(&set, conditions, line.independent, line.patterns);
+    let notes = set_notes(set, conditions, line.independent, line.patterns);
     let made = Provenance::new(
         &session.command(),
         &args.station.station,
@@ -99,7 +98,7 @@ fn report(
         &line,
         payoff,
         set.patterns.len(),
-        notes,
+        flags::in_notes(&notes),
         made,
     ))
 }

@@ -6,9 +6,11 @@ mod bound;
 mod compare;
 mod dashboard;
 mod emulate;
+mod flags;
 mod game;
 mod kept;
 mod live;
+mod live_strategy;
 mod log;
 mod man;
 #[cfg(feature = "mqtt")]
@@ -18,7 +20,6 @@ mod notify;
 mod optimize;
 mod outputs;
 mod pattern;
-mod pattern_set;
 mod pictures;
 mod progress;
 #[cfg(feature = "mcap")]
@@ -33,10 +34,8 @@ mod settings;
 mod simulate;
 mod station;
 mod sweep;
-mod sweep_values;
 #[cfg(feature = "onnx")]
 mod train;
-mod training;
 mod warnings;
 
 use args::{Cli, Command};

@@ -6,7 +6,7 @@ use super::args::{
 };
 use super::outputs::{self, Outputs};
 use super::session::{Session, tell};
-use super::settings::{DEFAULT_GRID, json, load_pattern};
+use super::settings::{json, load_pattern};
 use super::warnings::warn;
 use pickline::error::{Error, Result, counted, shown, shown_number};
 use pickline::files;
@@ -14,6 +14,7 @@ use pickline::pattern::{
     Feed, Feeder, Pattern, describe, grid, poisson_disk, random_stream, to_csv, tracking,
 };
 use pickline::plausible::{BELT_SPEED, BELT_WIDTH, MERGE_DISTANCE, SPLIT_DISTANCE};
+use pickline::study::DEFAULT_GRID;
 use pickline_report::{DescriptionReport, description_table, origin_comment};
 use rand::rngs::ChaCha8Rng;
 use serde::Serialize;

@@ -1,10 +1,11 @@
 //! `pickline run --replay`: repeats a recorded run.
 
 use super::args::RunArgs;
-use super::run::{allowance, blueprint};
+use super::live_strategy::{allowance, live_strategy};
 use super::session::Session;
 use pickline::error::{Error, Result, shown};
 use pickline::station::{Overrides, parse};
+use pickline::study::BlueprintOptions;
 use pickline_live::protocol::{Rejection, encode};
 use pickline_live::recording::{Ending, Entry, Event, Reader};
 use pickline_live::{ClockKind, Config, Controller};
@@ -44,7 +45,10 @@ pub fn replay(args: &RunArgs, file: &Path, session: &Session) -> Result<()> {
     let recorded = args.strategy.is_none().then_some(heading.budget_ms);
     let allowance = allowance(args.budget_ms.or(recorded.flatten()), clock)?;
     let quiet = args.transport.quiet;
-    let strategy = blueprint(text, heading.seed, quiet, &station, session, allowance)?.make();
+    let options = BlueprintOptions::default()
+        .with_seed(heading.seed)
+        .with_allowance(allowance);
+    let strategy = live_strategy(text, &options, quiet, &station, session)?.make();
     args.transport.remark(&format!(
         "replaying {name}, recorded by {}: {}",
         heading.program, heading.command

@@ -1,25 +1,21 @@
 //! `pickline run`.
 
-use super::args::{Common, DialectArg, Format, RunArgs};
+use super::args::{DialectArg, RunArgs};
 use super::dashboard::Screen;
 use super::kept::{self, Kept};
 use super::live::{NodeClock, PATIENCE, check_range, is_same_place, stop_flag, unix_now};
+use super::live_strategy::{allowance, live_strategy};
 use super::node::Node;
 use super::notify::Notify;
-use super::progress::Bar;
 use super::session::Session;
-use super::settings::{default_strategy, json, parse_strategy};
-use super::training::{Line, budget, distance};
+use super::settings::{default_strategy, json};
 use pickline::error::{Error, Result, shown};
-use pickline::optimize::Environment;
-use pickline::planning::{Allowance, Budget};
 use pickline::plausible::{DECISION_TIME, TIMEOUT, TOLERANCE};
 use pickline::station::Station;
-use pickline::strategies::Blueprint;
+use pickline::study::{BlueprintOptions, policy_distance};
 use pickline_live::protocol::{check_station, schema};
 use pickline_live::transport::{Dialect, Side};
 use pickline_live::{ClockKind, Config, Timeouts};
-use std::cell::OnceCell;
 use std::time::Instant;
 
 pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
@@ -83,7 +79,10 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
     };
     let lead = lead_times(&args.lead, &station)?;
     let quiet = args.transport.quiet;
-    let strategy = blueprint(&text, args.seed, quiet, &station, session, allowance)?;
+    let options = BlueprintOptions::default()
+        .with_seed(args.seed)
+        .with_allowance(allowance);
+    let strategy = live_strategy(&text, &options, quiet, &station, session)?;
     let config = Config {
         clock: args.transport.clock(),
         tolerance: args.tolerance,
@@ -100,8 +99,8 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
         stop_margin: args.stop_margin,
         ..Config::default()
     };
-    if let Some(distance) = distance(&strategy, &station) {
-        remark(&distance.text);
+    if let Some(distance) = policy_distance(&strategy, &station) {
+        remark(&distance.to_string());
     }
     let made = strategy.make();
     args.transport.remark(&format!(
@@ -215,51 +214,4 @@ fn check_addresses(args: &RunArgs) -> Result<()> {
         }
     }
     Ok(())
-}
-
-/// The time or work budget of each decision on a live line.
-///
-/// # Errors
-/// An invalid time.
-pub fn allowance(ms: Option<f64>, clock: ClockKind) -> Result<Allowance> {
-    Ok(Allowance {
-        asked: budget(ms)?,
-        otherwise: match clock {
-            // The belt does not wait.
-            ClockKind::System => Budget::LIVE,
-            // The same stream gives the same output on every machine.
-            ClockKind::Messages => Budget::EXPERIMENT,
-        },
-    })
-}
-
-/// The strategy of a live line, parsed from `text`.
-///
-/// # Errors
-/// A text that is not a valid strategy.
-pub fn blueprint(
-    text: &str,
-    seed: u64,
-    quiet: bool,
-    station: &Station,
-    session: &Session,
-    allowance: Allowance,
-) -> Result<Blueprint> {
-    let common = Common {
-        seed,
-        update_hz: 0.0,
-        threads: None,
-        format: Format::Table,
-        out: None,
-        force: false,
-        quiet,
-    };
-    let bar = Bar::new(common.quiet);
-    let environment = Environment {
-        stop: session.stop(),
-        progress: &bar,
-    };
-    let line = Line::new(&common, station, &environment);
-    let strategy = parse_strategy(text, quiet)?;
-    common.on_threads(|| line.put(&strategy, &OnceCell::new(), allowance))
 }

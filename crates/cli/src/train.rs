@@ -1,10 +1,10 @@
 //! `pickline train`.
 
-use super::args::{Common, Format, TrainArgs};
+use super::args::TrainArgs;
 use super::outputs;
 use super::progress::Bar;
-use super::session::Session;
-use super::settings::json;
+use super::session::{Session, tell};
+use super::settings::{check_threads, json, on_threads};
 use super::warnings::warn;
 use pickline::dispatch::RULES;
 use pickline::error::{Error, Result};
@@ -33,16 +33,7 @@ const BESIDE: [&str; 4] = ["json", "csv", "svg", "checkpoint.json"];
 
 pub fn run(args: &TrainArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
-    let common = Common {
-        seed: args.seed,
-        update_hz: 0.0,
-        threads: args.threads,
-        format: Format::Table,
-        out: None,
-        force: args.force,
-        quiet: args.quiet,
-    };
-    common.check()?;
+    check_threads(args.threads)?;
     let plan = plan(args)?;
     let resumed = args.resume.as_deref().map(|path| {
         let text = files::read_text(path)?;
@@ -62,7 +53,7 @@ pub fn run(args: &TrainArgs, session: &Session) -> Result<()> {
         .map(|(_, station)| station.clone())
         .collect();
     let expert = expert(&plan, &lines)?;
-    let text = common.on_threads(|| {
+    let text = on_threads(args.threads, || {
         let (trainer, kept) = match resumed {
             Some(saved) => {
                 let mut trainer = Trainer::resume(saved.trainer, lines)?;
@@ -74,10 +65,9 @@ pub fn run(args: &TrainArgs, session: &Session) -> Result<()> {
             None => (Trainer::new(plan, lines, args.seed)?, Kept::default()),
         };
         let courses = trials(&stations)?;
-        Training {
+        TrainingRun {
             args,
             session,
-            common: &common,
             started: Instant::now(),
             trainer,
             stations: stations.iter().map(|(name, _)| name.clone()).collect(),
@@ -235,10 +225,9 @@ fn trials(stations: &[(String, Station)]) -> Result<Vec<(String, Vec<Course>)>> 
     Ok(list)
 }
 
-struct Training<'a> {
+struct TrainingRun<'a> {
     args: &'a TrainArgs,
     session: &'a Session,
-    common: &'a Common,
     started: Instant,
     trainer: Trainer,
     /// The stations as given on the command line.
@@ -256,7 +245,7 @@ struct Saved {
     score: Kept,
 }
 
-impl Training<'_> {
+impl TrainingRun<'_> {
     fn run(mut self, courses: &[(String, Vec<Course>)], kept: Kept) -> Result<String> {
         let bar = Bar::new(self.args.quiet);
         let environment = Environment {
@@ -265,15 +254,18 @@ impl Training<'_> {
         };
         let mut score = Score::new(judges(courses)?, kept, &self.trainer)?;
         if let Some(expert) = &self.expert {
-            let (common, started) = (self.common, self.started);
+            let (quiet, started) = (self.args.quiet, self.started);
             let judge = |trainer: &Trainer, round: Round| {
                 score.judge(trainer, Judged::Round(round), started.elapsed())?;
-                common.remark(&format!(
-                    "{} answers, {:.0} % matched, best so far {}",
-                    round.answers,
-                    100.0 * round.agreement,
-                    score.summary()
-                ));
+                remark(
+                    quiet,
+                    &format!(
+                        "{} answers, {:.0} % matched, best so far {}",
+                        round.answers,
+                        100.0 * round.agreement,
+                        score.summary()
+                    ),
+                );
                 Ok(())
             };
             let expert = |robots| expert.alone(robots);
@@ -290,10 +282,13 @@ impl Training<'_> {
                     // Nothing has been learned yet.
                     return Err(Error::Interrupted);
                 }
-                common.remark(&format!(
-                    "stopped after {done} of {planned} rounds; the best policy so far is kept, but \
+                remark(
+                    quiet,
+                    &format!(
+                        "stopped after {done} of {planned} rounds; the best policy so far is kept, but \
                      an imitation cannot be resumed"
-                ));
+                    ),
+                );
             }
         }
         if score.is_empty() {
@@ -382,4 +377,11 @@ fn judges(courses: &[(String, Vec<Course>)]) -> Result<Vec<Trial<'_>>> {
         list.push(Trial::new(name.clone(), scenes(courses)?, &robust)?);
     }
     Ok(list)
+}
+
+/// A remark for the user, unless quiet.
+fn remark(quiet: bool, text: &str) {
+    if !quiet {
+        tell(text);
+    }
 }
