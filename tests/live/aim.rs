@@ -85,7 +85,10 @@ fn pictures_that_are_stamped_late_are_told_of_with_the_flag_that_cures_it() {
         assert_eq!(remarks.len(), 1, "{remarks:?}");
         let flag = format!("--camera-delay {:.0} ", 1e3 * late);
         let way = if late < 0.0 { "early" } else { "late" };
-        let told = format!("stamped {:.0} ms {way}: {flag}", 1e3 * f64::abs(late));
+        let told = format!(
+            "as if timestamps of pictures were {:.0} ms {way}: {flag}",
+            1e3 * f64::abs(late)
+        );
         assert!(remarks[0].contains(&told), "{remarks:?}");
         let (done, missed, remarks) = play(late, 1e3 * late, true);
         assert!(done >= 10 && missed == 0, "{done} {missed}");

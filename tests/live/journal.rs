@@ -56,7 +56,7 @@ fn one_process_at_a_time() {
     let output = pickline(&arguments);
     let errors = String::from_utf8(output.stderr).unwrap();
     assert!(
-        errors.contains("1 items, 0 open tasks; its last record, 29 bytes"),
+        errors.contains("1 items, 0 open tasks; its last record (29 bytes)"),
         "{errors}"
     );
     assert!(errors.contains("of 1 items picked"), "{errors}");

@@ -224,7 +224,7 @@ fn with_message_time_the_replay_is_the_run_to_the_bit() {
     let (code, part, errors) = try_out(&before[..before.len() / 2]);
     assert_eq!(code, Some(0), "{errors}");
     assert!(
-        said.starts_with(&part) && errors.contains("midst of a record"),
+        said.starts_with(&part) && errors.contains("within a record"),
         "{errors}"
     );
     for (bytes, word) in [

@@ -1,5 +1,8 @@
 //! The command line: arguments, resolved settings, one file per verb.
 
+// Units are in brackets, [m] or [s], which rustdoc would treat as links.
+#![allow(rustdoc::broken_intra_doc_links)]
+
 mod access;
 mod args;
 mod bound;

@@ -4,6 +4,9 @@
 //! socket, so that every behaviour can be tested exactly. [`transport`], [`journal`] and
 //! [`recording`] add those.
 
+// Units are in brackets, [m] or [s], which rustdoc would treat as links.
+#![allow(rustdoc::broken_intra_doc_links)]
+
 mod aim;
 mod association;
 mod belt;

@@ -10,6 +10,7 @@ mod access;
 mod descriptors;
 mod dialect;
 #[cfg(test)]
+#[allow(dead_code, reason = "the tests of crates/cli use all of it")]
 #[path = "../../../../tests/common/gate.rs"]
 mod gate;
 mod hub;
