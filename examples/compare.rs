@@ -14,7 +14,8 @@ pub fn run(out: &mut impl Write) -> Result<(), Box<dyn Error>> {
     let station = station::built_in("paper")?.station(Some(2))?;
     let cases = experiment::load_cases("paper")?;
     let options = CompareOptions::default()
-        .with_replicates(3)
+        .with_replicates(2)
+        .with_bound(false)
         .with_strategy(strategies::parse("lookahead:depth=2")?);
     let found = study::compare(&station, &cases, &options, &Environment::QUIET)?;
 

@@ -13,8 +13,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 pub fn run(out: &mut impl Write) -> Result<(), Box<dyn Error>> {
     let station = station::built_in("paper")?.station(Some(2))?;
     let options = OptimizeOptions::default()
-        .with_patterns("poisson:0.15:20".parse()?)
-        .with_validation(50);
+        .with_patterns("poisson:0.15:6".parse()?)
+        .with_validation(10);
     let found = study::optimize(&station, &options, &Environment::QUIET)?;
 
     for ranked in found.optimum.ranking.entries.iter().take(3) {

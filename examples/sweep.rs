@@ -17,8 +17,9 @@ pub fn run(out: &mut impl Write) -> Result<(), Box<dyn Error>> {
     let options = SweepOptions::default()
         .with_axis(Axis::Robots)
         .with_robots(|robots| line.station(Some(robots)))
-        .with_to(4.0)
-        .with_patterns("poisson:0.15:5".parse()?);
+        .with_to(3.0)
+        .with_patterns("poisson:0.15:2".parse()?)
+        .with_bound(false);
     let found = study::sweep(&station, &options, &Environment::QUIET)?;
 
     for (robots, methods) in found.sweep.values.iter().zip(&found.sweep.points) {

@@ -1,13 +1,14 @@
 //! `pickline emulate`.
 
 use super::args::{EmulateArgs, TransportArgs, TroubleArgs};
-use super::live::{BREATH, GLANCE, PATIENCE, stop_flag, unix_now, until};
+use super::live::stop_flag;
 use super::session::Session;
 use super::settings::load_pattern;
 use pickline::error::{Error, Result, shown};
 use pickline_live::ClockKind;
 use pickline_live::emulator::{Emulator, Trouble};
 use pickline_live::layout;
+use pickline_live::node::{CLOSE_TIMEOUT, POLL_INTERVAL, ROOM_INTERVAL, unix_now, until};
 use pickline_live::protocol::{Incoming, Outgoing, Status, decode_answer, decode_outgoing};
 use pickline_live::transport::{Dialect, Heard, Hub, Side};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -38,9 +39,11 @@ pub fn run(args: &EmulateArgs, session: &Session) -> Result<()> {
         "playing {name} on station {}",
         args.station.station
     ));
-    let hub = args
-        .transport
-        .open(Side::Station, emulator.station(), Dialect::Json)?;
+    let station = emulator.station();
+    let connections = transport.connections(Side::Station, station, Dialect::Json)?;
+    let is_closed = connections.terms.access.is_closed();
+    let hub = Hub::open(&connections.place, connections.terms)?;
+    transport.announce(&connections.place, &hub, is_closed);
     let mut play = Play {
         emulator,
         hub,
@@ -60,7 +63,7 @@ pub fn run(args: &EmulateArgs, session: &Session) -> Result<()> {
     args.transport.log().sum_up();
     args.transport.remark(&play.summary(items));
     let broken = play.emulator.broken_promises().first().cloned();
-    play.hub.close(PATIENCE)?;
+    play.hub.close(CLOSE_TIMEOUT)?;
     if let Some(promise) = broken {
         return Err(Error::Refuted(promise));
     }
@@ -141,7 +144,7 @@ struct Play<'a> {
 impl Play<'_> {
     fn wait_for_a_peer(&mut self, stop: &AtomicBool) -> Result<()> {
         while self.hub.peers() == 0 && !stop.load(Ordering::Relaxed) {
-            if let Some(heard) = self.hub.hear(GLANCE) {
+            if let Some(heard) = self.hub.hear(POLL_INTERVAL) {
                 self.handle(heard)?;
             }
         }
@@ -159,7 +162,7 @@ impl Play<'_> {
             self.say(messages, stop)?;
             due = None;
             while self.answers && !stop.load(Ordering::Relaxed) {
-                let Some(heard) = self.hub.hear(GLANCE) else {
+                let Some(heard) = self.hub.hear(POLL_INTERVAL) else {
                     continue;
                 };
                 if let Some(Outgoing::Due(answer)) = self.handle(heard)? {
@@ -196,7 +199,7 @@ impl Play<'_> {
     fn say(&mut self, messages: Vec<Incoming>, stop: &AtomicBool) -> Result<()> {
         for message in messages {
             while self.hub.is_full() && !self.deserted && !stop.load(Ordering::Relaxed) {
-                if let Some(heard) = self.hub.hear(BREATH) {
+                if let Some(heard) = self.hub.hear(ROOM_INTERVAL) {
                     self.handle(heard)?;
                 }
             }
@@ -280,7 +283,7 @@ impl Play<'_> {
         };
         self.hub.finish_writing();
         while self.answers && !stop.load(Ordering::Relaxed) {
-            if let Some(heard) = self.hub.hear(GLANCE) {
+            if let Some(heard) = self.hub.hear(POLL_INTERVAL) {
                 self.handle(heard)?;
             }
             let status = self.status.as_ref();

@@ -11,14 +11,13 @@ mod dashboard;
 mod emulate;
 mod flags;
 mod game;
-mod kept;
 mod live;
 mod live_strategy;
 mod log;
 mod man;
+mod monitor;
 #[cfg(feature = "mqtt")]
 mod mqtt;
-mod node;
 mod notify;
 mod optimize;
 mod outputs;

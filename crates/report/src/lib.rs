@@ -37,7 +37,7 @@ pub use nfg::nfg_text;
 pub use optimum::{OptimumReport, ValidationReport};
 pub use origin::{is_result_of, origin_comment, with_origin};
 pub use page::{comparison_page, optimum_page, sweep_page};
-pub use provenance::{Provenance, station_hash};
+pub use provenance::Provenance;
 pub use replay::{check_replay, replay_page};
 pub use rivals::RivalsReport;
 pub use run::RunReport;
