@@ -1,7 +1,8 @@
 //! `pickline emulate`.
 
-use super::args::{EmulateArgs, TransportArgs, TroubleArgs};
-use super::live::stop_flag;
+use super::args::{EmulateArgs, TroubleArgs};
+use super::live::{announce, stop_flag};
+use super::remarks::Remarks;
 use super::session::Session;
 use super::settings::load_pattern;
 use pickline::error::{Error, Result, shown};
@@ -15,7 +16,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 pub fn run(args: &EmulateArgs, session: &Session) -> Result<()> {
-    session.log_into(args.transport.log());
+    let remarks = args.transport.remarks();
+    session.log_into(remarks.log());
     let station = args.station.load()?;
     let width = station.belt().width;
     let file = args.pattern.as_ref().map(|file| file.to_string_lossy());
@@ -35,7 +37,7 @@ pub fn run(args: &EmulateArgs, session: &Session) -> Result<()> {
     let transport = &args.transport;
     transport.access.check(Side::Station, transport, None)?;
     let emulator = Emulator::new(station, pattern, trouble)?;
-    args.transport.remark(&format!(
+    remarks.remark(&format!(
         "playing {name} on station {}",
         args.station.station
     ));
@@ -43,11 +45,12 @@ pub fn run(args: &EmulateArgs, session: &Session) -> Result<()> {
     let connections = transport.connections(Side::Station, station, Dialect::Json)?;
     let is_closed = connections.terms.access.is_closed();
     let hub = Hub::open(&connections.place, connections.terms)?;
-    transport.announce(&connections.place, &hub, is_closed);
+    announce(&remarks, &connections.place, &hub, is_closed);
     let mut play = Play {
         emulator,
         hub,
-        transport: &args.transport,
+        remarks: &remarks,
+        clock: transport.clock(),
         answers: true,
         deserted: false,
         status: None,
@@ -55,13 +58,13 @@ pub fn run(args: &EmulateArgs, session: &Session) -> Result<()> {
     };
     let stop = stop_flag();
     play.wait_for_a_peer(&stop)?;
-    match args.transport.clock() {
+    match transport.clock() {
         ClockKind::System => play.go_by_the_clock(&stop)?,
         ClockKind::Messages => play.go_in_turns(&stop)?,
     }
     play.listen_to_the_end(&stop)?;
-    args.transport.log().sum_up();
-    args.transport.remark(&play.summary(items));
+    remarks.log().sum_up();
+    remarks.remark(&play.summary(items));
     let broken = play.emulator.broken_promises().first().cloned();
     play.hub.close(CLOSE_TIMEOUT)?;
     if let Some(promise) = broken {
@@ -131,7 +134,8 @@ impl TroubleArgs {
 struct Play<'a> {
     emulator: Emulator,
     hub: Hub,
-    transport: &'a TransportArgs,
+    remarks: &'a Remarks,
+    clock: ClockKind,
     /// Whether any peer may still answer.
     answers: bool,
     /// With message time, whether the node has gone and no longer takes its turn.
@@ -233,23 +237,23 @@ impl Play<'_> {
             }
             Heard::Foreign(number, start) => {
                 let text = self.hub.foreign(number, &start);
-                self.transport.warn(&text);
+                self.remarks.warn(&text);
             }
             // Only a node disconnects peers that do not keep up.
             Heard::Stalled(_) => {}
             Heard::Up(_) => self.answers = true,
             // With the system clock, the station continues and reports a reconnect.
-            Heard::Down(_) if self.transport.clock() == ClockKind::System => {}
+            Heard::Down(_) if self.clock == ClockKind::System => {}
             Heard::Left(0) => self.answers = false,
             Heard::Ended(_) => {
                 self.answers = false;
-                self.deserted = self.transport.clock() == ClockKind::Messages;
+                self.deserted = self.clock == ClockKind::Messages;
             }
             Heard::Left(number) | Heard::Down(number) => {
                 self.hub.leave(number);
                 self.answers = self.hub.peers() > 0;
             }
-            Heard::Remark(text) => self.transport.remark(&text),
+            Heard::Remark(text) => self.remarks.remark(&text),
             Heard::Failed(error) => return Err(error),
         }
         Ok(None)
@@ -277,7 +281,7 @@ impl Play<'_> {
         if self.hub.is_stdio() {
             return Ok(());
         }
-        let end = match self.transport.clock() {
+        let end = match self.clock {
             ClockKind::System => unix_now(),
             ClockKind::Messages => f64::INFINITY,
         };

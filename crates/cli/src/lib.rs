@@ -24,6 +24,7 @@ mod outputs;
 mod pattern;
 mod pictures;
 mod progress;
+mod remarks;
 #[cfg(feature = "mcap")]
 mod replay;
 #[cfg(feature = "ros2")]

@@ -1,7 +1,8 @@
 //! Shared by `run` and `emulate`: the transport, the signals, checks of values.
 
 use super::args::{ClockArg, LogFormatArg, TransportArgs};
-use super::log::{Level, Log, Style, kind_of};
+use super::log::Style;
+use super::remarks::Remarks;
 use pickline::error::{Error, Result, shown_number};
 use pickline::station::Station;
 use pickline_live::ClockKind;
@@ -60,30 +61,6 @@ impl TransportArgs {
         Ok(Connections { place, terms })
     }
 
-    /// Says where the program can be reached. `is_closed`: only peers that authenticate may
-    /// connect.
-    pub fn announce(&self, place: &Place, hub: &Hub, is_closed: bool) {
-        match place {
-            #[cfg(feature = "mqtt")]
-            Place::Mqtt(settings) => self.remark(&format!("using {}", settings.broker)),
-            #[cfg(feature = "ros2")]
-            Place::Ros2(settings) => {
-                let (domain, namespace) = (settings.domain, &settings.namespace);
-                self.remark(&format!("using ROS domain {domain}, namespace {namespace}"));
-                if !settings.networks.iter().all(IpAddr::is_loopback) {
-                    self.warn("anyone in these networks can control the line");
-                }
-            }
-            _ => {}
-        }
-        if let Some(address) = hub.address() {
-            self.remark(&format!("listening at {address}"));
-            if !address.ip().is_loopback() && !is_closed {
-                self.warn("anyone who can reach this address can control the line");
-            }
-        }
-    }
-
     #[cfg_attr(
         not(any(feature = "mqtt", feature = "ros2")),
         allow(unused_variables, clippy::unnecessary_wraps)
@@ -104,31 +81,38 @@ impl TransportArgs {
         })
     }
 
-    /// The log, which is opened at first use.
-    pub fn log(&self) -> &Arc<Log> {
-        let style = || match self.log_format {
+    /// Where remarks go.
+    pub fn remarks(&self) -> Remarks {
+        let style = match self.log_format {
             LogFormatArg::Auto => Style::found(),
             LogFormatArg::Text => Style::Text,
             LogFormatArg::Journald => Style::Journald,
             LogFormatArg::Stamped => Style::Stamped,
         };
-        self.log.get_or_init(|| Arc::new(Log::on_stderr(style())))
+        Remarks::on_stderr(style, self.quiet)
     }
+}
 
-    /// A remark for the user, unless quiet.
-    pub fn remark(&self, text: &str) {
-        self.say(Level::Info, &kind_of(text), text);
+/// Says where the program can be reached. `is_closed`: only peers that authenticate may
+/// connect.
+pub fn announce(remarks: &Remarks, place: &Place, hub: &Hub, is_closed: bool) {
+    match place {
+        #[cfg(feature = "mqtt")]
+        Place::Mqtt(settings) => remarks.remark(&format!("using {}", settings.broker)),
+        #[cfg(feature = "ros2")]
+        Place::Ros2(settings) => {
+            let (domain, namespace) = (settings.domain, &settings.namespace);
+            remarks.remark(&format!("using ROS domain {domain}, namespace {namespace}"));
+            if !settings.networks.iter().all(IpAddr::is_loopback) {
+                remarks.warn("anyone in these networks can control the line");
+            }
+        }
+        _ => {}
     }
-
-    /// A warning, unless quiet.
-    pub fn warn(&self, text: &str) {
-        self.say(Level::Warning, &kind_of(text), text);
-    }
-
-    /// A remark, unless quiet; repeated remarks of one `kind` are summed up.
-    pub fn say(&self, level: Level, kind: &str, text: &str) {
-        if !self.quiet {
-            self.log().say(level, kind, text);
+    if let Some(address) = hub.address() {
+        remarks.remark(&format!("listening at {address}"));
+        if !address.ip().is_loopback() && !is_closed {
+            remarks.warn("anyone who can reach this address can control the line");
         }
     }
 }

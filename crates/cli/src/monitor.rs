@@ -1,9 +1,10 @@
 //! Watches the node for `pickline run`: the log, the service manager and the dashboard.
 
-use super::args::TransportArgs;
 use super::dashboard::Screen;
+use super::live::announce;
 use super::log::{Level, kind_of};
 use super::notify::Notify;
+use super::remarks::Remarks;
 use pickline_live::Controller;
 use pickline_live::node::{NodeMonitor, NodeSummary, Severity};
 use pickline_live::protocol::Status;
@@ -11,8 +12,8 @@ use pickline_live::transport::{Hub, Place};
 
 /// Whoever is told what the node does.
 pub struct RunMonitor<'a> {
-    /// The log for remarks, unless quiet.
-    pub transport: &'a TransportArgs,
+    /// Where remarks go.
+    pub remarks: &'a Remarks,
     /// Whether only peers that authenticate may connect.
     pub is_closed: bool,
     /// The service manager, which expects keep-alives.
@@ -23,7 +24,7 @@ pub struct RunMonitor<'a> {
 
 impl NodeMonitor for RunMonitor<'_> {
     fn opened(&mut self, place: &Place, hub: &Hub) {
-        self.transport.announce(place, hub, self.is_closed);
+        announce(self.remarks, place, hub, self.is_closed);
     }
 
     fn ready(&mut self) {
@@ -38,9 +39,9 @@ impl NodeMonitor for RunMonitor<'_> {
         let kind = kind.map_or_else(|| kind_of(text), str::to_owned);
         match severity {
             // Even if quiet: nobody would know that something has ended.
-            Severity::Error => self.transport.log().say(Level::Error, text, text),
-            Severity::Warning => self.transport.say(Level::Warning, &kind, text),
-            Severity::Info => self.transport.say(Level::Info, &kind, text),
+            Severity::Error => self.remarks.log().say(Level::Error, text, text),
+            Severity::Warning => self.remarks.say(Level::Warning, &kind, text),
+            Severity::Info => self.remarks.say(Level::Info, &kind, text),
         }
     }
 
@@ -62,14 +63,14 @@ impl NodeMonitor for RunMonitor<'_> {
 
     fn finished(&mut self, summary: &NodeSummary) {
         // Print pending summaries before the final statistics.
-        self.transport.log().sum_up();
+        self.remarks.log().sum_up();
         let open = &summary.status.open_tasks;
         if summary.stopped && !open.is_empty() {
             let open: Vec<String> = open.iter().map(u64::to_string).collect();
-            self.transport
+            self.remarks
                 .remark(&format!("stopped; open tasks: {}", open.join(", ")));
         }
-        self.transport.remark(&summary.to_string());
+        self.remarks.remark(&summary.to_string());
     }
 
     fn closed(&mut self, controller: &Controller) {

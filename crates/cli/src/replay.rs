@@ -49,7 +49,8 @@ pub fn replay(args: &RunArgs, file: &Path, session: &Session) -> Result<()> {
         .with_seed(heading.seed)
         .with_allowance(allowance);
     let strategy = live_strategy(text, &options, quiet, &station, session)?.make();
-    args.transport.remark(&format!(
+    let remarks = args.transport.remarks();
+    remarks.remark(&format!(
         "replaying {name}, recorded by {}: {}",
         heading.program, heading.command
     ));
@@ -94,7 +95,7 @@ pub fn replay(args: &RunArgs, file: &Path, session: &Session) -> Result<()> {
     for doubt in reader.doubts() {
         verdict += &format!("\n  {doubt}");
     }
-    args.transport.remark(&verdict);
+    remarks.remark(&verdict);
     Ok(())
 }
 

@@ -1,7 +1,7 @@
 //! `pickline run`.
 
 use super::args::{DialectArg, RunArgs};
-use super::dashboard::Screen;
+use super::dashboard::{Screen, Served};
 use super::live::{check_range, is_same_place, stop_flag};
 use super::live_strategy::{allowance, live_strategy};
 use super::monitor::RunMonitor;
@@ -31,7 +31,8 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
         return super::replay::replay(args, file, session);
     }
     let transport = &args.transport;
-    session.log_into(transport.log());
+    let remarks = transport.remarks();
+    session.log_into(remarks.log());
     check_values(args)?;
     check_addresses(args)?;
     let dashboard = args.dashboard.as_deref();
@@ -47,7 +48,7 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
     }
     check_files(args)?;
     let allowance = allowance(args.budget_ms, transport.clock())?;
-    let remark = |text: &str| transport.remark(text);
+    let remark = |text: &str| remarks.remark(text);
     let (station, saved) = args.station.load_with_strategy(&remark)?;
     let (text, from) = match &args.strategy {
         Some(text) => (text.clone(), ""),
@@ -68,11 +69,17 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
         args.station.station
     ));
     let connections = transport.connections(Side::Node, &station, dialect(args, &station)?)?;
+    let served = dashboard.map(|address| Served {
+        address,
+        title: args.station.title(),
+        access: &transport.access,
+    });
+    let screen = Screen::open(served, &station, &strategy.name(), &remarks)?;
     let mut monitor = RunMonitor {
-        transport,
+        remarks: &remarks,
         is_closed: connections.terms.access.is_closed(),
         notify: Notify::found(),
-        screen: Some(Screen::open(args, &station, &strategy.name())?),
+        screen: Some(screen),
     };
     let stop = stop_flag();
     node::run(

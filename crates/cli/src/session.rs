@@ -139,7 +139,8 @@ pub fn tell(text: &str) {
     let _ = writeln!(std::io::stderr(), "{text}");
 }
 
-/// An argument, quoted for a shell.
+/// An argument, quoted for a shell. By hand: the crate shell-words also quotes `=` and `%`, which
+/// would change the recorded command of existing results.
 fn quoted(argument: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./:,=+@%".contains(c);
     if !argument.is_empty() && argument.chars().all(plain) {

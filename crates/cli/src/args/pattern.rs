@@ -1,6 +1,6 @@
 //! The arguments of `pickline pattern`.
 
-use super::{AttributeArgs, FeedArgs, Format, StationChoice};
+use super::shared::{AttributeArgs, FeedArgs, Format, StationChoice};
 use clap::{Args, Subcommand, ValueEnum};
 use std::path::PathBuf;
 

@@ -1,8 +1,12 @@
 //! The settings of a node.
 
-use crate::Config;
-use crate::transport::{Place, Terms};
+use crate::transport::{Access, Dialect, Place, Side, Terms};
+use crate::{ClockKind, Config};
+use pickline::station::Station;
 use std::path::PathBuf;
+
+/// Maximum number of simultaneous peers over TCP, unless another number is given.
+const USUAL_PEERS: usize = 64;
 
 /// Where the peers are, and on which terms they may connect.
 #[derive(Debug)]
@@ -11,6 +15,23 @@ pub struct Connections {
     pub place: Place,
     /// What holds for all of them.
     pub terms: Terms,
+}
+
+impl Connections {
+    /// Peers of the line of `station` at `place`, in JSON and without authentication.
+    pub fn new(place: Place, station: &Station, clock: ClockKind) -> Self {
+        let robots = station.robots().iter().map(|robot| robot.name.clone());
+        let terms = Terms {
+            side: Side::Node,
+            waits: clock == ClockKind::Messages,
+            robots: robots.collect(),
+            access: Access::default(),
+            most_peers: USUAL_PEERS,
+            hello: None,
+            dialect: Dialect::Json,
+        };
+        Self { place, terms }
+    }
 }
 
 /// What a recording and a journal say about the run that wrote them.

@@ -1,0 +1,43 @@
+//! What a live program has to say, and whether it may.
+
+use super::log::{Level, Log, Style, kind_of};
+use std::sync::Arc;
+
+/// Remarks for the operator; a quiet program makes none.
+#[derive(Debug, Clone)]
+pub struct Remarks {
+    log: Arc<Log>,
+    quiet: bool,
+}
+
+impl Remarks {
+    /// Remarks on stderr in this style.
+    pub fn on_stderr(style: Style, quiet: bool) -> Self {
+        Self {
+            log: Arc::new(Log::on_stderr(style)),
+            quiet,
+        }
+    }
+
+    /// The log, in which errors are written even if quiet.
+    pub fn log(&self) -> &Arc<Log> {
+        &self.log
+    }
+
+    /// A remark, unless quiet.
+    pub fn remark(&self, text: &str) {
+        self.say(Level::Info, &kind_of(text), text);
+    }
+
+    /// A warning, unless quiet.
+    pub fn warn(&self, text: &str) {
+        self.say(Level::Warning, &kind_of(text), text);
+    }
+
+    /// A remark, unless quiet; repeated remarks of one `kind` are summed up.
+    pub fn say(&self, level: Level, kind: &str, text: &str) {
+        if !self.quiet {
+            self.log.say(level, kind, text);
+        }
+    }
+}
