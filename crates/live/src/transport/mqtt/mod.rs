@@ -89,7 +89,7 @@ pub(super) fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) 
         .enable_all()
         .build()
         .map_err(|error| {
-            Error::input(
+            Error::resources(
                 "--mqtt",
                 format!("cannot set up the network: {error}"),
                 "free some memory",

@@ -77,7 +77,7 @@ pub fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) -> Resu
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_time()
         .build()
-        .map_err(|error| Error::input("--ros2", error.to_string(), "free some memory"))?;
+        .map_err(|error| Error::resources("--ros2", error.to_string(), "free some memory"))?;
     let up = Arc::new(AtomicBool::new(false));
     let listener = Listener {
         number,
