@@ -11,9 +11,11 @@ mod hearing;
 mod identity;
 mod peers;
 mod operation;
+mod picture;
 mod pictures;
 mod plans;
 mod recovery;
+mod reported;
 mod results;
 mod sources;
 mod states;
@@ -37,8 +39,8 @@ use crate::layout::layout_hash;
 use pickline::decision::Strategy;
 use pickline::plausible::Warning;
 use pickline::station::Station;
-use pictures::Picture;
-use recovery::Told;
+use picture::Picture;
+use reported::Reported;
 
 pub use hearing::Taken;
 
@@ -149,7 +151,7 @@ pub struct Controller {
     held: Vec<usize>,
     stopping: bool,
     /// The state reported last; none while no changes are requested.
-    told: Option<Told>,
+    reported: Option<Reported>,
 }
 
 impl Controller {
@@ -185,7 +187,7 @@ impl Controller {
             remarks: Vec::new(),
             held: Vec::new(),
             stopping: false,
-            told: None,
+            reported: None,
         }
     }
 

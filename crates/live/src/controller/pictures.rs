@@ -13,38 +13,6 @@ use pickline::plausible::{LENGTHS, question};
 const BESIDE: f64 = 0.05;
 /// A task is sent again when its item has moved on the belt by more than this [m].
 const MOVED: f64 = 1e-3;
-/// Maximum number of detections that are matched together. A larger picture is split, and its parts
-/// know of each other.
-const MOST_TOGETHER: usize = 256;
-
-/// Detections of one picture that are not yet matched to items.
-#[derive(Debug, Default)]
-pub(super) struct Picture {
-    seen: Vec<Sight>,
-    /// Detections with their times [s], for which the belt's position is not yet known.
-    waiting: Vec<(f64, Detection)>,
-}
-
-impl Picture {
-    /// Whether a detection of `source` at `time` [s] belongs to this picture.
-    pub fn takes(&self, source: Option<&str>, time: f64) -> bool {
-        let is_same = |first: &Sight| first.time == time && first.source() == source;
-        self.seen.first().is_some_and(is_same) && self.seen.len() < MOST_TOGETHER
-    }
-
-    /// The detections that wait for the belt, with their times [s].
-    pub fn waiting(&self) -> &[(f64, Detection)] {
-        &self.waiting
-    }
-
-    /// A picture that holds only detections that wait for the belt.
-    pub fn restore(waiting: Vec<(f64, Detection)>) -> Self {
-        Self {
-            seen: Vec::new(),
-            waiting,
-        }
-    }
-}
 
 impl Controller {
     /// Takes a detection at `time` [s]. It is matched when the picture is complete.

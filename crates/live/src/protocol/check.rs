@@ -1,7 +1,7 @@
 //! Checks of values beyond their types: ranges of numbers, valid texts.
 
-use super::decode::{Rejected, Rejection};
 use super::incoming::{Detection, Incoming};
+use super::rejection::{Rejected, Rejection};
 use super::session::{Hello, Role};
 use pickline::error::shown_number;
 use pickline::names::check_name;

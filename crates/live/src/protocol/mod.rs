@@ -10,14 +10,13 @@ mod fields;
 mod incoming;
 mod message;
 mod outgoing;
+mod rejection;
 mod schema;
 mod session;
 
 pub use check::LARGEST_STAMP;
 pub use csv::{CsvLine, CsvReader, CsvWriter, LONGEST_CSV_LINE, check_station};
-pub use decode::{
-    LONGEST_LINE, Rejected, Rejection, Said, decode, decode_answer, decode_outgoing, decode_said,
-};
+pub use decode::{Said, decode, decode_answer, decode_outgoing, decode_said};
 pub use incoming::{
     Ack, BeltState, Detection, Incoming, Order, Place, Report, RobotState, RobotStatus, Verdict,
 };
@@ -26,6 +25,7 @@ pub use outgoing::{
     BeltRequest, Cancel, Due, Latency, MissedCounts, Outgoing, Point, RobotReport, SourceKind,
     SourceReport, Status, Task, encode,
 };
+pub use rejection::{LONGEST_LINE, Rejected, Rejection};
 pub use schema::{schema, schemas_of};
 pub use session::{Answer, Hello, Role};
 

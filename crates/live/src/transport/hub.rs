@@ -1,12 +1,13 @@
 //! The hub of all peers: which are connected, which message goes to which, and which are
 //! disconnected.
 
+use super::connection::Connection;
 #[cfg(feature = "mqtt")]
 use super::mqtt;
 use super::peer::{Peer, QUEUE};
 #[cfg(feature = "ros2")]
 use super::ros2;
-use super::tcp::{Connection, FAREWELL_TIME, Tcp, WRITE_TIME};
+use super::tcp::{FAREWELL_TIME, Tcp, WRITE_TIME};
 use super::{Access, Dialect, Heard, INBOX, Origin, Place, RETRY, Side, listen_at, stream};
 use crate::protocol::{Answer, Hello, Incoming, Message, Rejected, Rejection, Role};
 use pickline::error::{Error, Result, counted, known_names, shown};

@@ -3,12 +3,15 @@
 //! A peer takes one descriptor. All messages go into one inbox; if it is full, the peers wait in
 //! turn.
 
+use super::connection::Connection;
 use super::descriptors::is_short;
 use super::dialect::{Dialect, Ear, Voice};
+use super::event::Heard;
 use super::lines::{Line, Splitter};
+use super::origin::Origin;
 use super::peer::{Peer, QUEUE, Socket};
 use super::tls::{Stream, Tls};
-use super::{Heard, INBOX, Origin, RETRY};
+use super::{INBOX, RETRY};
 use crate::protocol::Message;
 use pickline::error::{Error, Result, shown};
 use std::net::SocketAddr;
@@ -38,20 +41,6 @@ const PAUSE: Duration = Duration::from_millis(100);
 const BUFFER: usize = 1 << 16;
 /// Number of bytes that are read at once, and collected before a write if there are that many.
 const BLOCK: usize = 1 << 14;
-
-/// A connection that is not yet admitted.
-pub struct Connection {
-    stream: Stream,
-    /// Address of the other side.
-    pub address: Option<SocketAddr>,
-    _newcomer: OwnedSemaphorePermit,
-}
-
-impl std::fmt::Debug for Connection {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_tuple("Connection").field(&self.address).finish()
-    }
-}
 
 /// A sender to the inbox for tasks that must not block.
 #[derive(Debug, Clone)]
@@ -162,7 +151,7 @@ impl Tcp {
                         let connection = Connection {
                             stream,
                             address: peer,
-                            _newcomer: permit,
+                            newcomer: permit,
                         };
                         gate.send(Heard::Joined(connection)).await;
                         return;
@@ -332,7 +321,7 @@ impl Accepting {
             let connection = Connection {
                 stream,
                 address: Some(address),
-                _newcomer: permit,
+                newcomer: permit,
             };
             gate.send(Heard::Joined(connection)).await;
         });

@@ -1,6 +1,6 @@
 //! Converts a line of the dialect to the JSON of its message.
 
-use super::super::decode::{Rejected, Rejection};
+use super::super::rejection::{Rejected, Rejection};
 use super::fields;
 use super::frame::{Sequence, opened};
 use super::table::{Form, Kind, TO_NODE};

@@ -9,18 +9,19 @@ mod outbound;
 mod probe;
 mod resume;
 mod session;
+mod settings;
 mod tls;
 mod topics;
 mod trouble;
 mod url;
 
+use super::Heard;
 use super::peer::Peer;
-use super::{Heard, Side};
 use crate::ClockKind;
 use pickline::error::{Error, Result};
 use resume::Resume;
 use rumqttc::{MqttOptions, Transport};
-use session::Session;
+use session::{REQUESTS, Session, UNHEEDED};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::SyncSender;
@@ -28,46 +29,24 @@ use std::thread;
 use std::time::Duration;
 use topics::Topics;
 
+pub use settings::Settings;
 pub use url::Broker;
 
 /// Keep-alive interval [s]; the broker gives up a client after one and a half of them.
 const KEEP_ALIVE: u16 = 30;
-/// Maximum number of unhandled messages from the broker.
-const UNHEEDED: u16 = 512;
 /// Larger packets than this [bytes] are not delivered at all; shorter payloads that are too long
 /// for a line are refused and counted.
 const LARGEST_PACKET: u32 = 1 << 20;
-/// Size of the connection's request queue; small, because waiting messages are counted elsewhere.
-const REQUESTS: usize = 64;
 /// Time allowed for disconnecting from the broker.
 const FAREWELL: Duration = Duration::from_secs(1);
 /// How long the broker keeps messages for an absent client [s]; the node refuses older ones.
 const KEPT: u32 = crate::clock::OLDEST as u32;
 
-/// Settings of the connection to a broker.
-#[derive(Debug, Clone)]
-pub struct Settings {
-    /// The broker.
-    pub broker: Broker,
-    /// Prefix of all topics.
-    pub prefix: String,
-    /// Client id; if none, a new one for every run.
-    pub client_id: Option<String>,
-    /// Certificates of trusted authorities (PEM); if none, those of the machine.
-    pub authorities: Option<Vec<u8>>,
-    /// Certificate and key of this client (PEM).
-    pub certificate: Option<(Vec<u8>, Vec<u8>)>,
-    /// Which of the two programs this is.
-    pub side: Side,
-    /// The kind of clock.
-    pub clock: ClockKind,
-}
-
 /// Starts the connection to a broker, which is retried until it works.
 ///
 /// # Errors
 /// The settings cannot work.
-pub(super) fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) -> Result<Peer> {
+pub fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) -> Result<Peer> {
     let topics = Topics::new(&settings.prefix)?;
     let client = settings.client_id.clone().unwrap_or_else(own_id);
     let options = options(settings, &client)?;

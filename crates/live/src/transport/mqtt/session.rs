@@ -4,7 +4,7 @@ use super::inbound::{Inbound, News, Order, Presence};
 use super::outbound::Outbound;
 use super::topics::Topics;
 use super::url::Broker;
-use super::{REQUESTS, UNHEEDED, probe, trouble};
+use super::{probe, trouble};
 use crate::ClockKind;
 use crate::protocol::Message;
 use crate::transport::{Heard, RETRY, Side};
@@ -22,6 +22,10 @@ use std::thread;
 use tokio::sync::mpsc::{Receiver, Sender, UnboundedReceiver, channel, unbounded_channel};
 use tokio::sync::{oneshot, watch};
 
+/// Maximum number of unhandled messages from the broker.
+pub const UNHEEDED: u16 = 512;
+/// Size of the connection's request queue; small, because waiting messages are counted elsewhere.
+pub const REQUESTS: usize = 64;
 /// Space for messages that need no acknowledgement, and for connection events.
 const SPARE: usize = 256;
 /// The remark, given once, if there is no space for them.
