@@ -1,7 +1,7 @@
 //! A picture that may still be incomplete, and the detections that wait for the belt.
 
 use crate::protocol::Detection;
-use crate::sight::Sight;
+use crate::sight::PlacedDetection;
 
 /// Maximum number of detections that are matched together. A larger picture is split, and its parts
 /// know of each other.
@@ -11,7 +11,7 @@ const MOST_TOGETHER: usize = 256;
 #[derive(Debug, Default)]
 pub(super) struct Picture {
     /// The detections of the picture so far.
-    pub seen: Vec<Sight>,
+    pub seen: Vec<PlacedDetection>,
     /// Detections with their times [s], for which the belt's position is not yet known.
     pub waiting: Vec<(f64, Detection)>,
 }
@@ -19,7 +19,7 @@ pub(super) struct Picture {
 impl Picture {
     /// Whether a detection of `source` at `time` [s] belongs to this picture.
     pub fn takes(&self, source: Option<&str>, time: f64) -> bool {
-        let is_same = |first: &Sight| first.time == time && first.source() == source;
+        let is_same = |first: &PlacedDetection| first.time == time && first.source() == source;
         self.seen.first().is_some_and(is_same) && self.seen.len() < MOST_TOGETHER
     }
 

@@ -6,7 +6,7 @@ use super::{Config, Controller};
 use crate::clock::Clock;
 use crate::items::Items;
 use crate::stamps::Stamps;
-use crate::state::{Change, Counters, State};
+use crate::state::{Counters, LineState, StateChange};
 use crate::tasks::Tasks;
 use crate::world::World;
 use pickline::decision::Strategy;
@@ -24,7 +24,7 @@ impl Controller {
         station: Station,
         strategy: Box<dyn Strategy>,
         config: Config,
-        state: State,
+        state: LineState,
         stamp: Option<f64>,
     ) -> Result<Self> {
         /// The machine's clock may have been set back by up to this much [s].
@@ -77,10 +77,10 @@ impl Controller {
 
     /// The whole state, as a change from nothing. From now on [`Controller::change`] reports what
     /// changes.
-    pub fn whole(&mut self) -> Change {
+    pub fn whole(&mut self) -> StateChange {
         self.world.watch();
         let items = self.world.items().iter();
-        let change = Change {
+        let change = StateChange {
             origin: self.origin(),
             now: self.stamps.now(),
             items: items.map(|(n, item)| (n, Some(item.clone()))).collect(),
@@ -107,14 +107,14 @@ impl Controller {
 
     /// What has changed since the last call. None if nothing changed, or only the time did and no
     /// message was `said`.
-    pub fn change(&mut self, said: bool) -> Option<Change> {
+    pub fn change(&mut self, said: bool) -> Option<StateChange> {
         let before = self.reported.take()?;
-        let mut change = Change {
+        let mut change = StateChange {
             origin: self.origin(),
             now: self.stamps.now(),
             items: self.world.take_changed(),
             past: self.tasks.take_changed(),
-            ..Change::default()
+            ..StateChange::default()
         };
         for (task, claim) in self.tasks.table() {
             if before.claims.get(task) != Some(claim) {

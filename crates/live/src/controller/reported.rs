@@ -1,6 +1,6 @@
 //! The state as it was reported last.
 
-use crate::belt::Plan;
+use crate::belt::BeltPlan;
 use crate::claims::Claim;
 use crate::drive::Drive;
 use crate::operation::Operation;
@@ -17,7 +17,7 @@ pub(super) struct Reported {
     pub operation: Operation,
     pub drive: Drive,
     pub counters: Counters,
-    pub plan: Plan,
+    pub plan: BeltPlan,
     pub waiting: usize,
     pub now: f64,
 }

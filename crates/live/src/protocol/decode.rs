@@ -6,7 +6,7 @@ use super::fields::Fields;
 use super::incoming::Incoming;
 use super::outgoing::Outgoing;
 use super::rejection::{LONGEST_LINE, Rejected, Rejection};
-use super::session::{Answer, Hello};
+use super::session::{Hello, HelloAnswer};
 use pickline::error::{known_names, shown};
 use pickline::names::LONGEST_NAME;
 use serde::de::DeserializeOwned;
@@ -23,7 +23,7 @@ pub fn decode(line: &[u8]) -> Result<Incoming, Rejected> {
 
 /// A line from a peer to the node.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Said {
+pub enum PeerMessage {
     /// Its hello.
     Hello(Hello),
     /// A message for the line.
@@ -34,7 +34,7 @@ pub enum Said {
 ///
 /// # Errors
 /// As for [`decode`].
-pub fn decode_said(line: &[u8]) -> Result<Said, Rejected> {
+pub fn decode_said(line: &[u8]) -> Result<PeerMessage, Rejected> {
     const KINDS: [&str; Incoming::KINDS.len() + 1] = {
         let mut kinds = [Hello::KIND; Incoming::KINDS.len() + 1];
         let mut i = 0;
@@ -47,10 +47,10 @@ pub fn decode_said(line: &[u8]) -> Result<Said, Rejected> {
     let opened = open(line, &KINDS).map_err(|rejected| rejected.of_kind(&kind_of(line)));
     let (kind, fields) = opened?;
     if kind != Hello::KIND {
-        return message(&kind, fields).map(Said::Message);
+        return message(&kind, fields).map(PeerMessage::Message);
     }
     let hello = hello(fields).map_err(|rejected| rejected.of_kind(&kind))?;
-    Ok(Said::Hello(hello))
+    Ok(PeerMessage::Hello(hello))
 }
 
 fn hello(mut fields: Map<String, Value>) -> Result<Hello, Rejected> {
@@ -88,7 +88,7 @@ pub fn decode_outgoing(line: &[u8]) -> Result<Outgoing, Rejected> {
 
 /// Decodes a line, given without its line ending, as the node's answer to a hello; none if it is
 /// something else.
-pub fn decode_answer(line: &[u8]) -> Option<Answer> {
+pub fn decode_answer(line: &[u8]) -> Option<HelloAnswer> {
     let (kind, mut fields) = open(line, &[Hello::KIND]).ok()?;
     fields.remove("kind");
     typed(&kind, fields).ok()

@@ -11,7 +11,7 @@ pub struct Connection {
     /// Address of the other side.
     pub address: Option<SocketAddr>,
     /// Held until the connection is admitted or closed, because only so many may wait.
-    pub newcomer: OwnedSemaphorePermit,
+    pub pending: OwnedSemaphorePermit,
 }
 
 impl std::fmt::Debug for Connection {

@@ -7,7 +7,7 @@ use pickline::error::Error;
 
 /// An event from the peers.
 #[derive(Debug)]
-pub enum Heard {
+pub enum TransportEvent {
     /// A line.
     Line(Origin, Vec<u8>),
     /// Input that was refused before it became a line.

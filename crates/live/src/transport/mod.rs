@@ -10,6 +10,7 @@ mod access;
 mod connection;
 mod descriptors;
 mod dialect;
+mod endpoint;
 mod event;
 #[cfg(test)]
 #[allow(dead_code, reason = "the tests of crates/cli use all of it")]
@@ -22,7 +23,6 @@ mod lines;
 pub mod mqtt;
 mod origin;
 mod peer;
-mod place;
 #[cfg(feature = "ros2")]
 pub mod ros2;
 mod stream;
@@ -36,15 +36,15 @@ use std::time::Duration;
 pub use access::{Access, Token};
 pub use descriptors::is_short as is_short_of_descriptors;
 pub use dialect::Dialect;
-pub use event::Heard;
-pub use hub::{Greeted, Hub, Terms};
+pub use endpoint::Endpoint;
+pub use event::TransportEvent;
+pub use hub::{HelloOutcome, Hub, HubOptions};
 pub use origin::Origin;
-pub use place::Place;
 
 /// Size of the inbox, for all peers together; readers wait when it is full.
-const INBOX: usize = 1024;
+const INBOX_CAPACITY: usize = 1024;
 /// Time between two attempts to connect.
-const RETRY: Duration = Duration::from_millis(200);
+const RETRY_INTERVAL: Duration = Duration::from_millis(200);
 
 /// Which of the two programs this is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

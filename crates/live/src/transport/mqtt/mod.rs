@@ -15,21 +15,21 @@ mod topics;
 mod trouble;
 mod url;
 
-use super::Heard;
+use super::TransportEvent;
 use super::peer::Peer;
 use crate::ClockKind;
 use pickline::error::{Error, Result};
 use resume::Resume;
 use rumqttc::{MqttOptions, Transport};
-use session::{REQUESTS, Session, UNHEEDED};
+use session::{BrokerSession, RECEIVE_MAXIMUM, REQUEST_CAPACITY};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::SyncSender;
 use std::thread;
 use std::time::Duration;
-use topics::Topics;
+use topics::MqttTopics;
 
-pub use settings::Settings;
+pub use settings::MqttSettings;
 pub use url::Broker;
 
 /// Keep-alive interval [s]; the broker gives up a client after one and a half of them.
@@ -38,20 +38,24 @@ const KEEP_ALIVE: u16 = 30;
 /// for a line are refused and counted.
 const LARGEST_PACKET: u32 = 1 << 20;
 /// Time allowed for disconnecting from the broker.
-const FAREWELL: Duration = Duration::from_secs(1);
+const DISCONNECT_TIMEOUT: Duration = Duration::from_secs(1);
 /// How long the broker keeps messages for an absent client [s]; the node refuses older ones.
-const KEPT: u32 = crate::clock::OLDEST as u32;
+const SESSION_EXPIRY: u32 = crate::clock::OLDEST as u32;
 
 /// Starts the connection to a broker, which is retried until it works.
 ///
 /// # Errors
 /// The settings cannot work.
-pub fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) -> Result<Peer> {
-    let topics = Topics::new(&settings.prefix)?;
+pub fn start(
+    number: u64,
+    settings: &MqttSettings,
+    inbox: SyncSender<TransportEvent>,
+) -> Result<Peer> {
+    let topics = MqttTopics::new(&settings.prefix)?;
     let client = settings.client_id.clone().unwrap_or_else(own_id);
     let options = options(settings, &client)?;
     let up = Arc::new(AtomicBool::new(false));
-    let session = Session {
+    let session = BrokerSession {
         number,
         broker: settings.broker.clone(),
         side: settings.side,
@@ -92,7 +96,7 @@ pub fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) -> Resu
     });
     Ok(peer.ending(move || {
         let _ = end.send(());
-        let _ = gone.recv_timeout(FAREWELL);
+        let _ = gone.recv_timeout(DISCONNECT_TIMEOUT);
     }))
 }
 
@@ -103,7 +107,7 @@ fn own_id() -> String {
     format!("pickline-{random:016x}")
 }
 
-fn options(settings: &Settings, client: &str) -> Result<MqttOptions> {
+fn options(settings: &MqttSettings, client: &str) -> Result<MqttOptions> {
     let broker = &settings.broker;
     let mut options = MqttOptions::new(client, (broker.host.clone(), broker.port));
     if let Some(user) = &broker.user {
@@ -117,14 +121,14 @@ fn options(settings: &Settings, client: &str) -> Result<MqttOptions> {
     }
     options
         .set_keep_alive(KEEP_ALIVE)
-        .set_receive_maximum(Some(UNHEEDED))
+        .set_receive_maximum(Some(RECEIVE_MAXIMUM))
         .set_max_packet_size(Some(LARGEST_PACKET))
-        .set_session_expiry_interval(Some(KEPT));
+        .set_session_expiry_interval(Some(SESSION_EXPIRY));
     options.set_ack_mode(rumqttc::AckMode::Manual);
     // The library allocates space for this many messages, by default 65,535.
-    options.set_outgoing_inflight_upper_limit(2 * outbound::WINDOW as u16);
+    options.set_outgoing_inflight_upper_limit(2 * outbound::IN_FLIGHT_MAXIMUM as u16);
     // Send acknowledgements in batches, or they could not keep up with incoming messages.
-    options.set_max_request_batch(REQUESTS);
+    options.set_max_request_batch(REQUEST_CAPACITY);
     // Messages are short and must not wait for further ones.
     let mut network = options.network_options();
     network.set_tcp_nodelay(true);
@@ -137,7 +141,7 @@ fn options(settings: &Settings, client: &str) -> Result<MqttOptions> {
     Ok(options)
 }
 
-fn transport(settings: &Settings) -> Result<Transport> {
+fn transport(settings: &MqttSettings) -> Result<Transport> {
     let machines = "give the authority's certificate with --mqtt-ca";
     let Some(authorities) = settings.authorities.clone() else {
         return Transport::try_tls_with_default_config()

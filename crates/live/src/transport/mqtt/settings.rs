@@ -6,7 +6,7 @@ use crate::transport::Side;
 
 /// Settings of the connection to a broker.
 #[derive(Debug, Clone)]
-pub struct Settings {
+pub struct MqttSettings {
     /// The broker.
     pub broker: Broker,
     /// Prefix of all topics.

@@ -5,7 +5,7 @@ use super::messages::{
     ObjectHypothesisWithPose, Point, Pose, PoseWithCovariance, Quaternion, RobotState, TaskAck,
     TaskResult, Tick, Time, Vector3,
 };
-use crate::protocol::{self, Detection, Incoming, Rejected, Rejection, Report, Verdict};
+use crate::protocol::{self, Detection, Incoming, Rejected, Rejection, ResultMessage, Verdict};
 use pickline::error::shown;
 
 /// A message that was read, or its refusal.
@@ -234,7 +234,7 @@ pub fn ack(ack: &protocol::Ack, frame: &str) -> TaskAck {
 
 /// Reads the result of a task.
 pub fn read_result(result: &TaskResult) -> Read {
-    Ok(Incoming::Result(Report {
+    Ok(Incoming::Result(ResultMessage {
         stamp: result.header.stamp.stamp(),
         task: result.task,
         result: entry(&VERDICTS, result.result, "result")?,
@@ -244,7 +244,7 @@ pub fn read_result(result: &TaskResult) -> Read {
 }
 
 /// The result of a task as a ROS message.
-pub fn result(report: &Report, frame: &str) -> TaskResult {
+pub fn result(report: &ResultMessage, frame: &str) -> TaskResult {
     TaskResult {
         header: header(frame, report.stamp),
         task: report.task,

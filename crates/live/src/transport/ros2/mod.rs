@@ -10,23 +10,27 @@ mod incoming;
 pub mod messages;
 mod node;
 mod outgoing;
-mod rivals;
+mod other_nodes;
 mod settings;
 mod turns;
-mod wires;
+mod topics;
 
-use super::Heard;
+use super::TransportEvent;
 use super::peer::Peer;
 use pickline::error::Result;
 use std::sync::mpsc::SyncSender;
 
-pub use settings::Settings;
+pub use settings::Ros2Settings;
 
 /// Joins a ROS 2 graph.
 ///
 /// # Errors
 /// A name or a network is invalid.
-pub fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) -> Result<Peer> {
+pub fn start(
+    number: u64,
+    settings: &Ros2Settings,
+    inbox: SyncSender<TransportEvent>,
+) -> Result<Peer> {
     check::check(settings)?;
     node::start(number, settings, inbox)
 }

@@ -2,13 +2,13 @@
 
 use super::incoming::header;
 use super::messages::{Count, Due, LineStatus, Point, RobotFigures, Task, TaskCancel, Time};
-use crate::protocol::{self, Cancel, Latency, MissedCounts, Outgoing, RobotReport, Status};
+use crate::protocol::{self, Cancel, Latency, MissedCounts, Outgoing, RobotCounts, Status};
 use std::collections::BTreeMap;
 
 /// Milliseconds per second.
 const MS: f64 = 1e3;
 
-fn point(place: protocol::Point) -> Point {
+fn point(place: protocol::BeltPoint) -> Point {
     Point {
         x: place.x,
         y: place.y,
@@ -16,8 +16,8 @@ fn point(place: protocol::Point) -> Point {
     }
 }
 
-fn read_point(place: &Point) -> protocol::Point {
-    protocol::Point {
+fn read_point(place: &Point) -> protocol::BeltPoint {
+    protocol::BeltPoint {
         x: place.x,
         y: place.y,
     }
@@ -183,7 +183,7 @@ pub fn read_status(status: &LineStatus) -> Outgoing {
         rejected: read_counts(&status.rejected),
         noted: read_counts(&status.noted),
         robots: robots
-            .map(|robot| RobotReport {
+            .map(|robot| RobotCounts {
                 name: robot.name.clone(),
                 state: robot.state.clone(),
                 picked: robot.picked,

@@ -5,7 +5,7 @@ use std::net::IpAddr;
 
 /// Settings for a ROS 2 graph.
 #[derive(Debug, Clone)]
-pub struct Settings {
+pub struct Ros2Settings {
     /// DDS domain.
     pub domain: u16,
     /// Namespace of all topics: `/` and a name.

@@ -7,7 +7,7 @@ use super::ros2;
 
 /// Where the peers are.
 #[derive(Debug, Clone)]
-pub enum Place {
+pub enum Endpoint {
     /// One peer, on stdin and stdout.
     Stdio,
     /// All peers that connect to this address.
@@ -16,8 +16,8 @@ pub enum Place {
     Connect(String),
     /// All clients of this broker.
     #[cfg(feature = "mqtt")]
-    Mqtt(Box<mqtt::Settings>),
+    Mqtt(Box<mqtt::MqttSettings>),
     /// All nodes of this ROS 2 graph.
     #[cfg(feature = "ros2")]
-    Ros2(Box<ros2::Settings>),
+    Ros2(Box<ros2::Ros2Settings>),
 }
