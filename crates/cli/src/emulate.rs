@@ -8,7 +8,9 @@ use pickline::error::{Error, Result, shown};
 use pickline_live::ClockKind;
 use pickline_live::emulator::{Emulator, InjectedFaults};
 use pickline_live::layout;
-use pickline_live::protocol::{Incoming, Outgoing, Status, decode_answer, decode_outgoing};
+use pickline_live::protocol::{
+    Incoming, Message, Outgoing, Status, decode_answer, decode_outgoing,
+};
 use pickline_live::transport::{Dialect, Hub, Side, TransportEvent};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -213,16 +215,13 @@ impl Play<'_> {
                     self.hear_answer(&line)?;
                     return Ok(None);
                 };
-                match &message {
-                    Outgoing::Status(status) => {
-                        layout::check_status(self.emulator.station(), status)?;
-                        self.status = Some((**status).clone());
-                    }
-                    Outgoing::Task(task) => layout::check_task(self.emulator.station(), task)?,
-                    Outgoing::Cancel(_) | Outgoing::BeltRequest(_) | Outgoing::Due(_) => {}
+                return self.receive(message).map(Some);
+            }
+            TransportEvent::Message(_, message) => {
+                // A transport delivers to a station only what is from the node.
+                if let Message::FromNode(message) = *message {
+                    return self.receive(message).map(Some);
                 }
-                self.emulator.receive(message.clone());
-                return Ok(Some(message));
             }
             TransportEvent::Refused(..) => self.unread += 1,
             TransportEvent::Joined(connection) => {
@@ -250,6 +249,20 @@ impl Play<'_> {
             TransportEvent::Failed(error) => return Err(error),
         }
         Ok(None)
+    }
+
+    /// Handles a message from the node, and returns it.
+    fn receive(&mut self, message: Outgoing) -> Result<Outgoing> {
+        match &message {
+            Outgoing::Status(status) => {
+                layout::check_status(self.emulator.station(), status)?;
+                self.status = Some((**status).clone());
+            }
+            Outgoing::Task(task) => layout::check_task(self.emulator.station(), task)?,
+            Outgoing::Cancel(_) | Outgoing::BeltRequest(_) | Outgoing::Due(_) => {}
+        }
+        self.emulator.receive(message.clone());
+        Ok(message)
     }
 
     /// Handles the node's answer to the hello, if the line is one.

@@ -10,7 +10,7 @@ use pickline::error::Result;
 use pickline::plausible::Warning;
 use pickline_live::layout;
 use pickline_live::protocol::{
-    Hello, Incoming, Outgoing, PeerMessage, Rejected, Rejection, decode_said,
+    Hello, Incoming, Message, Outgoing, PeerMessage, Rejected, Rejection, decode_said,
 };
 use pickline_live::recording::{RecordedEvent, whole_microseconds};
 use pickline_live::transport::{HelloOutcome, Hub, Origin, TransportEvent};
@@ -175,13 +175,21 @@ impl Node<'_> {
     fn handle(&mut self, heard: TransportEvent) -> Result<()> {
         match heard {
             // Ignore messages from a peer that is being disconnected.
-            TransportEvent::Line(origin, _) | TransportEvent::Refused(origin, _)
+            TransportEvent::Line(origin, _)
+            | TransportEvent::Message(origin, _)
+            | TransportEvent::Refused(origin, _)
                 if !self.hub.counts(&origin) => {}
             TransportEvent::Line(origin, line) => match decode_said(&line) {
                 Ok(PeerMessage::Message(message)) => self.take(origin, message),
                 Ok(PeerMessage::Hello(hello)) => self.greet(&origin, hello),
                 Err(rejected) => self.refuse(&origin, &rejected),
             },
+            TransportEvent::Message(origin, message) => {
+                // A transport delivers to a node only what is for a node.
+                if let Message::ToNode(message) = *message {
+                    self.take(origin, message);
+                }
+            }
             TransportEvent::Refused(origin, rejected) => self.refuse(&origin, &rejected),
             TransportEvent::Joined(connection) => {
                 if let Some(number) = self.hub.join(connection) {

@@ -1,7 +1,7 @@
 //! Converts a line to a message, or to a one-line explanation of what is wrong with it.
 
 use super::VERSION;
-use super::check::{check, check_hello};
+use super::check::{check_hello, check_values};
 use super::fields::Fields;
 use super::incoming::Incoming;
 use super::outgoing::Outgoing;
@@ -72,7 +72,7 @@ fn kind_of(line: &[u8]) -> String {
 
 fn message(kind: &str, fields: Map<String, Value>) -> Result<Incoming, Rejected> {
     let message = typed(kind, fields)?;
-    check(&message)?;
+    check_values(&message)?;
     Ok(message)
 }
 

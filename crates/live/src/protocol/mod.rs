@@ -14,7 +14,7 @@ mod rejection;
 mod schema;
 mod session;
 
-pub use check::LARGEST_STAMP;
+pub use check::{LARGEST_STAMP, check_values};
 pub use csv::{CsvLine, CsvReader, CsvWriter, LONGEST_CSV_LINE, check_station};
 pub use decode::{PeerMessage, decode, decode_answer, decode_outgoing, decode_said};
 pub use incoming::{

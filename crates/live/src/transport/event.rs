@@ -2,7 +2,7 @@
 
 use super::connection::Connection;
 use super::origin::Origin;
-use crate::protocol::Rejected;
+use crate::protocol::{Message, Rejected};
 use pickline::error::Error;
 
 /// An event from the peers.
@@ -10,7 +10,9 @@ use pickline::error::Error;
 pub enum TransportEvent {
     /// A line.
     Line(Origin, Vec<u8>),
-    /// Input that was refused before it became a line.
+    /// A message that did not come as a line. Its values are checked.
+    Message(Origin, Box<Message>),
+    /// Input that was refused before it became a line or a message.
     Refused(Origin, Rejected),
     /// A peer has connected.
     Joined(Connection),

@@ -1,7 +1,7 @@
 //! The transports: JSON Lines over stdin and stdout and over TCP, MQTT, and ROS 2.
 //!
-//! The messages of all peers come in through one inbox, as lines of the protocol, so that one
-//! decoder checks them all. Messages from the node go to the peers that should get them. Every
+//! The messages of all peers come in through one inbox: as lines of the protocol, or over ROS 2 as
+//! messages whose values are checked in the same way. Messages from the node go to the peers that should get them. Every
 //! queue is bounded. A TCP peer that reads nothing is disconnected; its unacknowledged tasks are
 //! sent again to the peer that speaks for the robot next. Other peers cannot be disconnected: while
 //! their queue is more than half full no task is given, and what must not be lost is kept.

@@ -1,7 +1,7 @@
 //! ROS 2 over DDS, without a ROS installation: messages as typed topics.
 //!
 //! The graph is a permanent peer, which is up while a node subscribes to the tasks. Received
-//! messages are converted to lines of the protocol, so that one decoder checks all transports. DDS
+//! messages are converted to those of the protocol; the values are held to the same ranges. DDS
 //! only acknowledges that a reader has received a message, so robots still acknowledge tasks, which
 //! are sent again until they do.
 

@@ -7,13 +7,12 @@ use super::topics::{
 };
 use super::turns::{Endless, Sent, Turns};
 use super::{Ros2Settings, incoming, outgoing};
-use crate::protocol::{Rejected, Rejection, encode};
+use crate::protocol::{Message, Rejected, Rejection};
 use crate::transport::peer::{Peer, Waiting};
 use crate::transport::{Origin, Side, TransportEvent};
 use pickline::error::{Error, Result, shown};
 use ros2_client::{Context, Node, NodeName, NodeOptions};
 use rustdds::DomainParticipantBuilder;
-use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -176,7 +175,7 @@ impl Listener {
                 tokio::join!(
                     self.follow(&subscriptions.detections, |m| {
                         let seen = incoming::read_detections(&m, frame).into_iter();
-                        let heard = seen.map(|message| heard(&subscriptions.detections, message));
+                        let heard = seen.map(|message| event(&subscriptions.detections, message));
                         (None, heard.collect())
                     }),
                     self.follow_one(&subscriptions.belt, |m| incoming::read_belt(m, frame)),
@@ -186,7 +185,7 @@ impl Listener {
                     self.follow(&subscriptions.tick, |m| {
                         let heard = match m.last {
                             true => TransportEvent::Ended(self.number),
-                            false => heard(&subscriptions.tick, Ok(incoming::read_tick(&m))),
+                            false => event(&subscriptions.tick, incoming::read_tick(&m)),
                         };
                         (Some(m.messages), vec![heard])
                     }),
@@ -194,14 +193,14 @@ impl Listener {
             }
             Subscriptions::Station(subscriptions) => {
                 tokio::join!(
-                    self.follow_one(&subscriptions.tasks, |m| Ok(outgoing::read_task(m))),
+                    self.follow_one(&subscriptions.tasks, outgoing::read_task),
                     self.follow_one(&subscriptions.cancels, |m| Ok(outgoing::read_cancel(m))),
-                    self.follow_one(&subscriptions.status, |m| Ok(outgoing::read_status(m))),
+                    self.follow_one(&subscriptions.status, outgoing::read_status),
                     self.follow(&subscriptions.due, |m| {
                         // The node's last message is its status.
                         let heard = match m.last {
                             true => Vec::new(),
-                            false => vec![heard(&subscriptions.due, Ok(outgoing::read_due(&m)))],
+                            false => vec![event(&subscriptions.due, Ok(outgoing::read_due(&m)))],
                         };
                         (Some(m.messages), heard)
                     }),
@@ -211,14 +210,14 @@ impl Listener {
     }
 
     /// Reads a topic whose messages stand for one message each and end no turn.
-    async fn follow_one<R, M: Serialize>(
+    async fn follow_one<R, M: Into<Message>>(
         &self,
         topic: &TopicSubscription<R>,
         read: impl Fn(&R) -> std::result::Result<M, Rejected>,
     ) where
         R: RosMessage + DeserializeOwned + 'static,
     {
-        let one = |message: R| (None, vec![heard(topic, read(&message))]);
+        let one = |message: R| (None, vec![event(topic, read(&message))]);
         self.follow(topic, one).await;
     }
 
@@ -324,17 +323,13 @@ impl Listener {
 }
 
 /// The inbox event for a message.
-fn heard<R, M: Serialize>(
+fn event<R>(
     topic: &TopicSubscription<R>,
-    message: std::result::Result<M, Rejected>,
+    message: std::result::Result<impl Into<Message>, Rejected>,
 ) -> TransportEvent {
     let origin = Origin::Topic(Arc::clone(&topic.topic));
     match message {
-        Ok(message) => {
-            let mut line = encode(&message).into_bytes();
-            line.truncate(line.trim_ascii_end().len());
-            TransportEvent::Line(origin, line)
-        }
+        Ok(message) => TransportEvent::Message(origin, Box::new(message.into())),
         Err(rejected) => TransportEvent::Refused(origin, rejected),
     }
 }
