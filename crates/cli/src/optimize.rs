@@ -57,7 +57,7 @@ pub fn run(args: &OptimizeArgs, session: &Session) -> Result<()> {
     outputs.add_out(common, FILES[0], || whole);
     outputs.add_out(common, FILES[1], || report.to_csv());
     if let Some(beside) = &report.beside {
-        outputs.add_out(common, FILES[2], || beside.to_csv(&report));
+        outputs.add_out(common, FILES[2], || report.rivals_csv(beside));
     }
     let page = || optimum_page(&report, top);
     let drawn = args

@@ -32,7 +32,7 @@ pub struct RunReport {
     /// Reward-weighted picks per minute.
     pub weighted_rate_per_min: f64,
     /// Each robot, upstream first.
-    pub robots: Vec<RobotReport>,
+    pub robots: Vec<RobotRunReport>,
     /// Picks in order of decision.
     pub picks: Vec<PickReport>,
     /// Failed attempts, in order of decision.
@@ -59,7 +59,7 @@ pub struct RunReport {
 
 /// What one robot did.
 #[derive(Debug, Clone, Serialize)]
-pub struct RobotReport {
+pub struct RobotRunReport {
     /// Its name.
     pub name: String,
     /// Number of picks.
@@ -145,7 +145,7 @@ impl RunReport {
             weighted_rate_per_min: figures.weighted_rate(),
             robots: robots
                 .enumerate()
-                .map(|(place, (robot, did))| RobotReport {
+                .map(|(place, (robot, did))| RobotRunReport {
                     name: robot.name.clone(),
                     picked: did.picked,
                     weight: did.weight,

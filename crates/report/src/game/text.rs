@@ -1,7 +1,7 @@
 //! A solved game as text for the terminal.
 
-use super::game::{EquilibriumReport, GameReport, RobotReport};
-use super::table::{Table, fixed};
+use super::report::{EquilibriumReport, GameReport, RobotRulesReport};
+use crate::table::{Table, fixed};
 use pickline::optimize::game::Payoff;
 
 /// Decimals of rates [1/min].
@@ -9,19 +9,21 @@ const DIGITS: usize = 2;
 /// Decimals of margins and prices, which are small differences.
 const FINE: usize = 4;
 
-/// The first `top` equilibria and everything about them.
-pub(super) fn text(report: &GameReport, top: usize) -> String {
-    let mut text = equilibria(report, top);
-    text.push('\n');
-    text += &optimum_lines(report);
-    text += &best_response_lines(report, top);
-    text.push('\n');
-    text += &rules(report);
-    text.push('\n');
-    for note in &report.notes {
-        text += &format!("note      {note}\n");
+impl GameReport {
+    /// The first `top` equilibria and cycles, and everything about them.
+    pub fn to_table(&self, top: usize) -> String {
+        let mut text = equilibria(self, top);
+        text.push('\n');
+        text += &optimum_lines(self);
+        text += &best_response_lines(self, top);
+        text.push('\n');
+        text += &rules(self);
+        text.push('\n');
+        for note in &self.notes {
+            text += &format!("note      {note}\n");
+        }
+        text + &self.made.lines()
     }
-    text + &report.made.lines()
 }
 
 fn rate(value: Payoff) -> String {
@@ -188,7 +190,7 @@ fn rules(report: &GameReport) -> String {
            worse; = X equal; best: never worse than any\n"
 }
 
-fn cell(robot: &RobotReport, rule: &String) -> String {
+fn cell(robot: &RobotRulesReport, rule: &String) -> String {
     if let Some(dominated) = robot.dominated.iter().find(|d| d.rule == *rule) {
         let sign = match dominated.how {
             "strictly" => "<",

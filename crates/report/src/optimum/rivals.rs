@@ -1,7 +1,8 @@
 //! Strategies of any kind compared with the winner of a search.
 
-use super::optimum::{OptimumReport, bracketed};
-use super::table::{Table, cell, fixed, interval};
+use super::objective::{ObjectiveFormat, bracketed};
+use crate::provenance::Provenance;
+use crate::table::{Table, cell, fixed, interval};
 use pickline::optimize::Rival;
 use pickline::stats::Interval;
 use serde::Serialize;
@@ -70,24 +71,30 @@ impl RivalsReport {
     }
 
     /// The column names.
-    pub(super) fn header(report: &OptimumReport) -> Vec<String> {
-        let unit = report.bracketed_unit();
-        let by_risk = report.has_risk_column();
+    pub(super) fn header(format: ObjectiveFormat, best: &[&str]) -> Vec<String> {
+        let unit = format.bracketed_unit();
+        let by_risk = format.has_risk_column();
         let mut header = vec!["<strategy".to_owned(), format!("mean{unit}")];
-        header.extend(by_risk.then(|| format!("{}{unit}", report.risk)));
+        header.extend(by_risk.then(|| format!("{}{unit}", format.risk)));
         header.extend([
-            format!("minus {}, 95 %", bracketed(&report.best)),
+            format!("minus {}, 95 %", bracketed(best)),
             "picked [%]".into(),
             format!("worst{unit}"),
         ]);
         header
     }
 
-    /// The table, preceded by a line that describes the patterns.
-    pub(super) fn to_table(&self, report: &OptimumReport) -> String {
-        let digits = report.digits();
-        let by_risk = report.has_risk_column();
-        let header = Self::header(report);
+    /// The table, preceded by a line that describes the patterns; `best` is the winner, and
+    /// `validated` describes the patterns of the lines above.
+    pub(super) fn to_table(
+        &self,
+        format: ObjectiveFormat,
+        best: &[&str],
+        validated: Option<&str>,
+    ) -> String {
+        let digits = format.digits();
+        let by_risk = format.has_risk_column();
+        let header = Self::header(format, best);
         let mut table = Table::new(&header.iter().map(String::as_str).collect::<Vec<_>>());
         for (place, line) in self.strategies.iter().enumerate() {
             let mut row = vec![line.strategy.clone(), fixed(line.mean, digits)];
@@ -102,7 +109,6 @@ impl RivalsReport {
             ]);
             table.row(row);
         }
-        let validated = report.validation.as_ref().map(|v| v.patterns.as_str());
         let patterns = match validated == Some(self.patterns.as_str()) {
             true => "the same patterns",
             false => &self.patterns,
@@ -111,16 +117,16 @@ impl RivalsReport {
         format!("beside    the winner and other strategies on {patterns}\n{table}")
     }
 
-    /// All figures as CSV; `report` is the winner's report.
-    pub fn to_csv(&self, report: &OptimumReport) -> String {
+    /// All figures as CSV.
+    pub(super) fn to_csv(&self, format: ObjectiveFormat, made: &Provenance) -> String {
         let header = [
             "strategy".into(),
-            report.column("mean"),
-            report.column("value"),
-            report.column("diff_low"),
-            report.column("diff_high"),
+            format.column("mean"),
+            format.column("value"),
+            format.column("diff_low"),
+            format.column("diff_high"),
             "picked_share".into(),
-            report.column("worst"),
+            format.column("worst"),
             "patterns".into(),
         ];
         let rows = self.strategies.iter().map(|line| {
@@ -135,6 +141,6 @@ impl RivalsReport {
                 self.count.to_string(),
             ]
         });
-        report.made.csv(std::iter::once(header).chain(rows))
+        made.csv(std::iter::once(header).chain(rows))
     }
 }

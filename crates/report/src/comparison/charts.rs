@@ -1,10 +1,11 @@
 //! The charts of a comparison.
 
-use super::chart::{
-    Bar, Chart, ChartKind, Entry, Ink, Layer, Mark, Point, Scale, Style, Swatch, beside,
-};
+use super::report::{CaseReport, ComparisonReport, ResultReport};
 use crate::bound::{CaseBoundReport, rounded_up};
-use crate::comparison::{CaseReport, ComparisonReport, ResultReport};
+use crate::charts::{
+    Chart, ChartAxis, ChartBar, ChartKind, ChartMark, ChartPoint, Ink, Layer, LegendLine,
+    PointStyle, Swatch, beside,
+};
 use crate::table::{fixed, interval as shown_interval};
 
 /// The charts of a comparison, the main one first.
@@ -32,7 +33,7 @@ pub const COMPARISON_CHARTS: &[ChartKind<ComparisonReport>] = &[
 ];
 
 fn rate(report: &ComparisonReport) -> Option<Chart> {
-    let value = |result: &ResultReport| Figure {
+    let value = |result: &ResultReport| BarFigure {
         value: result.picking_rate_per_min,
         interval: result.picking_rate_low.zip(result.picking_rate_high),
     };
@@ -51,7 +52,7 @@ fn rate(report: &ComparisonReport) -> Option<Chart> {
 }
 
 fn throughput(report: &ComparisonReport) -> Option<Chart> {
-    let value = |result: &ResultReport| Figure {
+    let value = |result: &ResultReport| BarFigure {
         value: result.throughput.throughput_per_min.unwrap_or_default(),
         interval: result.throughput.ends(),
     };
@@ -70,7 +71,7 @@ fn throughput(report: &ComparisonReport) -> Option<Chart> {
 fn picked(report: &ComparisonReport) -> Option<Chart> {
     let value = |result: &ResultReport| {
         let ends = result.picked_share_low.zip(result.picked_share_high);
-        Figure {
+        BarFigure {
             value: 100.0 * result.picked_share,
             // An interval of a mean may pass 100 %, items cannot.
             interval: ends.map(|(low, high)| (100.0 * low, (100.0 * high).min(100.0))),
@@ -90,7 +91,7 @@ fn picked(report: &ComparisonReport) -> Option<Chart> {
     ))
 }
 
-struct Figure {
+struct BarFigure {
     value: f64,
     interval: Option<(f64, f64)>,
 }
@@ -101,7 +102,7 @@ fn bars(
     report: &ComparisonReport,
     title: &str,
     (axis, unit, digits): (&str, &str, usize),
-    figure: impl Fn(&ResultReport) -> Figure,
+    figure: impl Fn(&ResultReport) -> BarFigure,
     printed: impl Fn(&ResultReport) -> Option<f64>,
     most: impl Fn(&CaseBoundReport) -> Option<f64>,
 ) -> Chart {
@@ -114,7 +115,7 @@ fn bars(
         if let Some(x) = case.bound.as_ref().and_then(&most) {
             let (first, last) = (beside(0, methods), beside(methods - 1, methods));
             let half = 0.5 / methods as f64;
-            bounds.push(Point {
+            bounds.push(ChartPoint {
                 x,
                 y: i as f64,
                 along: Some((i as f64 + first - half, i as f64 + last + half)),
@@ -123,12 +124,12 @@ fn bars(
                     case.name,
                     rounded_up(x, digits)
                 ),
-                ..Point::default()
+                ..ChartPoint::default()
             });
         }
         let mut group = Vec::new();
         for (j, result) in case.results.iter().enumerate() {
-            let Figure {
+            let BarFigure {
                 value,
                 interval: ends,
             } = figure(result);
@@ -148,17 +149,17 @@ fn bars(
                 intervals.push(interval(value, y, Some((low, high))));
             }
             if let Some(paper) = printed(result) {
-                papers.push(Point {
+                papers.push(ChartPoint {
                     x: paper,
                     y,
                     tip: format!(
                         "{}, {}: the paper prints {paper}",
                         case.name, case.results[j].method
                     ),
-                    ..Point::default()
+                    ..ChartPoint::default()
                 });
             }
-            group.push(Bar {
+            group.push(ChartBar {
                 value,
                 words: fixed(value, digits),
                 ink: Ink::Series(j),
@@ -176,15 +177,15 @@ fn bars(
                 .map(|(_, high)| high),
         )
         .chain(papers.iter().chain(&bounds).map(|point| point.x));
-    let x = Scale::around(axis, ends.collect::<Vec<_>>(), true);
+    let x = ChartAxis::around(axis, ends.collect::<Vec<_>>(), true);
     let mut caption = "Means over the patterns of each case.".to_owned();
-    let mut legend: Vec<Entry> = methods_legend(report, 0, Swatch::Bar);
+    let mut legend: Vec<LegendLine> = methods_legend(report, 0, Swatch::Bar);
     let mut layers = vec![Layer::Bars(groups)];
     if !intervals.is_empty() {
         caption += " Lines: 95 % intervals of the means, where a case has several patterns.";
         layers.push(Layer::Points {
             ink: Ink::Text,
-            style: Style::Intervals,
+            style: PointStyle::Intervals,
             points: intervals,
         });
     }
@@ -192,10 +193,10 @@ fn bars(
         caption += " Crosses: the figures that the paper prints.";
         layers.push(Layer::Points {
             ink: Ink::Text,
-            style: Style::Dots,
+            style: PointStyle::Dots,
             points: papers,
         });
-        legend.push(Entry {
+        legend.push(LegendLine {
             label: "the paper's figure".into(),
             ink: Ink::Text,
             swatch: Swatch::Dot,
@@ -205,10 +206,10 @@ fn bars(
         caption += " Upright lines: the certified bound, which no strategy can pass.";
         layers.push(Layer::Points {
             ink: Ink::Text,
-            style: Style::Intervals,
+            style: PointStyle::Intervals,
             points: bounds,
         });
-        legend.push(Entry {
+        legend.push(LegendLine {
             label: "bound: no strategy is above".into(),
             ink: Ink::Text,
             swatch: Swatch::Bare,
@@ -225,12 +226,12 @@ fn bars(
     }
 }
 
-fn interval(x: f64, y: f64, ends: Option<(f64, f64)>) -> Point {
-    Point {
+fn interval(x: f64, y: f64, ends: Option<(f64, f64)>) -> ChartPoint {
+    ChartPoint {
         x,
         y,
         across: ends,
-        ..Point::default()
+        ..ChartPoint::default()
     }
 }
 
@@ -248,7 +249,7 @@ fn difference(report: &ComparisonReport) -> Option<Chart> {
             let words = ends.map_or(String::new(), |ends| {
                 format!(", 95 % interval {}", shown_interval(Some(ends), 2))
             });
-            Point {
+            ChartPoint {
                 tip: format!(
                     "{}, {} minus {}: {}/min{words}",
                     case.name,
@@ -261,7 +262,7 @@ fn difference(report: &ComparisonReport) -> Option<Chart> {
         };
         Layer::Points {
             ink: Ink::Series(j),
-            style: Style::Dots,
+            style: PointStyle::Dots,
             points: report.cases.iter().enumerate().map(point).collect(),
         }
     };
@@ -283,10 +284,10 @@ fn difference(report: &ComparisonReport) -> Option<Chart> {
                   of its mean; to the right of 0, a method is better. A case of a single \
                   pattern has no interval."
             .into(),
-        x: Scale::around(axis, ends, false),
+        x: ChartAxis::around(axis, ends, false),
         y: names(report),
         layers: (1..report.methods.len()).map(layer).collect(),
-        marks: vec![Mark {
+        marks: vec![ChartMark {
             at: 0.0,
             upright: true,
             ink: Ink::Series(0),
@@ -302,14 +303,14 @@ fn difference_of(case: &CaseReport, result: &ResultReport) -> f64 {
     result.picking_rate_per_min - case.results[0].picking_rate_per_min
 }
 
-fn names(report: &ComparisonReport) -> Scale {
-    Scale::Names(report.cases.iter().map(|case| case.name.clone()).collect())
+fn names(report: &ComparisonReport) -> ChartAxis {
+    ChartAxis::Names(report.cases.iter().map(|case| case.name.clone()).collect())
 }
 
-fn methods_legend(report: &ComparisonReport, from: usize, swatch: Swatch) -> Vec<Entry> {
+fn methods_legend(report: &ComparisonReport, from: usize, swatch: Swatch) -> Vec<LegendLine> {
     let methods = report.methods.iter().enumerate().skip(from);
     methods
-        .map(|(j, method)| Entry {
+        .map(|(j, method)| LegendLine {
             label: method.title.clone(),
             ink: Ink::Series(j),
             swatch,

@@ -1,8 +1,10 @@
 //! The charts of a sweep.
 
-use super::chart::{Chart, ChartKind, Entry, Ink, Layer, Mark, Point, Scale, Style, Swatch};
+use super::report::{BoundPoint, PointReport, SweepReport};
 use crate::bound::rounded_up;
-use crate::sweep::{BoundPoint, PointReport, SweepReport};
+use crate::charts::{
+    Chart, ChartAxis, ChartKind, ChartMark, ChartPoint, Ink, Layer, LegendLine, PointStyle, Swatch,
+};
 use crate::table::{fixed, interval};
 use pickline::experiment::policy_title;
 use pickline::stats;
@@ -89,8 +91,8 @@ fn picked(report: &SweepReport) -> Option<Chart> {
     Some(chart)
 }
 
-fn mark(at: f64, shade_to: Option<f64>, ink: Ink, label: String) -> Mark {
-    Mark {
+fn mark(at: f64, shade_to: Option<f64>, ink: Ink, label: String) -> ChartMark {
+    ChartMark {
         at,
         upright: true,
         ink,
@@ -99,8 +101,8 @@ fn mark(at: f64, shade_to: Option<f64>, ink: Ink, label: String) -> Mark {
     }
 }
 
-fn marks_entry(ink: Ink, words: &str) -> Entry {
-    Entry {
+fn marks_entry(ink: Ink, words: &str) -> LegendLine {
+    LegendLine {
         label: words.into(),
         ink,
         swatch: Swatch::Mark,
@@ -170,7 +172,7 @@ fn lines(
             let words = ends.map_or(String::new(), |ends| {
                 format!(", 95 % interval {}", interval(Some(ends), 2))
             });
-            Some(Point {
+            Some(ChartPoint {
                 x: point.value + aside(j),
                 y,
                 along: ends,
@@ -181,7 +183,7 @@ fn lines(
                     point.value,
                     fixed(y, 2)
                 ),
-                ..Point::default()
+                ..ChartPoint::default()
             })
         };
         debug_assert!(of_method.clone().all(|point| point.method == limit.method));
@@ -193,7 +195,7 @@ fn lines(
     }
     let mut caption = match (report.patterns, style) {
         (1, _) => "One pattern, so there are no intervals.".into(),
-        (n, Style::Area) => format!("Means over {n} patterns; areas: their 95 % intervals."),
+        (n, PointStyle::Area) => format!("Means over {n} patterns; areas: their 95 % intervals."),
         (n, _) => format!(
             "Means over {n} patterns with their 95 % intervals, slightly offset if \
              there are several methods."
@@ -204,7 +206,7 @@ fn lines(
         let point = |point: &BoundPoint| {
             let y = bound(point)?;
             all.push(y);
-            Some(Point {
+            Some(ChartPoint {
                 x: point.value,
                 y,
                 tip: format!(
@@ -212,17 +214,17 @@ fn lines(
                     rounded_up(y, 2),
                     point.value
                 ),
-                ..Point::default()
+                ..ChartPoint::default()
             })
         };
-        let points: Vec<Point> = bounds.points.iter().filter_map(point).collect();
+        let points: Vec<ChartPoint> = bounds.points.iter().filter_map(point).collect();
         if !points.is_empty() {
             layers.push(Layer::Points {
                 ink: Ink::Text,
-                style: Style::Bare,
+                style: PointStyle::Bare,
                 points,
             });
-            legend.push(Entry {
+            legend.push(LegendLine {
                 label: "bound: no strategy is above".into(),
                 ink: Ink::Text,
                 swatch: Swatch::Bare,
@@ -234,7 +236,7 @@ fn lines(
         title: String::new(),
         caption,
         x,
-        y: Scale::around(axis, all, false),
+        y: ChartAxis::around(axis, all, false),
         layers,
         marks: Vec::new(),
         legend,
@@ -242,26 +244,26 @@ fn lines(
 }
 
 /// The axis of the swept values, and how points over it are drawn.
-fn across(report: &SweepReport) -> (Scale, Style) {
+fn across(report: &SweepReport) -> (ChartAxis, PointStyle) {
     let values = || report.points.iter().map(|point| point.value);
     let counts = report.unit == "1";
     let mut x = if counts {
         // Robots come in whole numbers.
         let first = values().fold(f64::INFINITY, f64::min);
-        Scale::counted(axis_title(report), first, values().fold(first, f64::max))
+        ChartAxis::counted(axis_title(report), first, values().fold(first, f64::max))
     } else {
-        Scale::around(axis_title(report), values(), false)
+        ChartAxis::around(axis_title(report), values(), false)
     };
     let count = report.points.len() / report.limits.len().max(1);
     let style = if count > MOST_BARS {
-        Style::Area
+        PointStyle::Area
     } else {
-        Style::Line
+        PointStyle::Line
     };
-    if let Scale::Numbers {
+    if let ChartAxis::Numbers {
         low, high, step, ..
     } = &mut x
-        && style == Style::Line
+        && style == PointStyle::Line
         && !counts
     {
         // So that no interval is drawn on the axis.
@@ -271,12 +273,12 @@ fn across(report: &SweepReport) -> (Scale, Style) {
 }
 
 /// How far each method's points are moved aside.
-fn aside(report: &SweepReport, style: Style) -> impl Fn(usize) -> f64 + use<> {
+fn aside(report: &SweepReport, style: PointStyle) -> impl Fn(usize) -> f64 + use<> {
     let methods = report.limits.len();
     let next = report.points.get(methods).map(|point| point.value);
     let step = next.map_or(0.0, |next| next - report.points[0].value);
     let spread = match style {
-        Style::Line if report.patterns > 1 => SPREAD * step,
+        PointStyle::Line if report.patterns > 1 => SPREAD * step,
         _ => 0.0,
     };
     move |method| spread * ((method as f64 + 0.5) / methods as f64 - 0.5)
@@ -291,7 +293,7 @@ fn axis_title(report: &SweepReport) -> String {
     }
 }
 
-fn legend(report: &SweepReport) -> Vec<Entry> {
+fn legend(report: &SweepReport) -> Vec<LegendLine> {
     let methods = report.limits.len();
     let entry = |(j, first): (usize, &PointReport)| {
         // If each value is a line of its own, the assignment may differ along it.
@@ -301,7 +303,7 @@ fn legend(report: &SweepReport) -> Vec<Entry> {
         } else {
             method_words(&first.method)
         };
-        Entry {
+        LegendLine {
             label,
             ink: Ink::Series(j),
             swatch: Swatch::Line,
@@ -317,7 +319,7 @@ fn legend(report: &SweepReport) -> Vec<Entry> {
 }
 
 /// A method's name in files in readable form.
-pub(crate) fn method_words(id: &str) -> String {
+pub(super) fn method_words(id: &str) -> String {
     match id {
         "robust_gt" => "robust GT".into(),
         "greedy_gt" => "greedy GT".into(),
@@ -347,7 +349,7 @@ fn limits(report: &SweepReport) -> Option<Chart> {
                 interval.high,
             ]
             .map(|share| 100.0 * share);
-            Point {
+            ChartPoint {
                 x: value + aside(j),
                 y,
                 along: Some((low, high)),
@@ -361,7 +363,7 @@ fn limits(report: &SweepReport) -> Option<Chart> {
                     fixed(low, 1),
                     fixed(high, 1)
                 ),
-                ..Point::default()
+                ..ChartPoint::default()
             }
         };
         Layer::Points {
@@ -380,9 +382,9 @@ fn limits(report: &SweepReport) -> Option<Chart> {
             report.patterns
         ),
         x,
-        y: Scale::around("patterns picked completely [%]", [0.0, 100.0], true),
+        y: ChartAxis::around("patterns picked completely [%]", [0.0, 100.0], true),
         layers: (0..report.limits.len()).map(layer).collect(),
-        marks: vec![Mark {
+        marks: vec![ChartMark {
             at: 95.0,
             upright: false,
             ink: Ink::Faint,

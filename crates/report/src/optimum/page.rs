@@ -1,11 +1,11 @@
 //! The page of a search.
 
-use super::document::{Page, Section, charts};
-use super::html::escape;
-use super::table::{Cell, Figure, PageTable};
-use crate::charts::OPTIMUM_CHARTS;
-use crate::optimum::{OptimumReport, RankedReport, ValidationReport, bracketed};
-use crate::rivals::{RivalReport, RivalsReport};
+use super::charts::OPTIMUM_CHARTS;
+use super::objective::bracketed;
+use super::report::{OptimumReport, RankedReport};
+use super::rivals::{RivalReport, RivalsReport};
+use super::validation::ValidationReport;
+use crate::page::{Cell, PageFigure, PageSection, PageTable, ReportPage, charts, escape};
 
 /// The page for `report`, with the first `top` lines of the ranking.
 pub fn optimum_page(report: &OptimumReport, top: usize) -> String {
@@ -16,11 +16,11 @@ pub fn optimum_page(report: &OptimumReport, top: usize) -> String {
         more => format!("{more} more assignments were scored (--top)."),
     };
     let heading = "Ranking".to_owned();
-    sections.push(Section::Table(heading, ranking(report, top), remark));
+    sections.push(PageSection::Table(heading, ranking(report, top), remark));
     if let Some(validation) = &report.validation {
         let patterns = format!("On {}.", validation.patterns);
         let heading = format!("{} on fresh patterns", bracketed(&report.best));
-        sections.push(Section::Table(
+        sections.push(PageSection::Table(
             heading,
             validated(report, validation),
             patterns,
@@ -29,12 +29,16 @@ pub fn optimum_page(report: &OptimumReport, top: usize) -> String {
     if let Some(beside) = &report.beside {
         let heading = format!("Other strategies compared with {}", bracketed(&report.best));
         let patterns = format!("On {}.", beside.patterns);
-        sections.push(Section::Table(heading, rivals(report, beside), patterns));
+        sections.push(PageSection::Table(
+            heading,
+            rivals(report, beside),
+            patterns,
+        ));
     }
     let mut notes = report.search_notes();
     notes.extend(report.notes.iter().cloned());
-    sections.push(Section::List("Notes".into(), notes));
-    let page = Page {
+    sections.push(PageSection::List("Notes".into(), notes));
+    let page = ReportPage {
         title: format!(
             "Best of {all} rule assignment{} for {} robot{}",
             if all == 1 { "" } else { "s" },
@@ -50,8 +54,8 @@ pub fn optimum_page(report: &OptimumReport, top: usize) -> String {
 }
 
 fn answer(report: &OptimumReport) -> Vec<String> {
-    let (unit, digits) = (report.spaced_unit(), report.digits());
-    let figure = |path: &str, value| Figure::new(path, value, digits).html();
+    let (unit, digits) = (report.format().spaced_unit(), report.format().digits());
+    let figure = |path: &str, value| PageFigure::new(path, value, digits).html();
     let best = &report.ranking[0];
     let tied = report
         .ranking
@@ -70,7 +74,7 @@ fn answer(report: &OptimumReport) -> Vec<String> {
         escape(&report.risk),
         escape(&report.objective.replace('-', " ")),
         figure("ranking.0.value", best.value),
-        Figure::exact("patterns", report.patterns as f64).html(),
+        PageFigure::exact("patterns", report.patterns as f64).html(),
     )];
     if let Some(validation) = &report.validation {
         let ends = validation.mean_low.zip(validation.mean_high);
@@ -83,12 +87,12 @@ fn answer(report: &OptimumReport) -> Vec<String> {
         });
         lines.push(format!(
             "On {} fresh patterns its mean is {}{unit}{interval}.",
-            Figure::exact("validation.count", validation.count as f64).html(),
+            PageFigure::exact("validation.count", validation.count as f64).html(),
             figure("validation.mean", validation.mean),
         ));
         if let Some(bound) = &validation.bound {
             let figure = |field: &str, value| {
-                Figure::exact(format!("validation.bound.{field}"), value).html()
+                PageFigure::exact(format!("validation.bound.{field}"), value).html()
             };
             lines.push(format!(
                 "Certified: there it makes at least {} % of the picks that the best strategy \
@@ -102,8 +106,8 @@ fn answer(report: &OptimumReport) -> Vec<String> {
 }
 
 fn ranking(report: &OptimumReport, top: usize) -> PageTable {
-    let digits = report.digits();
-    let unit = report.bracketed_unit();
+    let digits = report.format().digits();
+    let unit = report.format().bracketed_unit();
     let by_risk = report.risk != "mean";
     let by_speed = report.ranking.iter().any(|line| line.max_speed.is_some());
     let mut header = vec!["#".to_owned(), "<assignment".into(), format!("mean{unit}")];
@@ -118,7 +122,7 @@ fn ranking(report: &OptimumReport, top: usize) -> PageTable {
     header.extend(by_speed.then(|| "max speed [m/s]".to_owned()));
     let row = |(i, line): (usize, &RankedReport)| {
         let path = |field: &str| format!("ranking.{i}.{field}");
-        let figure = |field: &str, value| Figure::new(path(field), value, digits);
+        let figure = |field: &str, value| PageFigure::new(path(field), value, digits);
         let mut row = vec![
             Cell::Text((i + 1).to_string()),
             Cell::Words(bracketed(&line.assignment)),
@@ -144,14 +148,14 @@ fn ranking(report: &OptimumReport, top: usize) -> PageTable {
                 }
                 .into(),
             ),
-            Figure::percent(path("picked_share"), line.picked_share).into(),
+            PageFigure::percent(path("picked_share"), line.picked_share).into(),
             figure("worst", line.worst).into(),
             Cell::Words(line.worst_pattern.clone()),
         ]);
         if by_speed {
             let speed = line.max_speed;
             row.push(Cell::or_empty(
-                speed.map(|speed| Figure::new(path("max_speed"), speed, 4)),
+                speed.map(|speed| PageFigure::new(path("max_speed"), speed, 4)),
             ));
         }
         (false, row)
@@ -164,11 +168,11 @@ fn ranking(report: &OptimumReport, top: usize) -> PageTable {
 }
 
 fn validated(report: &OptimumReport, validation: &ValidationReport) -> PageTable {
-    let digits = report.digits();
-    let unit = report.bracketed_unit();
-    let figure = |field: &str, value| Figure::new(format!("validation.{field}"), value, digits);
-    let percent = |field: &str, share| Figure::percent(format!("validation.{field}"), share);
-    let exact = |field: &str, value| Figure::exact(format!("validation.{field}"), value);
+    let digits = report.format().digits();
+    let unit = report.format().bracketed_unit();
+    let figure = |field: &str, value| PageFigure::new(format!("validation.{field}"), value, digits);
+    let percent = |field: &str, share| PageFigure::percent(format!("validation.{field}"), share);
+    let exact = |field: &str, value| PageFigure::exact(format!("validation.{field}"), value);
     let row = vec![
         exact("count", validation.count as f64).into(),
         figure("mean", validation.mean).into(),
@@ -206,11 +210,11 @@ fn validated(report: &OptimumReport, validation: &ValidationReport) -> PageTable
 }
 
 fn rivals(report: &OptimumReport, beside: &RivalsReport) -> PageTable {
-    let digits = report.digits();
-    let by_risk = report.has_risk_column();
+    let digits = report.format().digits();
+    let by_risk = report.format().has_risk_column();
     let row = |(i, line): (usize, &RivalReport)| {
         let path = |field: &str| format!("beside.strategies.{i}.{field}");
-        let figure = |field: &str, value| Figure::new(path(field), value, digits);
+        let figure = |field: &str, value| PageFigure::new(path(field), value, digits);
         let mut row = vec![
             Cell::Words(line.strategy.clone()),
             figure("mean", line.mean).into(),
@@ -223,13 +227,13 @@ fn rivals(report: &OptimumReport, beside: &RivalsReport) -> PageTable {
                 }
                 None => Cell::empty(),
             },
-            Figure::percent(path("picked_share"), line.picked_share).into(),
+            PageFigure::percent(path("picked_share"), line.picked_share).into(),
             figure("worst", line.worst).into(),
         ]);
         (false, row)
     };
     PageTable {
         rows: beside.strategies.iter().enumerate().map(row).collect(),
-        header: RivalsReport::header(report),
+        header: RivalsReport::header(report.format(), &report.best),
     }
 }

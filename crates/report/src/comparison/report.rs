@@ -1,9 +1,9 @@
 //! A comparison of methods: the paper's Tables 2 and 3 for the user's own line.
 
-use super::bound::CaseBoundReport;
-use super::provenance::Provenance;
-use super::table::{Table, cell, fixed, interval};
-use super::throughput::ThroughputReport;
+use crate::bound::CaseBoundReport;
+use crate::provenance::Provenance;
+use crate::table::cell;
+use crate::throughput::ThroughputReport;
 use pickline::experiment::paper::{self, Printed};
 use pickline::experiment::{CaseResult, Comparison, Method};
 use pickline::stats::Interval;
@@ -51,14 +51,14 @@ pub struct CaseReport {
     #[serde(skip)]
     pub(super) weighs: bool,
     #[serde(skip)]
-    runs: Vec<Run>,
+    pub(super) runs: Vec<RunRow>,
 }
 
 /// One run as a row of a CSV file; what applies only to items with attributes is kept apart.
 #[derive(Debug, Clone)]
-struct Run {
-    cells: [String; 11],
-    weighted_rate: f64,
+pub(super) struct RunRow {
+    pub(super) cells: [String; 11],
+    pub(super) weighted_rate: f64,
 }
 
 /// One method on one case.
@@ -149,101 +149,6 @@ impl ComparisonReport {
         }
     }
 
-    /// All methods and cases for the terminal.
-    pub fn to_table(&self) -> String {
-        let mut header = vec!["<case", "<method"];
-        let steady = self.is_steady();
-        if steady {
-            header.extend(["throughput [1/min]", "95 %", "flow [1/min]"]);
-        }
-        header.extend([
-            "picked [%]",
-            "time [s]",
-            "picking rate [1/min]",
-            "minus the first, 95 %",
-            "benefit [%]",
-        ]);
-        let with_bound = self.cases.iter().any(|case| case.bound.is_some());
-        if with_bound {
-            header.push("certified [%]");
-        }
-        if self.with_paper {
-            header.extend(["paper: picked [%]", "time [s]", "picking rate [1/min]"]);
-        }
-        let mut table = Table::new(&header);
-        for case in &self.cases {
-            for (i, result) in case.results.iter().enumerate() {
-                let first = i == 0;
-                let mut row = vec![
-                    if first {
-                        case.name.clone()
-                    } else {
-                        String::new()
-                    },
-                    self.methods[i].title.clone(),
-                ];
-                if steady {
-                    row.extend(result.throughput.table_cells(1));
-                }
-                row.extend([
-                    fixed(100.0 * result.picked_share, 1),
-                    fixed(result.end_s, 1),
-                    fixed(result.picking_rate_per_min, 1),
-                    if first {
-                        String::new()
-                    } else {
-                        interval(result.diff_low.zip(result.diff_high), 2)
-                    },
-                    if first {
-                        String::new()
-                    } else {
-                        fixed(result.benefit_percent, 1)
-                    },
-                ]);
-                if with_bound {
-                    let percent = result.certified_percent;
-                    row.push(percent.map_or(String::new(), |percent| fixed(percent, 1)));
-                }
-                if self.with_paper {
-                    row.extend(match result.paper {
-                        Some(p) => [
-                            fixed(p.picked_percent, 0),
-                            fixed(p.time_s, 1),
-                            fixed(p.picking_rate_per_min, 1),
-                        ],
-                        None => [const { String::new() }; 3],
-                    });
-                }
-                table.row(row);
-            }
-            if let Some(bound) = &case.bound {
-                table.row(bound.row(if steady { 3 } else { 0 }, header.len()));
-            }
-        }
-        let counts: Vec<String> = self
-            .cases
-            .iter()
-            .map(|case| format!("{} of {}", case.patterns, case.name))
-            .collect();
-        let notes: String = self
-            .notes
-            .iter()
-            .map(|note| format!("note      {note}\n"))
-            .collect();
-        let certified = if with_bound {
-            "certified at least that share of the picks that the best strategy could make, \
-             waiting and clairvoyance included\n"
-        } else {
-            ""
-        };
-        format!(
-            "{}means over {}\n{certified}{notes}{}",
-            table.render(),
-            counts.join("; "),
-            self.made.lines()
-        )
-    }
-
     /// Whether items of some case have attributes, so that weight differs from the count.
     pub(super) fn weighs(&self) -> bool {
         self.cases.iter().any(|case| case.weighs)
@@ -253,106 +158,6 @@ impl ComparisonReport {
     pub(super) fn is_steady(&self) -> bool {
         let mut results = self.cases.iter().flat_map(|case| &case.results);
         results.any(|result| result.throughput.throughput_per_min.is_some())
-    }
-
-    /// Throughput as CSV: each method's picks per minute in the steady state of each case.
-    pub fn throughput_csv(&self) -> String {
-        let mut header = vec!["case", "method"];
-        header.extend(ThroughputReport::COLUMNS);
-        header.extend(["steady_patterns", "patterns"]);
-        let mut rows = vec![header.into_iter().map(str::to_owned).collect::<Vec<_>>()];
-        for case in &self.cases {
-            for result in &case.results {
-                let mut row = vec![case.name.clone(), result.method.clone()];
-                row.extend(result.throughput.cells());
-                row.push(result.throughput.steady_patterns.to_string());
-                row.push(case.patterns.to_string());
-                rows.push(row);
-            }
-        }
-        self.made.csv(rows)
-    }
-
-    /// Table 2 of the paper as CSV: items picked and time taken.
-    pub fn picked_time_csv(&self) -> String {
-        let header = ["case", "method", "picked_share", "end_s", "patterns"];
-        let mut rows = vec![header.map(str::to_owned)];
-        for case in &self.cases {
-            for result in &case.results {
-                rows.push([
-                    case.name.clone(),
-                    result.method.clone(),
-                    result.picked_share.to_string(),
-                    result.end_s.to_string(),
-                    case.patterns.to_string(),
-                ]);
-            }
-        }
-        self.made.csv(rows)
-    }
-
-    /// Table 3 of the paper as CSV: each method's picking rate on each case, its excess over
-    /// the first method, and the upper bound for every strategy.
-    pub fn picking_rate_csv(&self) -> String {
-        let header = [
-            "case",
-            "method",
-            "picking_rate_per_min",
-            "picking_rate_low_per_min",
-            "picking_rate_high_per_min",
-            "benefit_percent",
-            "diff_low_per_min",
-            "diff_high_per_min",
-            "picking_rate_upper_bound_per_min",
-            "patterns",
-        ];
-        let mut rows = vec![header.map(str::to_owned)];
-        for case in &self.cases {
-            let bound = case.bound.as_ref().and_then(|b| b.picking_rate_per_min);
-            for (place, result) in case.results.iter().enumerate() {
-                // The first method has nothing to compare with.
-                let other = |value: Option<f64>| cell(value.filter(|_| place > 0));
-                rows.push([
-                    case.name.clone(),
-                    result.method.clone(),
-                    result.picking_rate_per_min.to_string(),
-                    cell(result.picking_rate_low),
-                    cell(result.picking_rate_high),
-                    other(Some(result.benefit_percent)),
-                    other(result.diff_low),
-                    other(result.diff_high),
-                    cell(bound),
-                    case.patterns.to_string(),
-                ]);
-            }
-        }
-        self.made.csv(rows)
-    }
-
-    /// Every run as CSV.
-    pub fn runs_csv(&self) -> String {
-        let header = [
-            "case",
-            "pattern_seed",
-            "method",
-            "items",
-            "picked",
-            "end_s",
-            "throughput_per_min",
-            "flow_per_min",
-            "picking_rate_per_min",
-            "picks_upper_bound",
-            "assignment",
-        ];
-        let weighs = self.weighs();
-        let mut header = header.map(str::to_owned).to_vec();
-        header.extend(weighs.then(|| "weighted_rate_per_min".to_owned()));
-        let rows = self.cases.iter().flat_map(|case| &case.runs).map(|run| {
-            let mut row = run.cells.to_vec();
-            row.extend(weighs.then(|| run.weighted_rate.to_string()));
-            row
-        });
-        self.made.csv(std::iter::once(header).chain(rows))
     }
 }
 
@@ -441,7 +246,7 @@ fn case_report(
                     .map(|rules| rules.names().join(" "))
                     .unwrap_or_default(),
             ];
-            runs.push(Run {
+            runs.push(RunRow {
                 cells,
                 weighted_rate: f.weighted_rate(),
             });
