@@ -85,7 +85,7 @@ pub fn check_replay(pattern: &Pattern) -> Result<()> {
         return Ok(());
     }
     Err(Error::input(
-        "--html",
+        "the page",
         format!("{} items are too many for a page", pattern.len()),
         format!("replay a pattern of at most {MOST_ITEMS} items"),
     ))
@@ -185,6 +185,6 @@ mod tests {
         let message = check_replay(&pattern(MOST_ITEMS + 1))
             .unwrap_err()
             .to_string();
-        assert!(message.contains("--html"), "{message}");
+        assert!(message.contains("the page"), "{message}");
     }
 }

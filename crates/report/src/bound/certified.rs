@@ -1,6 +1,7 @@
 //! Runs and cases compared with their bound.
 
 use super::rounding::rounded_up;
+use crate::presentation::SettingNames;
 use crate::table::{fixed, interval};
 use pickline::decision::Figures;
 use pickline::experiment::CaseBound;
@@ -39,7 +40,7 @@ impl CertifiedReport {
     }
 
     /// One line for the terminal.
-    pub(crate) fn line(&self) -> String {
+    pub(crate) fn line(&self, names: &SettingNames) -> String {
         let rate = match (
             self.certified_rate_percent,
             self.picking_rate_upper_bound_per_min,
@@ -51,11 +52,13 @@ impl CertifiedReport {
             ),
             _ => String::new(),
         };
-        let cut_short = if self.cut_short {
-            "          cut short because the pattern is long: `pickline bound` searches longer and \
-             proves more; a shorter --slot helps further\n"
-        } else {
-            ""
+        let cut_short = match self.cut_short {
+            true => format!(
+                "          cut short because the pattern is long: `pickline bound` searches longer \
+                 and proves more; a shorter {} helps further\n",
+                names.slot
+            ),
+            false => String::new(),
         };
         format!(
             "certified at least {} % of the optimum (no strategy picks more than {}){rate}\n{cut_short}",
@@ -102,7 +105,7 @@ impl CaseBoundReport {
             rounded_up(100.0 * self.picked_share, 1),
             String::new(),
             up(self.picking_rate_per_min),
-            interval(self.difference.map(|d| (d.low, d.high)), 2),
+            interval(self.difference, 2),
             up(self.benefit_percent),
         ]);
         row.resize(columns, String::new());

@@ -6,7 +6,7 @@ use crate::table::{Table, fixed};
 
 impl BoundReport {
     /// The bound as text for the terminal.
-    pub fn to_table(&self) -> String {
+    pub(super) fn text(&self) -> String {
         let up = |value: Option<f64>, digits: usize| {
             value.map_or("-".to_owned(), |value| rounded_up(value, digits))
         };

@@ -1,5 +1,7 @@
 //! The axes of a chart: where they begin and end, and their ticks.
 
+use pickline::stats::Interval;
+
 /// An axis.
 #[derive(Debug)]
 pub(crate) enum ChartAxis {
@@ -76,6 +78,14 @@ impl ChartAxis {
             *high = high.min(end);
         }
         self
+    }
+}
+
+/// The interval of a share in percent. An interval of a mean may pass 100 %, a share cannot.
+pub(crate) fn percent(share: Interval) -> Interval {
+    Interval {
+        low: 100.0 * share.low,
+        high: (100.0 * share.high).min(100.0),
     }
 }
 

@@ -1,6 +1,7 @@
 //! A chart as data, without pixels and colours.
 
 use super::axis::ChartAxis;
+use pickline::stats::Interval;
 
 /// A chart.
 #[derive(Debug)]
@@ -66,9 +67,9 @@ pub(crate) struct ChartPoint {
     pub x: f64,
     pub y: f64,
     /// Its interval along x, if there is one.
-    pub across: Option<(f64, f64)>,
+    pub across: Option<Interval>,
     /// Its interval along y, if there is one.
-    pub along: Option<(f64, f64)>,
+    pub along: Option<Interval>,
     /// Shown when the pointer rests on it; nothing if empty.
     pub tip: String,
 }

@@ -30,8 +30,9 @@ const TITLE_CHARACTERS: usize = 84;
 const TO_NUMBERS: f64 = 8.0;
 
 /// The chart as a standalone SVG file that states how it was made.
-pub(crate) fn for_paper(chart: &Chart, made: &Provenance) -> String {
-    let about = format!("{} {}", chart.note(), made.one_line());
+pub(crate) fn for_paper(chart: &Chart, made: Option<&Provenance>) -> String {
+    let made = made.map_or(String::new(), |made| format!(" {}", made.one_line()));
+    let about = chart.note() + &made;
     svg(chart, Look::Paper, &about)
 }
 

@@ -8,6 +8,7 @@ use kuva::plot::bar::BarPlot;
 use kuva::plot::line::{LinePlot, LineStyle};
 use kuva::plot::scatter::ScatterPlot;
 use kuva::render::plots::Plot;
+use pickline::stats::Interval;
 
 /// Radius of markers [px].
 const MARKER: f64 = 3.6;
@@ -63,7 +64,7 @@ fn points_plots(
     let mut plots = Vec::new();
     if area && points.len() > 1 {
         let end = |point: &ChartPoint, upper: bool| {
-            let (low, high) = point.along.unwrap_or((point.y, point.y));
+            let Interval { low, high } = point.along.unwrap_or(Interval::point(point.y));
             if upper { high } else { low }
         };
         let band = BandPlot::new(
@@ -98,10 +99,10 @@ fn points_plots(
             PointStyle::Line | PointStyle::Area | PointStyle::Bare => MARKER - 0.9 + LARGER * under,
         });
     for (dot, point) in dots.data.iter_mut().zip(points) {
-        let about = |centre: f64, interval: Option<(f64, f64)>| {
+        let about = |centre: f64, interval: Option<Interval>| {
             interval
-                .filter(|(low, high)| low < high)
-                .map(|(low, high)| (centre - low, high - centre))
+                .filter(Interval::is_wide)
+                .map(|interval| (centre - interval.low, interval.high - centre))
         };
         dot.x_err = about(point.x, point.across);
         dot.y_err = about(point.y, point.along.filter(|_| !area));

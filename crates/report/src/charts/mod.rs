@@ -28,7 +28,7 @@ mod signs;
 pub use curve::curve_chart;
 pub use kind::ChartKind;
 
-pub(crate) use axis::ChartAxis;
+pub(crate) use axis::{ChartAxis, percent};
 pub(crate) use chart::{
     Chart, ChartBar, ChartMark, ChartPoint, Ink, Layer, LegendLine, PointStyle, Swatch, beside,
 };

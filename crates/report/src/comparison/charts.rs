@@ -1,15 +1,16 @@
 //! The charts of a comparison.
 
-use super::report::{CaseReport, ComparisonReport, ResultReport};
+use super::report::{CaseReport, ComparisonReport, MethodResultReport, PrintedReport};
 use crate::bound::{CaseBoundReport, rounded_up};
 use crate::charts::{
     Chart, ChartAxis, ChartBar, ChartKind, ChartMark, ChartPoint, Ink, Layer, LegendLine,
-    PointStyle, Swatch, beside,
+    PointStyle, Swatch, beside, percent,
 };
 use crate::table::{fixed, interval as shown_interval};
+use pickline::stats::Interval;
 
 /// The charts of a comparison, the main one first.
-pub const COMPARISON_CHARTS: &[ChartKind<ComparisonReport>] = &[
+pub(super) const CHARTS: &[ChartKind<ComparisonReport>] = &[
     ChartKind {
         name: "rate",
         chart: rate,
@@ -18,7 +19,7 @@ pub const COMPARISON_CHARTS: &[ChartKind<ComparisonReport>] = &[
     ChartKind {
         name: "difference",
         chart: difference,
-        needs: "a second method: greedy GT (game theory) or a --strategy",
+        needs: "a second method: greedy GT (game theory) or another strategy",
     },
     ChartKind {
         name: "throughput",
@@ -33,204 +34,212 @@ pub const COMPARISON_CHARTS: &[ChartKind<ComparisonReport>] = &[
 ];
 
 fn rate(report: &ComparisonReport) -> Option<Chart> {
-    let value = |result: &ResultReport| BarFigure {
-        value: result.picking_rate_per_min,
-        interval: result.picking_rate_low.zip(result.picking_rate_high),
+    let bars = BarFigure {
+        title: "Picking rate",
+        axis: "picking rate [1/min]",
+        unit: "/min",
+        digits: 2,
+        value: |result| result.picking_rate_per_min,
+        interval: |result| result.picking_rate_interval,
+        printed: |paper| Some(paper.picking_rate_per_min),
+        most: |bound| bound.picking_rate_per_min,
     };
-    let printed = |result: &ResultReport| {
-        let paper = result.paper.filter(|_| report.with_paper);
-        paper.map(|paper| paper.picking_rate_per_min)
-    };
-    Some(bars(
-        report,
-        "Picking rate",
-        ("picking rate [1/min]", "/min", 2),
-        value,
-        printed,
-        |bound| bound.picking_rate_per_min,
-    ))
+    Some(bars.chart(report))
 }
 
 fn throughput(report: &ComparisonReport) -> Option<Chart> {
-    let value = |result: &ResultReport| BarFigure {
-        value: result.throughput.throughput_per_min.unwrap_or_default(),
-        interval: result.throughput.ends(),
+    let bars = BarFigure {
+        title: "Throughput",
+        axis: "throughput [1/min]",
+        unit: "/min",
+        digits: 1,
+        value: |result| result.throughput.throughput_per_min.unwrap_or_default(),
+        interval: |result| result.throughput.interval,
+        printed: |_| None,
+        most: |_| None,
     };
-    let mut chart = bars(
-        report,
-        "Throughput",
-        ("throughput [1/min]", "/min", 1),
-        value,
-        |_| None,
-        |_| None,
-    );
+    let mut chart = bars.chart(report);
     chart.caption += " Picks per minute in the steady state; no bar: there is none.";
     report.is_steady().then_some(chart)
 }
 
 fn picked(report: &ComparisonReport) -> Option<Chart> {
-    let value = |result: &ResultReport| {
-        let ends = result.picked_share_low.zip(result.picked_share_high);
-        BarFigure {
-            value: 100.0 * result.picked_share,
-            // An interval of a mean may pass 100 %, items cannot.
-            interval: ends.map(|(low, high)| (100.0 * low, (100.0 * high).min(100.0))),
-        }
+    let bars = BarFigure {
+        title: "Items picked",
+        axis: "picked share [%]",
+        unit: " %",
+        digits: 1,
+        value: |result| 100.0 * result.picked_share,
+        interval: |result| result.picked_share_interval.map(percent),
+        printed: |paper| Some(paper.picked_percent),
+        most: |bound| Some(100.0 * bound.picked_share),
     };
-    let printed = |result: &ResultReport| {
-        let paper = result.paper.filter(|_| report.with_paper);
-        paper.map(|paper| paper.picked_percent)
-    };
-    Some(bars(
-        report,
-        "Items picked",
-        ("picked share [%]", " %", 1),
-        value,
-        printed,
-        |bound| Some(100.0 * bound.picked_share),
-    ))
+    Some(bars.chart(report))
 }
 
+/// A figure shown as one bar per method for every case, with intervals, the paper's figures and
+/// the bound for every strategy.
 struct BarFigure {
-    value: f64,
-    interval: Option<(f64, f64)>,
+    title: &'static str,
+    axis: &'static str,
+    /// Follows the number in words.
+    unit: &'static str,
+    /// Decimals in words.
+    digits: usize,
+    value: fn(&MethodResultReport) -> f64,
+    interval: fn(&MethodResultReport) -> Option<Interval>,
+    printed: fn(&PrintedReport) -> Option<f64>,
+    most: fn(&CaseBoundReport) -> Option<f64>,
 }
 
-/// One bar per method for every case, with intervals, the paper's figures and the bound for
-/// every strategy.
-fn bars(
-    report: &ComparisonReport,
-    title: &str,
-    (axis, unit, digits): (&str, &str, usize),
-    figure: impl Fn(&ResultReport) -> BarFigure,
-    printed: impl Fn(&ResultReport) -> Option<f64>,
-    most: impl Fn(&CaseBoundReport) -> Option<f64>,
-) -> Chart {
-    let methods = report.methods.len();
-    let mut groups = Vec::new();
-    let mut intervals = Vec::new();
-    let mut papers = Vec::new();
-    let mut bounds = Vec::new();
-    for (i, case) in report.cases.iter().enumerate() {
-        if let Some(x) = case.bound.as_ref().and_then(&most) {
-            let (first, last) = (beside(0, methods), beside(methods - 1, methods));
-            let half = 0.5 / methods as f64;
-            bounds.push(ChartPoint {
-                x,
-                y: i as f64,
-                along: Some((i as f64 + first - half, i as f64 + last + half)),
-                tip: format!(
-                    "{}: no strategy is above {}{unit}",
-                    case.name,
-                    rounded_up(x, digits)
-                ),
-                ..ChartPoint::default()
-            });
-        }
-        let mut group = Vec::new();
-        for (j, result) in case.results.iter().enumerate() {
-            let BarFigure {
-                value,
-                interval: ends,
-            } = figure(result);
-            let y = i as f64 + beside(j, methods);
-            let mut tip = format!(
-                "{}, {}: {}{unit}",
-                case.name,
-                report.methods[j].title,
-                fixed(value, digits)
-            );
-            if let Some((low, high)) = ends.filter(|(low, high)| low < high) {
-                tip += &format!(
-                    ", 95 % interval {} to {}",
-                    fixed(low, digits),
-                    fixed(high, digits)
-                );
-                intervals.push(interval(value, y, Some((low, high))));
-            }
-            if let Some(paper) = printed(result) {
-                papers.push(ChartPoint {
-                    x: paper,
-                    y,
-                    tip: format!(
-                        "{}, {}: the paper prints {paper}",
-                        case.name, case.results[j].method
-                    ),
-                    ..ChartPoint::default()
+impl BarFigure {
+    fn chart(&self, report: &ComparisonReport) -> Chart {
+        let groups = self.groups(report);
+        let intervals = self.intervals(report);
+        let papers = self.papers(report);
+        let bounds = self.bounds(report);
+        let values = groups.iter().flatten().map(|bar| bar.value);
+        let upper = intervals
+            .iter()
+            .filter_map(|point| Some(point.across?.high));
+        let marks = papers.iter().chain(&bounds).map(|point| point.x);
+        let ends: Vec<f64> = values.chain(upper).chain(marks).collect();
+        let mut chart = Chart {
+            title: self.title.into(),
+            caption: "Means over the patterns of each case.".into(),
+            x: ChartAxis::around(self.axis, ends, true),
+            y: names(report),
+            layers: vec![Layer::Bars(groups)],
+            marks: Vec::new(),
+            legend: methods_legend(report, 0, Swatch::Bar),
+        };
+        let mut add =
+            |points: Vec<ChartPoint>, style, words: &str, label: Option<(&str, Swatch)>| {
+                if points.is_empty() {
+                    return;
+                }
+                chart.caption += words;
+                chart.layers.push(Layer::Points {
+                    ink: Ink::Text,
+                    style,
+                    points,
                 });
-            }
-            group.push(ChartBar {
-                value,
-                words: fixed(value, digits),
-                ink: Ink::Series(j),
-                tip,
+                chart.legend.extend(label.map(|(label, swatch)| LegendLine {
+                    label: label.into(),
+                    ink: Ink::Text,
+                    swatch,
+                }));
+            };
+        add(
+            intervals,
+            PointStyle::Intervals,
+            " Lines: 95 % intervals of the means, where a case has several patterns.",
+            None,
+        );
+        add(
+            papers,
+            PointStyle::Dots,
+            " Crosses: the figures that the paper prints.",
+            Some(("the paper's figure", Swatch::Dot)),
+        );
+        add(
+            bounds,
+            PointStyle::Intervals,
+            " Upright lines: the certified bound, which no strategy can pass.",
+            Some(("bound: no strategy is above", Swatch::Bare)),
+        );
+        chart
+    }
+
+    /// The interval of a figure, if it has a length.
+    fn wide(&self, result: &MethodResultReport) -> Option<Interval> {
+        (self.interval)(result).filter(Interval::is_wide)
+    }
+
+    fn groups(&self, report: &ComparisonReport) -> Vec<Vec<ChartBar>> {
+        let bar = |case: &CaseReport, j: usize| {
+            let result = &case.results[j];
+            let value = fixed((self.value)(result), self.digits);
+            let words = self.wide(result).map_or(String::new(), |interval| {
+                format!(
+                    ", 95 % interval {}",
+                    shown_interval(Some(interval), self.digits)
+                )
             });
-        }
-        groups.push(group);
+            ChartBar {
+                value: (self.value)(result),
+                ink: Ink::Series(j),
+                tip: format!(
+                    "{}, {}: {value}{}{words}",
+                    case.name, report.methods[j].title, self.unit
+                ),
+                words: value,
+            }
+        };
+        let group = |case: &CaseReport| (0..case.results.len()).map(|j| bar(case, j)).collect();
+        report.cases.iter().map(group).collect()
     }
-    let ends = groups.iter().flatten().map(|bar| bar.value);
-    let ends = ends
-        .chain(
-            intervals
-                .iter()
-                .filter_map(|point| point.across)
-                .map(|(_, high)| high),
-        )
-        .chain(papers.iter().chain(&bounds).map(|point| point.x));
-    let x = ChartAxis::around(axis, ends.collect::<Vec<_>>(), true);
-    let mut caption = "Means over the patterns of each case.".to_owned();
-    let mut legend: Vec<LegendLine> = methods_legend(report, 0, Swatch::Bar);
-    let mut layers = vec![Layer::Bars(groups)];
-    if !intervals.is_empty() {
-        caption += " Lines: 95 % intervals of the means, where a case has several patterns.";
-        layers.push(Layer::Points {
-            ink: Ink::Text,
-            style: PointStyle::Intervals,
-            points: intervals,
-        });
+
+    fn intervals(&self, report: &ComparisonReport) -> Vec<ChartPoint> {
+        let point = |(y, _, result): (f64, &CaseReport, &MethodResultReport)| {
+            let interval = self.wide(result)?;
+            Some(point_with((self.value)(result), y, Some(interval)))
+        };
+        results(report).filter_map(point).collect()
     }
-    if !papers.is_empty() {
-        caption += " Crosses: the figures that the paper prints.";
-        layers.push(Layer::Points {
-            ink: Ink::Text,
-            style: PointStyle::Dots,
-            points: papers,
-        });
-        legend.push(LegendLine {
-            label: "the paper's figure".into(),
-            ink: Ink::Text,
-            swatch: Swatch::Dot,
-        });
+
+    fn papers(&self, report: &ComparisonReport) -> Vec<ChartPoint> {
+        let point = |(y, case, result): (f64, &CaseReport, &MethodResultReport)| {
+            let paper = result.paper.filter(|_| report.with_paper)?;
+            let x = (self.printed)(&paper)?;
+            Some(ChartPoint {
+                tip: format!("{}, {}: the paper prints {x}", case.name, result.method),
+                ..point_with(x, y, None)
+            })
+        };
+        results(report).filter_map(point).collect()
     }
-    if !bounds.is_empty() {
-        caption += " Upright lines: the certified bound, which no strategy can pass.";
-        layers.push(Layer::Points {
-            ink: Ink::Text,
-            style: PointStyle::Intervals,
-            points: bounds,
-        });
-        legend.push(LegendLine {
-            label: "bound: no strategy is above".into(),
-            ink: Ink::Text,
-            swatch: Swatch::Bare,
-        });
-    }
-    Chart {
-        title: title.into(),
-        caption,
-        x,
-        y: names(report),
-        layers,
-        marks: Vec::new(),
-        legend,
+
+    fn bounds(&self, report: &ComparisonReport) -> Vec<ChartPoint> {
+        let methods = report.methods.len();
+        let (first, last) = (beside(0, methods), beside(methods - 1, methods));
+        let half = 0.5 / methods as f64;
+        let point = |(i, case): (usize, &CaseReport)| {
+            let x = case.bound.as_ref().and_then(self.most)?;
+            Some(ChartPoint {
+                along: Some(Interval {
+                    low: i as f64 + first - half,
+                    high: i as f64 + last + half,
+                }),
+                tip: format!(
+                    "{}: no strategy is above {}{}",
+                    case.name,
+                    rounded_up(x, self.digits),
+                    self.unit
+                ),
+                ..point_with(x, i as f64, None)
+            })
+        };
+        report.cases.iter().enumerate().filter_map(point).collect()
     }
 }
 
-fn interval(x: f64, y: f64, ends: Option<(f64, f64)>) -> ChartPoint {
+/// Every method on every case, with its place along the y axis.
+fn results(
+    report: &ComparisonReport,
+) -> impl Iterator<Item = (f64, &CaseReport, &MethodResultReport)> {
+    let methods = report.methods.len();
+    report.cases.iter().enumerate().flat_map(move |(i, case)| {
+        let results = case.results.iter().enumerate();
+        results.map(move |(j, result)| (i as f64 + beside(j, methods), case, result))
+    })
+}
+
+fn point_with(x: f64, y: f64, across: Option<Interval>) -> ChartPoint {
     ChartPoint {
         x,
         y,
-        across: ends,
+        across,
         ..ChartPoint::default()
     }
 }
@@ -245,7 +254,7 @@ fn difference(report: &ComparisonReport) -> Option<Chart> {
         let point = |(i, case): (usize, &CaseReport)| {
             let result = &case.results[j];
             let x = difference_of(case, result);
-            let ends = result.diff_low.zip(result.diff_high);
+            let ends = result.difference;
             let words = ends.map_or(String::new(), |ends| {
                 format!(", 95 % interval {}", shown_interval(Some(ends), 2))
             });
@@ -257,7 +266,7 @@ fn difference(report: &ComparisonReport) -> Option<Chart> {
                     first.title,
                     fixed(x, 2),
                 ),
-                ..interval(x, i as f64 + beside(j - 1, others.len()), ends)
+                ..point_with(x, i as f64 + beside(j - 1, others.len()), ends)
             }
         };
         Layer::Points {
@@ -266,9 +275,12 @@ fn difference(report: &ComparisonReport) -> Option<Chart> {
             points: report.cases.iter().enumerate().map(point).collect(),
         }
     };
-    let ends_of = |case: &CaseReport, result: &ResultReport| {
+    let ends_of = |case: &CaseReport, result: &MethodResultReport| {
         let x = difference_of(case, result);
-        [result.diff_low.unwrap_or(x), result.diff_high.unwrap_or(x)]
+        {
+            let Interval { low, high } = result.difference.unwrap_or(Interval::point(x));
+            [low, high]
+        }
     };
     let ends_of = |case: &CaseReport| -> Vec<f64> {
         let results = case.results[1..].iter();
@@ -299,7 +311,7 @@ fn difference(report: &ComparisonReport) -> Option<Chart> {
 }
 
 /// Excess over the first method's picking rate [1/min].
-fn difference_of(case: &CaseReport, result: &ResultReport) -> f64 {
+fn difference_of(case: &CaseReport, result: &MethodResultReport) -> f64 {
     result.picking_rate_per_min - case.results[0].picking_rate_per_min
 }
 

@@ -1,12 +1,12 @@
 //! The page of a comparison.
 
-use super::charts::COMPARISON_CHARTS;
-use super::report::{CaseReport, ComparisonReport, MethodReport, ResultReport};
+use super::charts::CHARTS;
+use super::report::{CaseReport, ComparisonReport, MethodReport, MethodResultReport};
 use crate::page::{Cell, PageFigure, PageSection, PageTable, ReportPage, charts, escape};
 
 /// The page for `report`.
-pub fn comparison_page(report: &ComparisonReport) -> String {
-    let mut sections = charts(COMPARISON_CHARTS, report);
+pub(super) fn page(report: &ComparisonReport) -> String {
+    let mut sections = charts(CHARTS, report);
     // The page's first figure, as in the tables.
     let is_first = |section: &PageSection| matches!(section, PageSection::Chart("throughput", _));
     if let Some(place) = sections.iter().position(is_first) {
@@ -130,9 +130,9 @@ fn answer(report: &ComparisonReport) -> Vec<String> {
             let results = report.cases.iter();
             let ends = results.filter_map(|case| {
                 let result = &case.results[j];
-                result.diff_low.zip(result.diff_high)
+                result.difference
             });
-            ends.filter(|&(low, high)| holds(low, high)).count()
+            ends.filter(|ends| holds(ends.low, ends.high)).count()
         };
         let better = count(&|low, _| low > 0.0);
         let worse = count(&|_, high| high < 0.0);
@@ -158,7 +158,7 @@ fn answer(report: &ComparisonReport) -> Vec<String> {
 fn rows(
     report: &ComparisonReport,
     first: usize,
-    cells: impl Fn(&CaseReport, &ResultReport, &dyn Fn(&str) -> String) -> Option<Vec<Cell>>,
+    cells: impl Fn(&CaseReport, &MethodResultReport, &dyn Fn(&str) -> String) -> Option<Vec<Cell>>,
 ) -> Vec<(bool, Vec<Cell>)> {
     let mut rows = Vec::new();
     for (i, case) in report.cases.iter().enumerate() {
@@ -191,7 +191,7 @@ fn table(header: &[&str], rows: Vec<(bool, Vec<Cell>)>) -> PageTable {
 
 fn figures(report: &ComparisonReport) -> PageTable {
     let (steady, weighs) = (report.is_steady(), report.weighs());
-    let cells = |_: &CaseReport, result: &ResultReport, path: &dyn Fn(&str) -> String| {
+    let cells = |_: &CaseReport, result: &MethodResultReport, path: &dyn Fn(&str) -> String| {
         let percent = |field: &str, share| PageFigure::percent(path(field), share);
         let rate = |field: &str, value| PageFigure::new(path(field), value, 2);
         let mut cells = match steady {
@@ -202,14 +202,14 @@ fn figures(report: &ComparisonReport) -> PageTable {
             percent("picked_share", result.picked_share).into(),
             Cell::interval(
                 ("picked_share_low", "picked_share_high"),
-                result.picked_share_low.zip(result.picked_share_high),
+                result.picked_share_interval,
                 percent,
             ),
             PageFigure::new(path("end_s"), result.end_s, 1).into(),
             rate("picking_rate_per_min", result.picking_rate_per_min).into(),
             Cell::interval(
                 ("picking_rate_low", "picking_rate_high"),
-                result.picking_rate_low.zip(result.picking_rate_high),
+                result.picking_rate_interval,
                 rate,
             ),
         ]);
@@ -231,11 +231,11 @@ fn figures(report: &ComparisonReport) -> PageTable {
 }
 
 fn differences(report: &ComparisonReport) -> PageTable {
-    let cells = |_: &CaseReport, result: &ResultReport, path: &dyn Fn(&str) -> String| {
+    let cells = |_: &CaseReport, result: &MethodResultReport, path: &dyn Fn(&str) -> String| {
         Some(vec![
             Cell::interval(
                 ("diff_low", "diff_high"),
-                result.diff_low.zip(result.diff_high),
+                result.difference,
                 |field, value| PageFigure::new(path(field), value, 2),
             ),
             PageFigure::new(path("benefit_percent"), result.benefit_percent, 1).into(),
@@ -295,7 +295,7 @@ fn certified(report: &ComparisonReport) -> PageTable {
 }
 
 fn printed(report: &ComparisonReport) -> PageTable {
-    let cells = |_: &CaseReport, result: &ResultReport, path: &dyn Fn(&str) -> String| {
+    let cells = |_: &CaseReport, result: &MethodResultReport, path: &dyn Fn(&str) -> String| {
         let paper = result.paper?;
         let rate = |field, value| PageFigure::new(path(field), value, 1).into();
         Some(vec![

@@ -1,8 +1,8 @@
 //! A comparison of methods: the paper's Tables 2 and 3 for the user's own line.
 
 use crate::bound::CaseBoundReport;
+use crate::csv_rows::{Displayed, OptionalNumber};
 use crate::provenance::Provenance;
-use crate::table::cell;
 use crate::throughput::ThroughputReport;
 use pickline::experiment::paper::{self, Printed};
 use pickline::experiment::{CaseResult, Comparison, Method};
@@ -44,7 +44,7 @@ pub struct CaseReport {
     /// Number of patterns.
     pub patterns: usize,
     /// The results, one per method.
-    pub results: Vec<ResultReport>,
+    pub results: Vec<MethodResultReport>,
     /// What no strategy can exceed, if the bound was requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bound: Option<CaseBoundReport>,
@@ -54,16 +54,27 @@ pub struct CaseReport {
     pub(super) runs: Vec<RunRow>,
 }
 
-/// One run as a row of a CSV file; what applies only to items with attributes is kept apart.
-#[derive(Debug, Clone)]
+/// One run as a row of a CSV file.
+#[derive(Debug, Clone, Default, Serialize)]
 pub(super) struct RunRow {
-    pub(super) cells: [String; 11],
-    pub(super) weighted_rate: f64,
+    case: String,
+    pattern_seed: u64,
+    method: String,
+    items: usize,
+    picked: usize,
+    end_s: Displayed<f64>,
+    throughput_per_min: OptionalNumber,
+    flow_per_min: OptionalNumber,
+    picking_rate_per_min: Displayed<f64>,
+    picks_upper_bound: Option<usize>,
+    assignment: String,
+    /// Left out where no item has attributes.
+    weighted_rate_per_min: Displayed<f64>,
 }
 
 /// One method on one case.
 #[derive(Debug, Clone, Serialize)]
-pub struct ResultReport {
+pub struct MethodResultReport {
     /// The method's name in files.
     pub method: String,
     /// Picks per minute in the steady state.
@@ -71,24 +82,21 @@ pub struct ResultReport {
     pub throughput: ThroughputReport,
     /// Mean share of the items picked.
     pub picked_share: f64,
-    /// Lower end of its 95 % interval; `None` for a single pattern, as for all intervals below.
-    pub picked_share_low: Option<f64>,
-    /// Upper end of its 95 % interval.
-    pub picked_share_high: Option<f64>,
+    /// 95 % interval of that share; `None` for a single pattern, as for all intervals below.
+    #[serde(flatten, serialize_with = "crate::ends::picked_share")]
+    pub picked_share_interval: Option<Interval>,
     /// Mean end of the run [s].
     pub end_s: f64,
     /// Mean picks per minute over the whole run.
     pub picking_rate_per_min: f64,
-    /// Lower end of its 95 % interval.
-    pub picking_rate_low: Option<f64>,
-    /// Upper end of its 95 % interval.
-    pub picking_rate_high: Option<f64>,
+    /// 95 % interval of that rate [1/min].
+    #[serde(flatten, serialize_with = "crate::ends::picking_rate")]
+    pub picking_rate_interval: Option<Interval>,
     /// Mean reward-weighted picks per minute.
     pub weighted_rate_per_min: f64,
-    /// Lower end of the 95 % interval of this rate minus the first method's rate.
-    pub diff_low: Option<f64>,
-    /// Upper end of that interval.
-    pub diff_high: Option<f64>,
+    /// 95 % interval of its picking rate minus the first method's, paired over patterns [1/min].
+    #[serde(flatten, serialize_with = "crate::ends::difference")]
+    pub difference: Option<Interval>,
     /// Excess of its mean rate over the first method's [%].
     pub benefit_percent: f64,
     /// Picks over all patterns as a proven share of the optimum [%].
@@ -200,94 +208,82 @@ fn case_report(
     comparison: &Comparison,
     printed: Option<&paper::PaperCase>,
 ) -> CaseReport {
-    let paper = |method: &Method| -> Option<PrintedReport> {
-        let Printed { picked, time, rate } = match method {
-            Method::Robust(_) => printed?.robust,
-            Method::Greedy(_) => printed?.greedy,
-            // Compared with the paper's figures whatever the policy.
-            Method::Strategy(other) if is_policy(other.name()) => printed?.rl,
-            Method::Strategy(_) => return None,
-        };
-        Some(PrintedReport {
-            picked_percent: picked,
-            time_s: time,
-            picking_rate_per_min: rate,
-        })
+    let methods = comparison.methods.iter().zip(&result.methods).enumerate();
+    let bound = result.bound.as_ref();
+    CaseReport {
+        name: result.case.name.clone(),
+        items: result.methods[0].runs[0].figures.items,
+        patterns: result.seeds.len(),
+        weighs: result.weighs,
+        bound: bound.map(CaseBoundReport::new),
+        results: methods
+            .map(|(i, (method, of))| MethodResultReport {
+                method: method.id().to_owned(),
+                throughput: ThroughputReport::new(&of.throughput),
+                picked_share: of.picked_share,
+                picked_share_interval: of.picked_share_interval,
+                end_s: of.end,
+                picking_rate_per_min: of.picking_rate,
+                picking_rate_interval: of.picking_rate_interval,
+                weighted_rate_per_min: of.weighted_rate,
+                difference: of.difference,
+                benefit_percent: 100.0 * of.benefit,
+                certified_percent: bound.map(|bound| bound.certified[i]),
+                certified_rate_percent: bound.and_then(|bound| bound.certified_rate[i]),
+                paper: printed.and_then(|printed| printed_report(method, printed)),
+            })
+            .collect(),
+        runs: run_rows(result, comparison),
+    }
+}
+
+/// The paper's figures for `method` on a case.
+fn printed_report(method: &Method, case: &paper::PaperCase) -> Option<PrintedReport> {
+    let Printed { picked, time, rate } = match method {
+        Method::Robust(_) => case.robust,
+        Method::Greedy(_) => case.greedy,
+        // Compared with the paper's figures whatever the policy.
+        Method::Strategy(other) if is_policy(other.name()) => case.rl,
+        Method::Strategy(_) => return None,
     };
-    let methods = &comparison.methods;
-    let items = result.methods[0].runs[0].figures.items;
-    let mut runs = Vec::new();
+    Some(PrintedReport {
+        picked_percent: picked,
+        time_s: time,
+        picking_rate_per_min: rate,
+    })
+}
+
+/// Every run of a case, pattern by pattern.
+fn run_rows(result: &CaseResult, comparison: &Comparison) -> Vec<RunRow> {
+    let mut rows = Vec::new();
     for (i, seed) in result.seeds.iter().enumerate() {
-        for (method, of) in methods.iter().zip(&result.methods) {
+        for (method, of) in comparison.methods.iter().zip(&result.methods) {
             let run = &of.runs[i];
-            let f = &run.figures;
+            let figures = &run.figures;
             let assignment = match method {
                 Method::Robust(rules) => Some(rules),
                 _ => run.chosen.as_ref(),
             };
             let steady = run.steady.as_ref();
             let flow = steady.map_or_else(|no| no.flow, |steady| Some(steady.flow));
-            let cells = [
-                result.case.name.clone(),
+            rows.push(RunRow {
+                case: result.case.name.clone(),
                 // Also where nothing is random, so that the column holds whole numbers only.
-                seed.unwrap_or(comparison.first_seed).to_string(),
-                method.id().to_owned(),
-                f.items.to_string(),
-                f.picked.to_string(),
-                f.end.to_string(),
-                cell(steady.ok().map(|steady| steady.throughput)),
-                cell(flow),
-                f.picking_rate().to_string(),
-                result
-                    .bound
-                    .as_ref()
-                    .map_or(String::new(), |bound| bound.picks[i].to_string()),
-                assignment
+                pattern_seed: seed.unwrap_or(comparison.first_seed),
+                method: method.id().to_owned(),
+                items: figures.items,
+                picked: figures.picked,
+                end_s: Displayed(figures.end),
+                throughput_per_min: steady.ok().map(|steady| Displayed(steady.throughput)),
+                flow_per_min: flow.map(Displayed),
+                picking_rate_per_min: Displayed(figures.picking_rate()),
+                picks_upper_bound: result.bound.as_ref().map(|bound| bound.picks[i]),
+                assignment: assignment
                     .map(|rules| rules.names().join(" "))
                     .unwrap_or_default(),
-            ];
-            runs.push(RunRow {
-                cells,
-                weighted_rate: f.weighted_rate(),
+                weighted_rate_per_min: Displayed(figures.weighted_rate()),
             });
         }
     }
-    CaseReport {
-        name: result.case.name.clone(),
-        items,
-        patterns: result.seeds.len(),
-        weighs: result.weighs,
-        bound: result.bound.as_ref().map(CaseBoundReport::new),
-        results: methods
-            .iter()
-            .zip(&result.methods)
-            .enumerate()
-            .map(|(i, (method, of))| {
-                let (picked_share_low, picked_share_high) =
-                    Interval::ends(of.picked_share_interval);
-                let (picking_rate_low, picking_rate_high) =
-                    Interval::ends(of.picking_rate_interval);
-                let (diff_low, diff_high) = Interval::ends(of.difference);
-                ResultReport {
-                    method: method.id().to_owned(),
-                    throughput: ThroughputReport::new(&of.throughput),
-                    picked_share: of.picked_share,
-                    picked_share_low,
-                    picked_share_high,
-                    end_s: of.end,
-                    picking_rate_per_min: of.picking_rate,
-                    picking_rate_low,
-                    picking_rate_high,
-                    weighted_rate_per_min: of.weighted_rate,
-                    diff_low,
-                    diff_high,
-                    benefit_percent: 100.0 * of.benefit,
-                    certified_percent: result.bound.as_ref().map(|bound| bound.certified[i]),
-                    certified_rate_percent: result.bound.as_ref().and_then(|b| b.certified_rate[i]),
-                    paper: paper(method),
-                }
-            })
-            .collect(),
-        runs,
-    }
+    rows
 }

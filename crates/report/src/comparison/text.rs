@@ -5,7 +5,7 @@ use crate::table::{Table, fixed, interval};
 
 impl ComparisonReport {
     /// All methods and cases for the terminal.
-    pub fn to_table(&self) -> String {
+    pub(super) fn text(&self) -> String {
         let mut header = vec!["<case", "<method"];
         let steady = self.is_steady();
         if steady {
@@ -47,7 +47,7 @@ impl ComparisonReport {
                     if first {
                         String::new()
                     } else {
-                        interval(result.diff_low.zip(result.diff_high), 2)
+                        interval(result.difference, 2)
                     },
                     if first {
                         String::new()

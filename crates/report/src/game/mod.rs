@@ -13,3 +13,27 @@ mod text;
 
 pub use nfg::nfg_text;
 pub use report::GameReport;
+
+use crate::presentation::Presentation;
+use crate::provenance::Provenance;
+use crate::verb_report::{ResultFile, VerbReport};
+
+impl VerbReport for GameReport {
+    const FILES: &'static [ResultFile<Self>] = &[
+        ResultFile::json("game.json"),
+        ResultFile::text("payoffs.csv", Self::payoffs_csv),
+        ResultFile::text("game.nfg", |report| report.nfg.clone()),
+    ];
+
+    fn provenance(&self) -> Option<&Provenance> {
+        Some(&self.made)
+    }
+
+    fn to_table(&self, shown: &Presentation) -> String {
+        self.text(shown)
+    }
+
+    fn to_csv(&self) -> String {
+        self.payoffs_csv()
+    }
+}

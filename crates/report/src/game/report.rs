@@ -2,6 +2,7 @@
 
 use crate::provenance::Provenance;
 use pickline::optimize::game::Payoff;
+use pickline::stats::Interval;
 use serde::Serialize;
 
 /// A solved game as printed and written; the JSON field names are the product's format.
@@ -86,11 +87,9 @@ pub struct DeviationReport {
     pub equivalent: bool,
     /// The robot's gain; never above 0 in an equilibrium.
     pub gain: Payoff,
-    /// Lower end of the 95 % interval of the gain, paired over patterns; `None` for a single
-    /// pattern.
-    pub gain_low: Option<f64>,
-    /// Upper end of that interval.
-    pub gain_high: Option<f64>,
+    /// 95 % interval of the gain, paired over patterns [1/min]; `None` for a single pattern.
+    #[serde(flatten, serialize_with = "crate::ends::gain")]
+    pub gain_interval: Option<Interval>,
 }
 
 /// The assignments with the highest welfare.

@@ -10,7 +10,6 @@ use pickline::optimize::game::{
     Change, End, Equilibrium, LineGame, Payoff, PayoffKind, Price, dominance, dominant, equilibria,
     equivalent, optimum, play, prices,
 };
-use pickline::stats::Interval;
 
 impl GameReport {
     /// The report of `line`, whose robots receive `payoff`; `expected` patterns were requested.
@@ -154,7 +153,6 @@ impl Reporter<'_> {
             let others = (0..game.actions(i)).filter(|&a| a != current);
             deviations.extend(others.map(|action| {
                 let interval = self.line.gain_interval(profile, i, action);
-                let (gain_low, gain_high) = Interval::ends(interval);
                 DeviationReport {
                     robot: player.name.clone(),
                     rule: player.actions[action].clone(),
@@ -162,8 +160,7 @@ impl Reporter<'_> {
                         .iter()
                         .any(|g| g.contains(&action) && g.contains(&current)),
                     gain: game.payoff(game.with(profile, i, action), i) - game.payoff(profile, i),
-                    gain_low,
-                    gain_high,
+                    gain_interval: interval,
                 }
             }));
         }
@@ -176,7 +173,8 @@ impl Reporter<'_> {
             margin: equilibrium.margin,
             margin_to_others: equilibrium.margin_to_others,
             proven: (self.line.patterns > 1).then(|| {
-                let loses = |d: &&DeviationReport| d.gain_high.is_some_and(|high| high < 0.0);
+                let loses =
+                    |d: &&DeviationReport| d.gain_interval.is_some_and(|gain| gain.high < 0.0);
                 deviations.iter().filter(loses).count()
             }),
             basin,

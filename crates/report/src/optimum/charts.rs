@@ -6,9 +6,10 @@ use crate::charts::{
     Chart, ChartAxis, ChartKind, ChartMark, ChartPoint, Ink, Layer, LegendLine, PointStyle, Swatch,
 };
 use crate::table::{fixed, interval};
+use pickline::stats::Interval;
 
 /// The charts of a search, the main one first.
-pub const OPTIMUM_CHARTS: &[ChartKind<OptimumReport>] = &[
+pub(super) const CHARTS: &[ChartKind<OptimumReport>] = &[
     ChartKind {
         name: "difference",
         chart: difference,
@@ -83,8 +84,8 @@ fn difference(report: &OptimumReport) -> Option<Chart> {
             .filter(|(i, line)| places.contains(i) && (*i == 0 || line.tied == tied));
         let point = |(i, line): (usize, &RankedReport)| {
             let x = best.value - line.value;
-            let own = line.diff_low.zip(line.diff_high);
-            let (low, high) = own.unwrap_or((x, x));
+            let own = line.difference;
+            let Interval { low, high } = own.unwrap_or(Interval::point(x));
             ends.extend([low, high]);
             let words = own.map_or(String::new(), |own| {
                 format!(", 95 % interval {}", interval(Some(own), digits))
@@ -182,9 +183,9 @@ fn spread(report: &OptimumReport) -> Option<Chart> {
         entry("on the worst pattern", Ink::Series(1)),
     ];
     if let Some(validation) = &report.validation {
-        let ends = validation.mean_low.zip(validation.mean_high);
+        let ends = validation.mean_interval;
         all.push(validation.mean);
-        all.extend(ends.iter().flat_map(|(low, high)| [low, high]));
+        all.extend(ends.iter().flat_map(|ends| [ends.low, ends.high]));
         let words = ends.map_or(String::new(), |ends| {
             format!(", 95 % interval {}", interval(Some(ends), digits))
         });

@@ -1,19 +1,25 @@
 //! The page of a search.
 
-use super::charts::OPTIMUM_CHARTS;
+use super::charts::CHARTS;
 use super::objective::bracketed;
 use super::report::{OptimumReport, RankedReport};
 use super::rivals::{RivalReport, RivalsReport};
 use super::validation::ValidationReport;
 use crate::page::{Cell, PageFigure, PageSection, PageTable, ReportPage, charts, escape};
+use crate::presentation::Presentation;
+use pickline::stats::Interval;
 
-/// The page for `report`, with the first `top` lines of the ranking.
-pub fn optimum_page(report: &OptimumReport, top: usize) -> String {
-    let mut sections = charts(OPTIMUM_CHARTS, report);
+/// The page for `report`, with the first lines of the ranking.
+pub(super) fn page(report: &OptimumReport, shown: &Presentation) -> String {
+    let top = shown.top;
+    let mut sections = charts(CHARTS, report);
     let all = report.ranking.len();
     let remark = match all.saturating_sub(top) {
         0 => format!("All {all} assignments that were scored."),
-        more => format!("{more} more assignments were scored (--top)."),
+        more => format!(
+            "{more} more assignments were scored ({}).",
+            shown.settings.top
+        ),
     };
     let heading = "Ranking".to_owned();
     sections.push(PageSection::Table(heading, ranking(report, top), remark));
@@ -35,7 +41,7 @@ pub fn optimum_page(report: &OptimumReport, top: usize) -> String {
             patterns,
         ));
     }
-    let mut notes = report.search_notes();
+    let mut notes = report.search_notes(shown);
     notes.extend(report.notes.iter().cloned());
     sections.push(PageSection::List("Notes".into(), notes));
     let page = ReportPage {
@@ -77,8 +83,8 @@ fn answer(report: &OptimumReport) -> Vec<String> {
         PageFigure::exact("patterns", report.patterns as f64).html(),
     )];
     if let Some(validation) = &report.validation {
-        let ends = validation.mean_low.zip(validation.mean_high);
-        let interval = ends.map_or(String::new(), |(low, high)| {
+        let ends = validation.mean_interval;
+        let interval = ends.map_or(String::new(), |Interval { low, high }| {
             format!(
                 " (95 % interval {} to {})",
                 figure("validation.mean_low", low),
@@ -134,11 +140,7 @@ fn ranking(report: &OptimumReport, top: usize) -> PageTable {
         row.extend([
             match i {
                 0 => Cell::empty(),
-                _ => Cell::interval(
-                    ("diff_low", "diff_high"),
-                    line.diff_low.zip(line.diff_high),
-                    figure,
-                ),
+                _ => Cell::interval(("diff_low", "diff_high"), line.difference, figure),
             },
             Cell::Words(
                 match (i, line.tied) {
@@ -176,11 +178,7 @@ fn validated(report: &OptimumReport, validation: &ValidationReport) -> PageTable
     let row = vec![
         exact("count", validation.count as f64).into(),
         figure("mean", validation.mean).into(),
-        Cell::interval(
-            ("mean_low", "mean_high"),
-            validation.mean_low.zip(validation.mean_high),
-            figure,
-        ),
+        Cell::interval(("mean_low", "mean_high"), validation.mean_interval, figure),
         figure("value", validation.value).into(),
         figure("worst", validation.worst).into(),
         percent("picked_share", validation.picked_share).into(),
@@ -188,8 +186,8 @@ fn validated(report: &OptimumReport, validation: &ValidationReport) -> PageTable
         exact("complete", validation.complete as f64).into(),
         percent("complete_share", validation.complete_share).into(),
         Cell::Interval(
-            percent("complete_low", validation.complete_low),
-            percent("complete_high", validation.complete_high),
+            percent("complete_low", validation.complete_interval.low),
+            percent("complete_high", validation.complete_interval.high),
         ),
     ];
     PageTable {
@@ -221,8 +219,8 @@ fn rivals(report: &OptimumReport, beside: &RivalsReport) -> PageTable {
         ];
         row.extend(by_risk.then(|| figure("value", line.value).into()));
         row.extend([
-            match line.diff_low.zip(line.diff_high) {
-                Some((low, high)) => {
+            match line.difference {
+                Some(Interval { low, high }) => {
                     Cell::Interval(figure("diff_low", low), figure("diff_high", high))
                 }
                 None => Cell::empty(),

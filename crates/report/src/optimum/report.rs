@@ -83,10 +83,9 @@ pub struct RankedReport {
     pub mean: f64,
     /// Its aggregate under the chosen risk.
     pub value: f64,
-    /// Lower end of the 95 % interval of best minus this one; `None` for a single pattern.
-    pub diff_low: Option<f64>,
-    /// Upper end of that interval.
-    pub diff_high: Option<f64>,
+    /// 95 % interval of best minus this one; `None` for a single pattern.
+    #[serde(flatten, serialize_with = "crate::ends::difference")]
+    pub difference: Option<Interval>,
     /// Whether that interval contains 0; for a single pattern, whether both are equal.
     pub tied: bool,
     /// Mean share of the items picked.
@@ -111,20 +110,16 @@ impl OptimumReport {
         made: Provenance,
     ) -> Self {
         let ranking = &optimum.ranking;
-        let line = |ranked: &Ranked| {
-            let (diff_low, diff_high) = Interval::ends(ranked.difference);
-            RankedReport {
-                assignment: ranked.assignment.names(),
-                mean: ranked.mean,
-                value: ranked.value,
-                diff_low,
-                diff_high,
-                tied: ranked.tied,
-                picked_share: ranked.picked_share,
-                worst: ranked.worst,
-                worst_pattern: labels[ranked.worst_pattern].clone(),
-                max_speed: ranked.max_speed,
-            }
+        let line = |ranked: &Ranked| RankedReport {
+            assignment: ranked.assignment.names(),
+            mean: ranked.mean,
+            value: ranked.value,
+            difference: ranked.difference,
+            tied: ranked.tied,
+            picked_share: ranked.picked_share,
+            worst: ranked.worst,
+            worst_pattern: labels[ranked.worst_pattern].clone(),
+            max_speed: ranked.max_speed,
         };
         Self {
             best: ranking.best().assignment.names(),

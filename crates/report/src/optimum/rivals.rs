@@ -1,8 +1,7 @@
 //! Strategies of any kind compared with the winner of a search.
 
 use super::objective::{ObjectiveFormat, bracketed};
-use crate::provenance::Provenance;
-use crate::table::{Table, cell, fixed, interval};
+use crate::table::{Table, fixed, interval};
 use pickline::optimize::Rival;
 use pickline::stats::Interval;
 use serde::Serialize;
@@ -27,13 +26,13 @@ pub struct RivalReport {
     pub mean: f64,
     /// The objective aggregated under the risk used in the search.
     pub value: f64,
-    /// Lower end of the 95 % interval of this one minus the winner; omitted for the winner and
-    /// for a single pattern.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub diff_low: Option<f64>,
-    /// Upper end of that interval.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub diff_high: Option<f64>,
+    /// 95 % interval of this one minus the winner; omitted for the winner and for a single pattern.
+    #[serde(
+        flatten,
+        skip_serializing_if = "Option::is_none",
+        serialize_with = "crate::ends::difference"
+    )]
+    pub difference: Option<Interval>,
     /// Mean share of the items picked.
     pub picked_share: f64,
     /// The objective on the worst pattern.
@@ -51,17 +50,13 @@ impl RivalsReport {
     ) -> Self {
         let winner = format!("rules:{}", best.join(","));
         let names = std::iter::once(winner).chain(names.map(str::to_owned));
-        let row = |(place, (rival, strategy)): (usize, (&Rival, String))| {
-            let (diff_low, diff_high) = Interval::ends(rival.difference.filter(|_| place > 0));
-            RivalReport {
-                strategy,
-                mean: rival.mean,
-                value: rival.at_risk,
-                diff_low,
-                diff_high,
-                picked_share: rival.picked_share,
-                worst: rival.worst,
-            }
+        let row = |(place, (rival, strategy)): (usize, (&Rival, String))| RivalReport {
+            strategy,
+            mean: rival.mean,
+            value: rival.at_risk,
+            difference: rival.difference.filter(|_| place > 0),
+            picked_share: rival.picked_share,
+            worst: rival.worst,
         };
         Self {
             patterns: patterns.to_owned(),
@@ -102,7 +97,7 @@ impl RivalsReport {
             row.extend([
                 match place {
                     0 => String::new(),
-                    _ => interval(line.diff_low.zip(line.diff_high), digits),
+                    _ => interval(line.difference, digits),
                 },
                 fixed(100.0 * line.picked_share, 1),
                 fixed(line.worst, digits),
@@ -115,32 +110,5 @@ impl RivalsReport {
         };
         let table = table.render();
         format!("beside    the winner and other strategies on {patterns}\n{table}")
-    }
-
-    /// All figures as CSV.
-    pub(super) fn to_csv(&self, format: ObjectiveFormat, made: &Provenance) -> String {
-        let header = [
-            "strategy".into(),
-            format.column("mean"),
-            format.column("value"),
-            format.column("diff_low"),
-            format.column("diff_high"),
-            "picked_share".into(),
-            format.column("worst"),
-            "patterns".into(),
-        ];
-        let rows = self.strategies.iter().map(|line| {
-            [
-                line.strategy.clone(),
-                line.mean.to_string(),
-                line.value.to_string(),
-                cell(line.diff_low),
-                cell(line.diff_high),
-                line.picked_share.to_string(),
-                line.worst.to_string(),
-                self.count.to_string(),
-            ]
-        });
-        made.csv(std::iter::once(header).chain(rows))
     }
 }

@@ -2,13 +2,15 @@
 
 use super::objective::bracketed;
 use super::report::OptimumReport;
+use crate::presentation::{Presentation, SettingNames};
 use crate::table::{Table, fixed, interval};
 use pickline::dispatch::RULES;
 use pickline::optimize::{FRONT_RUNNERS, StopReason};
 
 impl OptimumReport {
     /// The first `top` lines of the ranking and everything about them.
-    pub fn to_table(&self, top: usize) -> String {
+    pub(super) fn text(&self, shown: &Presentation) -> String {
+        let top = shown.top;
         let digits = self.format().digits();
         let unit = self.format().bracketed_unit();
         let mut header = vec![
@@ -45,7 +47,7 @@ impl OptimumReport {
                 if i == 0 {
                     String::new()
                 } else {
-                    interval(line.diff_low.zip(line.diff_high), digits)
+                    interval(line.difference, digits)
                 },
                 (match (i, line.tied) {
                     (0, _) => "best",
@@ -64,7 +66,11 @@ impl OptimumReport {
         }
         let mut text = table.render();
         if self.ranking.len() > top {
-            text += &format!("          ... {} more (--top)\n", self.ranking.len() - top);
+            text += &format!(
+                "          ... {} more ({})\n",
+                self.ranking.len() - top,
+                shown.settings.top
+            );
         }
         text += &format!(
             "best      {}: {}, {}\n",
@@ -73,7 +79,7 @@ impl OptimumReport {
             self.risk
         );
         text += &self.tie_line();
-        text += &self.search_line();
+        text += &self.search_line(&shown.settings);
         if let Some(validation) = &self.validation {
             text += &validation.lines(digits, &self.format().spaced_unit(), &self.risk);
         }
@@ -90,14 +96,17 @@ impl OptimumReport {
     }
 
     /// How ties were broken and how the search went, one sentence each.
-    pub(super) fn search_notes(&self) -> Vec<String> {
+    pub(super) fn search_notes(&self, shown: &Presentation) -> Vec<String> {
         // The table's lines begin with a ten-character word; continuation lines are indented to
         // it.
         let sentence = |line: String| {
             let words = line.split_whitespace().collect::<Vec<_>>().join(" ");
             words.replacen(' ', ": ", 1)
         };
-        vec![sentence(self.tie_line()), sentence(self.search_line())]
+        vec![
+            sentence(self.tie_line()),
+            sentence(self.search_line(&shown.settings)),
+        ]
     }
 
     fn tie_line(&self) -> String {
@@ -139,11 +148,17 @@ impl OptimumReport {
         )
     }
 
-    fn search_line(&self) -> String {
+    fn search_line(&self, names: &SettingNames) -> String {
         let cut_short = [
-            (StopReason::Interrupted, "interrupted"),
-            (StopReason::TimeLimit, "ended by --time-limit"),
-            (StopReason::Budget, "cut short by its budget of runs"),
+            (StopReason::Interrupted, "interrupted".to_owned()),
+            (
+                StopReason::TimeLimit,
+                format!("ended by {}", names.time_limit),
+            ),
+            (
+                StopReason::Budget,
+                "cut short by its budget of runs".to_owned(),
+            ),
         ];
         let cut_short = cut_short
             .iter()
@@ -175,7 +190,7 @@ impl OptimumReport {
             format!("; GRASP (alpha {}): {starts}{gap}", grasp.alpha)
         });
         let most = match self.max_runs {
-            Some(most) => format!(" of at most {most} (--max-runs)"),
+            Some(most) => format!(" of at most {most} ({})", names.max_runs),
             None => String::new(),
         };
         format!("search    {how}{grasp}; {} runs{most}\n", self.runs)

@@ -14,10 +14,9 @@ pub struct ValidationReport {
     pub count: usize,
     /// Mean of the objective.
     pub mean: f64,
-    /// Lower end of its 95 % interval; `None` for a single pattern.
-    pub mean_low: Option<f64>,
-    /// Upper end of its 95 % interval.
-    pub mean_high: Option<f64>,
+    /// 95 % interval of that mean; `None` for a single pattern.
+    #[serde(flatten, serialize_with = "crate::ends::mean")]
+    pub mean_interval: Option<Interval>,
     /// The objective aggregated under the risk used in the search.
     pub value: f64,
     /// Mean share of the items picked.
@@ -30,10 +29,9 @@ pub struct ValidationReport {
     pub complete: usize,
     /// Their share of the patterns: the task-completion share.
     pub complete_share: f64,
-    /// Lower end of its 95 % interval.
-    pub complete_low: f64,
-    /// Upper end of its 95 % interval.
-    pub complete_high: f64,
+    /// 95 % interval of that share.
+    #[serde(flatten, serialize_with = "crate::ends::complete")]
+    pub complete_interval: Interval,
     /// Its picks compared with the bound for every strategy; omitted if not requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bound: Option<CertificateReport>,
@@ -53,21 +51,18 @@ pub struct CertificateReport {
 impl ValidationReport {
     /// The report of `validation` on the patterns described by `patterns`.
     pub fn new(validation: &Validation, patterns: &str) -> Self {
-        let (mean_low, mean_high) = Interval::ends(validation.interval);
         Self {
             patterns: patterns.to_owned(),
             count: validation.patterns,
             mean: validation.value,
-            mean_low,
-            mean_high,
+            mean_interval: validation.interval,
             value: validation.at_risk,
             picked_share: validation.picked_share,
             worst: validation.worst,
             speed: validation.speed,
             complete: validation.complete,
             complete_share: validation.complete_share(),
-            complete_low: validation.complete_interval.low,
-            complete_high: validation.complete_interval.high,
+            complete_interval: validation.complete_interval,
             bound: validation.certificate.as_ref().map(|c| CertificateReport {
                 patterns: c.patterns,
                 picked_share: c.picked_share,
@@ -82,8 +77,7 @@ impl ValidationReport {
             "mean" | "worst" => String::new(),
             _ => format!(", {risk} {}", fixed(self.value, digits)),
         };
-        let ends = self.mean_low.zip(self.mean_high);
-        let interval = ends.map_or(String::new(), |ends| {
+        let interval = self.mean_interval.map_or(String::new(), |ends| {
             format!(" (95 % interval {})", interval(Some(ends), digits))
         });
         format!(
@@ -97,8 +91,8 @@ impl ValidationReport {
             self.complete,
             self.count,
             fixed(100.0 * self.complete_share, 1),
-            fixed(100.0 * self.complete_low, 1),
-            fixed(100.0 * self.complete_high, 1),
+            fixed(100.0 * self.complete_interval.low, 1),
+            fixed(100.0 * self.complete_interval.high, 1),
             self.patterns,
             self.bound.as_ref().map_or(String::new(), |bound| format!(
                 "certified at least {} % of the picks that the best strategy could make (bounded: the first {} of these)\n",

@@ -4,6 +4,7 @@
 use super::html::escape;
 use crate::table::fixed;
 use crate::throughput::ThroughputReport;
+use pickline::stats::Interval;
 use std::fmt::Write as _;
 
 /// A cell.
@@ -94,7 +95,7 @@ impl Cell {
         };
         vec![
             or_dash("throughput_per_min", of.throughput_per_min),
-            Self::interval(("throughput_low", "throughput_high"), of.ends(), figure),
+            Self::interval(("throughput_low", "throughput_high"), of.interval, figure),
             or_dash("flow_per_min", of.flow_per_min),
         ]
     }
@@ -103,11 +104,11 @@ impl Cell {
     /// a figure from a name and a value.
     pub fn interval(
         (low, high): (&str, &str),
-        ends: Option<(f64, f64)>,
+        interval: Option<Interval>,
         figure: impl Fn(&str, f64) -> PageFigure,
     ) -> Self {
-        match ends {
-            Some(ends) => Self::Interval(figure(low, ends.0), figure(high, ends.1)),
+        match interval {
+            Some(ends) => Self::Interval(figure(low, ends.low), figure(high, ends.high)),
             None => Self::Text("\u{2013}".into()),
         }
     }

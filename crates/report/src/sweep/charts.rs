@@ -4,14 +4,15 @@ use super::report::{BoundPoint, PointReport, SweepReport};
 use crate::bound::rounded_up;
 use crate::charts::{
     Chart, ChartAxis, ChartKind, ChartMark, ChartPoint, Ink, Layer, LegendLine, PointStyle, Swatch,
+    percent,
 };
 use crate::table::{fixed, interval};
 use pickline::experiment::policy_title;
-use pickline::stats;
+use pickline::stats::{self, Interval};
 use pickline::strategies::POLICY;
 
 /// The charts of a sweep, the main one first.
-pub const SWEEP_CHARTS: &[ChartKind<SweepReport>] = &[
+pub(super) const CHARTS: &[ChartKind<SweepReport>] = &[
     ChartKind {
         name: "picked",
         chart: picked,
@@ -44,11 +45,9 @@ const SPREAD: f64 = 0.12;
 
 fn picked(report: &SweepReport) -> Option<Chart> {
     let figure = |point: &PointReport| {
-        let ends = point.picked_share_low.zip(point.picked_share_high);
         Some((
             100.0 * point.picked_share,
-            // The interval of a mean may exceed 1, a share cannot.
-            ends.map(|(low, high)| (100.0 * low, 100.0 * high.min(1.0))),
+            point.picked_share_interval.map(percent),
         ))
     };
     let bound = |bound: &BoundPoint| Some(100.0 * bound.picked_share);
@@ -110,12 +109,8 @@ fn marks_entry(ink: Ink, words: &str) -> LegendLine {
 }
 
 fn rate(report: &SweepReport) -> Option<Chart> {
-    let figure = |point: &PointReport| {
-        Some((
-            point.picking_rate_per_min,
-            point.picking_rate_low.zip(point.picking_rate_high),
-        ))
-    };
+    let figure =
+        |point: &PointReport| Some((point.picking_rate_per_min, point.picking_rate_interval));
     let bound = |bound: &BoundPoint| bound.picking_rate_per_min;
     let mut chart = lines(report, "picking rate [1/min]", "/min", figure, bound);
     chart.title = "Picking rate".into();
@@ -125,7 +120,7 @@ fn rate(report: &SweepReport) -> Option<Chart> {
 fn throughput(report: &SweepReport) -> Option<Chart> {
     let figure = |point: &PointReport| {
         let throughput = point.throughput.throughput_per_min?;
-        Some((throughput, point.throughput.ends()))
+        Some((throughput, point.throughput.interval))
     };
     let mut chart = lines(report, "throughput [1/min]", "/min", figure, |_| None);
     chart.title = "Throughput".into();
@@ -148,7 +143,7 @@ fn throughput(report: &SweepReport) -> Option<Chart> {
 }
 
 /// A figure and its 95 % interval.
-type Measured = (f64, Option<(f64, f64)>);
+type Measured = (f64, Option<Interval>);
 
 /// One line per method for a figure with its interval, and one for its bound.
 fn lines(
@@ -166,9 +161,9 @@ fn lines(
         let of_method = report.points.iter().skip(j).step_by(report.limits.len());
         let point = |point: &PointReport| {
             let (y, ends) = figure(point)?;
-            let ends = ends.filter(|(low, high)| low < high);
+            let ends = ends.filter(Interval::is_wide);
             all.push(y);
-            all.extend(ends.iter().flat_map(|(low, high)| [low, high]));
+            all.extend(ends.iter().flat_map(|ends| [ends.low, ends.high]));
             let words = ends.map_or(String::new(), |ends| {
                 format!(", 95 % interval {}", interval(Some(ends), 2))
             });
@@ -352,7 +347,7 @@ fn limits(report: &SweepReport) -> Option<Chart> {
             ChartPoint {
                 x: value + aside(j),
                 y,
-                along: Some((low, high)),
+                along: Some(Interval { low, high }),
                 tip: format!(
                     "{}: {} of {count} patterns picked completely up to {value} {}, {} %, \
                      95 % interval {} to {} %",

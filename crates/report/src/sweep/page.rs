@@ -1,12 +1,12 @@
 //! The page of a sweep.
 
-use super::charts::{SWEEP_CHARTS, method_words};
+use super::charts::{CHARTS, method_words};
 use super::report::{LimitReport, SweepReport};
 use crate::page::{Cell, PageFigure, PageSection, PageTable, ReportPage, charts, escape};
 
 /// The page for `report`.
-pub fn sweep_page(report: &SweepReport) -> String {
-    let mut sections = charts(SWEEP_CHARTS, report);
+pub(super) fn page(report: &SweepReport) -> String {
+    let mut sections = charts(CHARTS, report);
     sections.push(PageSection::Table(
         "Limits".into(),
         limits(report),
@@ -222,7 +222,7 @@ fn points(report: &SweepReport) -> PageTable {
         if many {
             row.push(Cell::interval(
                 ("picked_share_low", "picked_share_high"),
-                point.picked_share_low.zip(point.picked_share_high),
+                point.picked_share_interval,
                 percent,
             ));
         }
@@ -230,7 +230,7 @@ fn points(report: &SweepReport) -> PageTable {
         if many {
             row.push(Cell::interval(
                 ("picking_rate_low", "picking_rate_high"),
-                point.picking_rate_low.zip(point.picking_rate_high),
+                point.picking_rate_interval,
                 rate,
             ));
         }

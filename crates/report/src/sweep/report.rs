@@ -1,5 +1,6 @@
 //! A sweep: figures over one varied quantity, and up to which value everything is picked.
 
+use crate::presentation::SettingNames;
 use crate::provenance::Provenance;
 use crate::throughput::ThroughputReport;
 use pickline::experiment::{Axis, Limit, Sweep, SweepBound, SweepPoint, paper};
@@ -58,16 +59,14 @@ pub struct PointReport {
     pub added_per_robot_per_min: Option<f64>,
     /// Mean share of the items picked.
     pub picked_share: f64,
-    /// Lower end of its 95 % interval; `None` for a single pattern, as for the rate.
-    pub picked_share_low: Option<f64>,
-    /// Upper end of its 95 % interval.
-    pub picked_share_high: Option<f64>,
+    /// 95 % interval of that share; `None` for a single pattern, as for the rate.
+    #[serde(flatten, serialize_with = "crate::ends::picked_share")]
+    pub picked_share_interval: Option<Interval>,
     /// Mean picks per minute.
     pub picking_rate_per_min: f64,
-    /// Lower end of its 95 % interval.
-    pub picking_rate_low: Option<f64>,
-    /// Upper end of its 95 % interval.
-    pub picking_rate_high: Option<f64>,
+    /// 95 % interval of that rate [1/min].
+    #[serde(flatten, serialize_with = "crate::ends::picking_rate")]
+    pub picking_rate_interval: Option<Interval>,
     /// Mean reward-weighted picks per minute.
     pub weighted_rate_per_min: f64,
     /// Share of the patterns that were picked completely.
@@ -158,7 +157,7 @@ pub struct PaperLimits {
 }
 
 /// A note that limits on short patterns are not limits of the line, if there are any.
-fn short_limit(sweep: &Sweep) -> Option<String> {
+fn short_limit(sweep: &Sweep, items: &str) -> Option<String> {
     let mut points = sweep.points.iter().flatten();
     let enough = points
         .clone()
@@ -178,20 +177,21 @@ fn short_limit(sweep: &Sweep) -> Option<String> {
         format!(
             "a limit on patterns as short as these is that of the patterns: the line picks \
              everything of a few items also where it cannot keep up with their flow for long; for the \
-             limit of the line give patterns of {enough} (--items)"
+             limit of the line give patterns of {enough} ({items})"
         )
     })
 }
 
 impl SweepReport {
     /// The report of `sweep` over `axis`. `ids` are the methods' names in files; `with_paper`:
-    /// this is the paper's case.
+    /// this is the paper's case; `names` are those that notes refer to settings by.
     pub fn new(
         sweep: &Sweep,
         axis: Axis,
         ids: &[String],
         with_paper: bool,
         notes: Vec<String>,
+        names: &SettingNames,
         made: Provenance,
     ) -> Self {
         let added = |place: usize, method: usize| {
@@ -207,28 +207,20 @@ impl SweepReport {
         let points = sweep.values.iter().zip(&sweep.points).enumerate();
         let points = points.flat_map(|(place, (&value, points))| {
             let methods = ids.iter().zip(points).enumerate();
-            methods.map(move |(method, (id, point))| {
-                let (picked_share_low, picked_share_high) =
-                    Interval::ends(point.picked_share_interval);
-                let (picking_rate_low, picking_rate_high) =
-                    Interval::ends(point.picking_rate_interval);
-                PointReport {
-                    value,
-                    method: id.clone(),
-                    title: point.title.clone(),
-                    throughput: ThroughputReport::new(&point.throughput),
-                    added_per_robot_per_min: added(place, method),
-                    picked_share: point.picked_share,
-                    picked_share_low,
-                    picked_share_high,
-                    picking_rate_per_min: point.picking_rate,
-                    picking_rate_low,
-                    picking_rate_high,
-                    weighted_rate_per_min: point.weighted_rate,
-                    complete_share: point.complete_share,
-                    nearly_complete_share: point.nearly_complete_share,
-                    certified_percent: point.certified,
-                }
+            methods.map(move |(method, (id, point))| PointReport {
+                value,
+                method: id.clone(),
+                title: point.title.clone(),
+                throughput: ThroughputReport::new(&point.throughput),
+                added_per_robot_per_min: added(place, method),
+                picked_share: point.picked_share,
+                picked_share_interval: point.picked_share_interval,
+                picking_rate_per_min: point.picking_rate,
+                picking_rate_interval: point.picking_rate_interval,
+                weighted_rate_per_min: point.weighted_rate,
+                complete_share: point.complete_share,
+                nearly_complete_share: point.nearly_complete_share,
+                certified_percent: point.certified,
             })
         });
         let first = sweep.complete(0).highest;
@@ -267,7 +259,7 @@ impl SweepReport {
         let throughputs = points.iter().map(|point| &point.throughput);
         let mut notes = notes;
         notes.extend(ThroughputReport::note(throughputs));
-        notes.extend(short_limit(sweep).filter(|_| axis == Axis::Speed));
+        notes.extend(short_limit(sweep, names.items).filter(|_| axis == Axis::Speed));
         let meet = sweep.values.iter().zip(&sweep.arms_meet);
         let (robust_gt, rl) = paper::SPEED_LIMITS;
         Self {

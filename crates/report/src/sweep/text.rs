@@ -6,7 +6,7 @@ use crate::table::{Table, fixed, interval};
 
 impl SweepReport {
     /// All points and limits for the terminal.
-    pub fn to_table(&self) -> String {
+    pub(super) fn text(&self) -> String {
         let varied = match self.unit {
             "1" => self.sweep.to_owned(),
             unit => format!("{} [{unit}]", self.sweep),
@@ -50,7 +50,7 @@ impl SweepReport {
             row.extend(self.weighs.then(|| fixed(point.weighted_rate_per_min, 2)));
             if many {
                 row.extend([
-                    interval(point.picking_rate_low.zip(point.picking_rate_high), 2),
+                    interval(point.picking_rate_interval, 2),
                     fixed(100.0 * point.complete_share, 1),
                     fixed(100.0 * point.nearly_complete_share, 1),
                 ]);
