@@ -156,7 +156,7 @@ pub struct Compared {
 ///
 /// # Errors
 /// Settings that do not fit the line, a pattern that cannot be generated or read, or
-/// [`Error::Interrupted`] before the first case is complete.
+/// [`Interrupted`](crate::error::ErrorKind::Interrupted) before the first case is complete.
 pub fn compare(
     station: &Station,
     cases: &[Case],
@@ -178,7 +178,7 @@ impl<'a> CompareStudy<'a> {
     ) -> Result<Self> {
         if !(1..=MOST_REPLICATES).contains(&options.replicates) {
             return Err(Error::input(
-                "replicates",
+                "'replicates'",
                 format!("{} patterns per case", options.replicates),
                 format!("give 1 to {MOST_REPLICATES}"),
             ));
@@ -276,7 +276,7 @@ impl<'a> CompareStudy<'a> {
         let reference = &self.options.reference;
         ids.iter().position(|id| id == reference).ok_or_else(|| {
             Error::input(
-                "reference",
+                "'reference'",
                 format!("`{}` is not one of the compared methods", shown(reference)),
                 known_names(reference, &ids),
             )
@@ -286,7 +286,7 @@ impl<'a> CompareStudy<'a> {
     /// Runs the comparison.
     ///
     /// # Errors
-    /// A pattern that does not fit on the belt, an illegal action, or [`Error::Interrupted`]
+    /// A pattern that does not fit on the belt, an illegal action, or [`Interrupted`](crate::error::ErrorKind::Interrupted)
     /// before the first case is complete.
     pub fn run(&self, environment: &Environment) -> Result<Compared> {
         let (methods, mut notes) = self.find_methods(environment)?;

@@ -84,7 +84,7 @@ impl fmt::Display for Note {
             Self::StationStrategy(text) => write!(f, "{text} is the strategy of the station file"),
             Self::PolicyLeftOut { distance, policy } => write!(
                 f,
-                "the built-in policy is left out: {distance}; `strategy` {policy} runs it anyway"
+                "the built-in policy is left out: {distance}; 'strategy' {policy} runs it anyway"
             ),
             Self::GreedyLeftOut { robots, replicates } => {
                 write!(
@@ -95,7 +95,7 @@ impl fmt::Display for Note {
                 )?;
                 match replicates {
                     0 => Ok(()),
-                    replicates => write!(f, "; `replicates` {replicates} includes it"),
+                    replicates => write!(f, "; 'replicates' {replicates} includes it"),
                 }
             }
             Self::FullName { name, full } => write!(f, "{name} is {full}"),
@@ -110,12 +110,12 @@ impl fmt::Display for Note {
                 "at {count} of {all} values, first at {first}: {distance}"
             ),
             Self::NothingFails => f.write_str(
-                "no item has a p_grasp below 1, so no grasp fails; give `default_p_grasp` P for \
+                "no item has a p_grasp below 1, so no grasp fails; give 'grasp_success' P for \
                  items without one",
             ),
             Self::EqualWeights => f.write_str(
                 "all items weigh the same, so PP picks like FIFO; give areas or probabilities \
-                 (`area`, `p_grasp`) to tell them apart",
+                 ('area', 'p_grasp') to tell them apart",
             ),
             Self::SameLuck => f.write_str(
                 "every assignment meets the same luck on a pattern; as something can go wrong, \
@@ -139,7 +139,7 @@ impl fmt::Display for Note {
             Self::NoFlowYet => f.write_str("no flow is chosen: not all patterns were evaluated"),
             Self::TimeLimit { fresh } => write!(
                 f,
-                "`time_limit` was reached: validated on at most {fresh} fresh patterns, without a \
+                "'time_limit' was reached: validated on at most {fresh} fresh patterns, without a \
                  bound"
             ),
             Self::Interrupted => f.write_str(
@@ -201,7 +201,7 @@ pub enum RobustScope {
 impl fmt::Display for RobustNote {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match &self.basis {
-            RobustBasis::Given => f.write_str("robust GT as given (`training.given`)")?,
+            RobustBasis::Given => f.write_str("robust GT as given ('robust')")?,
             RobustBasis::Best { on } => write!(f, "robust GT is the best on {on}")?,
             RobustBasis::PaperBest { on, undisturbed } => {
                 let plain = match undisturbed {
@@ -210,7 +210,7 @@ impl fmt::Display for RobustNote {
                 };
                 write!(
                     f,
-                    "robust GT is the best on {on}, as in the paper{plain}; `training` names \
+                    "robust GT is the best on {on}, as in the paper{plain}; 'train_patterns' names \
                      another set"
                 )?;
             }
@@ -219,7 +219,7 @@ impl fmt::Display for RobustNote {
                 match on {
                     Some(on) => f.write_str(on)?,
                     None => f.write_str(
-                        "the very patterns used here, which favours it; `training` names others",
+                        "the very patterns used here, which favours it; 'train_patterns' names others",
                     )?,
                 }
             }

@@ -205,7 +205,7 @@ pub struct ScoredRivals {
 ///
 /// # Errors
 /// Settings that do not fit the line, a set that cannot be generated or read, or
-/// [`Error::Interrupted`](crate::error::Error::Interrupted) before there is a result.
+/// [`Interrupted`](crate::error::ErrorKind::Interrupted) before there is a result.
 pub fn optimize(
     station: &Station,
     options: &OptimizeOptions,
@@ -262,7 +262,7 @@ impl<'a> OptimizeStudy<'a> {
     ///
     /// # Errors
     /// An illegal action of a strategy, or
-    /// [`Error::Interrupted`](crate::error::Error::Interrupted) before there is a result.
+    /// [`Interrupted`](crate::error::ErrorKind::Interrupted) before there is a result.
     pub fn run(&self, environment: &Environment) -> Result<Optimized> {
         let set = self.set.scored();
         let evaluator = self.evaluator(set, &self.conditions)?;

@@ -107,10 +107,10 @@ impl ScoredPatterns {
     ) -> Result<(PatternSource, Recipe)> {
         if matches!(self.source, PatternSource::Files(_)) {
             let given = [
-                ("items", self.items.is_some()),
-                ("area", self.attributes.area_cm2.is_some()),
-                ("p_detection", self.attributes.p_detection.is_some()),
-                ("p_grasp", self.attributes.p_grasp.is_some()),
+                ("'items'", self.items.is_some()),
+                ("'area'", self.attributes.area_cm2.is_some()),
+                ("'p_detection'", self.attributes.p_detection.is_some()),
+                ("'p_grasp'", self.attributes.p_grasp.is_some()),
             ];
             if let Some((option, _)) = given.iter().find(|(_, given)| *given) {
                 return Err(Error::input(

@@ -85,7 +85,7 @@ impl RobustTraining {
         let set = source.build(&recipe(station, items.unwrap_or(ITEMS), seed))?;
         for (label, pattern) in set.labels.iter().zip(&set.patterns) {
             let on_belt = pattern.check_on(station);
-            on_belt.map_err(|error| error.inside(&format!("training: {label}")))?;
+            on_belt.map_err(|error| error.inside(&format!("'train_patterns': {label}")))?;
         }
         Ok(Self::On(set))
     }
@@ -105,7 +105,7 @@ impl RobustTraining {
 /// `rules`, if there is one for each robot.
 fn given(rules: &RuleAssignment, robots: usize) -> Result<RuleAssignment> {
     let rules = rules.clone().for_robots(robots);
-    rules.map_err(|error| error.at("training.given"))
+    rules.map_err(|error| error.at("'robust'"))
 }
 
 /// How training patterns are generated for `station`.
@@ -180,7 +180,7 @@ impl<'a> LineSearch<'a> {
         };
         let optimum = optimize::optimize(&evaluator, &search, &self.environment)?;
         if self.environment.stopped() {
-            return Err(Error::Interrupted);
+            return Err(Error::interrupted());
         }
         Ok(optimum)
     }
@@ -189,7 +189,7 @@ impl<'a> LineSearch<'a> {
     /// the given number of items a pattern.
     ///
     /// # Errors
-    /// Rules that do not fit the line, an unavailable set, [`Error::Interrupted`].
+    /// Rules that do not fit the line, an unavailable set, [`Interrupted`](crate::error::ErrorKind::Interrupted).
     pub fn robust(
         &self,
         training: &RobustTraining,
@@ -308,7 +308,7 @@ impl<'a> LineSearch<'a> {
     /// one decision if the strategy itself does not set it.
     ///
     /// # Errors
-    /// As for [`Parsed::on`], and [`Error::Interrupted`].
+    /// As for [`Parsed::on`], and [`Interrupted`](crate::error::ErrorKind::Interrupted).
     pub fn put(
         &self,
         strategy: &Parsed,
@@ -449,7 +449,7 @@ impl BlueprintOptions {
 ///
 /// # Errors
 /// Options that the strategy rejects, rules for another number of robots, or
-/// [`Error::Interrupted`].
+/// [`Interrupted`](crate::error::ErrorKind::Interrupted).
 pub fn blueprint(
     strategy: &Parsed,
     station: &Station,

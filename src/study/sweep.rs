@@ -179,7 +179,7 @@ pub struct Swept {
 ///
 /// # Errors
 /// An invalid range, settings that do not fit a line, a pattern that cannot be generated or
-/// read, or [`Error::Interrupted`](crate::error::Error::Interrupted) before the first value is
+/// read, or [`Interrupted`](crate::error::ErrorKind::Interrupted) before the first value is
 /// complete.
 pub fn sweep(
     station: &Station,
@@ -263,7 +263,7 @@ impl<'a> SweepStudy<'a> {
     ///
     /// # Errors
     /// A pattern that does not fit on the belt, an illegal action, or
-    /// [`Error::Interrupted`](crate::error::Error::Interrupted) before the first value is
+    /// [`Interrupted`](crate::error::ErrorKind::Interrupted) before the first value is
     /// complete.
     pub fn run(&self, environment: &Environment) -> Result<Swept> {
         let luck = self.conditions.with_seed(self.recipe.seed);

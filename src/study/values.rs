@@ -109,19 +109,19 @@ fn line_at(options: &ValueOptions, station: &Station, value: f64) -> Result<Line
         Axis::Robots if value.fract() == 0.0 && value <= MOST_ROBOTS => match &options.of_robots {
             Some(of_robots) => of_robots(value as usize),
             None => Err(Error::input(
-                "sweep robots",
+                "'sweep' robots",
                 "where other robots would stand is not known",
-                "give the option `robots`, which makes the line of a number of robots",
+                "give the option 'robots', which makes the line of a number of robots",
             )),
         },
         Axis::Robots => Err(Error::input(
-            "sweep robots",
+            "'sweep' robots",
             format!("{value} is not a number of robots"),
-            "give whole numbers for `from`, `to` and `step`, up to 100",
+            "give whole numbers for 'from', 'to' and 'step', up to 100",
         )),
     };
     // The value comes from the range.
-    let place = format!("sweep {} at {value}", options.axis.name());
+    let place = format!("'sweep' {} at {value}", options.axis.name());
     let station = line.map_err(|error| error.at(&place))?;
     Ok(LineAt { value, station })
 }

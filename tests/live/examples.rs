@@ -3,7 +3,7 @@
 use crate::common::pickline;
 use crate::programs::feed;
 use pickline_live::node::NodeMonitor;
-use pickline_live::transport::{Hub, Place};
+use pickline_live::transport::{Endpoint, Hub};
 use std::io::{Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpStream};
 use std::process::Command;
@@ -17,7 +17,7 @@ mod run_example;
 struct Opened(Sender<SocketAddr>);
 
 impl NodeMonitor for Opened {
-    fn opened(&mut self, _: &Place, hub: &Hub) {
+    fn opened(&mut self, _: &Endpoint, hub: &Hub) {
         self.0.send(hub.address().unwrap()).unwrap();
     }
 }
@@ -40,7 +40,7 @@ fn the_line_of_the_example_gets_the_tasks_of_the_program() {
 
     let (sender, receiver) = channel();
     let node = std::thread::spawn(move || {
-        let place = Place::Listen("127.0.0.1:0".into());
+        let place = Endpoint::Listen("127.0.0.1:0".into());
         run_example::run(place, &mut Opened(sender)).unwrap()
     });
     let mut peer = TcpStream::connect(receiver.recv().unwrap()).unwrap();

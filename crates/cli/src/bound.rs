@@ -2,14 +2,14 @@
 
 use super::args::{BoundArgs, ObjectiveArg};
 use super::flags;
-use super::outputs::Outputs;
+use super::outputs::{Outputs, WHOLE};
 use super::progress::Bar;
 use super::session::Session;
-use super::settings::{json, load_pattern};
+use super::settings::load_pattern;
 use pickline::checker;
 use pickline::error::{Error, Result};
 use pickline::optimize::Progress as _;
-use pickline::planning::bound::{Bound, Objective, Options, upper_bound};
+use pickline::planning::bound::{Bound, BoundObjective, BoundOptions, upper_bound};
 use pickline::plausible::SLOT;
 use pickline::sim::{Conditions, Scene};
 use pickline::study::Note;
@@ -18,9 +18,6 @@ use std::path::Path;
 
 /// The highest accepted number of iterations; more are treated as a typing mistake.
 const MOST_ITERATIONS: usize = 1_000_000;
-
-/// The result files written to the `--out` folder.
-const FILES: [&str; 2] = ["bound.json", "prices.csv"];
 
 pub fn run(args: &BoundArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
@@ -35,7 +32,7 @@ pub fn run(args: &BoundArgs, session: &Session) -> Result<()> {
     }
     let pattern = args.pattern.as_deref().map(Path::new);
     let read = [args.station.file(), ("--pattern", pattern)];
-    common.check_outputs("bound", &FILES, &read, &[])?;
+    common.check_outputs::<BoundReport>("bound", &read, &[])?;
     let conditions = args.conditions.resolve(common)?;
     let station = args.station.load()?;
     args.conditions
@@ -55,10 +52,10 @@ pub fn run(args: &BoundArgs, session: &Session) -> Result<()> {
     if conditions.disturbances.never_fails(pattern.items()) {
         common.remark(&flags::in_note(&Note::NothingFails));
     }
-    let picks = bound(args, session, &scene, Objective::Picks)?;
+    let picks = bound(args, session, &scene, BoundObjective::Picks)?;
     let weight = match args.objective {
         ObjectiveArg::Picks => None,
-        ObjectiveArg::Weight => Some(bound(args, session, &scene, Objective::Weight)?),
+        ObjectiveArg::Weight => Some(bound(args, session, &scene, BoundObjective::Weight)?),
     };
     for found in [Some(&picks), weight.as_ref()].into_iter().flatten() {
         if let Some(schedule) = &found.schedule {
@@ -82,12 +79,7 @@ pub fn run(args: &BoundArgs, session: &Session) -> Result<()> {
                 .to_owned(),
         );
     }
-    let mut outputs = Outputs::default();
-    let whole = json(&report)?;
-    outputs.add_out(common, FILES[0], || whole);
-    outputs.add_out(common, FILES[1], || report.prices_csv());
-    let text = common.render(|| report.to_table(), || report.to_csv(), &report)?;
-    outputs.deliver(session, &text)
+    common.deliver(session, &report, &WHOLE, Outputs::default())
 }
 
 /// Notes for a bound under `conditions`.
@@ -111,14 +103,14 @@ fn bound(
     args: &BoundArgs,
     session: &Session,
     scene: &Scene,
-    objective: Objective,
+    objective: BoundObjective,
 ) -> Result<Bound> {
-    let options = Options {
+    let options = BoundOptions {
         slot_s: args.slot,
         iterations: args.iterations,
         // A schedule for the undisturbed line may fail on the disturbed one.
         schedule: !scene.conditions().disturbances.any(),
-        ..Options::in_full(objective, scene.pattern().len())
+        ..BoundOptions::in_full(objective, scene.pattern().len())
     };
     let bar = Bar::new(args.common.quiet);
     let mut begun = false;

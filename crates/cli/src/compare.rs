@@ -1,12 +1,12 @@
 //! `pickline compare`.
 
-use super::args::{CompareArgs, Format};
+use super::args::CompareArgs;
 use super::flags;
-use super::outputs::Outputs;
+use super::outputs::WHOLE;
 use super::pictures;
 use super::progress::Bar;
 use super::session::Session;
-use super::settings::{json, parse_strategy};
+use super::settings::parse_strategy;
 use pickline::error::{Result, counted};
 use pickline::experiment::{Case, CaseSource, load_cases};
 use pickline::files;
@@ -17,22 +17,13 @@ use pickline::sim::Conditions;
 use pickline::station::Station;
 use pickline::strategies::policy_file;
 use pickline::study::{CompareOptions, CompareStudy};
-use pickline_report::{COMPARISON_CHARTS, ComparisonReport, Provenance, comparison_page};
+use pickline_report::{ComparisonReport, Provenance};
 use std::path::Path;
-
-/// The result files written to the `--out` folder.
-const FILES: [&str; 5] = [
-    "throughput.csv",
-    "picked_time.csv",
-    "picking_rate.csv",
-    "runs.csv",
-    "compare.json",
-];
 
 pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
     args.common.check()?;
-    let chart = pictures::checked(&args.pictures, COMPARISON_CHARTS)?;
+    let chart = pictures::checked::<ComparisonReport>(&args.pictures)?;
     let conditions = args.conditions.resolve(&args.common)?;
     let remark = |text: &str| args.common.remark(text);
     let (station, saved) = args.station.load_with_strategy(&remark)?;
@@ -42,10 +33,10 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
     check_cases(args, &cases, &station)?;
     check_files(args, &cases)?;
     let options = options(args, &station, saved, conditions)?;
-    let study = CompareStudy::new(&station, &cases, &options).map_err(flags::in_error)?;
+    let study = CompareStudy::new(&station, &cases, &options)?;
     // A single method has nothing to differ from.
     if chart.name == "difference" && study.methods() < 2 {
-        return Err(chart.missing());
+        return Err(pictures::missing(chart));
     }
     remark(&format!(
         "comparing on station {} ({}, belt at {} m/s), cases {}",
@@ -80,27 +71,8 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
         flags::in_notes(&compared.notes),
         made,
     );
-    let text = match args.common.format {
-        Format::Table => report.to_table(),
-        Format::Json => json(&report)?,
-        Format::Csv => report.picking_rate_csv(),
-    };
-    let texts = [
-        report.throughput_csv(),
-        report.picked_time_csv(),
-        report.picking_rate_csv(),
-        report.runs_csv(),
-        json(&report)?,
-    ];
-    let mut outputs = Outputs::default();
-    for (name, text) in FILES.iter().zip(texts) {
-        outputs.add_out(&args.common, name, || text);
-    }
-    let page = || comparison_page(&report);
-    let drawn = args
-        .pictures
-        .draw(&mut outputs, chart, &report, &report.made, page);
-    outputs.deliver(session, &text).and(drawn)
+    let drawn = args.pictures.draw(chart, &report, &WHOLE);
+    args.common.deliver(session, &report, &WHOLE, drawn)
 }
 
 /// The settings of the comparison; `saved` is the strategy of the station file.
@@ -165,7 +137,7 @@ fn check_files(args: &CompareArgs, cases: &[Case]) -> Result<()> {
     read.extend(cases.iter().map(|case| ("--cases", case.file())));
     read.extend(args.strategy.iter().map(|s| ("--strategy", policy_file(s))));
     args.common
-        .check_outputs("compare", &FILES, &read, &args.pictures.files())
+        .check_outputs::<ComparisonReport>("compare", &read, &args.pictures.files())
 }
 
 /// The name of the cases; a user's file is identified by its content, not by its name.

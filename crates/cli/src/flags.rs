@@ -1,100 +1,71 @@
-//! The library names options in errors and notes; the user knows them as flags.
+//! How the library's settings are written on the command line.
 
-use pickline::error::Error;
+use pickline::error::spell_settings;
 use pickline::study::Note;
 
-/// The options of studies, and the flags that set them. An option whose name begins another
-/// one comes after it.
-const FLAGS: [(&str, &str); 13] = [
-    ("training.given", "--robust"),
-    ("training", "--train-patterns"),
-    ("replicates", "--replicates"),
-    ("reference", "--reference"),
-    ("strategy", "--strategy"),
-    ("default_p_grasp", "--grasp-success"),
-    ("time_limit", "--time-limit"),
-    ("items", "--items"),
-    ("area", "--area"),
-    ("p_detection", "--p-detection"),
-    ("p_grasp", "--p-grasp"),
-    ("sweep", "--sweep"),
-    ("from", "--from"),
-];
-
-/// `error` with its option named by the flag that sets it: at the beginning of the place, and
-/// in backticks in the cure.
-pub fn in_error(error: Error) -> Error {
-    match error {
-        Error::Input {
-            place,
-            problem,
-            cure,
-        } => Error::input(in_place(place), problem, in_text(cure)),
-        other => other,
-    }
+/// The flag of a setting that a message of the library names: `--update-hz` for `update_hz`.
+pub fn flag(setting: &str) -> String {
+    format!("--{}", setting.replace('_', "-"))
 }
 
-/// The texts of `notes`, with options named by the flags that set them.
+/// The texts of `notes`, with settings written as flags.
 pub fn in_notes(notes: &[Note]) -> Vec<String> {
     notes.iter().map(in_note).collect()
 }
 
 /// The text of one note.
 pub fn in_note(note: &Note) -> String {
-    in_text(note.to_string())
-}
-
-/// `place`, if it begins with the name of an option, with the flag instead.
-fn in_place(place: String) -> String {
-    let flagged = FLAGS.iter().find_map(|(option, flag)| {
-        let rest = place.strip_prefix(option)?;
-        let ends = rest.is_empty() || rest.starts_with([' ', ':']);
-        ends.then(|| format!("{flag}{rest}"))
-    });
-    flagged.unwrap_or(place)
-}
-
-/// `text` with flags instead of the names in backticks.
-fn in_text(text: String) -> String {
-    FLAGS.iter().fold(text, |text, (option, flag)| {
-        text.replace(&format!("`{option}`"), flag)
-    })
+    spell_settings(&note.to_string(), flag)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::flag;
+    use clap::Command;
+    use pickline::error::spell_settings;
+    use std::cell::RefCell;
+    use std::collections::BTreeSet;
+    use std::path::Path;
+
+    fn collect_flags(command: &Command, flags: &mut BTreeSet<String>) {
+        let own = command
+            .get_arguments()
+            .filter_map(|argument| argument.get_long());
+        flags.extend(own.map(|name| format!("--{name}")));
+        for verb in command.get_subcommands() {
+            collect_flags(verb, flags);
+        }
+    }
+
+    fn collect_settings(folder: &Path, settings: &RefCell<BTreeSet<String>>) {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                collect_settings(&path, settings);
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
+                let code = std::fs::read_to_string(&path).unwrap();
+                let comment = |line: &&str| !line.trim_start().starts_with("//");
+                for line in code.lines().filter(comment) {
+                    spell_settings(line, |name| {
+                        settings.borrow_mut().insert(name.to_owned());
+                        String::new()
+                    });
+                }
+            }
+        }
+    }
 
     #[test]
-    fn options_are_named_by_their_flags_and_the_users_words_are_kept() {
-        let error = Error::input(
-            "training.given",
-            "`items` is not a rule",
-            "leave `items` and `training` out",
-        );
-        let text = in_error(error).to_string();
-        assert_eq!(
-            text,
-            Error::input(
-                "--robust",
-                "`items` is not a rule",
-                "leave --items and --train-patterns out"
-            )
-            .to_string()
-        );
-        let places = [
-            ("sweep speed at 3", "--sweep speed at 3"),
-            ("training: grid s=0.2", "--train-patterns: grid s=0.2"),
-            ("items", "--items"),
-            ("items.csv", "items.csv"),
-            ("itemsized", "itemsized"),
-        ];
-        for (place, flagged) in places {
-            assert_eq!(in_place(place.to_owned()), flagged);
+    fn every_setting_that_the_library_names_is_a_flag() {
+        let mut flags = BTreeSet::new();
+        collect_flags(&crate::command(), &mut flags);
+        let settings = RefCell::default();
+        let library = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../src");
+        collect_settings(&library, &settings);
+        let settings = settings.into_inner();
+        assert!(settings.len() > 40, "{settings:?}");
+        for setting in settings {
+            assert!(flags.contains(&flag(&setting)), "{setting} is no flag");
         }
-        let notes = [Note::NothingFails, Note::TimeLimit { fresh: 24 }];
-        let texts = in_notes(&notes);
-        assert!(texts[0].ends_with("give --grasp-success P for items without one"));
-        assert!(texts[1].starts_with("--time-limit was reached"));
     }
 }

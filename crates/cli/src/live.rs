@@ -8,7 +8,7 @@ use pickline::station::Station;
 use pickline_live::ClockKind;
 use pickline_live::node::Connections;
 use pickline_live::protocol::{Hello, Role};
-use pickline_live::transport::{Access, Dialect, Hub, Place, Side, Terms};
+use pickline_live::transport::{Access, Dialect, Endpoint, Hub, HubOptions, Side};
 #[cfg(feature = "ros2")]
 use std::net::IpAddr;
 use std::net::{SocketAddr, ToSocketAddrs as _};
@@ -37,8 +37,8 @@ impl TransportArgs {
     ) -> Result<Connections> {
         let place = self.place(side)?;
         let access = match place {
-            Place::Listen(_) => self.access.listening()?,
-            Place::Connect(_) => self.access.connecting()?,
+            Endpoint::Listen(_) => self.access.listening()?,
+            Endpoint::Connect(_) => self.access.connecting()?,
             _ => Access::default(),
         };
         let robots: Vec<String> = station.robots().iter().map(|r| r.name.clone()).collect();
@@ -49,7 +49,7 @@ impl TransportArgs {
             robots: robots.clone(),
             token: access.token.as_ref().map(|token| token.text().to_owned()),
         });
-        let terms = Terms {
+        let terms = HubOptions {
             side,
             waits: self.clock() == ClockKind::Messages,
             robots,
@@ -65,19 +65,19 @@ impl TransportArgs {
         not(any(feature = "mqtt", feature = "ros2")),
         allow(unused_variables, clippy::unnecessary_wraps)
     )]
-    fn place(&self, side: Side) -> Result<Place> {
+    fn place(&self, side: Side) -> Result<Endpoint> {
         #[cfg(feature = "mqtt")]
         if let Some(settings) = self.mqtt.resolve(side, self.clock())? {
-            return Ok(Place::Mqtt(Box::new(settings)));
+            return Ok(Endpoint::Mqtt(Box::new(settings)));
         }
         #[cfg(feature = "ros2")]
         if let Some(settings) = self.ros2.resolve(side, self.clock())? {
-            return Ok(Place::Ros2(Box::new(settings)));
+            return Ok(Endpoint::Ros2(Box::new(settings)));
         }
         Ok(match (&self.listen, &self.connect) {
-            (Some(address), _) => Place::Listen(address.clone()),
-            (None, Some(address)) => Place::Connect(address.clone()),
-            (None, None) => Place::Stdio,
+            (Some(address), _) => Endpoint::Listen(address.clone()),
+            (None, Some(address)) => Endpoint::Connect(address.clone()),
+            (None, None) => Endpoint::Stdio,
         })
     }
 
@@ -95,12 +95,12 @@ impl TransportArgs {
 
 /// Says where the program can be reached. `is_closed`: only peers that authenticate may
 /// connect.
-pub fn announce(remarks: &Remarks, place: &Place, hub: &Hub, is_closed: bool) {
+pub fn announce(remarks: &Remarks, place: &Endpoint, hub: &Hub, is_closed: bool) {
     match place {
         #[cfg(feature = "mqtt")]
-        Place::Mqtt(settings) => remarks.remark(&format!("using {}", settings.broker)),
+        Endpoint::Mqtt(settings) => remarks.remark(&format!("using {}", settings.broker)),
         #[cfg(feature = "ros2")]
-        Place::Ros2(settings) => {
+        Endpoint::Ros2(settings) => {
             let (domain, namespace) = (settings.domain, &settings.namespace);
             remarks.remark(&format!("using ROS domain {domain}, namespace {namespace}"));
             if !settings.networks.iter().all(IpAddr::is_loopback) {

@@ -8,7 +8,7 @@ use super::remarks::Remarks;
 use pickline_live::Controller;
 use pickline_live::node::{NodeMonitor, NodeSummary, Severity};
 use pickline_live::protocol::Status;
-use pickline_live::transport::{Hub, Place};
+use pickline_live::transport::{Endpoint, Hub};
 
 /// Whoever is told what the node does.
 pub struct RunMonitor<'a> {
@@ -23,7 +23,7 @@ pub struct RunMonitor<'a> {
 }
 
 impl NodeMonitor for RunMonitor<'_> {
-    fn opened(&mut self, place: &Place, hub: &Hub) {
+    fn opened(&mut self, place: &Endpoint, hub: &Hub) {
         announce(self.remarks, place, hub, self.is_closed);
     }
 

@@ -2,12 +2,12 @@
 
 use super::args::{OptimizeArgs, SearchArg};
 use super::flags;
-use super::outputs::Outputs;
+use super::outputs::WHOLE;
 use super::pictures;
 use super::progress::Bar;
 use super::save::Target;
 use super::session::Session;
-use super::settings::{json, parse_strategy};
+use super::settings::parse_strategy;
 use pickline::error::Result;
 use pickline::optimize::{Environment, Grasp, Objective, Risk, SearchKind, SpeedScan, StopReason};
 use pickline::pattern::PatternSet;
@@ -15,17 +15,12 @@ use pickline::plausible::SPEED_STEP;
 use pickline::sim::Conditions;
 use pickline::strategies::policy_file;
 use pickline::study::{OptimizeOptions, OptimizeStudy, Optimized, ScoredPatterns};
-use pickline_report::{
-    OPTIMUM_CHARTS, OptimumReport, Provenance, RivalsReport, ValidationReport, optimum_page,
-};
-
-/// The result files written to the `--out` folder.
-const FILES: [&str; 3] = ["optimize.json", "ranking.csv", "strategies.csv"];
+use pickline_report::{OptimumReport, Presentation, Provenance, RivalsReport, ValidationReport};
 
 pub fn run(args: &OptimizeArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
     args.common.check()?;
-    let chart = pictures::checked(&args.pictures, OPTIMUM_CHARTS)?;
+    let chart = pictures::checked::<OptimumReport>(&args.pictures)?;
     let save = args.save.as_ref();
     let save = save.map(|file| Target::new(&args.station, file.as_deref()));
     let save = save.transpose()?;
@@ -46,7 +41,7 @@ pub fn run(args: &OptimizeArgs, session: &Session) -> Result<()> {
         progress: &bar,
     };
     let report = args.common.on_threads(|| {
-        let study = OptimizeStudy::new(&station, &options).map_err(flags::in_error)?;
+        let study = OptimizeStudy::new(&station, &options)?;
         args.station.check_set(study.set().drawn())?;
         let set = study.set().scored();
         args.common.remark(&format!(
@@ -63,19 +58,12 @@ pub fn run(args: &OptimizeArgs, session: &Session) -> Result<()> {
         let made = Provenance::new(&command, name, &station, &set.description, seed);
         Ok(report(&optimized, objective, set, made.under(&conditions)))
     })?;
-    let mut outputs = Outputs::default();
-    let (common, top, whole) = (&args.common, args.top, json(&report)?);
-    outputs.add_out(common, FILES[0], || whole);
-    outputs.add_out(common, FILES[1], || report.to_csv());
-    if let Some(beside) = &report.beside {
-        outputs.add_out(common, FILES[2], || beside.to_csv(&report));
-    }
-    let page = || optimum_page(&report, top);
-    let drawn = args
-        .pictures
-        .draw(&mut outputs, chart, &report, &report.made, page);
-    let text = common.render(|| report.to_table(top), || report.to_csv(), &report)?;
-    outputs.deliver(session, &text).and(drawn)?;
+    let shown = Presentation {
+        top: args.top,
+        ..WHOLE
+    };
+    let (common, drawn) = (&args.common, args.pictures.draw(chart, &report, &shown));
+    common.deliver(session, &report, &shown, drawn)?;
     match save {
         Some(_) if session.interrupted() => {
             common.remark("nothing is saved because the search was interrupted");
@@ -137,7 +125,7 @@ fn check_files(args: &OptimizeArgs, patterns: &ScoredPatterns) -> Result<()> {
     let saved = saved.map(|file| ("--save", Some(file.as_path())));
     let written: Vec<_> = args.pictures.files().into_iter().chain(saved).collect();
     args.common
-        .check_outputs("optimize", &FILES, &read, &written)
+        .check_outputs::<OptimumReport>("optimize", &read, &written)
 }
 
 /// The report of a search on `set`.

@@ -1,12 +1,12 @@
 //! `pickline pattern`.
 
 use super::args::{
-    AxisArg, BoxesArg, DescribeArgs, Format, GenerateArgs, ImportCommand, PatternCommand,
-    PatternKind, StationChoice, TracksArgs,
+    AxisArg, BoxesArg, DescribeArgs, GenerateArgs, ImportCommand, PatternCommand, PatternKind,
+    StationChoice, TracksArgs,
 };
 use super::outputs::{self, Outputs};
 use super::session::{Session, tell};
-use super::settings::{json, load_pattern};
+use super::settings::load_pattern;
 use super::warnings::warn;
 use pickline::error::{Error, Result, counted, shown, shown_number};
 use pickline::files;
@@ -15,7 +15,7 @@ use pickline::pattern::{
 };
 use pickline::plausible::{BELT_SPEED, BELT_WIDTH, MERGE_DISTANCE, SPLIT_DISTANCE};
 use pickline::study::DEFAULT_GRID;
-use pickline_report::{DescriptionReport, description_table, origin_comment};
+use pickline_report::{DescriptionReport, json_text, origin_comment};
 use rand::rngs::ChaCha8Rng;
 use serde::Serialize;
 use std::path::Path;
@@ -237,13 +237,8 @@ fn describe_pattern(args: &DescribeArgs, session: &Session) -> Result<()> {
         unlikely.into_iter().chain(pattern.warnings(named)),
     )?;
     let speed = belt.map(|belt| belt.speed).or(args.belt_speed);
-    let report = DescriptionReport::new(describe(&pattern), speed);
-    let table = description_table(&report);
-    let text = match args.format {
-        Format::Table => format!("{}pattern   {name}\n", table.render()),
-        Format::Json => json(&report)?,
-        Format::Csv => table.to_csv(),
-    };
+    let report = DescriptionReport::new(describe(&pattern), speed).named(name);
+    let text = outputs::rendered(&report, args.format, &outputs::WHOLE)?;
     session.print(text.as_bytes())
 }
 
@@ -252,7 +247,7 @@ fn describe_pattern(args: &DescribeArgs, session: &Session) -> Result<()> {
 struct Imported<'a> {
     command: &'a str,
     #[serde(flatten)]
-    report: &'a tracking::Report,
+    report: &'a tracking::ImportReport,
 }
 
 /// Parses a width and height [px] such as `1280x720`.
@@ -295,7 +290,7 @@ fn import_tracks(args: &TracksArgs, session: &Session) -> Result<()> {
     if args.file.is_dir() {
         check_outside(&args.file, &targets)?;
     }
-    let options = tracking::Options {
+    let options = tracking::ImportOptions {
         format: args.form.as_deref().map(str::parse).transpose()?,
         boxes: args.boxes.map(|boxes| match boxes {
             BoxesArg::Sizes => tracking::Boxes::Sizes,
@@ -310,12 +305,12 @@ fn import_tracks(args: &TracksArgs, session: &Session) -> Result<()> {
         min_frames: args.min_frames,
         split_distance_m: args.split_distance,
         merge_distance_m: args.merge_distance,
-        ..tracking::Options::new(
+        ..tracking::ImportOptions::new(
             args.fps,
             args.scale,
             match args.axis {
-                AxisArg::X => tracking::Axis::X,
-                AxisArg::Y => tracking::Axis::Y,
+                AxisArg::X => tracking::ImageAxis::X,
+                AxisArg::Y => tracking::ImageAxis::Y,
             },
             args.belt_speed,
         )
@@ -361,7 +356,7 @@ fn import_tracks(args: &TracksArgs, session: &Session) -> Result<()> {
         tell(&format!("warning: {doubt}"));
     }
     let command = session.command();
-    let report = json(&Imported {
+    let report = json_text(&Imported {
         command: &command,
         report: &import.report,
     })?;

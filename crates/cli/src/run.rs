@@ -7,7 +7,7 @@ use super::live_strategy::{allowance, live_strategy};
 use super::monitor::RunMonitor;
 use super::notify::Notify;
 use super::session::Session;
-use super::settings::{default_strategy, json};
+use super::settings::default_strategy;
 use pickline::error::{Error, Result, shown};
 use pickline::files;
 use pickline::plausible::{DECISION_TIME, TIMEOUT, TOLERANCE};
@@ -18,13 +18,14 @@ use pickline_live::node::{self, NodeOptions, RunOrigin, unix_now};
 use pickline_live::protocol::{check_station, schema};
 use pickline_live::transport::{Dialect, Side};
 use pickline_live::{ClockKind, Config, Timeouts};
+use pickline_report::json_text;
 
 /// The program's name and version, as recorded.
 const PROGRAM: &str = concat!("pickline ", env!("CARGO_PKG_VERSION"));
 
 pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
     if args.schema {
-        return session.print(json(&schema())?.as_bytes());
+        return session.print(json_text(&schema())?.as_bytes());
     }
     #[cfg(feature = "mcap")]
     if let Some(file) = &args.kept.replay {

@@ -1,10 +1,9 @@
 //! Turns arguments into the library's settings.
 
 use super::args::{
-    AttributeArgs, Common, ConditionArgs, FeedArgs, Format, LimitArgs, PatternSetArgs,
-    StationChoice, TrainingArgs,
+    AttributeArgs, Common, ConditionArgs, FeedArgs, LimitArgs, PatternSetArgs, StationChoice,
+    TrainingArgs,
 };
-use super::flags;
 use super::session::tell;
 use super::warnings::warn;
 use pickline::error::{Error, Result, shown, shown_number};
@@ -19,7 +18,6 @@ use pickline::sim::{Conditions, Disturbances};
 use pickline::station::{self, Overrides, Station};
 use pickline::strategies::{self, Parsed};
 use pickline::study::{DEFAULT_GRID, RobustTraining, ScoredPatterns};
-use serde::Serialize;
 use std::io::Read as _;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -205,7 +203,7 @@ impl TrainingArgs {
                 format!("include it in the set, for example {TRAINING_FLAG} random:60/min:5"),
             ));
         }
-        RobustTraining::on(&source, items, station, seed).map_err(flags::in_error)
+        RobustTraining::on(&source, items, station, seed)
     }
 }
 
@@ -305,20 +303,6 @@ impl Common {
             tell(text);
         }
     }
-
-    /// The result in the chosen format.
-    pub fn render(
-        &self,
-        table: impl FnOnce() -> String,
-        csv: impl FnOnce() -> String,
-        value: &impl Serialize,
-    ) -> Result<String> {
-        Ok(match self.format {
-            Format::Table => table(),
-            Format::Csv => csv(),
-            Format::Json => json(value)?,
-        })
-    }
 }
 
 /// Checks the value of `--threads`.
@@ -380,16 +364,6 @@ pub fn parse_strategy(text: &str, quiet: bool) -> Result<Parsed> {
         tell(remark);
     }
     Ok(strategy)
-}
-
-/// `value` as JSON text with a trailing newline.
-///
-/// # Errors
-/// Never for the reports of this crate; returned so that nothing panics.
-pub fn json(value: &impl Serialize) -> Result<String> {
-    let text = serde_json::to_string_pretty(value)
-        .map_err(|error| Error::Refuted(format!("cannot write the result as JSON: {error}")))?;
-    Ok(text + "\n")
 }
 
 /// The pattern in `file` (`-` for stdin), or the built-in grid; and its description.

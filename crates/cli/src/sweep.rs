@@ -2,11 +2,11 @@
 
 use super::args::SweepArgs;
 use super::flags;
-use super::outputs::Outputs;
+use super::outputs::{FLAGS, WHOLE};
 use super::pictures;
 use super::progress::Bar;
 use super::session::Session;
-use super::settings::{json, parse_strategy};
+use super::settings::parse_strategy;
 use super::warnings::warn;
 use pickline::error::Result;
 use pickline::experiment::Axis;
@@ -15,15 +15,12 @@ use pickline::sim::Conditions;
 use pickline::station::Station;
 use pickline::strategies::policy_file;
 use pickline::study::{ScoredPatterns, SweepOptions, SweepStudy};
-use pickline_report::{Provenance, SWEEP_CHARTS, SweepReport, sweep_page};
-
-/// The result files written to the `--out` folder.
-const FILES: [&str; 2] = ["sweep.csv", "sweep.json"];
+use pickline_report::{Provenance, SweepReport};
 
 pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
     args.common.check()?;
-    let chart = pictures::checked(&args.pictures, SWEEP_CHARTS)?;
+    let chart = pictures::checked::<SweepReport>(&args.pictures)?;
     let conditions = args.conditions.resolve(&args.common)?;
     let axis = Axis::named(&args.sweep)?;
     let remark = |text: &str| args.common.remark(text);
@@ -34,13 +31,13 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
         .patterns(&args.patterns, args.items, &args.station)?;
     check_files(args, &patterns, saved.as_deref())?;
     let options = options(args, axis, patterns, saved, conditions, &station)?;
-    let study = SweepStudy::new(&station, &options).map_err(flags::in_error)?;
+    let study = SweepStudy::new(&station, &options)?;
     args.station.check_set(study.set())?;
     args.conditions
         .check_on(&args.station, &args.common, &station)?;
     check_ends(args, axis, &study, &station)?;
     if chart.name == "limits" && (axis.helps() || study.set().patterns.len() < 2) {
-        return Err(chart.missing());
+        return Err(pictures::missing(chart));
     }
     remark(&format!(
         "sweeping {} on station {}, on {}",
@@ -54,7 +51,7 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
         progress: &bar,
     };
     let swept = args.common.on_threads(|| study.run(&environment));
-    let swept = swept.map_err(flags::in_error)?;
+    let swept = swept?;
     let (name, seed) = (&args.station.station, args.common.seed);
     let (command, scored) = (session.command(), &study.set().description);
     let made = Provenance::new(&command, name, &station, scored, seed)
@@ -66,18 +63,11 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
         &swept.methods,
         study.is_papers_case(),
         flags::in_notes(&swept.notes),
+        &FLAGS,
         made,
     );
-    let mut outputs = Outputs::default();
-    let (common, whole) = (&args.common, json(&report)?);
-    outputs.add_out(common, FILES[0], || report.to_csv());
-    outputs.add_out(common, FILES[1], || whole);
-    let page = || sweep_page(&report);
-    let drawn = args
-        .pictures
-        .draw(&mut outputs, chart, &report, &report.made, page);
-    let text = common.render(|| report.to_table(), || report.to_csv(), &report)?;
-    outputs.deliver(session, &text).and(drawn)
+    let drawn = args.pictures.draw(chart, &report, &WHOLE);
+    args.common.deliver(session, &report, &WHOLE, drawn)
 }
 
 /// The strategy of the station file, unless it is given too or is for one number of robots.
@@ -138,7 +128,7 @@ fn check_files(args: &SweepArgs, patterns: &ScoredPatterns, saved: Option<&str>)
     let strategies = saved.into_iter().chain(args.strategy.iter().map(|s| &**s));
     read.extend(strategies.map(|s| ("--strategy", policy_file(s))));
     args.common
-        .check_outputs("sweep", &FILES, &read, &args.pictures.files())
+        .check_outputs::<SweepReport>("sweep", &read, &args.pictures.files())
 }
 
 /// Warns about implausible lines at the ends of the range; the values between them are no

@@ -5,17 +5,17 @@
 use pickline::error::Result;
 use pickline::{station, strategies};
 use pickline_live::node::{self, Connections, NodeMonitor, NodeOptions, NodeSummary, Unwatched};
-use pickline_live::transport::Place;
+use pickline_live::transport::Endpoint;
 use pickline_live::{ClockKind, Config};
 use std::sync::atomic::AtomicBool;
 
 fn main() -> Result<()> {
-    let summary = run(Place::Stdio, &mut Unwatched)?;
+    let summary = run(Endpoint::Stdio, &mut Unwatched)?;
     eprintln!("{summary}");
     Ok(())
 }
 
-pub fn run(place: Place, monitor: &mut dyn NodeMonitor) -> Result<NodeSummary> {
+pub fn run(place: Endpoint, monitor: &mut dyn NodeMonitor) -> Result<NodeSummary> {
     let station = station::built_in("paper")?.station(Some(2))?;
     let strategy = strategies::read_alone("rules:SPT,FIFO", 2)?.make();
     let config = Config {

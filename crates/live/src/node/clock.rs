@@ -1,6 +1,6 @@
 //! The machine's clocks, as a node reads them.
 
-use crate::{Reading, SteadyClock};
+use crate::{ClockReading, SteadyClock};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 /// How long to wait at the end for a peer that does not read the remaining output.
@@ -47,7 +47,7 @@ impl NodeClock {
     }
 
     /// Reads the clock.
-    pub fn read(&mut self) -> Reading {
+    pub fn read(&mut self) -> ClockReading {
         /// A longer reading means that the process was preempted between the two clocks.
         const AT_ONCE: Duration = Duration::from_millis(1);
         const TRIES: usize = 10;

@@ -5,9 +5,9 @@ use super::clock::NodeClock;
 use super::clock::unix_now;
 use super::monitor::{NodeMonitor, Severity};
 use super::options::NodeOptions;
-use crate::journal::{Found, Journal, Owner, lock_of};
+use crate::journal::{Journal, OpenedJournal, Owner, lock_of};
 use crate::protocol::{Incoming, Outgoing};
-use crate::recording::Event;
+use crate::recording::RecordedEvent;
 #[cfg(feature = "mcap")]
 use crate::recording::{Heading, Recorder};
 use crate::{ClockKind, Controller};
@@ -49,7 +49,7 @@ impl KeptFiles {
     /// the journal ends if there is one.
     ///
     /// # Errors
-    /// As for [`Found::open`], [`Controller::restore`] and [`Recorder::create`].
+    /// As for [`OpenedJournal::open`], [`Controller::restore`] and [`Recorder::create`].
     pub fn open(
         options: &NodeOptions,
         station: Station,
@@ -66,7 +66,9 @@ impl KeptFiles {
         };
         let path = options.journal.as_deref();
         let created = created_by(path);
-        let mut found = path.map(|path| Found::open(path, &owner)).transpose()?;
+        let mut found = path
+            .map(|path| OpenedJournal::open(path, &owner))
+            .transpose()?;
         let reading = found.as_mut().and_then(|found| found.reading.take());
         let is_restored = reading.is_some();
         let stamp = (is_restored && config.clock == ClockKind::System).then(unix_now);
@@ -160,19 +162,19 @@ impl KeptFiles {
     /// Records a message received at `received` [s since 1970].
     pub fn heard(&mut self, message: &Incoming, received: f64) {
         self.recording
-            .go_on(|recorder, _| recorder.heard(message, received));
+            .go_on(|recorder, _| recorder.record_incoming(message, received));
     }
 
     /// Records a message that is sent.
     pub fn said(&mut self, message: &Outgoing) {
         self.recording
-            .go_on(|recorder, now| recorder.said(message, now));
+            .go_on(|recorder, now| recorder.record_outgoing(message, now));
     }
 
     /// Records an event that is not a message.
-    pub fn happened(&mut self, event: &Event) {
+    pub fn happened(&mut self, event: &RecordedEvent) {
         self.recording
-            .go_on(|recorder, now| recorder.happened(event, now));
+            .go_on(|recorder, now| recorder.record_event(event, now));
     }
 
     /// Flushes the recording to its file.
@@ -217,7 +219,7 @@ impl KeptFiles {
 
     pub fn said(&mut self, _: &Outgoing) {}
 
-    pub fn happened(&mut self, _: &Event) {}
+    pub fn happened(&mut self, _: &RecordedEvent) {}
 
     fn flush(&mut self) {}
 

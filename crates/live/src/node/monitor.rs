@@ -2,7 +2,7 @@
 
 use crate::Controller;
 use crate::protocol::{Latency, Status};
-use crate::transport::{Hub, Place};
+use crate::transport::{Endpoint, Hub};
 use std::fmt;
 
 /// How serious a remark is.
@@ -20,7 +20,7 @@ pub enum Severity {
 /// nothing unless it is implemented.
 pub trait NodeMonitor {
     /// The node can be reached at `place`.
-    fn opened(&mut self, place: &Place, hub: &Hub) {
+    fn opened(&mut self, place: &Endpoint, hub: &Hub) {
         let _ = (place, hub);
     }
 

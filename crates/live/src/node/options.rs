@@ -1,6 +1,6 @@
 //! The settings of a node.
 
-use crate::transport::{Access, Dialect, Place, Side, Terms};
+use crate::transport::{Access, Dialect, Endpoint, HubOptions, Side};
 use crate::{ClockKind, Config};
 use pickline::station::Station;
 use std::path::PathBuf;
@@ -12,16 +12,16 @@ const USUAL_PEERS: usize = 64;
 #[derive(Debug)]
 pub struct Connections {
     /// Where the peers are.
-    pub place: Place,
+    pub place: Endpoint,
     /// What holds for all of them.
-    pub terms: Terms,
+    pub terms: HubOptions,
 }
 
 impl Connections {
     /// Peers of the line of `station` at `place`, in JSON and without authentication.
-    pub fn new(place: Place, station: &Station, clock: ClockKind) -> Self {
+    pub fn new(place: Endpoint, station: &Station, clock: ClockKind) -> Self {
         let robots = station.robots().iter().map(|robot| robot.name.clone());
-        let terms = Terms {
+        let terms = HubOptions {
             side: Side::Node,
             waits: clock == ClockKind::Messages,
             robots: robots.collect(),
