@@ -324,7 +324,8 @@ fn is_path_problem(source: &io::Error) -> bool {
     )
 }
 
-/// The text with each setting, a name in single quotes such as `'update_hz'`, replaced by what
+/// The text with each setting, a name of at least two letters in single quotes such as
+/// `'update_hz'`, replaced by what
 /// `spelling` makes of the name. Apostrophes and other quoted texts stay.
 pub fn spell_settings(text: &str, spelling: impl Fn(&str) -> String) -> String {
     let mut spelled = String::with_capacity(text.len());
@@ -334,7 +335,7 @@ pub fn spell_settings(text: &str, spelling: impl Fn(&str) -> String) -> String {
         spelled.push_str(before);
         let is_name = |c: char| c.is_ascii_lowercase() || c == '_';
         let name = &quoted[..quoted.find(|c| !is_name(c)).unwrap_or(quoted.len())];
-        let is_setting = !name.is_empty()
+        let is_setting = name.len() > 1
             && !before.ends_with(char::is_alphanumeric)
             && quoted[name.len()..].starts_with('\'');
         if is_setting {
@@ -579,7 +580,7 @@ mod tests {
                 "a robot's arm, the robots' arms",
                 "a robot's arm, the robots' arms",
             ),
-            ("'two words', 'X' and '", "'two words', 'X' and '"),
+            ("'two words', 'x' and '", "'two words', 'x' and '"),
             ("none", "none"),
         ] {
             assert_eq!(spell_settings(text, flag), spelled);

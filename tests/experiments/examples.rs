@@ -38,7 +38,7 @@ fn array<'a>(value: &'a Value, name: &str) -> &'a [Value] {
 
 #[test]
 fn optimize_prints_the_ranking_and_the_validation() {
-    let lines = printed("optimize", |out| optimize_example::run(out));
+    let lines = printed("optimize", optimize_example::run);
     let report = report("optimize --robots 2 --patterns poisson:0.15:6 --validate 10");
     let mut expected: Vec<String> = array(&report, "ranking")[..3]
         .iter()
@@ -65,7 +65,7 @@ fn optimize_prints_the_ranking_and_the_validation() {
 
 #[test]
 fn compare_prints_every_method_on_every_case() {
-    let lines = printed("compare", |out| compare_example::run(out));
+    let lines = printed("compare", compare_example::run);
     let report =
         report("compare --robots 2 --replicates 2 --no-bound --strategy lookahead:depth=2");
     let mut expected = Vec::new();
@@ -94,7 +94,7 @@ fn compare_prints_every_method_on_every_case() {
 
 #[test]
 fn sweep_prints_what_every_number_of_robots_picks() {
-    let lines = printed("sweep", |out| sweep_example::run(out));
+    let lines = printed("sweep", sweep_example::run);
     let report =
         report("sweep --sweep robots --robots 2 --to 3 --no-bound --patterns poisson:0.15:2");
     let points = array(&report, "points").iter();

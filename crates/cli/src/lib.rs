@@ -81,8 +81,9 @@ pub fn main() -> ExitCode {
         Ok(()) if session.interrupted() => ExitCode::from(INTERRUPTED),
         Ok(()) => ExitCode::from(DONE),
         Err(error) => {
-            session.complain(&format!("pickline: {error}"));
-            ExitCode::from(exit_code(error.kind()))
+            let code = exit_code(error.kind());
+            session.complain(&format!("pickline: {}", error.spell_settings(flags::flag)));
+            ExitCode::from(code)
         }
     }
 }
