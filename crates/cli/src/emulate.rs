@@ -48,7 +48,7 @@ pub fn run(args: &EmulateArgs, session: &Session) -> Result<()> {
     let is_closed = connections.terms.access.is_closed();
     let hub = Hub::open(&connections.place, connections.terms)?;
     announce(&remarks, &connections.place, &hub, is_closed);
-    let mut play = Play {
+    let mut play = EmulatorLoop {
         emulator,
         hub,
         remarks: &remarks,
@@ -133,7 +133,7 @@ impl TroubleArgs {
 }
 
 /// The emulated station and its connection to the node.
-struct Play<'a> {
+struct EmulatorLoop<'a> {
     emulator: Emulator,
     hub: Hub,
     remarks: &'a Remarks,
@@ -147,7 +147,7 @@ struct Play<'a> {
     unread: u64,
 }
 
-impl Play<'_> {
+impl EmulatorLoop<'_> {
     fn wait_for_a_peer(&mut self, stop: &AtomicBool) -> Result<()> {
         while self.hub.peers() == 0 && !stop.load(Ordering::Relaxed) {
             if let Some(heard) = self.hub.next_event(POLL_INTERVAL) {

@@ -2,7 +2,7 @@
 
 use super::dashboard::Screen;
 use super::live::announce;
-use super::log::{Level, kind_of};
+use super::log::{LogLevel, kind_of};
 use super::notify::Notify;
 use super::remarks::Remarks;
 use pickline_live::Controller;
@@ -39,9 +39,9 @@ impl NodeMonitor for RunMonitor<'_> {
         let kind = kind.map_or_else(|| kind_of(text), str::to_owned);
         match severity {
             // Even if quiet: nobody would know that something has ended.
-            Severity::Error => self.remarks.log().say(Level::Error, text, text),
-            Severity::Warning => self.remarks.say(Level::Warning, &kind, text),
-            Severity::Info => self.remarks.say(Level::Info, &kind, text),
+            Severity::Error => self.remarks.log().say(LogLevel::Error, text, text),
+            Severity::Warning => self.remarks.say(LogLevel::Warning, &kind, text),
+            Severity::Info => self.remarks.say(LogLevel::Info, &kind, text),
         }
     }
 

@@ -5,7 +5,7 @@ use super::flags;
 use super::outputs::WHOLE;
 use super::pictures;
 use super::progress::Bar;
-use super::save::Target;
+use super::save::SaveTarget;
 use super::session::Session;
 use super::settings::parse_strategy;
 use pickline::error::Result;
@@ -22,7 +22,7 @@ pub fn run(args: &OptimizeArgs, session: &Session) -> Result<()> {
     args.common.check()?;
     let chart = pictures::checked::<OptimumReport>(&args.pictures)?;
     let save = args.save.as_ref();
-    let save = save.map(|file| Target::new(&args.station, file.as_deref()));
+    let save = save.map(|file| SaveTarget::new(&args.station, file.as_deref()));
     let save = save.transpose()?;
     let conditions = args.conditions.resolve(&args.common)?;
     let station = args.station.load()?;

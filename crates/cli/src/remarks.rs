@@ -1,6 +1,6 @@
 //! What a live program has to say, and whether it may.
 
-use super::log::{Level, Log, Style, kind_of};
+use super::log::{Log, LogLevel, Style, kind_of};
 use std::sync::Arc;
 
 /// Remarks for the operator; a quiet program makes none.
@@ -26,16 +26,16 @@ impl Remarks {
 
     /// A remark, unless quiet.
     pub fn remark(&self, text: &str) {
-        self.say(Level::Info, &kind_of(text), text);
+        self.say(LogLevel::Info, &kind_of(text), text);
     }
 
     /// A warning, unless quiet.
     pub fn warn(&self, text: &str) {
-        self.say(Level::Warning, &kind_of(text), text);
+        self.say(LogLevel::Warning, &kind_of(text), text);
     }
 
     /// A remark, unless quiet; repeated remarks of one `kind` are summed up.
-    pub fn say(&self, level: Level, kind: &str, text: &str) {
+    pub fn say(&self, level: LogLevel, kind: &str, text: &str) {
         if !self.quiet {
             self.log.say(level, kind, text);
         }

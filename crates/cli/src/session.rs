@@ -1,6 +1,6 @@
 //! What every verb needs: the command line, the stop flag, stdout.
 
-use super::log::{Level, Log};
+use super::log::{Log, LogLevel};
 use pickline::error::{Error, Result};
 use pickline::files;
 use std::io::{ErrorKind, Write as _};
@@ -81,7 +81,7 @@ impl Session {
     /// Reports an error.
     pub fn complain(&self, text: &str) {
         match self.log.get() {
-            Some(log) => log.say(Level::Error, text, text),
+            Some(log) => log.say(LogLevel::Error, text, text),
             None => tell(text),
         }
     }

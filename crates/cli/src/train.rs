@@ -257,69 +257,93 @@ impl TrainingRun<'_> {
             progress: &bar,
         };
         let mut score = TrainingResults::new(judges(courses)?, kept, &self.trainer)?;
-        if let Some(expert) = &self.expert {
-            let (quiet, started) = (self.args.quiet, self.started);
-            let judge = |trainer: &Trainer, round: Round| {
-                score.judge(trainer, Judged::Round(round), started.elapsed())?;
-                remark(
-                    quiet,
-                    &format!(
-                        "{} answers, {:.0} % matched, best so far {}",
-                        round.answers,
-                        100.0 * round.agreement,
-                        score.summary()
-                    ),
-                );
-                Ok(())
-            };
-            let expert = |robots| expert.alone(robots);
-            self.trainer.imitate(&expert, &environment, judge)?;
-            let planned = self
-                .trainer
-                .plan()
-                .imitation
-                .as_ref()
-                .map_or(0, |i| i.rounds);
-            let done = self.trainer.rounds();
-            if done < planned {
-                if done == 0 {
-                    // Nothing has been learned yet.
-                    return Err(Error::interrupted());
-                }
-                remark(
-                    quiet,
-                    &format!(
-                        "stopped after {done} of {planned} rounds; the best policy so far is kept, but \
-                     an imitation cannot be resumed"
-                    ),
-                );
-            }
-        }
+        self.imitate(&mut score, &environment)?;
         if score.is_empty() {
             score.judge(&self.trainer, Judged::Start, self.started.elapsed())?;
         }
         self.save(&score)?;
-        let left = self
-            .trainer
-            .plan()
-            .steps
-            .saturating_sub(self.trainer.steps());
+        let finite = self.learn(&mut score, &bar, &environment)?;
+        self.write(&score)?;
+        if !finite {
+            return Err(Error::input(
+                "the training",
+                format!(
+                    "the weights became NaN or infinite after {} steps",
+                    self.trainer.steps()
+                ),
+                "lower --learning-rate or the reward weights; the best policy before that is kept",
+            ));
+        }
+        Ok(score.to_table())
+    }
+
+    /// Imitates the expert, if there is one.
+    fn imitate(&mut self, score: &mut TrainingResults, environment: &Environment) -> Result<()> {
+        let Some(expert) = &self.expert else {
+            return Ok(());
+        };
+        let (quiet, started) = (self.args.quiet, self.started);
+        let judge = |trainer: &Trainer, round: Round| {
+            score.judge(trainer, Judged::Round(round), started.elapsed())?;
+            let text = format!(
+                "{} answers, {:.0} % matched, best so far {}",
+                round.answers,
+                100.0 * round.agreement,
+                score.summary()
+            );
+            remark(quiet, &text);
+            Ok(())
+        };
+        let expert = |robots| expert.alone(robots);
+        self.trainer.imitate(&expert, environment, judge)?;
+        let imitation = self.trainer.plan().imitation.as_ref();
+        let planned = imitation.map_or(0, |imitation| imitation.rounds);
+        let done = self.trainer.rounds();
+        if done >= planned {
+            return Ok(());
+        }
+        if done == 0 {
+            // Nothing has been learned yet.
+            return Err(Error::interrupted());
+        }
+        let text = format!(
+            "stopped after {done} of {planned} rounds; the best policy so far is kept, but an \
+             imitation cannot be resumed"
+        );
+        remark(quiet, &text);
+        Ok(())
+    }
+
+    /// Learns from the decisions of the policy itself. Returns whether the weights are finite.
+    fn learn(
+        &mut self,
+        score: &mut TrainingResults,
+        bar: &Bar,
+        environment: &Environment,
+    ) -> Result<bool> {
+        let planned = self.trainer.plan().steps;
+        let left = planned.saturating_sub(self.trainer.steps());
         bar.begin("training", left, "steps");
-        let mut astray = false;
+        let mut finite = true;
         while !self.trainer.done() && !environment.stopped() {
-            let phase = self.trainer.phase(&environment)?;
-            astray = !self.trainer.is_finite();
-            if astray {
+            let phase = self.trainer.phase(environment)?;
+            finite = self.trainer.is_finite();
+            if !finite {
                 break;
             }
             score.judge(&self.trainer, Judged::Phase(phase), self.started.elapsed())?;
             bar.incumbent(&score.summary());
             // An interrupted phase is not resumed, but played again.
             if self.trainer.done() || !environment.stopped() {
-                self.save(&score)?;
+                self.save(score)?;
             }
         }
         bar.end();
+        Ok(finite)
+    }
+
+    /// Writes the policy, its record and its learning curve.
+    fn write(&self, score: &TrainingResults) -> Result<()> {
         let record = score.record(&self.trainer, &self.session.command(), &self.stations);
         let stations = self.stations.join(", ");
         let bytes = score.export(
@@ -338,18 +362,7 @@ impl TrainingRun<'_> {
             self.trainer.seed(),
         );
         let chart = curve_chart(&score.curve(), &made);
-        files::write_whole(&self.beside("svg"), chart.as_bytes())?;
-        if astray {
-            return Err(Error::input(
-                "the training",
-                format!(
-                    "the weights became NaN or infinite after {} steps",
-                    self.trainer.steps()
-                ),
-                "lower --learning-rate or the reward weights; the best policy before that is kept",
-            ));
-        }
-        Ok(score.to_table())
+        files::write_whole(&self.beside("svg"), chart.as_bytes())
     }
 
     /// Writes the checkpoint and the learning curve so far.

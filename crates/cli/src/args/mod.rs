@@ -38,7 +38,7 @@ pub use pattern::{
 pub use ros2::Ros2Args;
 pub use service::{ManArgs, PlaceArgs, ServiceArgs, ServiceCommand};
 pub use shared::{
-    AttributeArgs, Common, FeedArgs, Format, PatternSetArgs, Pictures, StationChoice,
+    AttributeArgs, Common, FeedArgs, OutputFormat, PatternSetArgs, Pictures, StationChoice,
 };
 pub use simulate::SimulateArgs;
 pub use station::{StationArgs, StationCommand};
