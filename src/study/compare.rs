@@ -1,7 +1,8 @@
 //! Methods compared on cases: robust GT, greedy GT, the built-in policy and any strategy.
 
+use super::blueprint::policy_distance;
 use super::notes::{Note, condition_notes};
-use super::robust::{LineSearch, RobustTraining, policy_distance};
+use super::robust::{LineSearch, RobustTraining};
 use crate::error::{Error, Result, known_names, shown};
 use crate::experiment::{self, Case, Comparison, Draws, Method, add_bounds};
 use crate::optimize::Environment;

@@ -10,8 +10,9 @@
 //! | [`optimize`] | [`OptimizeStudy`] | [`Optimized`] |
 //!
 //! Making a study checks the options, so that no error is found only after minutes of work.
-//! Messages and notes name options in backticks, as they are written here: `replicates`.
+//! Messages and notes name settings in single quotes, as [`crate::error`] says.
 
+mod blueprint;
 mod compare;
 mod notes;
 mod optimize;
@@ -21,9 +22,10 @@ mod robust;
 mod sweep;
 mod values;
 
+pub use blueprint::{BlueprintOptions, PolicyDistance, blueprint, policy_distance};
 pub use compare::{CompareOptions, CompareStudy, Compared, compare};
 pub use notes::{Note, RobustBasis, RobustNote, RobustScope, condition_notes, set_notes};
 pub use optimize::{OptimizeOptions, OptimizeStudy, Optimized, ScoredRivals, optimize};
 pub use patterns::{ScoredPatterns, ScoredSet};
-pub use robust::{BlueprintOptions, PolicyDistance, RobustTraining, blueprint, policy_distance};
+pub use robust::RobustTraining;
 pub use sweep::{DEFAULT_GRID, SweepOptions, SweepStudy, Swept, sweep};

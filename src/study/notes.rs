@@ -5,7 +5,8 @@ use crate::pattern::PatternSet;
 use crate::sim::Conditions;
 use std::fmt;
 
-/// A remark that belongs to a result. Its text names options in backticks.
+/// A remark that belongs to a result. Its text names settings in single quotes, as
+/// errors do ([`spell_settings`](crate::error::spell_settings)).
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Note {
@@ -77,6 +78,38 @@ pub enum Note {
     NotValidated(String),
 }
 
+/// The text of [`Note::NothingFails`].
+const NOTHING_FAILS: &str = "no item has a p_grasp below 1, so no grasp fails; give 'grasp_success' P for \
+     items without one";
+
+/// The text of [`Note::EqualWeights`].
+const EQUAL_WEIGHTS: &str = "all items weigh the same, so PP picks like FIFO; give areas or probabilities \
+     ('area', 'p_grasp') to tell them apart";
+
+/// The text of [`Note::SameLuck`].
+const SAME_LUCK: &str = "every assignment meets the same luck on a pattern; as something can go wrong, \
+     the general event loop simulates each assignment by itself";
+
+/// The text of [`Note::NoFlow`].
+const NO_FLOW: &str = "no flow can be chosen: for some pattern no belt speed picks everything";
+
+/// The text of [`Note::Interrupted`].
+const INTERRUPTED: &str = "interrupted: what is missing above (patterns, tie-breaking by max speed, \
+     validation, other strategies) was not done; run again for a reliable result";
+
+/// The text of [`Note::GreedyLeftOut`].
+fn left_out(robots: usize, replicates: usize) -> String {
+    let cure = match replicates {
+        0 => String::new(),
+        replicates => format!("; 'replicates' {replicates} includes it"),
+    };
+    format!(
+        "greedy GT (game theory) is left out: trying {}^{robots} assignments on every pattern \
+         would take minutes{cure}",
+        RULES.len()
+    )
+}
+
 impl fmt::Display for Note {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
@@ -87,16 +120,7 @@ impl fmt::Display for Note {
                 "the built-in policy is left out: {distance}; 'strategy' {policy} runs it anyway"
             ),
             Self::GreedyLeftOut { robots, replicates } => {
-                write!(
-                    f,
-                    "greedy GT (game theory) is left out: trying {}^{robots} assignments on every \
-                     pattern would take minutes",
-                    RULES.len()
-                )?;
-                match replicates {
-                    0 => Ok(()),
-                    replicates => write!(f, "; 'replicates' {replicates} includes it"),
-                }
+                f.write_str(&left_out(*robots, *replicates))
             }
             Self::FullName { name, full } => write!(f, "{name} is {full}"),
             Self::Distance(text) => f.write_str(text),
@@ -109,18 +133,9 @@ impl fmt::Display for Note {
                 f,
                 "at {count} of {all} values, first at {first}: {distance}"
             ),
-            Self::NothingFails => f.write_str(
-                "no item has a p_grasp below 1, so no grasp fails; give 'grasp_success' P for \
-                 items without one",
-            ),
-            Self::EqualWeights => f.write_str(
-                "all items weigh the same, so PP picks like FIFO; give areas or probabilities \
-                 ('area', 'p_grasp') to tell them apart",
-            ),
-            Self::SameLuck => f.write_str(
-                "every assignment meets the same luck on a pattern; as something can go wrong, \
-                 the general event loop simulates each assignment by itself",
-            ),
+            Self::NothingFails => f.write_str(NOTHING_FAILS),
+            Self::EqualWeights => f.write_str(EQUAL_WEIGHTS),
+            Self::SameLuck => f.write_str(SAME_LUCK),
             Self::Overlapping {
                 overlapping,
                 patterns,
@@ -133,19 +148,14 @@ impl fmt::Display for Note {
                 f,
                 "chosen flow: {flow} m/s, the smallest speed limit of these patterns"
             ),
-            Self::NoFlow => f.write_str(
-                "no flow can be chosen: for some pattern no belt speed picks everything",
-            ),
+            Self::NoFlow => f.write_str(NO_FLOW),
             Self::NoFlowYet => f.write_str("no flow is chosen: not all patterns were evaluated"),
             Self::TimeLimit { fresh } => write!(
                 f,
                 "'time_limit' was reached: validated on at most {fresh} fresh patterns, without a \
                  bound"
             ),
-            Self::Interrupted => f.write_str(
-                "interrupted: what is missing above (patterns, tie-breaking by max speed, \
-                 validation, other strategies) was not done; run again for a reliable result",
-            ),
+            Self::Interrupted => f.write_str(INTERRUPTED),
             Self::NotValidated(source) => {
                 write!(f, "no validation: cannot draw fresh patterns like {source}")
             }

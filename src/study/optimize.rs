@@ -1,9 +1,9 @@
 //! The rule for each robot that picks best across a set of patterns, scored again on fresh
 //! patterns and beside other strategies.
 
+use super::blueprint::policy_distance;
 use super::notes::{Note, set_notes};
 use super::patterns::{ScoredPatterns, ScoredSet, other_luck, with_draws};
-use super::robust::policy_distance;
 use crate::error::Result;
 use crate::optimize::{
     self, Environment, Evaluator, Grasp, Limits, MostRuns, Objective, Optimum, Risk, Rival, Search,

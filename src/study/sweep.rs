@@ -1,9 +1,10 @@
 //! One quantity of the line varied: belt speed, robots, spacing or reach.
 
+use super::blueprint::policy_distance;
 use super::notes::{Note, RobustNote, RobustScope, condition_notes};
 use super::part::PartProgress;
 use super::patterns::ScoredPatterns;
-use super::robust::{LineSearch, RobustGt, RobustTraining, policy_distance};
+use super::robust::{LineSearch, RobustGt, RobustTraining};
 use super::values::{self, LineAt, ValueOptions};
 use crate::error::Result;
 use crate::experiment::{self, Axis, Method, Setting, Sweep};
