@@ -138,7 +138,7 @@ fn a_full_disk_ends_the_run() {
     drop(stdin);
     let output = node.wait_with_output().unwrap();
     let errors = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(2), "{errors}");
+    assert_eq!(output.status.code(), Some(1), "{errors}");
     assert!(
         errors.contains("cannot write") && errors.contains("cure: "),
         "{errors}"

@@ -64,7 +64,7 @@ pub fn run(args: &EmulateArgs, session: &Session) -> Result<()> {
     let broken = play.emulator.broken_promises().first().cloned();
     play.hub.close(PATIENCE)?;
     if let Some(promise) = broken {
-        return Err(Error::Refuted(promise));
+        return Err(Error::refuted(promise));
     }
     match play
         .status

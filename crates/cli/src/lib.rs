@@ -9,6 +9,7 @@ mod bound;
 mod compare;
 mod dashboard;
 mod emulate;
+mod flags;
 mod game;
 mod kept;
 mod live;
@@ -44,7 +45,7 @@ mod warnings;
 
 use args::{Cli, Command};
 use clap::{CommandFactory as _, Parser as _};
-use pickline::error::{Error, Result};
+use pickline::error::{Error, ErrorKind, Result};
 use session::Session;
 use std::process::ExitCode;
 
@@ -82,13 +83,19 @@ pub fn main() -> ExitCode {
         Ok(()) if session.interrupted() => ExitCode::from(INTERRUPTED),
         Ok(()) => ExitCode::from(DONE),
         Err(error) => {
-            session.complain(&format!("pickline: {error}"));
-            ExitCode::from(match error {
-                Error::Input { .. } | Error::Io { .. } => USAGE,
-                Error::Interrupted => INTERRUPTED,
-                Error::IllegalAction { .. } | Error::Refuted(_) => FAILED,
-            })
+            let code = exit_code(error.kind());
+            session.complain(&format!("pickline: {}", error.spell_settings(flags::flag)));
+            ExitCode::from(code)
         }
+    }
+}
+
+/// What the failure was: wrong input is for the user to change, anything else is not.
+fn exit_code(kind: ErrorKind) -> u8 {
+    match kind {
+        ErrorKind::Usage | ErrorKind::Input | ErrorKind::Path => USAGE,
+        ErrorKind::Interrupted => INTERRUPTED,
+        _ => FAILED,
     }
 }
 

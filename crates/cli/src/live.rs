@@ -1,12 +1,13 @@
 //! Shared by `run` and `emulate`: the transport, the clock, the signals.
 
 use super::args::{ClockArg, LogFormatArg, TransportArgs};
+use super::flags::flag;
 use super::log::{Level, Log, Style, kind_of};
-use pickline::error::{Error, Result, shown_number};
+use pickline::error::{Error, Result, shown_number, spell_settings};
 use pickline::station::Station;
 use pickline_live::protocol::{Hello, Role};
 use pickline_live::transport::{Access, Dialect, Endpoint, Hub, HubOptions, Side};
-use pickline_live::{ClockKind, ClockReading, SteadyClock};
+use pickline_live::{ClockKind, ClockReading, Setting, SteadyClock};
 #[cfg(feature = "ros2")]
 use std::net::IpAddr;
 use std::net::{SocketAddr, ToSocketAddrs as _};
@@ -118,12 +119,22 @@ impl TransportArgs {
         self.say(Level::Warning, &kind_of(text), text);
     }
 
-    /// A remark, unless quiet; repeated remarks of one `kind` are summed up.
+    /// A remark, unless quiet; repeated remarks of one `kind` are summed up. Settings are named by
+    /// their flags.
     pub fn say(&self, level: Level, kind: &str, text: &str) {
         if !self.quiet {
-            self.log().say(level, kind, text);
+            self.log().say(level, &with_flags(kind), &with_flags(text));
         }
     }
+}
+
+/// A remark of the line with flags in place of its settings. What else stands in quotes may be a
+/// name that a peer has given.
+fn with_flags(text: &str) -> String {
+    spell_settings(text, |name| match Setting::named(name) {
+        Some(setting) => flag(setting.name()),
+        None => format!("'{name}'"),
+    })
 }
 
 /// A flag that Ctrl-C and SIGTERM set; a second signal exits the program at once.

@@ -284,7 +284,7 @@ pub fn parse_strategy(text: &str, quiet: bool) -> Result<Parsed> {
 /// Never for the reports of this crate; returned so that nothing panics.
 pub fn json(value: &impl Serialize) -> Result<String> {
     let text = serde_json::to_string_pretty(value)
-        .map_err(|error| Error::Refuted(format!("cannot write the result as JSON: {error}")))?;
+        .map_err(|error| Error::internal(format!("cannot write the result as JSON: {error}")))?;
     Ok(text + "\n")
 }
 

@@ -5,8 +5,8 @@ use super::nfg::nfg_text;
 use super::provenance::Provenance;
 use super::table::column;
 use pickline::optimize::game::{
-    Change, End, Equilibrium, LineGame, Payoff, PayoffKind, Price, dominance, dominant, equilibria,
-    equivalent, optimum, play, prices,
+    Deviation, End, Equilibrium, LineGame, Payoff, PayoffKind, Price, dominance, dominant,
+    equilibria, equivalent, optimum, play, prices,
 };
 use pickline::stats::Interval;
 use serde::Serialize;
@@ -226,7 +226,7 @@ impl GameReport {
             let here = found.iter().find(|e| e.profile == profile);
             here.map_or("", kind)
         };
-        let path = |first: usize, changes: &[Change]| {
+        let path = |first: usize, changes: &[Deviation]| {
             let after = changes.iter().map(|change| change.profile);
             std::iter::once(first)
                 .chain(after)

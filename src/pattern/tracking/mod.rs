@@ -22,7 +22,7 @@
 //! | y | yes | up | - image y | - image x (left) |
 //!
 //! MOTChallenge counts pixels from 1. Since x is shifted anyway, this only matters for
-//! [`Options::centre_px`], which uses the file's own counting.
+//! [`ImportOptions::centre_px`], which uses the file's own counting.
 //!
 //! # Processing
 //! The steps, in this order:
@@ -37,7 +37,7 @@
 //!
 //! The tracks also show the belt's direction and speed. If they contradict the options, the report
 //! says so and suggests values that would agree. If the pattern would be wrong by centimetres, the
-//! import fails. The [`Report`] lists all of this.
+//! import fails. The [`ImportReport`] lists all of this.
 //!
 //! [`Pattern`]: crate::pattern::Pattern
 
@@ -57,6 +57,6 @@ mod track;
 pub use formats::{FORMATS, Format, Recording, recognised};
 pub use import::{Import, import};
 pub use motion::Motion;
-pub use options::{Axis, Boxes, Options};
+pub use options::{Boxes, ImageAxis, ImportOptions};
 pub use read::DroppedLine;
-pub use report::{Dropped, Merged, Report, Split};
+pub use report::{Dropped, ImportReport, Merged, Split};

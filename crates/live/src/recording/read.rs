@@ -89,7 +89,7 @@ impl RecordingReader {
             state: None,
             first: None,
         };
-        let strange = "give a file written by `pickline run --record`";
+        let strange = "give a file that `pickline run` wrote with 'record'";
         let place = reader.name.clone();
         let wrong = |problem: String| Error::input(place.clone(), problem, strange);
         let (name, fields) = match reader.part() {
@@ -201,7 +201,7 @@ impl RecordingReader {
                         format!("is damaged: {error}")
                     };
                     let cure = if is_none {
-                        "give a file written by `pickline run --record`"
+                        "give a file that `pickline run` wrote with 'record'"
                     } else {
                         "restore a copy of the file"
                     };
@@ -281,8 +281,8 @@ fn ros_bag(place: &str) -> Error {
     Error::input(
         place,
         "is a ROS bag, not a recording of pickline",
-        "give a file written by `pickline run --record`; to play a bag to a line, use `ros2 bag \
-         play` and `pickline run --ros2`",
+        "give a file that `pickline run` wrote with 'record'; to play a bag to a line, use `ros2 bag \
+         play` and `pickline run` with 'ros2'",
     )
 }
 
@@ -292,8 +292,8 @@ fn without_heading(place: &str) -> Error {
         place,
         "is an MCAP file with messages only: the station, strategy and settings at the start of a \
          recording are missing",
-        "give a file written by `pickline run --record`; to play the messages to a line, print \
-         those under /in/ as JSON, one per line, and pipe them to `pickline run --clock messages`",
+        "give a file that `pickline run` wrote with 'record'; to play the messages to a line, print \
+         those under /in/ as JSON, one per line, and pipe them to `pickline run` with 'clock' messages",
     )
 }
 
@@ -312,7 +312,7 @@ fn received(log_time: u64) -> f64 {
 /// A message as an entry; none for a topic that another program has added.
 fn entry(topic: &str, data: &[u8], log_time: u64) -> Result<Option<RecordingEntry>> {
     let wrong = |problem: String| {
-        let cure = "restore the file as `pickline run --record` wrote it";
+        let cure = "restore the file as `pickline run` wrote it";
         Error::input(topic, problem, cure)
     };
     if topic.starts_with("/in/") {

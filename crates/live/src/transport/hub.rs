@@ -12,6 +12,7 @@ use super::{
     Access, Dialect, Endpoint, INBOX_CAPACITY, Origin, RETRY_INTERVAL, Side, TransportEvent,
     listen_at, stream,
 };
+use crate::Setting;
 use crate::protocol::{Hello, HelloAnswer, Incoming, Message, Rejected, Rejection, Role};
 use pickline::error::{Error, Result, counted, known_names, shown};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -110,12 +111,12 @@ impl Hub {
                 hub.peers.insert(0, peer);
             }
             Endpoint::Listen(address) => {
-                let listener = listen_at("--listen", address)?;
+                let listener = listen_at("'listen'", address)?;
                 hub.address = listener.local_addr().ok();
                 let tcp = Tcp::start(sender, hub.terms.access.tls.clone(), hub.terms.dialect)?;
                 tcp.listen(listener).map_err(|error| {
                     let cure = "try again";
-                    Error::input("--listen", format!("{}: {error}", shown(address)), cure)
+                    Error::input("'listen'", format!("{}: {error}", shown(address)), cure)
                 })?;
                 hub.tcp = Some(tcp);
             }
@@ -123,7 +124,7 @@ impl Hub {
                 if std::net::ToSocketAddrs::to_socket_addrs(address.as_str()).is_err() {
                     let problem = format!("`{}` is not a valid address", shown(address));
                     let cure = "give HOST:PORT, for example 127.0.0.1:7400";
-                    return Err(Error::input("--connect", problem, cure));
+                    return Err(Error::input("'connect'", problem, cure));
                 }
                 let tcp = Tcp::start(sender, hub.terms.access.tls.clone(), hub.terms.dialect)?;
                 tcp.connect(address.clone(), Duration::ZERO);
@@ -242,8 +243,9 @@ impl Hub {
             let there = counted(count, "peer");
             let address = connection.address.map(|at| at.to_string());
             self.remarks.push_back(format!(
-                "{} was turned away: {there} are connected, and --max-peers allows no more",
-                address.unwrap_or_default()
+                "{} was turned away: {there} are connected, and {} allows no more",
+                address.unwrap_or_default(),
+                Setting::MaxPeers
             ));
             let reason = format!("{there} are connected, and no more are allowed");
             tcp.reject(connection, &refusal(&reason));

@@ -43,7 +43,7 @@ impl Broker {
     /// The text is anything else. It is not quoted from where a password may begin.
     pub fn read(text: &str) -> Result<Self> {
         const CURE: &str = "give mqtt://HOST:PORT, or mqtts://HOST:PORT for TLS";
-        let wrong = |problem: String| Error::input("--mqtt", problem, CURE);
+        let wrong = |problem: String| Error::input("'mqtt'", problem, CURE);
         let Some((scheme, rest)) = text.split_once("://") else {
             return Err(wrong("this is not a URL: it has no ://".into()));
         };
@@ -185,7 +185,7 @@ mod tests {
         ] {
             let error = Broker::read(text).unwrap_err().to_string();
             assert!(
-                error.contains("--mqtt") && error.contains("cure: "),
+                error.contains("'mqtt'") && error.contains("cure: "),
                 "{error}"
             );
             assert!(

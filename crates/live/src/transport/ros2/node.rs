@@ -45,7 +45,7 @@ pub fn start(
         .map_err(|error| {
             let problem = format!("cannot start DDS in domain {}: {error}", settings.domain);
             let cure = "check the addresses and that the ports of the domain are free";
-            Error::input("--ros2", problem, cure)
+            Error::input("'ros2'", problem, cure)
         })?;
     let name = match settings.side {
         Side::Node => "pickline",
@@ -57,7 +57,7 @@ pub fn start(
             shown(&settings.namespace)
         );
         let cure = "give a namespace of letters, digits and underscores, for example /line1";
-        Error::input("--ros2-namespace", problem, cure)
+        Error::input("'ros2_namespace'", problem, cure)
     };
     let name = NodeName::new(&settings.namespace, name);
     let name = name.map_err(|error| failed(error.to_string()))?;
@@ -84,7 +84,7 @@ pub fn start(
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_time()
         .build()
-        .map_err(|error| Error::input("--ros2", error.to_string(), "free some memory"))?;
+        .map_err(|error| Error::resources("'ros2'", error.to_string(), "free some memory"))?;
     let up = Arc::new(AtomicBool::new(false));
     let listener = Listener {
         number,
@@ -143,9 +143,9 @@ fn publish_all(
 /// The error for a turn that no one ends.
 fn endless() -> Error {
     Error::input(
-        "--clock messages",
+        "'clock' messages",
         "no station that takes turns publishes on the topic `tick`",
-        "omit --clock messages, or let `pickline emulate --clock messages` play the station",
+        "omit 'clock' messages, or let `pickline emulate` with 'clock' messages play the station",
     )
 }
 
@@ -314,9 +314,9 @@ impl Listener {
             Precedence::Stay | Precedence::Wait => None,
             Precedence::Warn => Some(TransportEvent::Remark(problem)),
             Precedence::GiveWay => Some(TransportEvent::Failed(Error::input(
-                "--ros2",
+                "'ros2'",
                 problem,
-                "stop it, or give this node another --ros2-namespace",
+                "stop it, or give this node another 'ros2_namespace'",
             ))),
         }
     }
