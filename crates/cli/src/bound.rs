@@ -1,10 +1,10 @@
 //! `pickline bound`.
 
 use super::args::{BoundArgs, ObjectiveArg};
-use super::outputs::Outputs;
+use super::outputs::{Outputs, WHOLE};
 use super::progress::Bar;
 use super::session::Session;
-use super::settings::{NOTHING_FAILS, json, load_pattern};
+use super::settings::{NOTHING_FAILS, load_pattern};
 use pickline::checker;
 use pickline::error::{Error, Result};
 use pickline::optimize::Progress as _;
@@ -16,9 +16,6 @@ use std::path::Path;
 
 /// The highest accepted number of iterations; more are treated as a typing mistake.
 const MOST_ITERATIONS: usize = 1_000_000;
-
-/// The result files written to the `--out` folder.
-const FILES: [&str; 2] = ["bound.json", "prices.csv"];
 
 pub fn run(args: &BoundArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
@@ -33,7 +30,7 @@ pub fn run(args: &BoundArgs, session: &Session) -> Result<()> {
     }
     let pattern = args.pattern.as_deref().map(Path::new);
     let read = [args.station.file(), ("--pattern", pattern)];
-    common.check_outputs("bound", &FILES, &read, &[])?;
+    common.check_outputs::<BoundReport>("bound", &read, &[])?;
     let conditions = args.conditions.resolve(common)?;
     let station = args.station.load()?;
     args.conditions
@@ -80,12 +77,7 @@ pub fn run(args: &BoundArgs, session: &Session) -> Result<()> {
                 .to_owned(),
         );
     }
-    let mut outputs = Outputs::default();
-    let whole = json(&report)?;
-    outputs.add_out(common, FILES[0], || whole);
-    outputs.add_out(common, FILES[1], || report.prices_csv());
-    let text = common.render(|| report.to_table(), || report.to_csv(), &report)?;
-    outputs.deliver(session, &text)
+    common.deliver(session, &report, &WHOLE, Outputs::default())
 }
 
 /// Notes for a bound under `conditions`.

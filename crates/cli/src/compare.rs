@@ -1,11 +1,11 @@
 //! `pickline compare`.
 
-use super::args::{CompareArgs, Format};
-use super::outputs::Outputs;
+use super::args::CompareArgs;
+use super::outputs::WHOLE;
 use super::pictures;
 use super::progress::Bar;
 use super::session::Session;
-use super::settings::{condition_notes, json, parse_strategy};
+use super::settings::{condition_notes, parse_strategy};
 use super::training::{Judged, Line, distance, full_name};
 use pickline::dispatch::RULES;
 use pickline::error::{Error, Result, counted, known_names, shown};
@@ -17,24 +17,16 @@ use pickline::planning::Allowance;
 use pickline::plausible::FLOW;
 use pickline::station::Station;
 use pickline::strategies::{self, Parsed, policy_file};
-use pickline_report::{COMPARISON_CHARTS, ComparisonReport, Provenance, comparison_page};
+use pickline_report::{ComparisonReport, Provenance};
 use std::path::Path;
 
-/// The result files written to the `--out` folder.
-const FILES: [&str; 5] = [
-    "throughput.csv",
-    "picked_time.csv",
-    "picking_rate.csv",
-    "runs.csv",
-    "compare.json",
-];
 /// The highest accepted number of patterns per case; more are treated as a typing mistake.
 const MOST_REPLICATES: usize = 100_000;
 
 pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
     args.common.check()?;
-    let chart = pictures::checked(&args.pictures, COMPARISON_CHARTS)?;
+    let chart = pictures::checked::<ComparisonReport>(&args.pictures)?;
     let conditions = args.conditions.resolve(&args.common)?;
     if !(1..=MOST_REPLICATES).contains(&args.replicates) {
         return Err(Error::input(
@@ -77,7 +69,7 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
     read.extend(cases.iter().map(|case| ("--cases", case.file())));
     read.extend(args.strategy.iter().map(|s| ("--strategy", policy_file(s))));
     args.common
-        .check_outputs("compare", &FILES, &read, &args.pictures.files())?;
+        .check_outputs::<ComparisonReport>("compare", &read, &args.pictures.files())?;
     // A user's file is identified by its content, not by its name.
     let case_file = match Path::new(&args.cases) {
         file if file.is_file() => {
@@ -120,7 +112,7 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
     let reference = reference(args, greedy, &texts)?;
     // A single method has nothing to differ from.
     if chart.name == "difference" && !greedy && texts.is_empty() {
-        return Err(chart.missing());
+        return Err(pictures::missing(chart));
     }
     args.common.remark(&format!(
         "comparing on station {} ({}, belt at {} m/s), cases {}",
@@ -203,27 +195,8 @@ pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
             made,
         ))
     })?;
-    let text = match args.common.format {
-        Format::Table => report.to_table(),
-        Format::Json => json(&report)?,
-        Format::Csv => report.picking_rate_csv(),
-    };
-    let texts = [
-        report.throughput_csv(),
-        report.picked_time_csv(),
-        report.picking_rate_csv(),
-        report.runs_csv(),
-        json(&report)?,
-    ];
-    let mut outputs = Outputs::default();
-    for (name, text) in FILES.iter().zip(texts) {
-        outputs.add_out(&args.common, name, || text);
-    }
-    let page = || comparison_page(&report);
-    let drawn = args
-        .pictures
-        .draw(&mut outputs, chart, &report, &report.made, page);
-    outputs.deliver(session, &text).and(drawn)
+    let drawn = args.pictures.draw(chart, &report, &WHOLE);
+    args.common.deliver(session, &report, &WHOLE, drawn)
 }
 
 /// Whether greedy GT (game theory) can be found on the patterns of `cases` in about a minute,

@@ -1,22 +1,18 @@
 //! `pickline game`.
 
 use super::args::{GameArgs, PayoffArg};
-use super::outputs::Outputs;
+use super::outputs::{Outputs, WHOLE};
 use super::pattern_set;
 use super::progress::Bar;
 use super::session::Session;
-use super::settings::json;
 use pickline::error::Result;
 use pickline::optimize::Environment;
 use pickline::optimize::game::{LineGame, PayoffKind, check_size};
 use pickline::pattern::{PatternSource, Recipe};
 use pickline::sim::Conditions;
 use pickline::station::Station;
-use pickline_report::{GameReport, Provenance};
+use pickline_report::{GameReport, Presentation, Provenance};
 use std::path::Path;
-
-/// The result files written to the `--out` folder.
-const FILES: [&str; 3] = ["game.json", "payoffs.csv", "game.nfg"];
 
 pub fn run(args: &GameArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
@@ -35,25 +31,26 @@ pub fn run(args: &GameArgs, session: &Session) -> Result<()> {
     let mut read = vec![args.station.file()];
     read.extend(patterns.iter().map(|file| ("--patterns", Some(&**file))));
     read.push(("--patterns", source.folder()));
-    args.common.check_outputs("game", &FILES, &read, &nfg)?;
+    args.common
+        .check_outputs::<GameReport>("game", &read, &nfg)?;
     let seed = args.common.seed;
     let recipe = pattern_set::recipe(&args.set, seed, &source, shape, &station)?;
     let solve = || report(args, session, &station, &source, &recipe, &conditions);
     let report = args.common.on_threads(solve)?;
     let mut outputs = Outputs::default();
-    let (common, whole) = (&args.common, json(&report)?);
-    outputs.add_out(common, FILES[0], || whole);
-    outputs.add_out(common, FILES[1], || report.to_csv());
-    outputs.add_out(common, FILES[2], || report.nfg.clone());
-    let text = match nfg[0].1 {
-        // The output piped to Gambit must contain only the game.
-        None if args.nfg.is_some() => report.nfg.clone(),
-        file => {
-            outputs.add(file, || report.nfg.clone());
-            common.render(|| report.to_table(args.top), || report.to_csv(), &report)?
-        }
+    outputs.add(nfg[0].1, || report.nfg.clone());
+    let shown = Presentation {
+        top: args.top,
+        ..WHOLE
     };
-    outputs.deliver(session, &text)
+    match nfg[0].1 {
+        // The output piped to Gambit must contain only the game.
+        None if args.nfg.is_some() => {
+            let game = &report.nfg;
+            args.common.deliver_as(session, game, &report, outputs)
+        }
+        _ => args.common.deliver(session, &report, &shown, outputs),
+    }
 }
 
 fn report(

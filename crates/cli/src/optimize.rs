@@ -1,13 +1,13 @@
 //! `pickline optimize`.
 
 use super::args::{OptimizeArgs, SearchArg};
-use super::outputs::Outputs;
+use super::outputs::WHOLE;
 use super::pattern_set;
 use super::pictures;
 use super::progress::Bar;
 use super::save::Target;
 use super::session::Session;
-use super::settings::{json, other_luck, parse_strategy};
+use super::settings::{other_luck, parse_strategy};
 use super::training::distance;
 use pickline::error::Result;
 use pickline::optimize::{
@@ -19,9 +19,7 @@ use pickline::plausible::SPEED_STEP;
 use pickline::sim::Conditions;
 use pickline::station::Station;
 use pickline::strategies::{Blueprint, policy_file};
-use pickline_report::{
-    OPTIMUM_CHARTS, OptimumReport, Provenance, RivalsReport, ValidationReport, optimum_page,
-};
+use pickline_report::{OptimumReport, Presentation, Provenance, RivalsReport, ValidationReport};
 use std::time::Instant;
 
 /// Default number of fresh patterns on which the winner is scored.
@@ -33,13 +31,10 @@ const FEWEST_FRESH: usize = 10;
 /// Maximum number of fresh patterns after the time limit.
 const FRESH_IN_A_HURRY: usize = 24;
 
-/// The result files written to the `--out` folder.
-const FILES: [&str; 3] = ["optimize.json", "ranking.csv", "strategies.csv"];
-
 pub fn run(args: &OptimizeArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
     args.common.check()?;
-    let chart = pictures::checked(&args.pictures, OPTIMUM_CHARTS)?;
+    let chart = pictures::checked::<OptimumReport>(&args.pictures)?;
     let save = args.save.as_ref();
     let save = save.map(|file| Target::new(&args.station, file.as_deref()));
     let save = save.transpose()?;
@@ -52,19 +47,12 @@ pub fn run(args: &OptimizeArgs, session: &Session) -> Result<()> {
     let report = args
         .common
         .on_threads(|| job.report(session, &environment))?;
-    let mut outputs = Outputs::default();
-    let (common, top, whole) = (&args.common, args.top, json(&report)?);
-    outputs.add_out(common, FILES[0], || whole);
-    outputs.add_out(common, FILES[1], || report.to_csv());
-    if let Some(beside) = &report.beside {
-        outputs.add_out(common, FILES[2], || beside.to_csv(&report));
-    }
-    let page = || optimum_page(&report, top);
-    let drawn = args
-        .pictures
-        .draw(&mut outputs, chart, &report, &report.made, page);
-    let text = common.render(|| report.to_table(top), || report.to_csv(), &report)?;
-    outputs.deliver(session, &text).and(drawn)?;
+    let shown = Presentation {
+        top: args.top,
+        ..WHOLE
+    };
+    let (common, drawn) = (&args.common, args.pictures.draw(chart, &report, &shown));
+    common.deliver(session, &report, &shown, drawn)?;
     match save {
         Some(_) if session.interrupted() => {
             common.remark("nothing is saved because the search was interrupted");
@@ -108,7 +96,7 @@ impl<'a> Job<'a> {
         let saved = saved.map(|file| ("--save", Some(file.as_path())));
         let written: Vec<_> = args.pictures.files().into_iter().chain(saved).collect();
         args.common
-            .check_outputs("optimize", &FILES, &read, &written)?;
+            .check_outputs::<OptimumReport>("optimize", &read, &written)?;
         let seed = args.common.seed;
         let recipe = pattern_set::recipe(&args.set, seed, &source, shape, &station)?;
         let source = source.for_length(&args.set.patterns, &recipe, pattern_set::USUAL_SET)?;

@@ -8,7 +8,7 @@ use super::node::Node;
 use super::notify::Notify;
 use super::progress::Bar;
 use super::session::Session;
-use super::settings::{default_strategy, json, parse_strategy};
+use super::settings::{default_strategy, parse_strategy};
 use super::training::{Line, budget, distance};
 use pickline::error::{Error, Result, shown};
 use pickline::optimize::Environment;
@@ -19,12 +19,13 @@ use pickline::strategies::Blueprint;
 use pickline_live::protocol::{check_station, schema};
 use pickline_live::transport::{Dialect, Side};
 use pickline_live::{ClockKind, Config, Timeouts};
+use pickline_report::json_text;
 use std::cell::OnceCell;
 use std::time::Instant;
 
 pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
     if args.schema {
-        return session.print(json(&schema())?.as_bytes());
+        return session.print(json_text(&schema())?.as_bytes());
     }
     #[cfg(feature = "mcap")]
     if let Some(file) = &args.kept.replay {

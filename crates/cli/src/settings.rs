@@ -1,8 +1,6 @@
 //! Turns arguments into the library's settings.
 
-use super::args::{
-    AttributeArgs, Common, ConditionArgs, FeedArgs, Format, LimitArgs, StationChoice,
-};
+use super::args::{AttributeArgs, Common, ConditionArgs, FeedArgs, LimitArgs, StationChoice};
 use super::session::tell;
 use super::warnings::warn;
 use pickline::error::{Error, Result, shown, shown_number};
@@ -15,7 +13,6 @@ use pickline::plausible::{CLUSTER_SPREAD, FLOW, GAP_LENGTH, POSITION_NOISE, chec
 use pickline::sim::{Conditions, Disturbances};
 use pickline::station::{self, Overrides, Station};
 use pickline::strategies::{self, Parsed};
-use serde::Serialize;
 use std::io::Read as _;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -250,20 +247,6 @@ impl Common {
             tell(text);
         }
     }
-
-    /// The result in the chosen format.
-    pub fn render(
-        &self,
-        table: impl FnOnce() -> String,
-        csv: impl FnOnce() -> String,
-        value: &impl Serialize,
-    ) -> Result<String> {
-        Ok(match self.format {
-            Format::Table => table(),
-            Format::Csv => csv(),
-            Format::Json => json(value)?,
-        })
-    }
 }
 
 /// Parses the strategy in `text`; prints how it was interpreted, unless `quiet`.
@@ -276,16 +259,6 @@ pub fn parse_strategy(text: &str, quiet: bool) -> Result<Parsed> {
         tell(remark);
     }
     Ok(strategy)
-}
-
-/// `value` as JSON text with a trailing newline.
-///
-/// # Errors
-/// Never for the reports of this crate; returned so that nothing panics.
-pub fn json(value: &impl Serialize) -> Result<String> {
-    let text = serde_json::to_string_pretty(value)
-        .map_err(|error| Error::internal(format!("cannot write the result as JSON: {error}")))?;
-    Ok(text + "\n")
 }
 
 /// The pattern in `file` (`-` for stdin), or the built-in grid; and its description.

@@ -1,10 +1,10 @@
 //! `pickline simulate`.
 
 use super::args::SimulateArgs;
-use super::outputs::Outputs;
+use super::outputs::{Outputs, WHOLE};
 use super::progress::Bar;
 use super::session::Session;
-use super::settings::{NOTHING_FAILS, default_strategy, json, load_pattern, parse_strategy};
+use super::settings::{NOTHING_FAILS, default_strategy, load_pattern, parse_strategy};
 use super::training::{Line, budget, distance};
 use pickline::decision::Observer;
 use pickline::error::Result;
@@ -20,9 +20,6 @@ use pickline_report::{
 use std::cell::OnceCell;
 use std::path::Path;
 
-/// The result files written to the `--out` folder.
-const FILES: [&str; 2] = ["run.json", "picks.csv"];
-
 pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
     let common = &args.common;
     common.check()?;
@@ -36,7 +33,7 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
         ("--trace", args.trace.as_deref()),
         ("--html", args.html.as_deref()),
     ];
-    common.check_outputs("simulate", &FILES, &read, &written)?;
+    common.check_outputs::<RunReport>("simulate", &read, &written)?;
     let allowance = Allowance {
         asked: budget(args.budget_ms)?,
         ..Allowance::default()
@@ -53,7 +50,7 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
     args.station
         .check_pattern(args.pattern.as_deref().unwrap_or(&pattern_name), &pattern)?;
     if args.html.is_some() {
-        check_replay(&pattern)?;
+        check_replay(&pattern).map_err(|error| error.at("--html"))?;
     }
     let (text, from) = match &args.strategy {
         Some(text) => (text.clone(), ""),
@@ -113,7 +110,6 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
         report.bound = Some(CertifiedReport::new(&outcome.figures, &bound));
     }
     let mut outputs = Outputs::default();
-    let whole = json(&report)?;
     if let Some(trace) = &trace {
         let origin = report.made.csv_comment();
         outputs.add(args.trace.as_deref(), || origin + &trace.to_csv());
@@ -121,8 +117,5 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
     outputs.add(args.html.as_deref(), || {
         replay_page(&scene, &args.station.title(), &report, smallest.as_ref())
     });
-    outputs.add_out(common, FILES[0], || whole);
-    outputs.add_out(common, FILES[1], || report.to_csv());
-    let text = common.render(|| report.to_table(), || report.to_csv(), &report)?;
-    outputs.deliver(session, &text)
+    common.deliver(session, &report, &WHOLE, outputs)
 }

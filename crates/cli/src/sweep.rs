@@ -1,11 +1,11 @@
 //! `pickline sweep`.
 
 use super::args::SweepArgs;
-use super::outputs::Outputs;
+use super::outputs::{FLAGS, WHOLE};
 use super::pattern_set::USUAL_SET;
 use super::progress::{Bar, Part};
 use super::session::Session;
-use super::settings::{DEFAULT_GRID, condition_notes, json, parse_strategy};
+use super::settings::{DEFAULT_GRID, condition_notes, parse_strategy};
 use super::training::{Judged, Line, Robust, distance};
 use super::warnings::warn;
 use super::{pictures, sweep_values};
@@ -17,15 +17,12 @@ use pickline::planning::Allowance;
 use pickline::sim::Conditions;
 use pickline::station::Station;
 use pickline::strategies::{Parsed, policy_file};
-use pickline_report::{Provenance, SWEEP_CHARTS, SweepReport, sweep_page};
-
-/// The result files written to the `--out` folder.
-const FILES: [&str; 2] = ["sweep.csv", "sweep.json"];
+use pickline_report::{Provenance, SweepReport};
 
 pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
     args.common.check()?;
-    let chart = pictures::checked(&args.pictures, SWEEP_CHARTS)?;
+    let chart = pictures::checked::<SweepReport>(&args.pictures)?;
     let conditions = args.conditions.resolve(&args.common)?;
     let axis = Axis::named(&args.sweep)?;
     let remark = |text: &str| args.common.remark(text);
@@ -67,7 +64,7 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
     read.push(("--patterns", source.folder()));
     read.extend(texts.iter().map(|s| ("--strategy", policy_file(s))));
     args.common
-        .check_outputs("sweep", &FILES, &read, &args.pictures.files())?;
+        .check_outputs::<SweepReport>("sweep", &read, &args.pictures.files())?;
     let mut recipe = Recipe {
         belt: *station.belt(),
         items: source.items(args.items, DEFAULT_GRID.1),
@@ -98,7 +95,7 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
         warn(args.station.strict, new.unwrap_or_default())?;
     }
     if chart.name == "limits" && (axis.helps() || set.patterns.len() < 2) {
-        return Err(chart.missing());
+        return Err(pictures::missing(chart));
     }
     args.common.remark(&format!(
         "sweeping {} on station {}, on {}",
@@ -171,19 +168,12 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
             &ids,
             papers_case,
             notes,
+            &FLAGS,
             made,
         ))
     })?;
-    let mut outputs = Outputs::default();
-    let (common, whole) = (&args.common, json(&report)?);
-    outputs.add_out(common, FILES[0], || report.to_csv());
-    outputs.add_out(common, FILES[1], || whole);
-    let page = || sweep_page(&report);
-    let drawn = args
-        .pictures
-        .draw(&mut outputs, chart, &report, &report.made, page);
-    let text = common.render(|| report.to_table(), || report.to_csv(), &report)?;
-    outputs.deliver(session, &text).and(drawn)
+    let drawn = args.pictures.draw(chart, &report, &WHOLE);
+    args.common.deliver(session, &report, &WHOLE, drawn)
 }
 
 /// For every policy, at how many values the line differs from its training, and how it differs

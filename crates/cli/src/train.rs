@@ -4,7 +4,6 @@ use super::args::{Common, Format, TrainArgs};
 use super::outputs;
 use super::progress::Bar;
 use super::session::Session;
-use super::settings::json;
 use super::warnings::warn;
 use pickline::dispatch::RULES;
 use pickline::error::{Error, Result};
@@ -18,7 +17,7 @@ use pickline::rl::{
 };
 use pickline::station::{self, Overrides, Station};
 use pickline::strategies::{Parsed, default_assignment, parse, policy_file};
-use pickline_report::{Provenance, curve_chart};
+use pickline_report::{Provenance, curve_chart, json_text};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -333,7 +332,7 @@ impl Training<'_> {
             &serde_json::to_string(&record).unwrap_or_default(),
         );
         files::write_whole(&self.args.out, &bytes)?;
-        files::write_whole(&self.beside("json"), json(&record)?.as_bytes())?;
+        files::write_whole(&self.beside("json"), json_text(&record)?.as_bytes())?;
         // The recorded command names the other stations.
         let made = Provenance::new(
             &self.session.command(),
@@ -359,7 +358,7 @@ impl Training<'_> {
 
     /// Writes the checkpoint and the learning curve so far.
     fn save(&self, score: &TrainingResults) -> Result<()> {
-        let checkpoint = json(&Saved {
+        let checkpoint = json_text(&Saved {
             stations: self.stations.clone(),
             trainer: self.trainer.checkpoint(),
             score: score.kept().clone(),

@@ -2,7 +2,7 @@
 //! that equal inputs give equal bytes.
 
 use pickline::error::counted;
-use pickline::files::{csv_comment, csv_text, fingerprint};
+use pickline::files::{csv_comment, fingerprint};
 use pickline::sim::Conditions;
 use pickline::station::{Station, to_toml};
 use serde::Serialize;
@@ -63,15 +63,6 @@ impl Provenance {
     pub fn under(mut self, conditions: &Conditions) -> Self {
         self.conditions = conditions.describe();
         self
-    }
-
-    /// `rows` as a CSV file that begins with comment lines about its provenance.
-    pub fn csv<R, F>(&self, rows: impl IntoIterator<Item = R>) -> String
-    where
-        R: IntoIterator<Item = F>,
-        F: AsRef<[u8]>,
-    {
-        self.csv_comment() + &csv_text(rows)
     }
 
     /// The comment lines at the top of a CSV file, one fact each. The command comes first, to

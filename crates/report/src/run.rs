@@ -2,9 +2,12 @@
 
 use super::bound::CertifiedReport;
 use super::clearance::ClearanceReport;
+use super::csv_rows::{CsvRows, Displayed};
+use super::presentation::{Presentation, SettingNames};
 use super::provenance::Provenance;
 use super::table::{Table, fixed};
 use super::throughput::ThroughputReport;
+use super::verb_report::{ResultFile, VerbReport};
 use pickline::decision::{MissReason, Outcome, Pick};
 use pickline::sim::Scene;
 use pickline::throughput::{Throughput, steady_state};
@@ -32,7 +35,7 @@ pub struct RunReport {
     /// Reward-weighted picks per minute.
     pub weighted_rate_per_min: f64,
     /// Each robot, upstream first.
-    pub robots: Vec<RobotReport>,
+    pub robots: Vec<RobotRunReport>,
     /// Picks in order of decision.
     pub picks: Vec<PickReport>,
     /// Failed attempts, in order of decision.
@@ -59,7 +62,7 @@ pub struct RunReport {
 
 /// What one robot did.
 #[derive(Debug, Clone, Serialize)]
-pub struct RobotReport {
+pub struct RobotRunReport {
     /// Its name.
     pub name: String,
     /// Number of picks.
@@ -145,7 +148,7 @@ impl RunReport {
             weighted_rate_per_min: figures.weighted_rate(),
             robots: robots
                 .enumerate()
-                .map(|(place, (robot, did))| RobotReport {
+                .map(|(place, (robot, did))| RobotRunReport {
                     name: robot.name.clone(),
                     picked: did.picked,
                     weight: did.weight,
@@ -186,7 +189,7 @@ impl RunReport {
     }
 
     /// The run as text for the terminal.
-    pub fn to_table(&self) -> String {
+    fn text(&self, names: &SettingNames) -> String {
         let steady = self.throughput.throughput_per_min.is_some();
         let mut header = vec!["<robot", "picked", "busy [s]", "utilisation [%]"];
         header.extend(steady.then_some("in the steady state [%]"));
@@ -252,24 +255,13 @@ impl RunReport {
                 .map_or(String::new(), ClearanceReport::line),
             self.bound
                 .as_ref()
-                .map_or(String::new(), CertifiedReport::line),
+                .map_or(String::new(), |bound| bound.line(names)),
             self.made.lines(),
         )
     }
 
-    /// The picks and failed attempts as CSV, one per line, in order of decision; `failure` is
-    /// empty for a pick.
-    pub fn to_csv(&self) -> String {
-        let header = [
-            "robot",
-            "item",
-            "decide_s",
-            "grasp_s",
-            "release_s",
-            "meet_x_m",
-            "meet_y_m",
-            "failure",
-        ];
+    /// The picks and failed attempts, one per line, in order of decision.
+    fn picks_csv(&self) -> String {
         let failures = self.failures.iter().map(|f| (&f.attempt, f.cause));
         let mut attempts: Vec<_> = self.picks.iter().map(|pick| (pick, "")).collect();
         attempts.extend(failures);
@@ -277,19 +269,48 @@ impl RunReport {
             let times = a.decide_s.total_cmp(&b.decide_s);
             times.then(a.robot.cmp(&b.robot))
         });
-        let rows = attempts.into_iter().map(|(pick, failure)| {
-            [
-                self.robots[pick.robot].name.clone(),
-                pick.item.clone(),
-                pick.decide_s.to_string(),
-                pick.grasp_s.to_string(),
-                pick.release_s.to_string(),
-                pick.meet[0].to_string(),
-                pick.meet[1].to_string(),
-                failure.to_owned(),
-            ]
+        let rows = attempts.into_iter().map(|(pick, failure)| AttemptRow {
+            robot: &self.robots[pick.robot].name,
+            item: &pick.item,
+            decide_s: Displayed(pick.decide_s),
+            grasp_s: Displayed(pick.grasp_s),
+            release_s: Displayed(pick.release_s),
+            meet_x_m: Displayed(pick.meet[0]),
+            meet_y_m: Displayed(pick.meet[1]),
+            failure,
         });
-        self.made
-            .csv(std::iter::once(header.map(str::to_owned)).chain(rows))
+        CsvRows::of(rows).text(&self.made)
+    }
+}
+
+#[derive(Default, Serialize)]
+struct AttemptRow<'r> {
+    robot: &'r str,
+    item: &'r str,
+    decide_s: Displayed<f64>,
+    grasp_s: Displayed<f64>,
+    release_s: Displayed<f64>,
+    meet_x_m: Displayed<f64>,
+    meet_y_m: Displayed<f64>,
+    /// Empty for a pick.
+    failure: &'static str,
+}
+
+impl VerbReport for RunReport {
+    const FILES: &'static [ResultFile<Self>] = &[
+        ResultFile::json("run.json"),
+        ResultFile::text("picks.csv", Self::picks_csv),
+    ];
+
+    fn provenance(&self) -> Option<&Provenance> {
+        Some(&self.made)
+    }
+
+    fn to_table(&self, shown: &Presentation) -> String {
+        self.text(&shown.settings)
+    }
+
+    fn to_csv(&self) -> String {
+        self.picks_csv()
     }
 }

@@ -4,31 +4,32 @@
 use super::html::escape;
 use crate::table::fixed;
 use crate::throughput::ThroughputReport;
+use pickline::stats::Interval;
 use std::fmt::Write as _;
 
 /// A cell.
 #[derive(Debug)]
-pub(super) enum Cell {
+pub(crate) enum Cell {
     /// Words, left-aligned.
     Words(String),
     /// A figure, right-aligned.
-    Figure(Figure),
+    Figure(PageFigure),
     /// An interval, right-aligned.
-    Interval(Figure, Figure),
+    Interval(PageFigure, PageFigure),
     /// Text, right-aligned.
     Text(String),
 }
 
 /// A figure of the JSON report.
 #[derive(Debug)]
-pub(super) struct Figure {
+pub(crate) struct PageFigure {
     /// Its path in the report, such as `cases.0.items`.
     path: String,
     value: f64,
     shown: String,
 }
 
-impl Figure {
+impl PageFigure {
     /// The figure at `path` with `digits` decimals.
     pub fn new(path: impl Into<String>, value: f64, digits: usize) -> Self {
         Self {
@@ -65,8 +66,8 @@ impl Figure {
     }
 }
 
-impl From<Figure> for Cell {
-    fn from(figure: Figure) -> Self {
+impl From<PageFigure> for Cell {
+    fn from(figure: PageFigure) -> Self {
         Self::Figure(figure)
     }
 }
@@ -78,7 +79,7 @@ impl Cell {
     }
 
     /// The figure, or an empty cell.
-    pub fn or_empty(figure: Option<Figure>) -> Self {
+    pub fn or_empty(figure: Option<PageFigure>) -> Self {
         figure.map_or_else(Self::empty, Self::Figure)
     }
 
@@ -87,14 +88,14 @@ impl Cell {
 
     /// Throughput, its interval and the flow at `path`; a dash for missing figures.
     pub fn throughput(of: &ThroughputReport, path: &dyn Fn(&str) -> String) -> Vec<Self> {
-        let figure = |field: &str, value| Figure::new(path(field), value, 1);
+        let figure = |field: &str, value| PageFigure::new(path(field), value, 1);
         let or_dash = |field: &str, value: Option<f64>| match value {
             Some(value) => figure(field, value).into(),
             None => Self::Text("\u{2013}".into()),
         };
         vec![
             or_dash("throughput_per_min", of.throughput_per_min),
-            Self::interval(("throughput_low", "throughput_high"), of.ends(), figure),
+            Self::interval(("throughput_low", "throughput_high"), of.interval, figure),
             or_dash("flow_per_min", of.flow_per_min),
         ]
     }
@@ -103,11 +104,11 @@ impl Cell {
     /// a figure from a name and a value.
     pub fn interval(
         (low, high): (&str, &str),
-        ends: Option<(f64, f64)>,
-        figure: impl Fn(&str, f64) -> Figure,
+        interval: Option<Interval>,
+        figure: impl Fn(&str, f64) -> PageFigure,
     ) -> Self {
-        match ends {
-            Some(ends) => Self::Interval(figure(low, ends.0), figure(high, ends.1)),
+        match interval {
+            Some(ends) => Self::Interval(figure(low, ends.low), figure(high, ends.high)),
             None => Self::Text("\u{2013}".into()),
         }
     }
@@ -124,7 +125,7 @@ impl Cell {
 
 /// A table.
 #[derive(Debug)]
-pub(super) struct PageTable {
+pub(crate) struct PageTable {
     /// The headers; those that begin with `<` are left-aligned.
     pub header: Vec<String>,
     /// The rows; `true` marks the beginning of a group.

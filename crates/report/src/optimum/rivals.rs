@@ -1,7 +1,7 @@
 //! Strategies of any kind compared with the winner of a search.
 
-use super::optimum::{OptimumReport, bracketed};
-use super::table::{Table, cell, fixed, interval};
+use super::objective::{ObjectiveFormat, bracketed};
+use crate::table::{Table, fixed, interval};
 use pickline::optimize::Rival;
 use pickline::stats::Interval;
 use serde::Serialize;
@@ -26,13 +26,13 @@ pub struct RivalReport {
     pub mean: f64,
     /// The objective aggregated under the risk used in the search.
     pub value: f64,
-    /// Lower end of the 95 % interval of this one minus the winner; omitted for the winner and
-    /// for a single pattern.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub diff_low: Option<f64>,
-    /// Upper end of that interval.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub diff_high: Option<f64>,
+    /// 95 % interval of this one minus the winner; omitted for the winner and for a single pattern.
+    #[serde(
+        flatten,
+        skip_serializing_if = "Option::is_none",
+        serialize_with = "crate::ends::difference"
+    )]
+    pub difference: Option<Interval>,
     /// Mean share of the items picked.
     pub picked_share: f64,
     /// The objective on the worst pattern.
@@ -50,17 +50,13 @@ impl RivalsReport {
     ) -> Self {
         let winner = format!("rules:{}", best.join(","));
         let names = std::iter::once(winner).chain(names.map(str::to_owned));
-        let row = |(place, (rival, strategy)): (usize, (&Rival, String))| {
-            let (diff_low, diff_high) = Interval::ends(rival.difference.filter(|_| place > 0));
-            RivalReport {
-                strategy,
-                mean: rival.mean,
-                value: rival.at_risk,
-                diff_low,
-                diff_high,
-                picked_share: rival.picked_share,
-                worst: rival.worst,
-            }
+        let row = |(place, (rival, strategy)): (usize, (&Rival, String))| RivalReport {
+            strategy,
+            mean: rival.mean,
+            value: rival.at_risk,
+            difference: rival.difference.filter(|_| place > 0),
+            picked_share: rival.picked_share,
+            worst: rival.worst,
         };
         Self {
             patterns: patterns.to_owned(),
@@ -70,24 +66,30 @@ impl RivalsReport {
     }
 
     /// The column names.
-    pub(super) fn header(report: &OptimumReport) -> Vec<String> {
-        let unit = report.bracketed_unit();
-        let by_risk = report.has_risk_column();
+    pub(super) fn header(format: ObjectiveFormat, best: &[&str]) -> Vec<String> {
+        let unit = format.bracketed_unit();
+        let by_risk = format.has_risk_column();
         let mut header = vec!["<strategy".to_owned(), format!("mean{unit}")];
-        header.extend(by_risk.then(|| format!("{}{unit}", report.risk)));
+        header.extend(by_risk.then(|| format!("{}{unit}", format.risk)));
         header.extend([
-            format!("minus {}, 95 %", bracketed(&report.best)),
+            format!("minus {}, 95 %", bracketed(best)),
             "picked [%]".into(),
             format!("worst{unit}"),
         ]);
         header
     }
 
-    /// The table, preceded by a line that describes the patterns.
-    pub(super) fn to_table(&self, report: &OptimumReport) -> String {
-        let digits = report.digits();
-        let by_risk = report.has_risk_column();
-        let header = Self::header(report);
+    /// The table, preceded by a line that describes the patterns; `best` is the winner, and
+    /// `validated` describes the patterns of the lines above.
+    pub(super) fn to_table(
+        &self,
+        format: ObjectiveFormat,
+        best: &[&str],
+        validated: Option<&str>,
+    ) -> String {
+        let digits = format.digits();
+        let by_risk = format.has_risk_column();
+        let header = Self::header(format, best);
         let mut table = Table::new(&header.iter().map(String::as_str).collect::<Vec<_>>());
         for (place, line) in self.strategies.iter().enumerate() {
             let mut row = vec![line.strategy.clone(), fixed(line.mean, digits)];
@@ -95,46 +97,18 @@ impl RivalsReport {
             row.extend([
                 match place {
                     0 => String::new(),
-                    _ => interval(line.diff_low.zip(line.diff_high), digits),
+                    _ => interval(line.difference, digits),
                 },
                 fixed(100.0 * line.picked_share, 1),
                 fixed(line.worst, digits),
             ]);
             table.row(row);
         }
-        let validated = report.validation.as_ref().map(|v| v.patterns.as_str());
         let patterns = match validated == Some(self.patterns.as_str()) {
             true => "the same patterns",
             false => &self.patterns,
         };
         let table = table.render();
         format!("beside    the winner and other strategies on {patterns}\n{table}")
-    }
-
-    /// All figures as CSV; `report` is the winner's report.
-    pub fn to_csv(&self, report: &OptimumReport) -> String {
-        let header = [
-            "strategy".into(),
-            report.column("mean"),
-            report.column("value"),
-            report.column("diff_low"),
-            report.column("diff_high"),
-            "picked_share".into(),
-            report.column("worst"),
-            "patterns".into(),
-        ];
-        let rows = self.strategies.iter().map(|line| {
-            [
-                line.strategy.clone(),
-                line.mean.to_string(),
-                line.value.to_string(),
-                cell(line.diff_low),
-                cell(line.diff_high),
-                line.picked_share.to_string(),
-                line.worst.to_string(),
-                self.count.to_string(),
-            ]
-        });
-        report.made.csv(std::iter::once(header).chain(rows))
     }
 }

@@ -1,26 +1,32 @@
 //! The page of a search.
 
-use super::document::{Page, Section, charts};
-use super::html::escape;
-use super::table::{Cell, Figure, PageTable};
-use crate::charts::OPTIMUM_CHARTS;
-use crate::optimum::{OptimumReport, RankedReport, ValidationReport, bracketed};
-use crate::rivals::{RivalReport, RivalsReport};
+use super::charts::CHARTS;
+use super::objective::bracketed;
+use super::report::{OptimumReport, RankedReport};
+use super::rivals::{RivalReport, RivalsReport};
+use super::validation::ValidationReport;
+use crate::page::{Cell, PageFigure, PageSection, PageTable, ReportPage, charts, escape};
+use crate::presentation::Presentation;
+use pickline::stats::Interval;
 
-/// The page for `report`, with the first `top` lines of the ranking.
-pub fn optimum_page(report: &OptimumReport, top: usize) -> String {
-    let mut sections = charts(OPTIMUM_CHARTS, report);
+/// The page for `report`, with the first lines of the ranking.
+pub(super) fn page(report: &OptimumReport, shown: &Presentation) -> String {
+    let top = shown.top;
+    let mut sections = charts(CHARTS, report);
     let all = report.ranking.len();
     let remark = match all.saturating_sub(top) {
         0 => format!("All {all} assignments that were scored."),
-        more => format!("{more} more assignments were scored (--top)."),
+        more => format!(
+            "{more} more assignments were scored ({}).",
+            shown.settings.top
+        ),
     };
     let heading = "Ranking".to_owned();
-    sections.push(Section::Table(heading, ranking(report, top), remark));
+    sections.push(PageSection::Table(heading, ranking(report, top), remark));
     if let Some(validation) = &report.validation {
         let patterns = format!("On {}.", validation.patterns);
         let heading = format!("{} on fresh patterns", bracketed(&report.best));
-        sections.push(Section::Table(
+        sections.push(PageSection::Table(
             heading,
             validated(report, validation),
             patterns,
@@ -29,12 +35,16 @@ pub fn optimum_page(report: &OptimumReport, top: usize) -> String {
     if let Some(beside) = &report.beside {
         let heading = format!("Other strategies compared with {}", bracketed(&report.best));
         let patterns = format!("On {}.", beside.patterns);
-        sections.push(Section::Table(heading, rivals(report, beside), patterns));
+        sections.push(PageSection::Table(
+            heading,
+            rivals(report, beside),
+            patterns,
+        ));
     }
-    let mut notes = report.search_notes();
+    let mut notes = report.search_notes(shown);
     notes.extend(report.notes.iter().cloned());
-    sections.push(Section::List("Notes".into(), notes));
-    let page = Page {
+    sections.push(PageSection::List("Notes".into(), notes));
+    let page = ReportPage {
         title: format!(
             "Best of {all} rule assignment{} for {} robot{}",
             if all == 1 { "" } else { "s" },
@@ -50,8 +60,8 @@ pub fn optimum_page(report: &OptimumReport, top: usize) -> String {
 }
 
 fn answer(report: &OptimumReport) -> Vec<String> {
-    let (unit, digits) = (report.spaced_unit(), report.digits());
-    let figure = |path: &str, value| Figure::new(path, value, digits).html();
+    let (unit, digits) = (report.format().spaced_unit(), report.format().digits());
+    let figure = |path: &str, value| PageFigure::new(path, value, digits).html();
     let best = &report.ranking[0];
     let tied = report
         .ranking
@@ -70,11 +80,11 @@ fn answer(report: &OptimumReport) -> Vec<String> {
         escape(&report.risk),
         escape(&report.objective.replace('-', " ")),
         figure("ranking.0.value", best.value),
-        Figure::exact("patterns", report.patterns as f64).html(),
+        PageFigure::exact("patterns", report.patterns as f64).html(),
     )];
     if let Some(validation) = &report.validation {
-        let ends = validation.mean_low.zip(validation.mean_high);
-        let interval = ends.map_or(String::new(), |(low, high)| {
+        let ends = validation.mean_interval;
+        let interval = ends.map_or(String::new(), |Interval { low, high }| {
             format!(
                 " (95 % interval {} to {})",
                 figure("validation.mean_low", low),
@@ -83,12 +93,12 @@ fn answer(report: &OptimumReport) -> Vec<String> {
         });
         lines.push(format!(
             "On {} fresh patterns its mean is {}{unit}{interval}.",
-            Figure::exact("validation.count", validation.count as f64).html(),
+            PageFigure::exact("validation.count", validation.count as f64).html(),
             figure("validation.mean", validation.mean),
         ));
         if let Some(bound) = &validation.bound {
             let figure = |field: &str, value| {
-                Figure::exact(format!("validation.bound.{field}"), value).html()
+                PageFigure::exact(format!("validation.bound.{field}"), value).html()
             };
             lines.push(format!(
                 "Certified: there it makes at least {} % of the picks that the best strategy \
@@ -102,8 +112,8 @@ fn answer(report: &OptimumReport) -> Vec<String> {
 }
 
 fn ranking(report: &OptimumReport, top: usize) -> PageTable {
-    let digits = report.digits();
-    let unit = report.bracketed_unit();
+    let digits = report.format().digits();
+    let unit = report.format().bracketed_unit();
     let by_risk = report.risk != "mean";
     let by_speed = report.ranking.iter().any(|line| line.max_speed.is_some());
     let mut header = vec!["#".to_owned(), "<assignment".into(), format!("mean{unit}")];
@@ -118,7 +128,7 @@ fn ranking(report: &OptimumReport, top: usize) -> PageTable {
     header.extend(by_speed.then(|| "max speed [m/s]".to_owned()));
     let row = |(i, line): (usize, &RankedReport)| {
         let path = |field: &str| format!("ranking.{i}.{field}");
-        let figure = |field: &str, value| Figure::new(path(field), value, digits);
+        let figure = |field: &str, value| PageFigure::new(path(field), value, digits);
         let mut row = vec![
             Cell::Text((i + 1).to_string()),
             Cell::Words(bracketed(&line.assignment)),
@@ -130,11 +140,7 @@ fn ranking(report: &OptimumReport, top: usize) -> PageTable {
         row.extend([
             match i {
                 0 => Cell::empty(),
-                _ => Cell::interval(
-                    ("diff_low", "diff_high"),
-                    line.diff_low.zip(line.diff_high),
-                    figure,
-                ),
+                _ => Cell::interval(("diff_low", "diff_high"), line.difference, figure),
             },
             Cell::Words(
                 match (i, line.tied) {
@@ -144,14 +150,14 @@ fn ranking(report: &OptimumReport, top: usize) -> PageTable {
                 }
                 .into(),
             ),
-            Figure::percent(path("picked_share"), line.picked_share).into(),
+            PageFigure::percent(path("picked_share"), line.picked_share).into(),
             figure("worst", line.worst).into(),
             Cell::Words(line.worst_pattern.clone()),
         ]);
         if by_speed {
             let speed = line.max_speed;
             row.push(Cell::or_empty(
-                speed.map(|speed| Figure::new(path("max_speed"), speed, 4)),
+                speed.map(|speed| PageFigure::new(path("max_speed"), speed, 4)),
             ));
         }
         (false, row)
@@ -164,19 +170,15 @@ fn ranking(report: &OptimumReport, top: usize) -> PageTable {
 }
 
 fn validated(report: &OptimumReport, validation: &ValidationReport) -> PageTable {
-    let digits = report.digits();
-    let unit = report.bracketed_unit();
-    let figure = |field: &str, value| Figure::new(format!("validation.{field}"), value, digits);
-    let percent = |field: &str, share| Figure::percent(format!("validation.{field}"), share);
-    let exact = |field: &str, value| Figure::exact(format!("validation.{field}"), value);
+    let digits = report.format().digits();
+    let unit = report.format().bracketed_unit();
+    let figure = |field: &str, value| PageFigure::new(format!("validation.{field}"), value, digits);
+    let percent = |field: &str, share| PageFigure::percent(format!("validation.{field}"), share);
+    let exact = |field: &str, value| PageFigure::exact(format!("validation.{field}"), value);
     let row = vec![
         exact("count", validation.count as f64).into(),
         figure("mean", validation.mean).into(),
-        Cell::interval(
-            ("mean_low", "mean_high"),
-            validation.mean_low.zip(validation.mean_high),
-            figure,
-        ),
+        Cell::interval(("mean_low", "mean_high"), validation.mean_interval, figure),
         figure("value", validation.value).into(),
         figure("worst", validation.worst).into(),
         percent("picked_share", validation.picked_share).into(),
@@ -184,8 +186,8 @@ fn validated(report: &OptimumReport, validation: &ValidationReport) -> PageTable
         exact("complete", validation.complete as f64).into(),
         percent("complete_share", validation.complete_share).into(),
         Cell::Interval(
-            percent("complete_low", validation.complete_low),
-            percent("complete_high", validation.complete_high),
+            percent("complete_low", validation.complete_interval.low),
+            percent("complete_high", validation.complete_interval.high),
         ),
     ];
     PageTable {
@@ -206,30 +208,30 @@ fn validated(report: &OptimumReport, validation: &ValidationReport) -> PageTable
 }
 
 fn rivals(report: &OptimumReport, beside: &RivalsReport) -> PageTable {
-    let digits = report.digits();
-    let by_risk = report.has_risk_column();
+    let digits = report.format().digits();
+    let by_risk = report.format().has_risk_column();
     let row = |(i, line): (usize, &RivalReport)| {
         let path = |field: &str| format!("beside.strategies.{i}.{field}");
-        let figure = |field: &str, value| Figure::new(path(field), value, digits);
+        let figure = |field: &str, value| PageFigure::new(path(field), value, digits);
         let mut row = vec![
             Cell::Words(line.strategy.clone()),
             figure("mean", line.mean).into(),
         ];
         row.extend(by_risk.then(|| figure("value", line.value).into()));
         row.extend([
-            match line.diff_low.zip(line.diff_high) {
-                Some((low, high)) => {
+            match line.difference {
+                Some(Interval { low, high }) => {
                     Cell::Interval(figure("diff_low", low), figure("diff_high", high))
                 }
                 None => Cell::empty(),
             },
-            Figure::percent(path("picked_share"), line.picked_share).into(),
+            PageFigure::percent(path("picked_share"), line.picked_share).into(),
             figure("worst", line.worst).into(),
         ]);
         (false, row)
     };
     PageTable {
         rows: beside.strategies.iter().enumerate().map(row).collect(),
-        header: RivalsReport::header(report),
+        header: RivalsReport::header(report.format(), &report.best),
     }
 }

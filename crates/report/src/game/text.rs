@@ -1,7 +1,8 @@
 //! A solved game as text for the terminal.
 
-use super::game::{EquilibriumReport, GameReport, RobotReport};
-use super::table::{Table, fixed};
+use super::report::{EquilibriumReport, GameReport, RobotRulesReport};
+use crate::presentation::Presentation;
+use crate::table::{Table, fixed};
 use pickline::optimize::game::Payoff;
 
 /// Decimals of rates [1/min].
@@ -9,19 +10,21 @@ const DIGITS: usize = 2;
 /// Decimals of margins and prices, which are small differences.
 const FINE: usize = 4;
 
-/// The first `top` equilibria and everything about them.
-pub(super) fn text(report: &GameReport, top: usize) -> String {
-    let mut text = equilibria(report, top);
-    text.push('\n');
-    text += &optimum_lines(report);
-    text += &best_response_lines(report, top);
-    text.push('\n');
-    text += &rules(report);
-    text.push('\n');
-    for note in &report.notes {
-        text += &format!("note      {note}\n");
+impl GameReport {
+    /// The first equilibria and cycles, and everything about them.
+    pub(super) fn text(&self, shown: &Presentation) -> String {
+        let mut text = equilibria(self, shown);
+        text.push('\n');
+        text += &optimum_lines(self);
+        text += &best_response_lines(self, shown);
+        text.push('\n');
+        text += &rules(self);
+        text.push('\n');
+        for note in &self.notes {
+            text += &format!("note      {note}\n");
+        }
+        text + &self.made.lines()
     }
-    text + &report.made.lines()
 }
 
 fn rate(value: Payoff) -> String {
@@ -32,7 +35,7 @@ fn bracketed(names: &[String]) -> String {
     format!("[{}]", names.join("; "))
 }
 
-fn equilibria(report: &GameReport, top: usize) -> String {
+fn equilibria(report: &GameReport, shown: &Presentation) -> String {
     if report.equilibria.is_empty() {
         return format!(
             "no pure equilibrium: from each of the {} assignments some robot gains by changing its \
@@ -54,7 +57,7 @@ fn equilibria(report: &GameReport, top: usize) -> String {
     );
     let mut table = Table::new(&header.iter().map(String::as_str).collect::<Vec<_>>());
     let optimum = report.social_optimum.welfare.value();
-    for (i, line) in report.equilibria.iter().take(top).enumerate() {
+    for (i, line) in report.equilibria.iter().take(shown.top).enumerate() {
         let mut row = vec![(i + 1).to_string(), bracketed(&line.assignment), kind(line)];
         row.extend(line.rates.iter().map(|&r| rate(r)));
         row.extend([
@@ -74,9 +77,12 @@ fn equilibria(report: &GameReport, top: usize) -> String {
         table.row(row);
     }
     let mut text = table.render();
-    if report.equilibria.len() > top {
-        let more = report.equilibria.len() - top;
-        text += &format!("            ... {more} more equilibria (--top)\n");
+    if report.equilibria.len() > shown.top {
+        let more = report.equilibria.len() - shown.top;
+        text += &format!(
+            "            ... {more} more equilibria ({})\n",
+            shown.settings.top
+        );
     }
     text
 }
@@ -141,7 +147,7 @@ fn optimum_lines(report: &GameReport) -> String {
     )
 }
 
-fn best_response_lines(report: &GameReport, top: usize) -> String {
+fn best_response_lines(report: &GameReport, shown: &Presentation) -> String {
     let play = &report.best_response;
     let path = |assignments: &[Vec<String>]| {
         let texts: Vec<String> = assignments.iter().map(|a| bracketed(a)).collect();
@@ -158,16 +164,19 @@ fn best_response_lines(report: &GameReport, top: usize) -> String {
         play.most_rounds,
         path(&play.longest),
     );
-    for cycle in play.cycles.iter().take(top) {
+    for cycle in play.cycles.iter().take(shown.top) {
         text += &format!(
             "cycle       {}, from {} starts\n",
             path(&cycle.assignments),
             cycle.basin
         );
     }
-    if play.cycles.len() > top {
-        let more = play.cycles.len() - top;
-        text += &format!("            ... {more} more cycles (--top)\n");
+    if play.cycles.len() > shown.top {
+        let more = play.cycles.len() - shown.top;
+        text += &format!(
+            "            ... {more} more cycles ({})\n",
+            shown.settings.top
+        );
     }
     text
 }
@@ -188,7 +197,7 @@ fn rules(report: &GameReport) -> String {
            worse; = X equal; best: never worse than any\n"
 }
 
-fn cell(robot: &RobotReport, rule: &String) -> String {
+fn cell(robot: &RobotRulesReport, rule: &String) -> String {
     if let Some(dominated) = robot.dominated.iter().find(|d| d.rule == *rule) {
         let sign = match dominated.how {
             "strictly" => "<",

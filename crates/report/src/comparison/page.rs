@@ -1,16 +1,14 @@
 //! The page of a comparison.
 
-use super::document::{Page, Section, charts};
-use super::html::escape;
-use super::table::{Cell, Figure, PageTable};
-use crate::charts::COMPARISON_CHARTS;
-use crate::comparison::{CaseReport, ComparisonReport, MethodReport, ResultReport};
+use super::charts::CHARTS;
+use super::report::{CaseReport, ComparisonReport, MethodReport, MethodResultReport};
+use crate::page::{Cell, PageFigure, PageSection, PageTable, ReportPage, charts, escape};
 
 /// The page for `report`.
-pub fn comparison_page(report: &ComparisonReport) -> String {
-    let mut sections = charts(COMPARISON_CHARTS, report);
+pub(super) fn page(report: &ComparisonReport) -> String {
+    let mut sections = charts(CHARTS, report);
     // The page's first figure, as in the tables.
-    let is_first = |section: &Section| matches!(section, Section::Chart("throughput", _));
+    let is_first = |section: &PageSection| matches!(section, PageSection::Chart("throughput", _));
     if let Some(place) = sections.iter().position(is_first) {
         sections[..=place].rotate_right(1);
     }
@@ -19,7 +17,7 @@ pub fn comparison_page(report: &ComparisonReport) -> String {
         1 => format!("one of {}", case.name),
         n => format!("{n} of {}", case.name),
     });
-    sections.push(Section::Table(
+    sections.push(PageSection::Table(
         "Figures".into(),
         figures(report),
         format!(
@@ -28,7 +26,7 @@ pub fn comparison_page(report: &ComparisonReport) -> String {
         ),
     ));
     if let [first, _, ..] = report.methods.as_slice() {
-        sections.push(Section::Table(
+        sections.push(PageSection::Table(
             format!("Compared with {}", first.title),
             differences(report),
             "Differences are paired over the patterns; a case of a single pattern has no \
@@ -37,7 +35,7 @@ pub fn comparison_page(report: &ComparisonReport) -> String {
         ));
     }
     if report.cases.iter().any(|case| case.bound.is_some()) {
-        sections.push(Section::Table(
+        sections.push(PageSection::Table(
             "Compared with the bound".into(),
             certified(report),
             "No strategy that obeys the model exceeds the bound, waiting and clairvoyance \
@@ -47,15 +45,15 @@ pub fn comparison_page(report: &ComparisonReport) -> String {
         ));
     }
     if report.with_paper {
-        sections.push(Section::Table(
+        sections.push(PageSection::Table(
             "Compared with the paper".into(),
             printed(report),
             "What Jermann et al. print in their Tables 2 and 3.".into(),
         ));
     }
-    sections.push(Section::List("Notes".into(), report.notes.clone()));
+    sections.push(PageSection::List("Notes".into(), report.notes.clone()));
     let cases = report.cases.len();
-    let page = Page {
+    let page = ReportPage {
         title: format!(
             "Comparison of {} on {cases} case{}",
             match report.methods.len() {
@@ -88,7 +86,7 @@ fn answer(report: &ComparisonReport) -> Vec<String> {
             )
         };
         let figure = |case: usize, field: &str, value: f64| {
-            Figure::new(format!("cases.{case}.results.{j}.{field}"), value, 1).html()
+            PageFigure::new(format!("cases.{case}.results.{j}.{field}"), value, 1).html()
         };
         if j == 0 {
             let rate = |case: &CaseReport| case.results[0].picking_rate_per_min;
@@ -132,9 +130,9 @@ fn answer(report: &ComparisonReport) -> Vec<String> {
             let results = report.cases.iter();
             let ends = results.filter_map(|case| {
                 let result = &case.results[j];
-                result.diff_low.zip(result.diff_high)
+                result.difference
             });
-            ends.filter(|&(low, high)| holds(low, high)).count()
+            ends.filter(|ends| holds(ends.low, ends.high)).count()
         };
         let better = count(&|low, _| low > 0.0);
         let worse = count(&|_, high| high < 0.0);
@@ -160,7 +158,7 @@ fn answer(report: &ComparisonReport) -> Vec<String> {
 fn rows(
     report: &ComparisonReport,
     first: usize,
-    cells: impl Fn(&CaseReport, &ResultReport, &dyn Fn(&str) -> String) -> Option<Vec<Cell>>,
+    cells: impl Fn(&CaseReport, &MethodResultReport, &dyn Fn(&str) -> String) -> Option<Vec<Cell>>,
 ) -> Vec<(bool, Vec<Cell>)> {
     let mut rows = Vec::new();
     for (i, case) in report.cases.iter().enumerate() {
@@ -193,9 +191,9 @@ fn table(header: &[&str], rows: Vec<(bool, Vec<Cell>)>) -> PageTable {
 
 fn figures(report: &ComparisonReport) -> PageTable {
     let (steady, weighs) = (report.is_steady(), report.weighs());
-    let cells = |_: &CaseReport, result: &ResultReport, path: &dyn Fn(&str) -> String| {
-        let percent = |field: &str, share| Figure::percent(path(field), share);
-        let rate = |field: &str, value| Figure::new(path(field), value, 2);
+    let cells = |_: &CaseReport, result: &MethodResultReport, path: &dyn Fn(&str) -> String| {
+        let percent = |field: &str, share| PageFigure::percent(path(field), share);
+        let rate = |field: &str, value| PageFigure::new(path(field), value, 2);
         let mut cells = match steady {
             true => Cell::throughput(&result.throughput, path),
             false => Vec::new(),
@@ -204,14 +202,14 @@ fn figures(report: &ComparisonReport) -> PageTable {
             percent("picked_share", result.picked_share).into(),
             Cell::interval(
                 ("picked_share_low", "picked_share_high"),
-                result.picked_share_low.zip(result.picked_share_high),
+                result.picked_share_interval,
                 percent,
             ),
-            Figure::new(path("end_s"), result.end_s, 1).into(),
+            PageFigure::new(path("end_s"), result.end_s, 1).into(),
             rate("picking_rate_per_min", result.picking_rate_per_min).into(),
             Cell::interval(
                 ("picking_rate_low", "picking_rate_high"),
-                result.picking_rate_low.zip(result.picking_rate_high),
+                result.picking_rate_interval,
                 rate,
             ),
         ]);
@@ -233,14 +231,14 @@ fn figures(report: &ComparisonReport) -> PageTable {
 }
 
 fn differences(report: &ComparisonReport) -> PageTable {
-    let cells = |_: &CaseReport, result: &ResultReport, path: &dyn Fn(&str) -> String| {
+    let cells = |_: &CaseReport, result: &MethodResultReport, path: &dyn Fn(&str) -> String| {
         Some(vec![
             Cell::interval(
                 ("diff_low", "diff_high"),
-                result.diff_low.zip(result.diff_high),
-                |field, value| Figure::new(path(field), value, 2),
+                result.difference,
+                |field, value| PageFigure::new(path(field), value, 2),
             ),
-            Figure::new(path("benefit_percent"), result.benefit_percent, 1).into(),
+            PageFigure::new(path("benefit_percent"), result.benefit_percent, 1).into(),
         ])
     };
     let header = [
@@ -257,11 +255,11 @@ fn certified(report: &ComparisonReport) -> PageTable {
         let path = |field: &str| format!("cases.{i}.bound.{field}");
         let rate = bound
             .picking_rate_per_min
-            .map(|rate| Figure::new(path("picking_rate_per_min"), rate, 2));
+            .map(|rate| PageFigure::new(path("picking_rate_per_min"), rate, 2));
         let cells = vec![
             Cell::Words(case.name.clone()),
             Cell::Words("bound".into()),
-            Figure::percent(path("picked_share"), bound.picked_share).into(),
+            PageFigure::percent(path("picked_share"), bound.picked_share).into(),
             Cell::or_empty(rate),
             Cell::empty(),
             Cell::empty(),
@@ -270,15 +268,16 @@ fn certified(report: &ComparisonReport) -> PageTable {
         for (j, result) in case.results.iter().enumerate() {
             let path = |field: &str| format!("cases.{i}.results.{j}.{field}");
             let share = |field, percent: Option<f64>| {
-                Cell::or_empty(percent.map(|percent| Figure::new(path(field), percent, 1)))
+                Cell::or_empty(percent.map(|percent| PageFigure::new(path(field), percent, 1)))
             };
-            let rate = Figure::new(path("picking_rate_per_min"), result.picking_rate_per_min, 2);
+            let rate =
+                PageFigure::new(path("picking_rate_per_min"), result.picking_rate_per_min, 2);
             rows.push((
                 false,
                 vec![
                     Cell::Words(String::new()),
                     Cell::Words(report.methods[j].title.clone()),
-                    Figure::percent(path("picked_share"), result.picked_share).into(),
+                    PageFigure::percent(path("picked_share"), result.picked_share).into(),
                     rate.into(),
                     share("certified_percent", result.certified_percent),
                     share("certified_rate_percent", result.certified_rate_percent),
@@ -296,12 +295,12 @@ fn certified(report: &ComparisonReport) -> PageTable {
 }
 
 fn printed(report: &ComparisonReport) -> PageTable {
-    let cells = |_: &CaseReport, result: &ResultReport, path: &dyn Fn(&str) -> String| {
+    let cells = |_: &CaseReport, result: &MethodResultReport, path: &dyn Fn(&str) -> String| {
         let paper = result.paper?;
-        let rate = |field, value| Figure::new(path(field), value, 1).into();
+        let rate = |field, value| PageFigure::new(path(field), value, 1).into();
         Some(vec![
-            Figure::percent(path("picked_share"), result.picked_share).into(),
-            Figure::new(path("paper.picked_percent"), paper.picked_percent, 0).into(),
+            PageFigure::percent(path("picked_share"), result.picked_share).into(),
+            PageFigure::new(path("paper.picked_percent"), paper.picked_percent, 0).into(),
             rate("end_s", result.end_s),
             rate("paper.time_s", paper.time_s),
             rate("picking_rate_per_min", result.picking_rate_per_min),

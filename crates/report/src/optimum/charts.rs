@@ -1,11 +1,15 @@
 //! The charts of a search.
 
-use super::chart::{Chart, ChartKind, Entry, Ink, Layer, Mark, Point, Scale, Style, Swatch};
-use crate::optimum::{OptimumReport, RankedReport, bracketed};
+use super::objective::bracketed;
+use super::report::{OptimumReport, RankedReport};
+use crate::charts::{
+    Chart, ChartAxis, ChartKind, ChartMark, ChartPoint, Ink, Layer, LegendLine, PointStyle, Swatch,
+};
 use crate::table::{fixed, interval};
+use pickline::stats::Interval;
 
 /// The charts of a search, the main one first.
-pub const OPTIMUM_CHARTS: &[ChartKind<OptimumReport>] = &[
+pub(super) const CHARTS: &[ChartKind<OptimumReport>] = &[
     ChartKind {
         name: "difference",
         chart: difference,
@@ -34,9 +38,9 @@ fn named(report: &OptimumReport) -> &[RankedReport] {
     &report.ranking[..report.ranking.len().min(MOST_NAMES)]
 }
 
-fn names(report: &OptimumReport) -> Scale {
+fn names(report: &OptimumReport) -> ChartAxis {
     let names = named(report).iter().map(|line| bracketed(&line.assignment));
-    Scale::Names(names.collect())
+    ChartAxis::Names(names.collect())
 }
 
 /// `what` with the objective's unit in brackets.
@@ -55,7 +59,7 @@ fn value_words(report: &OptimumReport) -> String {
 /// How far each assignment is proven to be below the best.
 fn difference(report: &OptimumReport) -> Option<Chart> {
     let best = report.ranking.first()?;
-    let digits = report.digits();
+    let digits = report.format().digits();
     let groups = [
         (Ink::Series(0), "the best", 0..1),
         (
@@ -80,13 +84,13 @@ fn difference(report: &OptimumReport) -> Option<Chart> {
             .filter(|(i, line)| places.contains(i) && (*i == 0 || line.tied == tied));
         let point = |(i, line): (usize, &RankedReport)| {
             let x = best.value - line.value;
-            let own = line.diff_low.zip(line.diff_high);
-            let (low, high) = own.unwrap_or((x, x));
+            let own = line.difference;
+            let Interval { low, high } = own.unwrap_or(Interval::point(x));
             ends.extend([low, high]);
             let words = own.map_or(String::new(), |own| {
                 format!(", 95 % interval {}", interval(Some(own), digits))
             });
-            Point {
+            ChartPoint {
                 x,
                 y: i as f64,
                 across: own.filter(|_| i > 0),
@@ -95,21 +99,21 @@ fn difference(report: &OptimumReport) -> Option<Chart> {
                     bracketed(&line.assignment),
                     fixed(x, digits),
                 ),
-                ..Point::default()
+                ..ChartPoint::default()
             }
         };
-        let points: Vec<Point> = lines.map(point).collect();
+        let points: Vec<ChartPoint> = lines.map(point).collect();
         if points.is_empty() {
             continue;
         }
-        legend.push(Entry {
+        legend.push(LegendLine {
             label: label.into(),
             ink,
             swatch: Swatch::Dot,
         });
         layers.push(Layer::Points {
             ink,
-            style: Style::Dots,
+            style: PointStyle::Dots,
             points,
         });
     }
@@ -123,14 +127,14 @@ fn difference(report: &OptimumReport) -> Option<Chart> {
             report.intervals,
             shown(report)
         ),
-        x: Scale::around(
+        x: ChartAxis::around(
             titled(report, &format!("best minus this, {}", value_words(report))),
             ends,
             false,
         ),
         y: names(report),
         layers,
-        marks: vec![Mark {
+        marks: vec![ChartMark {
             at: 0.0,
             upright: true,
             ink: Ink::Series(0),
@@ -143,12 +147,12 @@ fn difference(report: &OptimumReport) -> Option<Chart> {
 
 /// Mean and worst pattern of each assignment, and the best one on fresh patterns.
 fn spread(report: &OptimumReport) -> Option<Chart> {
-    let digits = report.digits();
+    let digits = report.format().digits();
     let mut all = Vec::new();
     let mut layer = |ink, words: &str, of: fn(&RankedReport) -> f64| {
         let point = |(i, line): (usize, &RankedReport)| {
             all.push(of(line));
-            Point {
+            ChartPoint {
                 x: of(line),
                 y: i as f64,
                 tip: format!(
@@ -156,12 +160,12 @@ fn spread(report: &OptimumReport) -> Option<Chart> {
                     bracketed(&line.assignment),
                     fixed(of(line), digits)
                 ),
-                ..Point::default()
+                ..ChartPoint::default()
             }
         };
         Layer::Points {
             ink,
-            style: Style::Dots,
+            style: PointStyle::Dots,
             points: named(report).iter().enumerate().map(point).collect(),
         }
     };
@@ -169,7 +173,7 @@ fn spread(report: &OptimumReport) -> Option<Chart> {
         layer(Ink::Series(0), "mean", |line| line.mean),
         layer(Ink::Series(1), "worst pattern", |line| line.worst),
     ];
-    let entry = |label: &str, ink| Entry {
+    let entry = |label: &str, ink| LegendLine {
         label: label.into(),
         ink,
         swatch: Swatch::Dot,
@@ -179,16 +183,16 @@ fn spread(report: &OptimumReport) -> Option<Chart> {
         entry("on the worst pattern", Ink::Series(1)),
     ];
     if let Some(validation) = &report.validation {
-        let ends = validation.mean_low.zip(validation.mean_high);
+        let ends = validation.mean_interval;
         all.push(validation.mean);
-        all.extend(ends.iter().flat_map(|(low, high)| [low, high]));
+        all.extend(ends.iter().flat_map(|ends| [ends.low, ends.high]));
         let words = ends.map_or(String::new(), |ends| {
             format!(", 95 % interval {}", interval(Some(ends), digits))
         });
         layers.push(Layer::Points {
             ink: Ink::Text,
-            style: Style::Dots,
-            points: vec![Point {
+            style: PointStyle::Dots,
+            points: vec![ChartPoint {
                 x: validation.mean,
                 y: 0.0,
                 across: ends,
@@ -198,7 +202,7 @@ fn spread(report: &OptimumReport) -> Option<Chart> {
                     validation.count,
                     fixed(validation.mean, digits),
                 ),
-                ..Point::default()
+                ..ChartPoint::default()
             }],
         });
         legend.push(entry("mean on fresh patterns, 95 %", Ink::Text));
@@ -211,7 +215,7 @@ fn spread(report: &OptimumReport) -> Option<Chart> {
             report.patterns,
             shown(report)
         ),
-        x: Scale::around(
+        x: ChartAxis::around(
             titled(report, &report.objective.replace('-', " ")),
             all,
             false,
@@ -235,18 +239,18 @@ fn ranking(report: &OptimumReport) -> Option<Chart> {
     // A picture has room for one point per pixel, so more would not show.
     let every = values.len().div_ceil(MOST_POINTS);
     let some = values.iter().enumerate().step_by(every);
-    let points = some.map(|(i, (value, line))| Point {
+    let points = some.map(|(i, (value, line))| ChartPoint {
         x: (i + 1) as f64,
         y: *value,
         tip: format!(
             "{}. {}: {}",
             i + 1,
             bracketed(&line.assignment),
-            fixed(*value, report.digits())
+            fixed(*value, report.format().digits())
         ),
-        ..Point::default()
+        ..ChartPoint::default()
     });
-    let x = Scale::counted("place", 1.0, values.len() as f64);
+    let x = ChartAxis::counted("place", 1.0, values.len() as f64);
     Some(Chart {
         title: "All assignments".into(),
         caption: format!(
@@ -256,7 +260,7 @@ fn ranking(report: &OptimumReport) -> Option<Chart> {
             values.len()
         ),
         x,
-        y: Scale::around(
+        y: ChartAxis::around(
             titled(report, &value_words(report)),
             values.iter().map(|(value, _)| *value),
             false,
@@ -264,8 +268,8 @@ fn ranking(report: &OptimumReport) -> Option<Chart> {
         layers: vec![Layer::Points {
             ink: Ink::Series(0),
             style: match values.len() > MOST_MARKERS {
-                true => Style::Bare,
-                false => Style::Line,
+                true => PointStyle::Bare,
+                false => PointStyle::Line,
             },
             points: points.collect(),
         }],

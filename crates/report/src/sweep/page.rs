@@ -1,15 +1,13 @@
 //! The page of a sweep.
 
-use super::document::{Page, Section, charts};
-use super::html::escape;
-use super::table::{Cell, Figure, PageTable};
-use crate::charts::{SWEEP_CHARTS, method_words};
-use crate::sweep::{LimitReport, SweepReport};
+use super::charts::{CHARTS, method_words};
+use super::report::{LimitReport, SweepReport};
+use crate::page::{Cell, PageFigure, PageSection, PageTable, ReportPage, charts, escape};
 
 /// The page for `report`.
-pub fn sweep_page(report: &SweepReport) -> String {
-    let mut sections = charts(SWEEP_CHARTS, report);
-    sections.push(Section::Table(
+pub(super) fn page(report: &SweepReport) -> String {
+    let mut sections = charts(CHARTS, report);
+    sections.push(PageSection::Table(
         "Limits".into(),
         limits(report),
         match report.limits.iter().any(|limit| lacks(report, limit)) {
@@ -17,12 +15,12 @@ pub fn sweep_page(report: &SweepReport) -> String {
             false => String::new(),
         },
     ));
-    sections.push(Section::Long(
+    sections.push(PageSection::Long(
         format!("All {} figures of the sweep", report.points.len()),
         points(report),
     ));
-    sections.push(Section::List("Notes".into(), report.notes.clone()));
-    let page = Page {
+    sections.push(PageSection::List("Notes".into(), report.notes.clone()));
+    let page = ReportPage {
         title: format!(
             "Sweep of {} on {} pattern{}",
             match report.sweep {
@@ -52,7 +50,7 @@ fn answer(report: &SweepReport) -> Vec<String> {
     let unit = report.unit_word();
     let line = |(j, limit): (usize, &LimitReport)| {
         let figure =
-            |field: &str, value| Figure::exact(format!("limits.{j}.{field}"), value).html();
+            |field: &str, value| PageFigure::exact(format!("limits.{j}.{field}"), value).html();
         let method = escape(&method_words(&limit.method));
         if report.helps {
             return match limit.lowest {
@@ -74,7 +72,7 @@ fn answer(report: &SweepReport) -> Vec<String> {
             let path = format!("limits.{j}.benefit_percent");
             text += &format!(
                 " ({} % against the first)",
-                Figure::new(path, percent, 1).html()
+                PageFigure::new(path, percent, 1).html()
             );
         }
         text += &match limit.first_miss {
@@ -128,37 +126,37 @@ fn limits(report: &SweepReport) -> PageTable {
             ]);
         }
     }
-    let row = |(j, limit): (usize, &LimitReport)| {
-        let figure = |field: &str, value: Option<f64>| match value {
-            Some(value) => Figure::exact(format!("limits.{j}.{field}"), value).into(),
-            None => Cell::Text("\u{2013}".into()),
+    let row =
+        |(j, limit): (usize, &LimitReport)| {
+            let figure = |field: &str, value: Option<f64>| match value {
+                Some(value) => PageFigure::exact(format!("limits.{j}.{field}"), value).into(),
+                None => Cell::Text("\u{2013}".into()),
+            };
+            let mut row = vec![Cell::Words(method_words(&limit.method))];
+            if report.helps {
+                row.push(figure("lowest", limit.lowest));
+                return (false, row);
+            }
+            let again: Vec<String> = limit.again.iter().map(f64::to_string).collect();
+            row.extend([
+                figure("highest", limit.highest),
+                figure("first_miss", limit.first_miss),
+                Cell::Words(again.join(", ")),
+                Cell::or_empty(limit.benefit_percent.map(|percent| {
+                    PageFigure::new(format!("limits.{j}.benefit_percent"), percent, 1)
+                })),
+            ]);
+            if many {
+                row.push(figure("highest_95_99", limit.highest_95_99));
+                let own = limit.of_patterns.iter().enumerate();
+                row.extend(own.map(|(k, value)| figure(&format!("of_patterns.{k}"), Some(*value))));
+            }
+            (false, row)
         };
-        let mut row = vec![Cell::Words(method_words(&limit.method))];
-        if report.helps {
-            row.push(figure("lowest", limit.lowest));
-            return (false, row);
-        }
-        let again: Vec<String> = limit.again.iter().map(f64::to_string).collect();
-        row.extend([
-            figure("highest", limit.highest),
-            figure("first_miss", limit.first_miss),
-            Cell::Words(again.join(", ")),
-            Cell::or_empty(
-                limit
-                    .benefit_percent
-                    .map(|percent| Figure::new(format!("limits.{j}.benefit_percent"), percent, 1)),
-            ),
-        ]);
-        if many {
-            row.push(figure("highest_95_99", limit.highest_95_99));
-            let own = limit.of_patterns.iter().enumerate();
-            row.extend(own.map(|(k, value)| figure(&format!("of_patterns.{k}"), Some(*value))));
-        }
-        (false, row)
-    };
     let mut rows: Vec<_> = report.limits.iter().enumerate().map(row).collect();
     if let Some(paper) = &report.paper {
-        let own = |field: &str, value| Cell::from(Figure::exact(format!("paper.{field}"), value));
+        let own =
+            |field: &str, value| Cell::from(PageFigure::exact(format!("paper.{field}"), value));
         let mut row = |name: &str, cell, benefit| {
             let words = Cell::Words(format!("the paper's {name}"));
             let mut row = vec![words, cell, Cell::empty(), Cell::empty(), benefit];
@@ -170,7 +168,7 @@ fn limits(report: &SweepReport) -> PageTable {
             own("robust_gt", paper.robust_gt),
             Cell::empty(),
         );
-        let benefit = Figure::new("paper.benefit_percent", paper.benefit_percent, 1);
+        let benefit = PageFigure::new("paper.benefit_percent", paper.benefit_percent, 1);
         row("RL", own("rl", paper.rl), benefit.into());
     }
     PageTable { header, rows }
@@ -204,12 +202,12 @@ fn points(report: &SweepReport) -> PageTable {
     let methods = report.limits.len();
     let rows = report.points.iter().enumerate().map(|(i, point)| {
         let path = |field: &str| format!("points.{i}.{field}");
-        let percent = |field: &str, share| Figure::percent(path(field), share);
-        let rate = |field: &str, value| Figure::new(path(field), value, 2);
+        let percent = |field: &str, share| PageFigure::percent(path(field), share);
+        let rate = |field: &str, value| PageFigure::new(path(field), value, 2);
         let first = i % methods == 0;
         let mut row = vec![
             match first {
-                true => Figure::exact(path("value"), point.value).into(),
+                true => PageFigure::exact(path("value"), point.value).into(),
                 false => Cell::empty(),
             },
             Cell::Words(point.title.clone()),
@@ -218,13 +216,13 @@ fn points(report: &SweepReport) -> PageTable {
             row.extend(Cell::throughput(&point.throughput, &path));
         }
         let added = point.added_per_robot_per_min;
-        let added = added.map(|added| Figure::new(path("added_per_robot_per_min"), added, 1));
+        let added = added.map(|added| PageFigure::new(path("added_per_robot_per_min"), added, 1));
         row.extend(adds.then(|| Cell::or_empty(added)));
         row.push(percent("picked_share", point.picked_share).into());
         if many {
             row.push(Cell::interval(
                 ("picked_share_low", "picked_share_high"),
-                point.picked_share_low.zip(point.picked_share_high),
+                point.picked_share_interval,
                 percent,
             ));
         }
@@ -232,7 +230,7 @@ fn points(report: &SweepReport) -> PageTable {
         if many {
             row.push(Cell::interval(
                 ("picking_rate_low", "picking_rate_high"),
-                point.picking_rate_low.zip(point.picking_rate_high),
+                point.picking_rate_interval,
                 rate,
             ));
         }
@@ -252,12 +250,15 @@ fn points(report: &SweepReport) -> PageTable {
             let certified = point.certified_percent;
             row.extend([
                 Cell::or_empty(
-                    certified.map(|c| Figure::new(format!("points.{i}.certified_percent"), c, 1)),
+                    certified
+                        .map(|c| PageFigure::new(format!("points.{i}.certified_percent"), c, 1)),
                 ),
                 Cell::or_empty(
-                    bound.map(|b| Figure::percent(path("picked_share"), b.picked_share)),
+                    bound.map(|b| PageFigure::percent(path("picked_share"), b.picked_share)),
                 ),
-                Cell::or_empty(rate.map(|rate| Figure::new(path("picking_rate_per_min"), rate, 2))),
+                Cell::or_empty(
+                    rate.map(|rate| PageFigure::new(path("picking_rate_per_min"), rate, 2)),
+                ),
             ]);
         }
         (first && methods > 1, row)

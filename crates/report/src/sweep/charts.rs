@@ -1,15 +1,18 @@
 //! The charts of a sweep.
 
-use super::chart::{Chart, ChartKind, Entry, Ink, Layer, Mark, Point, Scale, Style, Swatch};
+use super::report::{BoundPoint, PointReport, SweepReport};
 use crate::bound::rounded_up;
-use crate::sweep::{BoundPoint, PointReport, SweepReport};
+use crate::charts::{
+    Chart, ChartAxis, ChartKind, ChartMark, ChartPoint, Ink, Layer, LegendLine, PointStyle, Swatch,
+    percent,
+};
 use crate::table::{fixed, interval};
 use pickline::experiment::policy_title;
-use pickline::stats;
+use pickline::stats::{self, Interval};
 use pickline::strategies::POLICY;
 
 /// The charts of a sweep, the main one first.
-pub const SWEEP_CHARTS: &[ChartKind<SweepReport>] = &[
+pub(super) const CHARTS: &[ChartKind<SweepReport>] = &[
     ChartKind {
         name: "picked",
         chart: picked,
@@ -42,11 +45,9 @@ const SPREAD: f64 = 0.12;
 
 fn picked(report: &SweepReport) -> Option<Chart> {
     let figure = |point: &PointReport| {
-        let ends = point.picked_share_low.zip(point.picked_share_high);
         Some((
             100.0 * point.picked_share,
-            // The interval of a mean may exceed 1, a share cannot.
-            ends.map(|(low, high)| (100.0 * low, 100.0 * high.min(1.0))),
+            point.picked_share_interval.map(percent),
         ))
     };
     let bound = |bound: &BoundPoint| Some(100.0 * bound.picked_share);
@@ -89,8 +90,8 @@ fn picked(report: &SweepReport) -> Option<Chart> {
     Some(chart)
 }
 
-fn mark(at: f64, shade_to: Option<f64>, ink: Ink, label: String) -> Mark {
-    Mark {
+fn mark(at: f64, shade_to: Option<f64>, ink: Ink, label: String) -> ChartMark {
+    ChartMark {
         at,
         upright: true,
         ink,
@@ -99,8 +100,8 @@ fn mark(at: f64, shade_to: Option<f64>, ink: Ink, label: String) -> Mark {
     }
 }
 
-fn marks_entry(ink: Ink, words: &str) -> Entry {
-    Entry {
+fn marks_entry(ink: Ink, words: &str) -> LegendLine {
+    LegendLine {
         label: words.into(),
         ink,
         swatch: Swatch::Mark,
@@ -108,12 +109,8 @@ fn marks_entry(ink: Ink, words: &str) -> Entry {
 }
 
 fn rate(report: &SweepReport) -> Option<Chart> {
-    let figure = |point: &PointReport| {
-        Some((
-            point.picking_rate_per_min,
-            point.picking_rate_low.zip(point.picking_rate_high),
-        ))
-    };
+    let figure =
+        |point: &PointReport| Some((point.picking_rate_per_min, point.picking_rate_interval));
     let bound = |bound: &BoundPoint| bound.picking_rate_per_min;
     let mut chart = lines(report, "picking rate [1/min]", "/min", figure, bound);
     chart.title = "Picking rate".into();
@@ -123,7 +120,7 @@ fn rate(report: &SweepReport) -> Option<Chart> {
 fn throughput(report: &SweepReport) -> Option<Chart> {
     let figure = |point: &PointReport| {
         let throughput = point.throughput.throughput_per_min?;
-        Some((throughput, point.throughput.ends()))
+        Some((throughput, point.throughput.interval))
     };
     let mut chart = lines(report, "throughput [1/min]", "/min", figure, |_| None);
     chart.title = "Throughput".into();
@@ -146,7 +143,7 @@ fn throughput(report: &SweepReport) -> Option<Chart> {
 }
 
 /// A figure and its 95 % interval.
-type Measured = (f64, Option<(f64, f64)>);
+type Measured = (f64, Option<Interval>);
 
 /// One line per method for a figure with its interval, and one for its bound.
 fn lines(
@@ -164,13 +161,13 @@ fn lines(
         let of_method = report.points.iter().skip(j).step_by(report.limits.len());
         let point = |point: &PointReport| {
             let (y, ends) = figure(point)?;
-            let ends = ends.filter(|(low, high)| low < high);
+            let ends = ends.filter(Interval::is_wide);
             all.push(y);
-            all.extend(ends.iter().flat_map(|(low, high)| [low, high]));
+            all.extend(ends.iter().flat_map(|ends| [ends.low, ends.high]));
             let words = ends.map_or(String::new(), |ends| {
                 format!(", 95 % interval {}", interval(Some(ends), 2))
             });
-            Some(Point {
+            Some(ChartPoint {
                 x: point.value + aside(j),
                 y,
                 along: ends,
@@ -181,7 +178,7 @@ fn lines(
                     point.value,
                     fixed(y, 2)
                 ),
-                ..Point::default()
+                ..ChartPoint::default()
             })
         };
         debug_assert!(of_method.clone().all(|point| point.method == limit.method));
@@ -193,7 +190,7 @@ fn lines(
     }
     let mut caption = match (report.patterns, style) {
         (1, _) => "One pattern, so there are no intervals.".into(),
-        (n, Style::Area) => format!("Means over {n} patterns; areas: their 95 % intervals."),
+        (n, PointStyle::Area) => format!("Means over {n} patterns; areas: their 95 % intervals."),
         (n, _) => format!(
             "Means over {n} patterns with their 95 % intervals, slightly offset if \
              there are several methods."
@@ -204,7 +201,7 @@ fn lines(
         let point = |point: &BoundPoint| {
             let y = bound(point)?;
             all.push(y);
-            Some(Point {
+            Some(ChartPoint {
                 x: point.value,
                 y,
                 tip: format!(
@@ -212,17 +209,17 @@ fn lines(
                     rounded_up(y, 2),
                     point.value
                 ),
-                ..Point::default()
+                ..ChartPoint::default()
             })
         };
-        let points: Vec<Point> = bounds.points.iter().filter_map(point).collect();
+        let points: Vec<ChartPoint> = bounds.points.iter().filter_map(point).collect();
         if !points.is_empty() {
             layers.push(Layer::Points {
                 ink: Ink::Text,
-                style: Style::Bare,
+                style: PointStyle::Bare,
                 points,
             });
-            legend.push(Entry {
+            legend.push(LegendLine {
                 label: "bound: no strategy is above".into(),
                 ink: Ink::Text,
                 swatch: Swatch::Bare,
@@ -234,7 +231,7 @@ fn lines(
         title: String::new(),
         caption,
         x,
-        y: Scale::around(axis, all, false),
+        y: ChartAxis::around(axis, all, false),
         layers,
         marks: Vec::new(),
         legend,
@@ -242,26 +239,26 @@ fn lines(
 }
 
 /// The axis of the swept values, and how points over it are drawn.
-fn across(report: &SweepReport) -> (Scale, Style) {
+fn across(report: &SweepReport) -> (ChartAxis, PointStyle) {
     let values = || report.points.iter().map(|point| point.value);
     let counts = report.unit == "1";
     let mut x = if counts {
         // Robots come in whole numbers.
         let first = values().fold(f64::INFINITY, f64::min);
-        Scale::counted(axis_title(report), first, values().fold(first, f64::max))
+        ChartAxis::counted(axis_title(report), first, values().fold(first, f64::max))
     } else {
-        Scale::around(axis_title(report), values(), false)
+        ChartAxis::around(axis_title(report), values(), false)
     };
     let count = report.points.len() / report.limits.len().max(1);
     let style = if count > MOST_BARS {
-        Style::Area
+        PointStyle::Area
     } else {
-        Style::Line
+        PointStyle::Line
     };
-    if let Scale::Numbers {
+    if let ChartAxis::Numbers {
         low, high, step, ..
     } = &mut x
-        && style == Style::Line
+        && style == PointStyle::Line
         && !counts
     {
         // So that no interval is drawn on the axis.
@@ -271,12 +268,12 @@ fn across(report: &SweepReport) -> (Scale, Style) {
 }
 
 /// How far each method's points are moved aside.
-fn aside(report: &SweepReport, style: Style) -> impl Fn(usize) -> f64 + use<> {
+fn aside(report: &SweepReport, style: PointStyle) -> impl Fn(usize) -> f64 + use<> {
     let methods = report.limits.len();
     let next = report.points.get(methods).map(|point| point.value);
     let step = next.map_or(0.0, |next| next - report.points[0].value);
     let spread = match style {
-        Style::Line if report.patterns > 1 => SPREAD * step,
+        PointStyle::Line if report.patterns > 1 => SPREAD * step,
         _ => 0.0,
     };
     move |method| spread * ((method as f64 + 0.5) / methods as f64 - 0.5)
@@ -291,7 +288,7 @@ fn axis_title(report: &SweepReport) -> String {
     }
 }
 
-fn legend(report: &SweepReport) -> Vec<Entry> {
+fn legend(report: &SweepReport) -> Vec<LegendLine> {
     let methods = report.limits.len();
     let entry = |(j, first): (usize, &PointReport)| {
         // If each value is a line of its own, the assignment may differ along it.
@@ -301,7 +298,7 @@ fn legend(report: &SweepReport) -> Vec<Entry> {
         } else {
             method_words(&first.method)
         };
-        Entry {
+        LegendLine {
             label,
             ink: Ink::Series(j),
             swatch: Swatch::Line,
@@ -317,7 +314,7 @@ fn legend(report: &SweepReport) -> Vec<Entry> {
 }
 
 /// A method's name in files in readable form.
-pub(crate) fn method_words(id: &str) -> String {
+pub(super) fn method_words(id: &str) -> String {
     match id {
         "robust_gt" => "robust GT".into(),
         "greedy_gt" => "greedy GT".into(),
@@ -347,10 +344,10 @@ fn limits(report: &SweepReport) -> Option<Chart> {
                 interval.high,
             ]
             .map(|share| 100.0 * share);
-            Point {
+            ChartPoint {
                 x: value + aside(j),
                 y,
-                along: Some((low, high)),
+                along: Some(Interval { low, high }),
                 tip: format!(
                     "{}: {} of {count} patterns picked completely up to {value} {}, {} %, \
                      95 % interval {} to {} %",
@@ -361,7 +358,7 @@ fn limits(report: &SweepReport) -> Option<Chart> {
                     fixed(low, 1),
                     fixed(high, 1)
                 ),
-                ..Point::default()
+                ..ChartPoint::default()
             }
         };
         Layer::Points {
@@ -380,9 +377,9 @@ fn limits(report: &SweepReport) -> Option<Chart> {
             report.patterns
         ),
         x,
-        y: Scale::around("patterns picked completely [%]", [0.0, 100.0], true),
+        y: ChartAxis::around("patterns picked completely [%]", [0.0, 100.0], true),
         layers: (0..report.limits.len()).map(layer).collect(),
-        marks: vec![Mark {
+        marks: vec![ChartMark {
             at: 95.0,
             upright: false,
             ink: Ink::Faint,

@@ -1,0 +1,86 @@
+//! A bound as text for the terminal.
+
+use super::report::{BoundReport, ScheduleReport};
+use super::rounding::{rounded_down, rounded_up};
+use crate::table::{Table, fixed};
+
+impl BoundReport {
+    /// The bound as text for the terminal.
+    pub(super) fn text(&self) -> String {
+        let up = |value: Option<f64>, digits: usize| {
+            value.map_or("-".to_owned(), |value| rounded_up(value, digits))
+        };
+        let of = |figure: &dyn Fn(&ScheduleReport) -> String| {
+            self.schedule.as_ref().map_or("-".to_owned(), figure)
+        };
+        let mut table = Table::new(&["<figure", "no strategy beats", "a schedule has", "<unit"]);
+        table.row([
+            "items picked, at most".to_owned(),
+            self.picks_upper_bound.to_string(),
+            of(&|s| s.picked.to_string()),
+            format!("of {}", self.items),
+        ]);
+        if self.weighs && self.weight_upper_bound.is_some() {
+            table.row([
+                "weight picked, at most".to_owned(),
+                up(self.weight_upper_bound, 3),
+                of(&|s| fixed(s.weight, 3)),
+                String::new(),
+            ]);
+        }
+        table.row([
+            "picking rate, at most".to_owned(),
+            up(self.picking_rate_upper_bound_per_min, 2),
+            of(&|s| fixed(s.picking_rate_per_min, 2)),
+            "1/min".into(),
+        ]);
+        if self.weighs && self.weighted_rate_upper_bound_per_min.is_some() {
+            table.row([
+                "weighted rate, at most".to_owned(),
+                up(self.weighted_rate_upper_bound_per_min, 2),
+                of(&|s| fixed(s.weighted_rate_per_min, 2)),
+                "1/min".into(),
+            ]);
+        }
+        table.row([
+            "end of the run, at least".to_owned(),
+            rounded_down(self.end_lower_bound_s, 1),
+            of(&|s| fixed(s.end_s, 1)),
+            "s".into(),
+        ]);
+        let all = match (self.all_picked, self.all_picked_end_lower_bound_s) {
+            ("no", _) | (_, None) => "not everything can be picked (proven)".to_owned(),
+            (all_picked, Some(end)) => format!(
+                "{}; no run that picks everything ends before {} s",
+                if all_picked == "yes" {
+                    "everything can be picked: the schedule does so"
+                } else {
+                    "whether everything can be picked is open"
+                },
+                rounded_down(end, 1)
+            ),
+        };
+        let share = self.schedule.as_ref().map_or(String::new(), |schedule| {
+            format!(
+                "schedule  certified: at least {} % of the optimum, confirmed by the independent checker\n",
+                fixed(schedule.certified_percent, 1)
+            )
+        });
+        format!(
+            "{}{share}all       {all}\nreach     {} of {} items are within reach\n\
+             search    {} steps, slots of {} s, {} picks in slots, {}\n{}{}",
+            table.render(),
+            self.reachable,
+            self.items,
+            self.iterations,
+            self.slot_s,
+            self.arcs,
+            self.stop_reason.replace('_', " "),
+            self.notes
+                .iter()
+                .map(|note| format!("note      {note}\n"))
+                .collect::<String>(),
+            self.made.lines(),
+        )
+    }
+}
