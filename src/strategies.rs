@@ -126,8 +126,8 @@ fn read_policy(file: Option<&str>) -> Result<(Blueprint, Option<String>)> {
         // For example a script's variable that is not set; the built-in policy would be the
         // wrong one.
         Some("") => {
-            return Err(Error::input(
-                "--strategy onnx:",
+            return Err(Error::usage(
+                "'strategy' onnx:",
                 "has no file after the colon",
                 "give the policy's file, or plain `onnx` for the one that ships with the program",
             ));
@@ -147,8 +147,8 @@ fn read_policy(file: Option<&str>) -> Result<(Blueprint, Option<String>)> {
 
 #[cfg(not(feature = "onnx"))]
 fn read_policy(_: Option<&str>) -> Result<(Blueprint, Option<String>)> {
-    Err(Error::input(
-        "--strategy onnx",
+    Err(Error::usage(
+        "'strategy' onnx",
         "this program was built without ONNX",
         "build it with the feature `onnx`, which is one of the default features",
     ))
@@ -225,8 +225,8 @@ impl Parsed {
     /// Options that the strategy rejects, or rules for another number of robots.
     pub fn on(&self, setup: &Setup) -> Result<Blueprint> {
         if setup.allowance.asked.is_some() && !self.kind.budgeted {
-            return Err(Error::input(
-                "--budget-ms",
+            return Err(Error::usage(
+                "'budget_ms'",
                 format!("does not apply to {}, which does not plan", self.kind.name),
                 "remove it, or choose a strategy that plans, such as lookahead",
             ));
@@ -273,16 +273,16 @@ pub fn parse(text: &str) -> Result<Parsed> {
         return Ok(Parsed { kind, make, remark });
     }
     if name == BOUND {
-        return Err(Error::input(
-            "--strategy",
+        return Err(Error::usage(
+            "'strategy'",
             "the bound is not a strategy: it is what no strategy can exceed",
             "remove it; every comparison, sweep and simulation shows the bound unless \
-             --no-bound is given, and `pickline bound` computes only the bound",
+             'no_bound' is given, and `pickline bound` computes only the bound",
         ));
     }
     let names: Vec<_> = STRATEGIES.iter().map(|kind| kind.name).collect();
-    Err(Error::input(
-        "--strategy",
+    Err(Error::usage(
+        "'strategy'",
         format!("unknown strategy `{}`", shown(name)),
         format!("{}; written {}", known_names(name, &names), forms()),
     ))
@@ -380,7 +380,7 @@ mod tests {
     fn only_the_bare_name_is_the_policy_that_ships() {
         assert_eq!(read_alone("onnx", 2).unwrap().name(), "onnx");
         let message = read_alone("onnx:", 2).unwrap_err().to_string();
-        for word in ["--strategy onnx:", "has no file", "plain `onnx`"] {
+        for word in ["'strategy' onnx:", "has no file", "plain `onnx`"] {
             assert!(message.contains(word), "{word} not in {message}");
         }
     }
@@ -389,9 +389,9 @@ mod tests {
     fn the_bound_is_said_to_be_no_strategy() {
         let message = read_alone("bound", 2).unwrap_err().to_string();
         for word in [
-            "--strategy",
+            "'strategy'",
             "not a strategy",
-            "--no-bound",
+            "'no_bound'",
             "pickline bound",
         ] {
             assert!(message.contains(word), "{word} not in {message}");

@@ -140,7 +140,7 @@ impl Trainer {
                      not kept",
                     checkpoint.rounds
                 ),
-                "start again with --imitate; the policy file has the best network so far",
+                "start again with 'imitate'; the policy file has the best network so far",
             ));
         }
         let mut trainer = Self::new(checkpoint.plan, stations, checkpoint.seed)?;

@@ -4,11 +4,12 @@ use super::args::{
     AxisArg, BoxesArg, DescribeArgs, GenerateArgs, ImportCommand, PatternCommand, PatternKind,
     StationChoice, TracksArgs,
 };
+use super::flags::flag;
 use super::outputs::{self, Outputs};
 use super::session::{Session, tell};
 use super::settings::{DEFAULT_GRID, load_pattern};
 use super::warnings::warn;
-use pickline::error::{Error, Result, counted, shown, shown_number};
+use pickline::error::{Error, Result, counted, shown, shown_number, spell_settings};
 use pickline::files;
 use pickline::pattern::{
     Feed, Feeder, Pattern, describe, grid, poisson_disk, random_stream, to_csv, tracking,
@@ -290,7 +291,11 @@ fn import_tracks(args: &TracksArgs, session: &Session) -> Result<()> {
         check_outside(&args.file, &targets)?;
     }
     let options = tracking::ImportOptions {
-        format: args.form.as_deref().map(str::parse).transpose()?,
+        format: args
+            .form
+            .as_deref()
+            .map(|name| name.parse().map_err(|error: Error| error.at("--as")))
+            .transpose()?,
         boxes: args.boxes.map(|boxes| match boxes {
             BoxesArg::Sizes => tracking::Boxes::Sizes,
             BoxesArg::Corners => tracking::Boxes::Corners,
@@ -315,7 +320,7 @@ fn import_tracks(args: &TracksArgs, session: &Session) -> Result<()> {
         )
     };
     let recording = tracking::Recording::load(&args.file)?;
-    let import = tracking::import(&recording, &args.file.display().to_string(), &options)?;
+    let mut import = tracking::import(&recording, &args.file.display().to_string(), &options)?;
     let flags = [
         BELT_SPEED.check("--belt-speed", args.belt_speed),
         SPLIT_DISTANCE.check("--split-distance", args.split_distance),
@@ -328,6 +333,9 @@ fn import_tracks(args: &TracksArgs, session: &Session) -> Result<()> {
             .flatten()
             .chain(import.pattern.warnings("the pattern")),
     )?;
+    for doubt in &mut import.report.warnings {
+        *doubt = spell_settings(doubt, flag);
+    }
     let doubts = &import.report.warnings;
     if args.strict
         && let [first, more @ ..] = &doubts[..]
@@ -347,7 +355,7 @@ fn import_tracks(args: &TracksArgs, session: &Session) -> Result<()> {
     }
     if !args.quiet {
         for line in import.report.lines() {
-            tell(&line);
+            tell(&spell_settings(&line, flag));
         }
     }
     // Even with --quiet, as nothing may go wrong silently.
