@@ -55,7 +55,8 @@ mod tests {
         assert!(settings.len() > 40, "{settings:?}");
         // The flags of a transport that is not built in are unknown.
         let is_built_in = |setting: &str| {
-            let without = |transport, is_built_in| !is_built_in && setting.starts_with(transport);
+            let without =
+                |transport: &str, is_built_in: bool| !is_built_in && setting.starts_with(transport);
             !without("mqtt", cfg!(feature = "mqtt")) && !without("ros2", cfg!(feature = "ros2"))
         };
         for setting in settings.into_iter().filter(|setting| is_built_in(setting)) {

@@ -167,9 +167,36 @@ impl RecordingReader {
         }
     }
 
+    /// Where the reader is, for an error.
+    fn place(&self) -> String {
+        format!("{}, after message {}", self.name, self.entries)
+    }
+
+    fn damaged(&self, problem: &str) -> Error {
+        Error::input(self.place(), problem, "restore a copy of the file")
+    }
+
+    /// The error for a file that the parser cannot read on.
+    fn unreadable(&self, error: &McapError) -> Error {
+        if let McapError::UnsupportedCompression(name) = error {
+            let problem = format!(
+                "is an MCAP file whose chunks are compressed as `{}`; this program reads lz4 and \
+                 zstd",
+                shown(name)
+            );
+            let cure = "compress it with one of these, for example with `mcap compress`";
+            return Error::input(self.place(), problem, cure);
+        }
+        if matches!(error, McapError::BadMagic) || self.entries == 0 {
+            let problem = format!("is not an MCAP file: {error}");
+            let cure = "give a file that `pickline run` wrote with 'record'";
+            return Error::input(self.place(), problem, cure);
+        }
+        self.damaged(&format!("is damaged: {error}"))
+    }
+
     /// The next entry or metadata.
     fn part(&mut self) -> Result<Option<McapPart>> {
-        let at = |entries: u64, name: &str| format!("{name}, after message {entries}");
         loop {
             let event = match self.reader.next_event() {
                 None => {
@@ -182,42 +209,14 @@ impl RecordingReader {
                     self.ending = RecordingEnd::Torn;
                     return Ok(None);
                 }
-                Some(Err(McapError::UnsupportedCompression(name))) => {
-                    return Err(Error::input(
-                        at(self.entries, &self.name),
-                        format!(
-                            "is an MCAP file whose chunks are compressed as `{}`; this program \
-                             reads lz4 and zstd",
-                            shown(&name)
-                        ),
-                        "compress it with one of these, for example with `mcap compress`",
-                    ));
-                }
-                Some(Err(error)) => {
-                    let is_none = matches!(error, McapError::BadMagic) || self.entries == 0;
-                    let problem = if is_none {
-                        format!("is not an MCAP file: {error}")
-                    } else {
-                        format!("is damaged: {error}")
-                    };
-                    let cure = if is_none {
-                        "give a file that `pickline run` wrote with 'record'"
-                    } else {
-                        "restore a copy of the file"
-                    };
-                    return Err(Error::input(at(self.entries, &self.name), problem, cure));
-                }
+                Some(Err(error)) => return Err(self.unreadable(&error)),
                 Some(Ok(event)) => event,
             };
             let record = match event {
                 LinearReadEvent::ReadRequest(need) => {
                     let read = self.file.read(self.reader.insert(need));
                     let read = read.map_err(|error| match error.kind() {
-                        ErrorKind::InvalidData => {
-                            let cure = "restore a copy of the file";
-                            let problem = format!("is damaged: {error}");
-                            Error::input(at(self.entries, &self.name), problem, cure)
-                        }
+                        ErrorKind::InvalidData => self.damaged(&format!("is damaged: {error}")),
                         _ => Error::read(Path::new(&self.name), error),
                     })?;
                     self.reader.notify_read(read);
@@ -225,10 +224,10 @@ impl RecordingReader {
                 }
                 LinearReadEvent::Record { opcode, data } => mcap::parse_record(opcode, data),
             };
-            let record = record.map_err(|error| {
-                let cure = "restore a copy of the file";
-                Error::input(at(self.entries, &self.name), error.to_string(), cure)
-            })?;
+            let record = match record {
+                Ok(record) => record,
+                Err(error) => return Err(self.damaged(&error.to_string())),
+            };
             match record {
                 Record::Header(header) => self.profile = header.profile,
                 Record::Channel(channel) => {
