@@ -1,7 +1,11 @@
 //! The page of a comparison.
 
 use super::charts::CHARTS;
-use super::report::{CaseReport, ComparisonReport, MethodReport, MethodResultReport};
+use super::report::{
+    CaseReport, ComparisonReport, MethodReport, MethodResultReport, PrintedReport,
+};
+use crate::bound::CaseBoundReport;
+use crate::columns::Columns;
 use crate::page::{Cell, PageFigure, PageSection, PageTable, ReportPage, charts, escape};
 
 /// The page for `report`.
@@ -153,167 +157,228 @@ fn answer(report: &ComparisonReport) -> Vec<String> {
     methods.map(line).collect()
 }
 
-/// One row per method from `first` on, case by case. `cells` gets the case, the method and the
-/// path of its figures, and returns `None` to omit the row.
+/// A row of a table: a method on a case.
+struct Row<'r> {
+    case: &'r CaseReport,
+    result: &'r MethodResultReport,
+    title: &'r str,
+    /// Places of the case and of the method.
+    places: (usize, usize),
+    /// Whether this is the first row of its case.
+    begins: bool,
+}
+
+impl Row<'_> {
+    fn path(&self, field: &str) -> String {
+        let (case, method) = self.places;
+        format!("cases.{case}.results.{method}.{field}")
+    }
+
+    fn percent(&self, field: &str, share: f64) -> PageFigure {
+        PageFigure::percent(self.path(field), share)
+    }
+
+    fn figure(&self, field: &str, value: f64, digits: usize) -> PageFigure {
+        PageFigure::new(self.path(field), value, digits)
+    }
+
+    fn rate(&self, field: &str, value: f64) -> PageFigure {
+        self.figure(field, value, 2)
+    }
+}
+
+/// The rows of the methods from the `first` on for which `has` holds, case by case.
 fn rows(
     report: &ComparisonReport,
     first: usize,
-    cells: impl Fn(&CaseReport, &MethodResultReport, &dyn Fn(&str) -> String) -> Option<Vec<Cell>>,
-) -> Vec<(bool, Vec<Cell>)> {
+    has: impl Fn(&MethodResultReport) -> bool,
+) -> Vec<(bool, Row<'_>)> {
     let mut rows = Vec::new();
     for (i, case) in report.cases.iter().enumerate() {
-        let mut begins = true;
-        for (j, result) in case.results.iter().enumerate().skip(first) {
-            let path = |field: &str| format!("cases.{i}.results.{j}.{field}");
-            let Some(cells) = cells(case, result, &path) else {
-                continue;
+        let results = case.results.iter().enumerate().skip(first);
+        let results = results.filter(|(_, result)| has(result));
+        for (place, (j, result)) in results.enumerate() {
+            let begins = place == 0;
+            let row = Row {
+                case,
+                result,
+                title: &report.methods[j].title,
+                places: (i, j),
+                begins,
             };
-            let name = if begins { case.name.as_str() } else { "" };
-            let mut row = vec![
-                Cell::Words(name.into()),
-                Cell::Words(report.methods[j].title.clone()),
-            ];
-            row.extend(cells);
             rows.push((begins && i > 0, row));
-            begins = false;
         }
     }
     rows
 }
 
-fn table(header: &[&str], rows: Vec<(bool, Vec<Cell>)>) -> PageTable {
-    let header = ["<case", "<method"].iter().chain(header);
-    PageTable {
-        header: header.map(|&name| name.to_owned()).collect(),
-        rows,
-    }
+/// The first columns of every table.
+fn named<'c, 'r: 'c>() -> Columns<'c, Row<'r>, Cell> {
+    Columns::new()
+        .with("<case", |row: &Row| {
+            let name = if row.begins { &row.case.name } else { "" };
+            Cell::Words(name.to_owned())
+        })
+        .with("<method", |row| Cell::Words(row.title.to_owned()))
 }
 
 fn figures(report: &ComparisonReport) -> PageTable {
-    let (steady, weighs) = (report.is_steady(), report.weighs());
-    let cells = |_: &CaseReport, result: &MethodResultReport, path: &dyn Fn(&str) -> String| {
-        let percent = |field: &str, share| PageFigure::percent(path(field), share);
-        let rate = |field: &str, value| PageFigure::new(path(field), value, 2);
-        let mut cells = match steady {
-            true => Cell::throughput(&result.throughput, path),
-            false => Vec::new(),
-        };
-        cells.extend([
-            percent("picked_share", result.picked_share).into(),
-            Cell::interval(
-                ("picked_share_low", "picked_share_high"),
-                result.picked_share_interval,
-                percent,
-            ),
-            PageFigure::new(path("end_s"), result.end_s, 1).into(),
-            rate("picking_rate_per_min", result.picking_rate_per_min).into(),
-            Cell::interval(
-                ("picking_rate_low", "picking_rate_high"),
-                result.picking_rate_interval,
-                rate,
-            ),
-        ]);
-        let weighted = rate("weighted_rate_per_min", result.weighted_rate_per_min);
-        cells.extend(weighs.then(|| weighted.into()));
-        Some(cells)
-    };
-    let mut header = Vec::new();
-    header.extend(steady.then_some(Cell::THROUGHPUT).into_iter().flatten());
-    header.extend([
-        "picked [%]",
-        "95 %",
-        "time [s]",
-        "picking rate [1/min]",
-        "95 %",
-    ]);
-    header.extend(weighs.then_some("weighted [1/min]"));
-    table(&header, rows(report, 0, cells))
+    let columns = named()
+        .with_throughput(report.is_steady(), |row| &row.result.throughput, Row::path)
+        .with("picked [%]", |row| {
+            row.percent("picked_share", row.result.picked_share).into()
+        })
+        .with("95 %", |row| {
+            let names = ("picked_share_low", "picked_share_high");
+            let interval = row.result.picked_share_interval;
+            Cell::interval(names, interval, |field, value| row.percent(field, value))
+        })
+        .with("time [s]", |row| {
+            row.figure("end_s", row.result.end_s, 1).into()
+        })
+        .with("picking rate [1/min]", |row| {
+            row.rate("picking_rate_per_min", row.result.picking_rate_per_min)
+                .into()
+        })
+        .with("95 %", |row| {
+            let names = ("picking_rate_low", "picking_rate_high");
+            let interval = row.result.picking_rate_interval;
+            Cell::interval(names, interval, |field, value| row.rate(field, value))
+        })
+        .with_if(report.weighs(), "weighted [1/min]", |row| {
+            row.rate("weighted_rate_per_min", row.result.weighted_rate_per_min)
+                .into()
+        });
+    PageTable::of(&columns, rows(report, 0, |_| true))
 }
 
 fn differences(report: &ComparisonReport) -> PageTable {
-    let cells = |_: &CaseReport, result: &MethodResultReport, path: &dyn Fn(&str) -> String| {
-        Some(vec![
-            Cell::interval(
-                ("diff_low", "diff_high"),
-                result.difference,
-                |field, value| PageFigure::new(path(field), value, 2),
-            ),
-            PageFigure::new(path("benefit_percent"), result.benefit_percent, 1).into(),
-        ])
-    };
-    let header = [
-        "picking rate minus the first's, 95 % [1/min]",
-        "benefit [%]",
-    ];
-    table(&header, rows(report, 1, cells))
+    let columns = named()
+        .with("picking rate minus the first's, 95 % [1/min]", |row| {
+            let names = ("diff_low", "diff_high");
+            Cell::interval(names, row.result.difference, |field, value| {
+                row.rate(field, value)
+            })
+        })
+        .with("benefit [%]", |row| {
+            row.figure("benefit_percent", row.result.benefit_percent, 1)
+                .into()
+        });
+    PageTable::of(&columns, rows(report, 1, |_| true))
+}
+
+/// A row of the table of bounds: the bound of a case, or a method compared with it.
+enum BoundRow<'r> {
+    Bound(usize, &'r CaseReport, &'r CaseBoundReport),
+    Method(Row<'r>),
+}
+
+impl BoundRow<'_> {
+    fn case(&self) -> Cell {
+        match self {
+            Self::Bound(_, case, _) => Cell::Words(case.name.clone()),
+            Self::Method(_) => Cell::Words(String::new()),
+        }
+    }
+
+    fn name(&self) -> Cell {
+        match self {
+            Self::Bound(..) => Cell::Words("bound".into()),
+            Self::Method(row) => Cell::Words(row.title.to_owned()),
+        }
+    }
+
+    fn picked(&self) -> Cell {
+        match self {
+            Self::Bound(i, _, bound) => {
+                let path = format!("cases.{i}.bound.picked_share");
+                PageFigure::percent(path, bound.picked_share).into()
+            }
+            Self::Method(row) => row.percent("picked_share", row.result.picked_share).into(),
+        }
+    }
+
+    fn rate(&self) -> Cell {
+        match self {
+            Self::Bound(i, _, bound) => {
+                let path = format!("cases.{i}.bound.picking_rate_per_min");
+                let rate = bound.picking_rate_per_min;
+                Cell::or_empty(rate.map(|rate| PageFigure::new(path, rate, 2)))
+            }
+            Self::Method(row) => row
+                .rate("picking_rate_per_min", row.result.picking_rate_per_min)
+                .into(),
+        }
+    }
+
+    /// A proven share of the optimum; empty for the bound itself.
+    fn certified(&self, field: &str, of: fn(&MethodResultReport) -> Option<f64>) -> Cell {
+        match self {
+            Self::Bound(..) => Cell::empty(),
+            Self::Method(row) => {
+                let percent = of(row.result);
+                Cell::or_empty(percent.map(|percent| row.figure(field, percent, 1)))
+            }
+        }
+    }
 }
 
 fn certified(report: &ComparisonReport) -> PageTable {
-    let mut rows = Vec::new();
+    let columns = Columns::new()
+        .with("<case", BoundRow::case)
+        .with("<method", BoundRow::name)
+        .with("picked [%]", BoundRow::picked)
+        .with("picking rate [1/min]", BoundRow::rate)
+        .with("certified: picks [%]", |row| {
+            row.certified("certified_percent", |result| result.certified_percent)
+        })
+        .with("rate [%]", |row| {
+            row.certified("certified_rate_percent", |result| {
+                result.certified_rate_percent
+            })
+        });
+    let mut methods = rows(report, 0, |_| true).into_iter().peekable();
+    let mut all = Vec::new();
     for (i, case) in report.cases.iter().enumerate() {
-        let Some(bound) = &case.bound else { continue };
-        let path = |field: &str| format!("cases.{i}.bound.{field}");
-        let rate = bound
-            .picking_rate_per_min
-            .map(|rate| PageFigure::new(path("picking_rate_per_min"), rate, 2));
-        let cells = vec![
-            Cell::Words(case.name.clone()),
-            Cell::Words("bound".into()),
-            PageFigure::percent(path("picked_share"), bound.picked_share).into(),
-            Cell::or_empty(rate),
-            Cell::empty(),
-            Cell::empty(),
-        ];
-        rows.push((i > 0, cells));
-        for (j, result) in case.results.iter().enumerate() {
-            let path = |field: &str| format!("cases.{i}.results.{j}.{field}");
-            let share = |field, percent: Option<f64>| {
-                Cell::or_empty(percent.map(|percent| PageFigure::new(path(field), percent, 1)))
-            };
-            let rate =
-                PageFigure::new(path("picking_rate_per_min"), result.picking_rate_per_min, 2);
-            rows.push((
-                false,
-                vec![
-                    Cell::Words(String::new()),
-                    Cell::Words(report.methods[j].title.clone()),
-                    PageFigure::percent(path("picked_share"), result.picked_share).into(),
-                    rate.into(),
-                    share("certified_percent", result.certified_percent),
-                    share("certified_rate_percent", result.certified_rate_percent),
-                ],
-            ));
+        if let Some(bound) = &case.bound {
+            all.push((i > 0, BoundRow::Bound(i, case, bound)));
+        }
+        while let Some((_, row)) = methods.next_if(|(_, row)| row.places.0 == i) {
+            if case.bound.is_some() {
+                all.push((false, BoundRow::Method(row)));
+            }
         }
     }
-    let header = [
-        "picked [%]",
-        "picking rate [1/min]",
-        "certified: picks [%]",
-        "rate [%]",
-    ];
-    table(&header, rows)
+    PageTable::of(&columns, all)
 }
 
 fn printed(report: &ComparisonReport) -> PageTable {
-    let cells = |_: &CaseReport, result: &MethodResultReport, path: &dyn Fn(&str) -> String| {
-        let paper = result.paper?;
-        let rate = |field, value| PageFigure::new(path(field), value, 1).into();
-        Some(vec![
-            PageFigure::percent(path("picked_share"), result.picked_share).into(),
-            PageFigure::new(path("paper.picked_percent"), paper.picked_percent, 0).into(),
-            rate("end_s", result.end_s),
-            rate("paper.time_s", paper.time_s),
-            rate("picking_rate_per_min", result.picking_rate_per_min),
-            rate("paper.picking_rate_per_min", paper.picking_rate_per_min),
-        ])
+    let paper = |row: &Row, field: &str, digits, of: fn(&PrintedReport) -> f64| {
+        let value = row.result.paper.as_ref().map(of);
+        let path = row.path(&format!("paper.{field}"));
+        Cell::or_empty(value.map(|value| PageFigure::new(path, value, digits)))
     };
-    let header = [
-        "picked [%]: ours",
-        "paper",
-        "time [s]: ours",
-        "paper",
-        "picking rate [1/min]: ours",
-        "paper",
-    ];
-    table(&header, rows(report, 0, cells))
+    let columns = named()
+        .with("picked [%]: ours", |row| {
+            row.percent("picked_share", row.result.picked_share).into()
+        })
+        .with("paper", move |row| {
+            paper(row, "picked_percent", 0, |paper| paper.picked_percent)
+        })
+        .with("time [s]: ours", |row| {
+            row.figure("end_s", row.result.end_s, 1).into()
+        })
+        .with("paper", move |row| {
+            paper(row, "time_s", 1, |paper| paper.time_s)
+        })
+        .with("picking rate [1/min]: ours", |row| {
+            let rate = row.result.picking_rate_per_min;
+            row.figure("picking_rate_per_min", rate, 1).into()
+        })
+        .with("paper", move |row| {
+            paper(row, "picking_rate_per_min", 1, |paper| {
+                paper.picking_rate_per_min
+            })
+        });
+    PageTable::of(&columns, rows(report, 0, |result| result.paper.is_some()))
 }

@@ -289,6 +289,14 @@ impl SweepReport {
         }
     }
 
+    /// The varied quantity with its unit, as the header of a table.
+    pub(super) fn varied(&self) -> String {
+        match self.unit {
+            "1" => self.sweep.to_owned(),
+            unit => format!("{} [{unit}]", self.sweep),
+        }
+    }
+
     /// Whether there is a throughput at some point.
     pub(super) fn is_steady(&self) -> bool {
         let mut points = self.points.iter();
