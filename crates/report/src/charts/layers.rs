@@ -63,18 +63,7 @@ fn points_plots(
     let area = style == PointStyle::Area;
     let mut plots = Vec::new();
     if area && points.len() > 1 {
-        let end = |point: &ChartPoint, upper: bool| {
-            let Interval { low, high } = point.along.unwrap_or(Interval::point(point.y));
-            if upper { high } else { low }
-        };
-        let band = BandPlot::new(
-            points.iter().map(|point| point.x),
-            points.iter().map(|point| end(point, false)),
-            points.iter().map(|point| end(point, true)),
-        );
-        plots.push(Plot::Band(
-            band.with_color(colour.clone()).with_opacity(0.18),
-        ));
+        plots.push(band(points, &colour));
     }
     if joined {
         let style = dashes(ink).map_or(LineStyle::Solid, |dash| LineStyle::Custom(dash.into()));
@@ -112,4 +101,15 @@ fn points_plots(
     }
     plots.push(Plot::Scatter(dots));
     plots
+}
+
+/// The intervals of `points` along y as one area.
+fn band(points: &[ChartPoint], colour: &str) -> Plot {
+    let ends = |point: &ChartPoint| point.along.unwrap_or(Interval::point(point.y));
+    let band = BandPlot::new(
+        points.iter().map(|point| point.x),
+        points.iter().map(|point| ends(point).low),
+        points.iter().map(|point| ends(point).high),
+    );
+    Plot::Band(band.with_color(colour).with_opacity(0.18))
 }

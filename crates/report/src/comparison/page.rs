@@ -1,12 +1,11 @@
 //! The page of a comparison.
 
 use super::charts::CHARTS;
-use super::report::{
-    CaseReport, ComparisonReport, MethodReport, MethodResultReport, PrintedReport,
-};
+use super::report::{CaseReport, ComparisonReport, MethodResultReport, PrintedReport};
 use crate::bound::CaseBoundReport;
 use crate::columns::Columns;
 use crate::page::{Cell, PageFigure, PageSection, PageTable, ReportPage, charts, escape};
+use pickline::stats::Interval;
 
 /// The page for `report`.
 pub(super) fn page(report: &ComparisonReport) -> String {
@@ -16,19 +15,41 @@ pub(super) fn page(report: &ComparisonReport) -> String {
     if let Some(place) = sections.iter().position(is_first) {
         sections[..=place].rotate_right(1);
     }
+    sections.extend(tables(report));
+    sections.push(PageSection::List("Notes".into(), report.notes.clone()));
+    let cases = report.cases.len();
+    let page = ReportPage {
+        title: format!(
+            "Comparison of {} on {cases} case{}",
+            match report.methods.len() {
+                1 => "one method".to_owned(),
+                methods => format!("{methods} methods"),
+            },
+            if cases == 1 { "" } else { "s" }
+        ),
+        subtitle: format!("Station {}", report.made.station),
+        answer: answer(report),
+        sections,
+        made: &report.made,
+    };
+    page.html(report)
+}
+
+/// The tables, from top to bottom.
+fn tables(report: &ComparisonReport) -> Vec<PageSection> {
     let counts = report.cases.iter();
     let counts = counts.map(|case| match case.patterns {
         1 => format!("one of {}", case.name),
         n => format!("{n} of {}", case.name),
     });
-    sections.push(PageSection::Table(
+    let mut sections = vec![PageSection::Table(
         "Figures".into(),
         figures(report),
         format!(
             "Means with their 95 % intervals over the patterns: {}.",
             counts.collect::<Vec<_>>().join("; ")
         ),
-    ));
+    )];
     if let [first, _, ..] = report.methods.as_slice() {
         sections.push(PageSection::Table(
             format!("Compared with {}", first.title),
@@ -55,106 +76,90 @@ pub(super) fn page(report: &ComparisonReport) -> String {
             "What Jermann et al. print in their Tables 2 and 3.".into(),
         ));
     }
-    sections.push(PageSection::List("Notes".into(), report.notes.clone()));
-    let cases = report.cases.len();
-    let page = ReportPage {
-        title: format!(
-            "Comparison of {} on {cases} case{}",
-            match report.methods.len() {
-                1 => "one method".to_owned(),
-                methods => format!("{methods} methods"),
-            },
-            if cases == 1 { "" } else { "s" }
-        ),
-        subtitle: format!("Station {}", report.made.station),
-        answer: answer(report),
-        sections,
-        made: &report.made,
-    };
-    page.html(report)
+    sections
 }
 
 /// How each method performs, summarised over the cases.
 fn answer(report: &ComparisonReport) -> Vec<String> {
-    let methods = report.methods.iter().enumerate();
-    let line = |(j, method): (usize, &MethodReport)| {
-        let title = escape(&method.title);
-        // The cases with the lowest and highest figure.
-        let ends = |of: &dyn Fn(&CaseReport) -> f64| {
-            let order =
-                |a: &usize, b: &usize| of(&report.cases[*a]).total_cmp(&of(&report.cases[*b]));
-            let all = || 0..report.cases.len();
-            (
-                all().min_by(order).unwrap_or(0),
-                all().max_by(order).unwrap_or(0),
-            )
-        };
-        let figure = |case: usize, field: &str, value: f64| {
-            PageFigure::new(format!("cases.{case}.results.{j}.{field}"), value, 1).html()
-        };
-        if j == 0 {
-            let rate = |case: &CaseReport| case.results[0].picking_rate_per_min;
-            let (least, most) = ends(&rate);
-            let shown =
-                |case: usize| figure(case, "picking_rate_per_min", rate(&report.cases[case]));
-            let rate = match least == most {
-                true => format!("a picking rate of {}/min", shown(least)),
-                false => format!(
-                    "a picking rate of {} to {}/min, depending on the case",
-                    shown(least),
-                    shown(most)
-                ),
-            };
-            let steady = report.cases.iter().enumerate().filter_map(|(i, case)| {
-                let throughput = case.results[0].throughput.throughput_per_min?;
-                Some((i, throughput))
-            });
-            let steady: Vec<(usize, f64)> = steady.collect();
-            let order = |a: &&(usize, f64), b: &&(usize, f64)| a.1.total_cmp(&b.1);
-            if let (Some(least), Some(most)) =
-                (steady.iter().min_by(order), steady.iter().max_by(order))
-            {
-                let shown = |of: &(usize, f64)| figure(of.0, "throughput_per_min", of.1);
-                let throughput = match least == most {
-                    true => format!("a throughput of {}/min", shown(least)),
-                    false => format!("a throughput of {} to {}/min", shown(least), shown(most)),
-                };
-                return format!("{title} has {throughput} and {rate}.");
-            }
-            return format!("{title} has {rate}.");
-        }
-        let benefit = |case: &CaseReport| case.results[j].benefit_percent;
-        let (least, most) = ends(&benefit);
-        let shown = |case: usize| figure(case, "benefit_percent", benefit(&report.cases[case]));
-        let range = match least == most {
-            true => format!("{} %", shown(least)),
-            false => format!("{} to {} %", shown(least), shown(most)),
-        };
-        let count = |holds: &dyn Fn(f64, f64) -> bool| {
-            let results = report.cases.iter();
-            let ends = results.filter_map(|case| {
-                let result = &case.results[j];
-                result.difference
-            });
-            ends.filter(|ends| holds(ends.low, ends.high)).count()
-        };
-        let better = count(&|low, _| low > 0.0);
-        let worse = count(&|_, high| high < 0.0);
-        let several = count(&|_, _| true);
-        let proven = match (several, better, worse) {
-            (0, _, _) => String::new(),
-            (n, 0, 0) => format!("; the difference is proven on none of the {n} random cases"),
-            (n, better, 0) => format!("; proven better on {better} of the {n} random cases"),
-            (n, 0, worse) => format!("; proven worse on {worse} of the {n} random cases"),
-            (n, better, worse) => {
-                format!("; proven better on {better} and worse on {worse} of the {n} random cases")
-            }
-        };
-        format!(
-            "{title} changes the picking rate by {range} compared with the first method{proven}."
-        )
+    let methods = 0..report.methods.len();
+    methods
+        .map(|j| match j {
+            0 => first_answer(report),
+            _ => other_answer(report, j),
+        })
+        .collect()
+}
+
+/// A figure of the `j`-th method as HTML, where it is lowest and where it is highest over the
+/// cases that have it; one of them if they are the same case.
+fn span(
+    report: &ComparisonReport,
+    j: usize,
+    field: &str,
+    of: impl Fn(&MethodResultReport) -> Option<f64>,
+) -> Option<(String, Option<String>)> {
+    let cases = report.cases.iter().enumerate();
+    let values = cases.filter_map(|(i, case)| Some((i, of(&case.results[j])?)));
+    let values: Vec<(usize, f64)> = values.collect();
+    let order = |a: &&(usize, f64), b: &&(usize, f64)| a.1.total_cmp(&b.1);
+    let least = values.iter().min_by(order)?;
+    let most = values.iter().max_by(order)?;
+    let shown = |&(case, value): &(usize, f64)| {
+        PageFigure::new(format!("cases.{case}.results.{j}.{field}"), value, 1).html()
     };
-    methods.map(line).collect()
+    Some((shown(least), (least != most).then(|| shown(most))))
+}
+
+/// The rates of the first method.
+fn first_answer(report: &ComparisonReport) -> String {
+    let title = escape(&report.methods[0].title);
+    let rate = span(report, 0, "picking_rate_per_min", |result| {
+        Some(result.picking_rate_per_min)
+    });
+    let rate = match rate.unwrap_or_default() {
+        (least, None) => format!("a picking rate of {least}/min"),
+        (least, Some(most)) => {
+            format!("a picking rate of {least} to {most}/min, depending on the case")
+        }
+    };
+    let throughput = span(report, 0, "throughput_per_min", |result| {
+        result.throughput.throughput_per_min
+    });
+    match throughput {
+        None => format!("{title} has {rate}."),
+        Some((least, None)) => format!("{title} has a throughput of {least}/min and {rate}."),
+        Some((least, Some(most))) => {
+            format!("{title} has a throughput of {least} to {most}/min and {rate}.")
+        }
+    }
+}
+
+/// How the `j`-th method differs from the first.
+fn other_answer(report: &ComparisonReport, j: usize) -> String {
+    let title = escape(&report.methods[j].title);
+    let benefit = span(report, j, "benefit_percent", |result| {
+        Some(result.benefit_percent)
+    });
+    let range = match benefit.unwrap_or_default() {
+        (least, None) => format!("{least} %"),
+        (least, Some(most)) => format!("{least} to {most} %"),
+    };
+    let cases = report.cases.iter();
+    let intervals: Vec<Interval> = cases
+        .filter_map(|case| case.results[j].difference)
+        .collect();
+    let better = intervals.iter().filter(|ends| ends.low > 0.0).count();
+    let worse = intervals.iter().filter(|ends| ends.high < 0.0).count();
+    let proven = match (intervals.len(), better, worse) {
+        (0, _, _) => String::new(),
+        (n, 0, 0) => format!("; the difference is proven on none of the {n} random cases"),
+        (n, better, 0) => format!("; proven better on {better} of the {n} random cases"),
+        (n, 0, worse) => format!("; proven worse on {worse} of the {n} random cases"),
+        (n, better, worse) => {
+            format!("; proven better on {better} and worse on {worse} of the {n} random cases")
+        }
+    };
+    format!("{title} changes the picking rate by {range} compared with the first method{proven}.")
 }
 
 /// A row of a table: a method on a case.

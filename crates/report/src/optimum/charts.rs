@@ -2,6 +2,7 @@
 
 use super::objective::bracketed;
 use super::report::{OptimumReport, RankedReport};
+use super::validation::ValidationReport;
 use crate::charts::{
     Chart, ChartAxis, ChartKind, ChartMark, ChartPoint, Ink, Layer, LegendLine, PointStyle, Swatch,
 };
@@ -61,48 +62,32 @@ fn difference(report: &OptimumReport) -> Option<Chart> {
     let best = report.ranking.first()?;
     let digits = report.format().digits();
     let groups = [
-        (Ink::Series(0), "the best", 0..1),
+        (Ink::Series(0), "the best"),
         (
             Ink::Series(1),
             "tied with the best: the interval contains 0",
-            1..usize::MAX,
         ),
-        (
-            Ink::Faint,
-            "proven below the best: the interval excludes 0",
-            1..usize::MAX,
-        ),
+        (Ink::Faint, "proven below the best: the interval excludes 0"),
     ];
     let mut layers = Vec::new();
     let mut legend = Vec::new();
     let mut ends = vec![0.0];
-    for (ink, label, places) in groups {
-        let tied = ink == Ink::Series(1);
-        let lines = named(report)
-            .iter()
-            .enumerate()
-            .filter(|(i, line)| places.contains(i) && (*i == 0 || line.tied == tied));
-        let point = |(i, line): (usize, &RankedReport)| {
-            let x = best.value - line.value;
-            let own = line.difference;
-            let Interval { low, high } = own.unwrap_or(Interval::point(x));
-            ends.extend([low, high]);
-            let words = own.map_or(String::new(), |own| {
-                format!(", 95 % interval {}", interval(Some(own), digits))
-            });
-            ChartPoint {
-                x,
-                y: i as f64,
-                across: own.filter(|_| i > 0),
-                tip: format!(
-                    "{}: {} below the best{words}",
-                    bracketed(&line.assignment),
-                    fixed(x, digits),
-                ),
-                ..ChartPoint::default()
-            }
+    for (group, (ink, label)) in groups.into_iter().enumerate() {
+        let group_of = |i: usize, line: &RankedReport| match (i, line.tied) {
+            (0, _) => 0,
+            (_, true) => 1,
+            (_, false) => 2,
         };
-        let points: Vec<ChartPoint> = lines.map(point).collect();
+        let lines = named(report).iter().enumerate();
+        let lines = lines.filter(|(i, line)| group_of(*i, line) == group);
+        let points: Vec<ChartPoint> = lines
+            .map(|(i, line)| {
+                let x = best.value - line.value;
+                let own = line.difference.unwrap_or(Interval::point(x));
+                ends.extend([own.low, own.high]);
+                below_best(line, i, x, digits)
+            })
+            .collect();
         if points.is_empty() {
             continue;
         }
@@ -143,6 +128,25 @@ fn difference(report: &OptimumReport) -> Option<Chart> {
         }],
         legend,
     })
+}
+
+/// The `i`-th assignment of the ranking at its distance `x` from the best.
+fn below_best(line: &RankedReport, i: usize, x: f64, digits: usize) -> ChartPoint {
+    let own = line.difference;
+    let words = own.map_or(String::new(), |own| {
+        format!(", 95 % interval {}", interval(Some(own), digits))
+    });
+    ChartPoint {
+        x,
+        y: i as f64,
+        across: own.filter(|_| i > 0),
+        tip: format!(
+            "{}: {} below the best{words}",
+            bracketed(&line.assignment),
+            fixed(x, digits),
+        ),
+        ..ChartPoint::default()
+    }
 }
 
 /// Mean and worst pattern of each assignment, and the best one on fresh patterns.
@@ -186,24 +190,10 @@ fn spread(report: &OptimumReport) -> Option<Chart> {
         let ends = validation.mean_interval;
         all.push(validation.mean);
         all.extend(ends.iter().flat_map(|ends| [ends.low, ends.high]));
-        let words = ends.map_or(String::new(), |ends| {
-            format!(", 95 % interval {}", interval(Some(ends), digits))
-        });
         layers.push(Layer::Points {
             ink: Ink::Text,
             style: PointStyle::Dots,
-            points: vec![ChartPoint {
-                x: validation.mean,
-                y: 0.0,
-                across: ends,
-                tip: format!(
-                    "{} on {} fresh patterns: mean {}{words}",
-                    bracketed(&report.best),
-                    validation.count,
-                    fixed(validation.mean, digits),
-                ),
-                ..ChartPoint::default()
-            }],
+            points: vec![fresh_mean(report, validation)],
         });
         legend.push(entry("mean on fresh patterns, 95 %", Ink::Text));
     }
@@ -225,6 +215,27 @@ fn spread(report: &OptimumReport) -> Option<Chart> {
         marks: Vec::new(),
         legend,
     })
+}
+
+/// The best assignment's mean on fresh patterns.
+fn fresh_mean(report: &OptimumReport, validation: &ValidationReport) -> ChartPoint {
+    let digits = report.format().digits();
+    let ends = validation.mean_interval;
+    let words = ends.map_or(String::new(), |ends| {
+        format!(", 95 % interval {}", interval(Some(ends), digits))
+    });
+    ChartPoint {
+        x: validation.mean,
+        y: 0.0,
+        across: ends,
+        tip: format!(
+            "{} on {} fresh patterns: mean {}{words}",
+            bracketed(&report.best),
+            validation.count,
+            fixed(validation.mean, digits),
+        ),
+        ..ChartPoint::default()
+    }
 }
 
 /// The figures of all assignments in order: how much the choice matters.
