@@ -3,16 +3,16 @@
 use crate::table::Table;
 
 /// The columns of a table with rows `R` and cells `C`, from left to right.
-pub(crate) struct Columns<'c, R, C> {
-    columns: Vec<Column<'c, R, C>>,
+pub(crate) struct TableColumns<'c, R, C> {
+    columns: Vec<TableColumn<'c, R, C>>,
 }
 
-struct Column<'c, R, C> {
+struct TableColumn<'c, R, C> {
     header: String,
     cell: Box<dyn Fn(&R) -> C + 'c>,
 }
 
-impl<'c, R, C> Columns<'c, R, C> {
+impl<'c, R, C> TableColumns<'c, R, C> {
     /// No columns.
     pub fn new() -> Self {
         Self {
@@ -22,7 +22,7 @@ impl<'c, R, C> Columns<'c, R, C> {
 
     /// The same with one more column. If its header begins with `<`, it is left-aligned.
     pub fn with(mut self, header: impl Into<String>, cell: impl Fn(&R) -> C + 'c) -> Self {
-        self.columns.push(Column {
+        self.columns.push(TableColumn {
             header: header.into(),
             cell: Box::new(cell),
         });
@@ -57,7 +57,7 @@ impl<'c, R, C> Columns<'c, R, C> {
     }
 }
 
-impl<R> Columns<'_, R, String> {
+impl<R> TableColumns<'_, R, String> {
     /// The table of `rows` for the terminal.
     pub fn table(&self, rows: impl IntoIterator<Item = R>) -> String {
         let headers = self.headers();

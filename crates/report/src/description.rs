@@ -1,6 +1,6 @@
 //! Figures that describe a pattern.
 
-use super::columns::Columns;
+use super::columns::TableColumns;
 use super::csv_rows::CsvRows;
 use super::presentation::Presentation;
 use super::provenance::Provenance;
@@ -102,7 +102,7 @@ impl VerbReport for DescriptionReport {
     }
 
     fn to_table(&self, _: &Presentation) -> String {
-        let table = Columns::new()
+        let table = TableColumns::new()
             .with("<figure", |line: &FigureLine| line.figure.clone())
             .with("value", |line| line.value.clone())
             .with("<unit", |line| line.unit.to_owned())

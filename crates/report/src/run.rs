@@ -2,7 +2,7 @@
 
 use super::bound::CertifiedReport;
 use super::clearance::ClearanceReport;
-use super::columns::Columns;
+use super::columns::TableColumns;
 use super::csv_rows::{CsvRows, Displayed};
 use super::presentation::{Presentation, SettingNames};
 use super::provenance::Provenance;
@@ -198,7 +198,7 @@ impl RunReport {
     /// The run as text for the terminal.
     fn text(&self, names: &SettingNames) -> String {
         let steady = self.throughput.throughput_per_min.is_some();
-        let robots = Columns::new()
+        let robots = TableColumns::new()
             .with("<robot", |robot: &&RobotRunReport| robot.name.clone())
             .with("picked", |robot| robot.picked.to_string())
             .with("busy [s]", |robot| fixed(robot.busy_s, 1))

@@ -2,7 +2,7 @@
 
 use super::report::{BoundReport, ScheduleReport};
 use super::rounding::{rounded_down, rounded_up};
-use crate::columns::Columns;
+use crate::columns::TableColumns;
 use crate::table::fixed;
 
 impl BoundReport {
@@ -93,7 +93,7 @@ impl BoundReport {
             of(&|s| fixed(s.end_s, 1)),
             "s",
         ));
-        Columns::new()
+        TableColumns::new()
             .with("<figure", |line: &BoundLine| line.figure.to_owned())
             .with("no strategy beats", |line| line.bound.clone())
             .with("a schedule has", |line| line.schedule.clone())

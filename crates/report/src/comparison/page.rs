@@ -3,7 +3,7 @@
 use super::charts::CHARTS;
 use super::report::{CaseReport, ComparisonReport, MethodResultReport, PrintedReport};
 use crate::bound::CaseBoundReport;
-use crate::columns::Columns;
+use crate::columns::TableColumns;
 use crate::page::{Cell, PageFigure, PageSection, PageTable, ReportPage, charts, escape};
 use pickline::stats::Interval;
 
@@ -163,7 +163,7 @@ fn other_answer(report: &ComparisonReport, j: usize) -> String {
 }
 
 /// A row of a table: a method on a case.
-struct Row<'r> {
+struct MethodPageRow<'r> {
     case: &'r CaseReport,
     result: &'r MethodResultReport,
     title: &'r str,
@@ -173,7 +173,7 @@ struct Row<'r> {
     begins: bool,
 }
 
-impl Row<'_> {
+impl MethodPageRow<'_> {
     fn path(&self, field: &str) -> String {
         let (case, method) = self.places;
         format!("cases.{case}.results.{method}.{field}")
@@ -197,14 +197,14 @@ fn rows(
     report: &ComparisonReport,
     first: usize,
     has: impl Fn(&MethodResultReport) -> bool,
-) -> Vec<(bool, Row<'_>)> {
+) -> Vec<(bool, MethodPageRow<'_>)> {
     let mut rows = Vec::new();
     for (i, case) in report.cases.iter().enumerate() {
         let results = case.results.iter().enumerate().skip(first);
         let results = results.filter(|(_, result)| has(result));
         for (place, (j, result)) in results.enumerate() {
             let begins = place == 0;
-            let row = Row {
+            let row = MethodPageRow {
                 case,
                 result,
                 title: &report.methods[j].title,
@@ -218,9 +218,9 @@ fn rows(
 }
 
 /// The first columns of every table.
-fn named<'c, 'r: 'c>() -> Columns<'c, Row<'r>, Cell> {
-    Columns::new()
-        .with("<case", |row: &Row| {
+fn named<'c, 'r: 'c>() -> TableColumns<'c, MethodPageRow<'r>, Cell> {
+    TableColumns::new()
+        .with("<case", |row: &MethodPageRow| {
             let name = if row.begins { &row.case.name } else { "" };
             Cell::Words(name.to_owned())
         })
@@ -229,7 +229,11 @@ fn named<'c, 'r: 'c>() -> Columns<'c, Row<'r>, Cell> {
 
 fn figures(report: &ComparisonReport) -> PageTable {
     let columns = named()
-        .with_throughput(report.is_steady(), |row| &row.result.throughput, Row::path)
+        .with_throughput(
+            report.is_steady(),
+            |row| &row.result.throughput,
+            MethodPageRow::path,
+        )
         .with("picked [%]", |row| {
             row.percent("picked_share", row.result.picked_share).into()
         })
@@ -275,7 +279,7 @@ fn differences(report: &ComparisonReport) -> PageTable {
 /// A row of the table of bounds: the bound of a case, or a method compared with it.
 enum BoundRow<'r> {
     Bound(usize, &'r CaseReport, &'r CaseBoundReport),
-    Method(Row<'r>),
+    Method(MethodPageRow<'r>),
 }
 
 impl BoundRow<'_> {
@@ -329,7 +333,7 @@ impl BoundRow<'_> {
 }
 
 fn certified(report: &ComparisonReport) -> PageTable {
-    let columns = Columns::new()
+    let columns = TableColumns::new()
         .with("<case", BoundRow::case)
         .with("<method", BoundRow::name)
         .with("picked [%]", BoundRow::picked)
@@ -358,7 +362,7 @@ fn certified(report: &ComparisonReport) -> PageTable {
 }
 
 fn printed(report: &ComparisonReport) -> PageTable {
-    let paper = |row: &Row, field: &str, digits, of: fn(&PrintedReport) -> f64| {
+    let paper = |row: &MethodPageRow, field: &str, digits, of: fn(&PrintedReport) -> f64| {
         let value = row.result.paper.as_ref().map(of);
         let path = row.path(&format!("paper.{field}"));
         Cell::or_empty(value.map(|value| PageFigure::new(path, value, digits)))

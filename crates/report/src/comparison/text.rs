@@ -2,17 +2,17 @@
 
 use super::report::{CaseReport, ComparisonReport, MethodResultReport, PrintedReport};
 use crate::bound::{CaseBoundReport, rounded_up};
-use crate::columns::Columns;
+use crate::columns::TableColumns;
 use crate::table::{fixed, interval};
 
 /// A row of the table: a method on a case, or the bound of a case.
-struct Row<'r> {
+struct ComparisonTextRow<'r> {
     case: &'r CaseReport,
     /// Place of the method; `None` for the bound.
     place: Option<usize>,
 }
 
-impl Row<'_> {
+impl ComparisonTextRow<'_> {
     /// The cell of a method, or of the bound.
     fn cell(
         &self,
@@ -56,7 +56,7 @@ impl ComparisonReport {
             let methods = (0..case.results.len()).map(Some);
             let bound = case.bound.as_ref().map(|_| None);
             let places = methods.chain(bound);
-            places.map(move |place| Row { case, place })
+            places.map(move |place| ComparisonTextRow { case, place })
         });
         let table = self.columns().table(rows);
         let counts = self.cases.iter();
@@ -82,13 +82,13 @@ impl ComparisonReport {
         self.cases.iter().any(|case| case.bound.is_some())
     }
 
-    fn columns(&self) -> Columns<'_, Row<'_>, String> {
+    fn columns(&self) -> TableColumns<'_, ComparisonTextRow<'_>, String> {
         let steady = self.is_steady();
         let up = |value: Option<f64>| value.map_or(String::new(), |value| rounded_up(value, 1));
         let percent = |value: Option<f64>| value.map_or(String::new(), |value| fixed(value, 1));
         let none = |_: &CaseBoundReport| String::new();
-        let columns = Columns::new()
-            .with("<case", |row: &Row| match row.place {
+        let columns = TableColumns::new()
+            .with("<case", |row: &ComparisonTextRow| match row.place {
                 Some(0) => row.case.name.clone(),
                 _ => String::new(),
             })

@@ -1,7 +1,7 @@
 //! A solved game as text for the terminal.
 
 use super::report::{EquilibriumReport, GameReport, RobotRulesReport};
-use crate::columns::Columns;
+use crate::columns::TableColumns;
 use crate::presentation::Presentation;
 use crate::table::fixed;
 use pickline::optimize::game::Payoff;
@@ -45,7 +45,7 @@ fn equilibria(report: &GameReport, shown: &Presentation) -> String {
         );
     }
     let optimum = report.social_optimum.welfare.value();
-    let mut columns = Columns::new()
+    let mut columns = TableColumns::new()
         .with("#", |(i, _): &(usize, &EquilibriumReport)| {
             (i + 1).to_string()
         })
@@ -184,15 +184,14 @@ fn best_response_lines(report: &GameReport, shown: &Presentation) -> String {
 /// What every rule is worth to every robot, whatever the others do.
 fn rules(report: &GameReport) -> String {
     let robot = |robot: &&RobotRulesReport| robot.robot.clone();
-    let columns =
-        report
-            .rules
-            .iter()
-            .fold(Columns::new().with("<robot", robot), |columns, rule| {
-                columns.with(format!("<{rule}"), move |robot: &&RobotRulesReport| {
-                    cell(robot, rule)
-                })
-            });
+    let columns = report.rules.iter().fold(
+        TableColumns::new().with("<robot", robot),
+        |columns, rule| {
+            columns.with(format!("<{rule}"), move |robot: &&RobotRulesReport| {
+                cell(robot, rule)
+            })
+        },
+    );
     columns.table(&report.rules_of_robots)
         + "whatever the others do: < X always worse than rule X; <= X never better, sometimes \
            worse; = X equal; best: never worse than any\n"

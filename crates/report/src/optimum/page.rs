@@ -5,7 +5,7 @@ use super::objective::bracketed;
 use super::report::{OptimumReport, RankedReport};
 use super::rivals::{RivalReport, RivalsReport};
 use super::validation::ValidationReport;
-use crate::columns::Columns;
+use crate::columns::TableColumns;
 use crate::page::{Cell, PageFigure, PageSection, PageTable, ReportPage, charts, escape};
 use crate::presentation::Presentation;
 use pickline::stats::Interval;
@@ -113,15 +113,15 @@ fn answer(report: &OptimumReport) -> Vec<String> {
 }
 
 fn ranking(report: &OptimumReport, top: usize) -> PageTable {
-    type Line<'r> = (usize, &'r RankedReport);
+    type RankingLine<'r> = (usize, &'r RankedReport);
     let digits = report.format().digits();
     let unit = report.format().bracketed_unit();
     let by_speed = report.ranking.iter().any(|line| line.max_speed.is_some());
     let path = |i: &usize, field: &str| format!("ranking.{i}.{field}");
     let figure =
         move |i: &usize, field: &str, value| PageFigure::new(path(i, field), value, digits);
-    let columns = Columns::new()
-        .with("#", |(i, _): &Line| Cell::Text((i + 1).to_string()))
+    let columns = TableColumns::new()
+        .with("#", |(i, _): &RankingLine| Cell::Text((i + 1).to_string()))
         .with("<assignment", |(_, line)| {
             Cell::Words(bracketed(&line.assignment))
         })
@@ -166,7 +166,7 @@ fn validated(report: &OptimumReport, validation: &ValidationReport) -> PageTable
     let figure = move |field: &str, value| PageFigure::new(path(field), value, digits);
     let percent = move |field: &str, share| PageFigure::percent(path(field), share);
     let exact = move |field: &str, value| PageFigure::exact(path(field), value);
-    let columns = Columns::new()
+    let columns = TableColumns::new()
         .with("patterns", move |v: &&ValidationReport| {
             exact("count", v.count as f64).into()
         })
@@ -202,14 +202,14 @@ fn validated(report: &OptimumReport, validation: &ValidationReport) -> PageTable
 }
 
 fn rivals(report: &OptimumReport, beside: &RivalsReport) -> PageTable {
-    type Line<'r> = (usize, &'r RivalReport);
+    type RivalLine<'r> = (usize, &'r RivalReport);
     let format = report.format();
     let (digits, unit) = (format.digits(), format.bracketed_unit());
     let path = |i: &usize, field: &str| format!("beside.strategies.{i}.{field}");
     let figure =
         move |i: &usize, field: &str, value| PageFigure::new(path(i, field), value, digits);
-    let columns = Columns::new()
-        .with("<strategy", |(_, line): &Line| {
+    let columns = TableColumns::new()
+        .with("<strategy", |(_, line): &RivalLine| {
             Cell::Words(line.strategy.clone())
         })
         .with(format!("mean{unit}"), move |(i, line)| {

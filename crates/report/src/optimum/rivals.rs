@@ -1,7 +1,7 @@
 //! Strategies of any kind compared with the winner of a search.
 
 use super::objective::{ObjectiveFormat, bracketed};
-use crate::columns::Columns;
+use crate::columns::TableColumns;
 use crate::table::{fixed, interval};
 use pickline::optimize::Rival;
 use pickline::stats::Interval;
@@ -78,7 +78,7 @@ impl RivalsReport {
         let unit = format.bracketed_unit();
         let risk = format!("{}{unit}", format.risk);
         let minus = format!("minus {}, 95 %", bracketed(best));
-        let columns = Columns::new()
+        let columns = TableColumns::new()
             .with("<strategy", |(_, line): &(usize, &RivalReport)| {
                 line.strategy.clone()
             })

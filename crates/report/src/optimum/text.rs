@@ -2,7 +2,7 @@
 
 use super::objective::bracketed;
 use super::report::{OptimumReport, RankedReport};
-use crate::columns::Columns;
+use crate::columns::TableColumns;
 use crate::presentation::{Presentation, SettingNames};
 use crate::table::{fixed, interval};
 use pickline::dispatch::RULES;
@@ -45,12 +45,12 @@ impl OptimumReport {
         text + &self.made.lines()
     }
 
-    fn columns(&self) -> Columns<'_, (usize, &RankedReport), String> {
+    fn columns(&self) -> TableColumns<'_, (usize, &RankedReport), String> {
         let digits = self.format().digits();
         let unit = self.format().bracketed_unit();
         let by_risk = self.format().has_risk_column();
         let by_speed = self.ranking.iter().any(|line| line.max_speed.is_some());
-        Columns::new()
+        TableColumns::new()
             .with("#", |(i, _): &(usize, &RankedReport)| (i + 1).to_string())
             .with("<assignment", |(_, line)| bracketed(&line.assignment))
             .with(format!("mean{unit}"), move |(_, line)| {

@@ -2,7 +2,7 @@
 //! value, so that a test or a reader's script can compare the two.
 
 use super::html::escape;
-use crate::columns::Columns;
+use crate::columns::TableColumns;
 use crate::table::fixed;
 use crate::throughput::ThroughputReport;
 use pickline::stats::Interval;
@@ -121,7 +121,7 @@ pub(crate) struct PageTable {
     rows: Vec<(bool, Vec<Cell>)>,
 }
 
-impl<'c, R: 'c> Columns<'c, R, Cell> {
+impl<'c, R: 'c> TableColumns<'c, R, Cell> {
     /// The same with throughput, its interval and the flow if `steady`; `of` gives the throughput
     /// of a row and `path` the path of its figures.
     pub fn with_throughput(
@@ -150,7 +150,10 @@ impl<'c, R: 'c> Columns<'c, R, Cell> {
 
 impl PageTable {
     /// The table of `rows`; `true` marks the beginning of a group.
-    pub fn of<R>(columns: &Columns<R, Cell>, rows: impl IntoIterator<Item = (bool, R)>) -> Self {
+    pub fn of<R>(
+        columns: &TableColumns<R, Cell>,
+        rows: impl IntoIterator<Item = (bool, R)>,
+    ) -> Self {
         let rows = rows.into_iter();
         Self {
             header: columns.headers(),

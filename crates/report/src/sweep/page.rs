@@ -2,7 +2,7 @@
 
 use super::charts::{CHARTS, method_words};
 use super::report::{BoundPoint, LimitReport, PointReport, SweepReport};
-use crate::columns::Columns;
+use crate::columns::TableColumns;
 use crate::page::{Cell, PageFigure, PageSection, PageTable, ReportPage, charts, escape};
 
 /// The page for `report`.
@@ -105,11 +105,11 @@ fn answer(report: &SweepReport) -> Vec<String> {
 /// A row of the table of limits: a method, or what the paper states.
 enum LimitRow<'r> {
     Method(usize, &'r LimitReport),
-    Paper(&'static str, PageFigureOf<'r>, Option<f64>),
+    Paper(&'static str, PaperFigure<'r>, Option<f64>),
 }
 
 /// The field of a figure of the paper and its value.
-type PageFigureOf<'r> = (&'r str, f64);
+type PaperFigure<'r> = (&'r str, f64);
 
 impl LimitRow<'_> {
     fn name(&self) -> Cell {
@@ -165,7 +165,7 @@ fn limits(report: &SweepReport) -> PageTable {
         "1" => String::new(),
         unit => format!(" [{unit}]"),
     };
-    let columns = Columns::new().with("<method", LimitRow::name);
+    let columns = TableColumns::new().with("<method", LimitRow::name);
     let columns = match report.helps {
         true => columns.with(format!("everything from{unit}"), |row| {
             row.figure("lowest", |limit| limit.lowest)
@@ -242,10 +242,10 @@ impl PointRow<'_> {
     }
 }
 
-fn point_columns(report: &SweepReport) -> Columns<'_, PointRow<'_>, Cell> {
+fn point_columns(report: &SweepReport) -> TableColumns<'_, PointRow<'_>, Cell> {
     let many = report.patterns > 1;
     let bounded = report.bounds.is_some();
-    Columns::new()
+    TableColumns::new()
         .with(report.varied(), |row: &PointRow| match row.first {
             true => PageFigure::exact(row.path("value"), row.point.value).into(),
             false => Cell::empty(),

@@ -2,11 +2,11 @@
 
 use super::report::{BoundPoint, LimitReport, PointReport, SweepReport};
 use crate::bound::rounded_up;
-use crate::columns::Columns;
+use crate::columns::TableColumns;
 use crate::table::{fixed, interval};
 
 /// A row of the table: a method at a value.
-struct Row<'r> {
+struct SweepTextRow<'r> {
     point: &'r PointReport,
     /// Whether this is the first method at its value.
     first: bool,
@@ -26,7 +26,7 @@ impl SweepReport {
             let first = i % methods == 0;
             // The bound is the same for all methods, so only the first one's row shows it.
             let bound = bound.filter(|_| first);
-            Row {
+            SweepTextRow {
                 point,
                 first,
                 bound,
@@ -59,12 +59,12 @@ impl SweepReport {
         text + &self.made.lines()
     }
 
-    fn columns(&self, many: bool) -> Columns<'_, Row<'_>, String> {
+    fn columns(&self, many: bool) -> TableColumns<'_, SweepTextRow<'_>, String> {
         let steady = self.is_steady();
         let bounded = self.bounds.is_some();
         let optional = |value: Option<f64>| value.map_or(String::new(), |value| fixed(value, 1));
-        Columns::new()
-            .with(self.varied(), |row: &Row| match row.first {
+        TableColumns::new()
+            .with(self.varied(), |row: &SweepTextRow| match row.first {
                 true => row.point.value.to_string(),
                 false => String::new(),
             })
