@@ -3,7 +3,7 @@
 
 use criterion::{BenchmarkId, Criterion};
 use pickline::pattern::{Pattern, grid};
-use pickline::planning::bound::{Objective, Options, upper_bound};
+use pickline::planning::bound::{BoundObjective, BoundOptions, upper_bound};
 use pickline::sim::Scene;
 use pickline::station::{Station, built_in};
 use std::hint::black_box;
@@ -18,16 +18,16 @@ fn belt(items: usize) -> Pattern {
 }
 
 /// Picks only, at slots of `slot` seconds.
-fn picks(slot: f64) -> Options {
-    Options {
+fn picks(slot: f64) -> BoundOptions {
+    BoundOptions {
         slot_s: Some(slot),
         ends: false,
         schedule: false,
-        ..Options::default()
+        ..BoundOptions::default()
     }
 }
 
-fn run(station: &Station, pattern: &Pattern, options: &Options) -> f64 {
+fn run(station: &Station, pattern: &Pattern, options: &BoundOptions) -> f64 {
     let scene = Scene::new(station, pattern).unwrap();
     upper_bound(&scene, options, &mut |_, _| true)
         .unwrap()
@@ -44,8 +44,8 @@ fn slots(c: &mut Criterion) {
         });
     }
     for (name, options) in [
-        ("as `pickline bound`", Options::default()),
-        ("as in reports", Options::quick(Objective::Picks)),
+        ("as `pickline bound`", BoundOptions::default()),
+        ("as in reports", BoundOptions::quick(BoundObjective::Picks)),
     ] {
         group.bench_function(name, |b| {
             b.iter(|| run(&station, &pattern, black_box(&options)));
@@ -62,7 +62,7 @@ fn median(mut values: Vec<f64>) -> f64 {
 }
 
 /// Cost an item against that on a belt of 1,000, of sizes run in turn.
-fn ratios(name: &str, options: &Options) {
+fn ratios(name: &str, options: &BoundOptions) {
     let station = station();
     let belts = SIZES.map(belt);
     let mut per_item = SIZES.map(|_| Vec::new());
@@ -97,9 +97,9 @@ fn main() {
     // `cargo test --benches` passes --test: everything has run once then.
     if !std::env::args().any(|argument| argument == "--test") {
         ratios("picks at 0.1 s", &picks(0.1));
-        let whole = Options {
+        let whole = BoundOptions {
             slot_s: Some(0.05),
-            ..Options::default()
+            ..BoundOptions::default()
         };
         ratios("everything at 0.05 s", &whole);
     }

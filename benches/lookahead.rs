@@ -6,7 +6,7 @@
 
 use pickline::decision::{Action, Snapshot, Strategy};
 use pickline::pattern::grid;
-use pickline::planning::{Allowance, Lookahead, Options};
+use pickline::planning::{Allowance, Lookahead, LookaheadOptions};
 use pickline::sim::{Scene, simulate};
 use pickline::station::built_in;
 use std::time::Instant;
@@ -51,7 +51,8 @@ fn main() {
             let scene = Scene::new(&station, &pattern).expect("on the belt");
             for text in ["", "budget-ms=10", "budget-ms=2"] {
                 let bases = ["SPT,FIFO", "SPT,SPT", "SD,FIFO"].map(|r| r.parse().expect("rules"));
-                let mut options = Options::parse(text, 2, Allowance::default()).expect("options");
+                let mut options =
+                    LookaheadOptions::parse(text, 2, Allowance::default()).expect("options");
                 options.bases = bases.to_vec();
                 let mut timed = Timed {
                     inner: Lookahead::new(options),

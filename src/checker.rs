@@ -21,7 +21,7 @@ const TOLERANCE: f64 = 1e-9;
 /// claims its item until the end of the grasp. Whether a grasp fails is random and is not checked.
 ///
 /// # Errors
-/// [`Error::Refuted`] with the first violation.
+/// [`Refuted`](crate::error::ErrorKind) with the first violation.
 pub fn check(station: &Station, pattern: &Pattern, outcome: &Outcome) -> Result<()> {
     let mut free_at = vec![0.0; station.robots().len()];
     // Who holds or held a claim on each item, and when the claim ends.
@@ -81,7 +81,7 @@ fn attempts(outcome: &Outcome) -> Result<Vec<(&Pick, Option<FailureCause>)>> {
 }
 
 fn refute<T>(pick: &Pick, problem: String) -> Result<T> {
-    Err(Error::Refuted(format!(
+    Err(Error::refuted(format!(
         "robot {} picking item {} at t = {} s: {problem}",
         pick.robot, pick.item, pick.decide
     )))
@@ -223,7 +223,7 @@ fn check_missed(
         .collect();
     let listed: Vec<u32> = outcome.missed.iter().map(|miss| miss.item).collect();
     if missing != listed {
-        return Err(Error::Refuted(format!(
+        return Err(Error::refuted(format!(
             "the missed items do not match: {} items were not picked, {} are listed as missed",
             missing.len(),
             listed.len()
@@ -236,7 +236,7 @@ fn check_missed(
             .iter()
             .any(|robot| can_be_met(station, robot, item.x0, item.y));
         if reachable == (miss.reason == MissReason::Unreachable) {
-            return Err(Error::Refuted(format!(
+            return Err(Error::refuted(format!(
                 "item {} is listed as {}, but {} robot can meet it",
                 miss.item,
                 miss.reason.name(),
@@ -245,7 +245,7 @@ fn check_missed(
         }
         let attempted = claims[miss.item as usize].is_some();
         if reachable && attempted != (miss.reason == MissReason::GraspFailed) {
-            return Err(Error::Refuted(format!(
+            return Err(Error::refuted(format!(
                 "item {} is listed as {}, but was {}attempted",
                 miss.item,
                 miss.reason.name(),
@@ -274,7 +274,7 @@ fn can_be_met(station: &Station, robot: &Robot, x0: f64, y: f64) -> bool {
 fn check_figures(station: &Station, pattern: &Pattern, outcome: &Outcome) -> Result<()> {
     let (given, there) = (outcome.robots.len(), station.robots().len());
     if given != there {
-        return Err(Error::Refuted(format!(
+        return Err(Error::refuted(format!(
             "there are figures for {}, but the station has {there}",
             counted(given, "robot")
         )));
@@ -325,7 +325,7 @@ fn agree(name: &str, given: f64, value: f64) -> Result<()> {
     if (given - value).abs() <= slack(value) {
         return Ok(());
     }
-    Err(Error::Refuted(format!(
+    Err(Error::refuted(format!(
         "{name} is reported as {given}, but is {value}"
     )))
 }

@@ -133,6 +133,11 @@ impl<'a> CsvFile<'a> {
         Ok(None)
     }
 
+    /// The line reached so far: that of the last row or of its error.
+    pub fn line(&self) -> usize {
+        self.line
+    }
+
     fn next_row(&mut self, record: &mut csv::StringRecord) -> Result<Option<usize>> {
         let more = self.reader.read_record(record).map_err(|error| {
             Error::input(
@@ -140,6 +145,7 @@ impl<'a> CsvFile<'a> {
                 format!("not valid CSV: {error}"),
                 "give every row one field per column",
             )
+            .caused_by(error)
         })?;
         if !more {
             return Ok(None);

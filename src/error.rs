@@ -1,55 +1,76 @@
 //! The library's single error type.
 //!
-//! Every message names the place (file and line, key or flag), the value found there and the cure,
-//! so that a user never has to guess what to change.
+//! Every message names the place (file and line, key or setting), the value found there and the
+//! cure, so that a user never has to guess what to change. [`Error::kind`] says what sort of
+//! failure it is.
+//!
+//! A message writes a setting, such as an option of a search, in single quotes: `'flow'`. The names
+//! are those of the library; a program that spells them otherwise passes its errors through
+//! [`Error::spell_settings`].
 
+use std::error::Error as StdError;
+use std::fmt;
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// Result of every fallible function in this crate.
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// Everything that can go wrong.
-#[derive(Debug, thiserror::Error)]
-pub enum Error {
-    /// Input that the model does not allow: a file, a flag or a value.
-    #[error("{place}: {problem}\n  cure: {cure}")]
-    Input {
-        /// File with line and key, or the flag.
+/// Everything that can go wrong: a kind, a message with place, problem and cure, and the error
+/// beneath it where there is one.
+pub struct Error(Box<Details>);
+
+/// The sort of a failure, by which a program chooses its exit code or its answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum ErrorKind {
+    /// A setting has a value that is not allowed, or settings contradict each other.
+    Usage,
+    /// A file or a value in it is not what the model or the format allows.
+    Input,
+    /// A path cannot be used as given: it does not exist, is a folder, or may not be accessed.
+    Path,
+    /// Reading or writing failed although the path is usable: a full disk, a broken device.
+    Io,
+    /// The operating system has no memory or no thread left.
+    Resources,
+    /// A strategy chose an action that the model forbids.
+    IllegalAction,
+    /// A check found that a result violates what it promises.
+    Refuted,
+    /// The user stopped the work before there was a result to report.
+    Interrupted,
+    /// A defect of this library.
+    Internal,
+}
+
+/// What a message is made of.
+#[derive(Debug)]
+enum Details {
+    Described {
+        kind: ErrorKind,
         place: String,
-        /// What is wrong, with the value found.
         problem: String,
-        /// How to fix it.
         cure: String,
+        source: Option<Box<dyn StdError + Send + Sync>>,
     },
-    /// A file or folder could not be read or written.
-    #[error("cannot {action} {}: {source}\n  cure: {}", path.display(), io_cure(action, path, source))]
-    Io {
+    File {
         /// `read` or `write`.
         action: &'static str,
         /// The path as the user gave it.
         path: PathBuf,
-        /// The error reported by the operating system.
-        source: std::io::Error,
+        source: io::Error,
     },
-    /// A strategy chose an action that the model forbids.
-    #[error(
-        "illegal action at t = {time} s by robot `{}`: {problem}",
-        shown(robot)
-    )]
     IllegalAction {
         /// Time of the decision [s].
         time: f64,
         /// Name of the deciding robot.
         robot: String,
-        /// The rule of the model that the action breaks.
         problem: String,
     },
-    /// The independent checker found that a run violates the model.
-    #[error("the checker rejects this run: {0}")]
     Refuted(String),
-    /// The user stopped the program before there was a result to report.
-    #[error("interrupted before the first result")]
     Interrupted,
+    Internal(String),
 }
 
 impl Error {
@@ -60,65 +81,277 @@ impl Error {
         problem: impl Into<String>,
         cure: impl Into<String>,
     ) -> Self {
-        Self::Input {
-            place: place.into(),
+        Self::described(ErrorKind::Input, place.into(), problem.into(), cure.into())
+    }
+
+    /// A setting that is not allowed. `place` names it in single quotes, with its value if that
+    /// is a long text; `problem` names the value, `cure` says what to change.
+    pub fn usage(
+        place: impl Into<String>,
+        problem: impl Into<String>,
+        cure: impl Into<String>,
+    ) -> Self {
+        Self::described(ErrorKind::Usage, place.into(), problem.into(), cure.into())
+    }
+
+    /// What the operating system could not provide, such as memory or a thread.
+    pub fn resources(
+        place: impl Into<String>,
+        problem: impl Into<String>,
+        cure: impl Into<String>,
+    ) -> Self {
+        Self::described(
+            ErrorKind::Resources,
+            place.into(),
+            problem.into(),
+            cure.into(),
+        )
+    }
+
+    fn described(kind: ErrorKind, place: String, problem: String, cure: String) -> Self {
+        Self(Box::new(Details::Described {
+            kind,
+            place,
+            problem,
+            cure,
+            source: None,
+        }))
+    }
+
+    /// A file that could not be read.
+    pub fn read(path: &Path, source: io::Error) -> Self {
+        Self::file("read", path, source)
+    }
+
+    /// A file or folder that could not be written.
+    pub fn write(path: &Path, source: io::Error) -> Self {
+        Self::file("write", path, source)
+    }
+
+    fn file(action: &'static str, path: &Path, source: io::Error) -> Self {
+        Self(Box::new(Details::File {
+            action,
+            path: path.to_owned(),
+            source,
+        }))
+    }
+
+    /// An action that the model forbids, chosen at `time` [s] for the robot of that name.
+    pub fn illegal_action(time: f64, robot: impl Into<String>, problem: impl Into<String>) -> Self {
+        Self(Box::new(Details::IllegalAction {
+            time,
+            robot: robot.into(),
             problem: problem.into(),
-            cure: cure.into(),
+        }))
+    }
+
+    /// A result that a check rejects.
+    pub fn refuted(problem: impl Into<String>) -> Self {
+        Self(Box::new(Details::Refuted(problem.into())))
+    }
+
+    /// The user stopped the work before the first result.
+    pub fn interrupted() -> Self {
+        Self(Box::new(Details::Interrupted))
+    }
+
+    /// A state that the library's own code should have excluded.
+    pub fn internal(problem: impl Into<String>) -> Self {
+        Self(Box::new(Details::Internal(problem.into())))
+    }
+
+    /// What sort of failure it is.
+    pub fn kind(&self) -> ErrorKind {
+        match &*self.0 {
+            Details::Described { kind, .. } => *kind,
+            Details::File { source, .. } if is_path_problem(source) => ErrorKind::Path,
+            Details::File { .. } => ErrorKind::Io,
+            Details::IllegalAction { .. } => ErrorKind::IllegalAction,
+            Details::Refuted(_) => ErrorKind::Refuted,
+            Details::Interrupted => ErrorKind::Interrupted,
+            Details::Internal(_) => ErrorKind::Internal,
+        }
+    }
+
+    /// Whether the user stopped the work before the first result.
+    pub fn is_interrupted(&self) -> bool {
+        self.kind() == ErrorKind::Interrupted
+    }
+
+    /// Where it went wrong: file with line and key, or setting. `None` for failures that are at no
+    /// such place.
+    pub fn place(&self) -> Option<&str> {
+        match &*self.0 {
+            Details::Described { place, .. } => Some(place),
+            Details::File { path, .. } => path.to_str(),
+            _ => None,
         }
     }
 
     /// The problem alone, for a message that has its own place and cure.
     pub fn problem(&self) -> String {
-        match self {
-            Self::Input { problem, .. } | Self::IllegalAction { problem, .. } => problem.clone(),
-            other => other.to_string(),
+        match &*self.0 {
+            Details::Described { problem, .. } | Details::IllegalAction { problem, .. } => {
+                problem.clone()
+            }
+            _ => self.to_string(),
         }
     }
 
-    /// The same error attributed to another place, such as the flag that sets the key.
-    pub fn at(self, place: &str) -> Self {
-        match self {
-            Self::Input { problem, cure, .. } => Self::input(place, problem, cure),
-            other => other,
+    /// The same error with the error that caused it.
+    #[must_use]
+    pub fn caused_by(mut self, cause: impl Into<Box<dyn StdError + Send + Sync>>) -> Self {
+        if let Details::Described { source, .. } = &mut *self.0 {
+            *source = Some(cause.into());
         }
+        self
+    }
+
+    /// The same error attributed to another place, such as the setting that gives the key.
+    #[must_use]
+    pub fn at(mut self, elsewhere: &str) -> Self {
+        if let Details::Described { place, .. } = &mut *self.0 {
+            *place = elsewhere.to_owned();
+        }
+        self
     }
 
     /// The same error with its place qualified by the enclosing `whole`, such as the file of an
     /// item.
-    pub fn inside(self, whole: &str) -> Self {
-        match self {
-            Self::Input {
+    #[must_use]
+    pub fn inside(mut self, whole: &str) -> Self {
+        if let Details::Described { place, .. } = &mut *self.0 {
+            *place = format!("{whole}: {place}");
+        }
+        self
+    }
+
+    /// The same error in the words of a program: each setting is replaced by what `spelling` makes
+    /// of its name ([`spell_settings`]).
+    #[must_use]
+    pub fn spell_settings(mut self, spelling: impl Fn(&str) -> String) -> Self {
+        if let Details::Described {
+            place,
+            problem,
+            cure,
+            ..
+        } = &mut *self.0
+        {
+            for text in [place, problem, cure] {
+                *text = spell_settings(text, &spelling);
+            }
+        }
+        self
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &*self.0 {
+            Details::Described {
                 place,
                 problem,
                 cure,
-            } => Self::input(format!("{whole}: {place}"), problem, cure),
-            other => other,
-        }
-    }
-
-    /// A file that could not be read.
-    pub fn read(path: &Path, source: std::io::Error) -> Self {
-        Self::Io {
-            action: "read",
-            path: path.to_owned(),
-            source,
-        }
-    }
-
-    /// A file or folder that could not be written.
-    pub fn write(path: &Path, source: std::io::Error) -> Self {
-        Self::Io {
-            action: "write",
-            path: path.to_owned(),
-            source,
+                ..
+            } => write!(f, "{place}: {problem}\n  cure: {cure}"),
+            Details::File {
+                action,
+                path,
+                source,
+            } => {
+                let cure = io_cure(action, path, source);
+                let path = path.display();
+                write!(f, "cannot {action} {path}: {source}\n  cure: {cure}")
+            }
+            Details::IllegalAction {
+                time,
+                robot,
+                problem,
+            } => {
+                let robot = shown(robot);
+                write!(
+                    f,
+                    "illegal action at t = {time} s by robot `{robot}`: {problem}"
+                )
+            }
+            Details::Refuted(problem) => write!(f, "the checker rejects this run: {problem}"),
+            Details::Interrupted => f.write_str("interrupted before the first result"),
+            Details::Internal(problem) => write!(
+                f,
+                "{problem}\n  cure: this is a defect of pickline; please report it with the command \
+                 line and the files"
+            ),
         }
     }
 }
 
+impl fmt::Debug for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+impl StdError for Error {
+    fn source(&self) -> Option<&(dyn StdError + 'static)> {
+        match &*self.0 {
+            Details::Described { source, .. } => Some(source.as_deref()?),
+            Details::File { source, .. } => Some(source),
+            _ => None,
+        }
+    }
+}
+
+/// Whether another path, or other rights to it, would help. Everything else is the machine's: a
+/// full disk, a device that fails, too many open files.
+fn is_path_problem(source: &io::Error) -> bool {
+    use io::ErrorKind;
+    matches!(
+        source.kind(),
+        ErrorKind::NotFound
+            | ErrorKind::PermissionDenied
+            | ErrorKind::AlreadyExists
+            | ErrorKind::NotADirectory
+            | ErrorKind::IsADirectory
+            | ErrorKind::DirectoryNotEmpty
+            | ErrorKind::ReadOnlyFilesystem
+            | ErrorKind::InvalidFilename
+            | ErrorKind::InvalidInput
+            | ErrorKind::InvalidData
+            | ErrorKind::ExecutableFileBusy
+            | ErrorKind::ResourceBusy
+            | ErrorKind::NotSeekable
+            | ErrorKind::Unsupported
+    )
+}
+
+/// The text with each setting, a name in single quotes such as `'update_hz'`, replaced by what
+/// `spelling` makes of the name. Apostrophes and other quoted texts stay.
+pub fn spell_settings(text: &str, spelling: impl Fn(&str) -> String) -> String {
+    let mut spelled = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(at) = rest.find('\'') {
+        let (before, quoted) = (&rest[..at], &rest[at + 1..]);
+        spelled.push_str(before);
+        let is_name = |c: char| c.is_ascii_lowercase() || c == '_';
+        let name = &quoted[..quoted.find(|c| !is_name(c)).unwrap_or(quoted.len())];
+        let is_setting = !name.is_empty()
+            && !before.ends_with(char::is_alphanumeric)
+            && quoted[name.len()..].starts_with('\'');
+        if is_setting {
+            spelled.push_str(&spelling(name));
+            rest = &quoted[name.len() + 1..];
+        } else {
+            spelled.push('\'');
+            rest = quoted;
+        }
+    }
+    spelled + rest
+}
+
 /// The cure for a path that cannot be read or written. For a missing file it suggests the file in
 /// the same folder with the most similar name.
-fn io_cure(action: &str, path: &Path, source: &std::io::Error) -> String {
-    use std::io::ErrorKind;
+fn io_cure(action: &str, path: &Path, source: &io::Error) -> String {
+    use io::ErrorKind;
     let folder = folder_of(path);
     match source.kind() {
         ErrorKind::NotFound if !folder.exists() => {
@@ -309,6 +542,54 @@ mod tests {
         }
         assert!(missing("other.csv").contains("the file does not exist"));
         assert!(missing("none/a.toml").contains("does not exist; check the path"));
+    }
+
+    #[test]
+    fn kinds_tell_a_wrong_path_from_a_full_disk() {
+        use io::ErrorKind as System;
+        let kind = |source: System| Error::write(Path::new("a"), source.into()).kind();
+        for source in [System::NotFound, System::PermissionDenied] {
+            assert_eq!(kind(source), ErrorKind::Path, "{source:?}");
+        }
+        for source in [System::StorageFull, System::OutOfMemory, System::Other] {
+            assert_eq!(kind(source), ErrorKind::Io, "{source:?}");
+        }
+        assert!(Error::interrupted().is_interrupted());
+    }
+
+    #[test]
+    fn the_error_beneath_is_kept() {
+        let number = "x".parse::<f64>().unwrap_err();
+        let error = Error::input("a.toml", "not a number", "give one").caused_by(number.clone());
+        assert_eq!(error.source().unwrap().to_string(), number.to_string());
+        assert_eq!(error.to_string(), "a.toml: not a number\n  cure: give one");
+        let error = Error::read(Path::new("a"), io::ErrorKind::NotFound.into());
+        assert!(error.source().unwrap().is::<io::Error>());
+    }
+
+    #[test]
+    fn settings_are_spelled_as_the_program_does_and_other_quotes_stay() {
+        let flag = |name: &str| format!("--{}", name.replace('_', "-"));
+        for (text, spelled) in [
+            (
+                "give 'update_hz' or 'flow' 60",
+                "give --update-hz or --flow 60",
+            ),
+            (
+                "a robot's arm, the robots' arms",
+                "a robot's arm, the robots' arms",
+            ),
+            ("'two words', 'X' and '", "'two words', 'X' and '"),
+            ("none", "none"),
+        ] {
+            assert_eq!(spell_settings(text, flag), spelled);
+        }
+        let error = Error::usage("'flow'", "0 items/min", "give 'flow' 60");
+        assert_eq!(error.kind(), ErrorKind::Usage);
+        assert_eq!(
+            error.spell_settings(flag).to_string(),
+            "--flow: 0 items/min\n  cure: give --flow 60"
+        );
     }
 
     #[test]

@@ -37,6 +37,7 @@ pub fn utf8(bytes: Vec<u8>, name: &str) -> Result<String> {
                 false => "save the file as UTF-8 (plain ASCII is UTF-8)",
             },
         )
+        .caused_by(error.utf8_error())
     })
 }
 

@@ -3,7 +3,7 @@
 use crate::decision::Strategy;
 use crate::dispatch::{Rule, RuleAssignment, RuleStrategy};
 use crate::error::{Error, Result, known_names, shown};
-use crate::planning::{Allowance, KEYS, Lookahead, Options};
+use crate::planning::{Allowance, KEYS, Lookahead, LookaheadOptions};
 use crate::policy::Trained;
 #[cfg(feature = "onnx")]
 use crate::policy::{Policy, PolicyStrategy};
@@ -25,14 +25,14 @@ pub struct StrategyKind {
     budgeted: bool,
     /// Reads the text after the colon (`None` without a colon). Also returns a remark about how
     /// it was read, if there is one.
-    read: fn(Option<&str>) -> Result<Reading>,
+    read: fn(Option<&str>) -> Result<ReadStrategy>,
 }
 
 /// Creates a strategy for a line after its text was read.
 type Maker = Box<dyn Fn(&Setup) -> Result<Blueprint> + Send + Sync>;
 
 /// A strategy that was read, and a remark about how.
-type Reading = (Maker, Option<String>);
+type ReadStrategy = (Maker, Option<String>);
 
 /// Every kind of strategy.
 pub static STRATEGIES: &[StrategyKind] = &[
@@ -62,7 +62,7 @@ pub static STRATEGIES: &[StrategyKind] = &[
         read: |text| {
             let text = text.unwrap_or_default().to_owned();
             let make: Maker = Box::new(move |setup| {
-                let mut options = Options::parse(&text, setup.robots, setup.allowance)?;
+                let mut options = LookaheadOptions::parse(&text, setup.robots, setup.allowance)?;
                 let name = options.written();
                 if options.bases.is_empty() {
                     options.bases = (setup.bases)()?;
@@ -240,10 +240,7 @@ impl Parsed {
     /// # Errors
     /// As for [`Parsed::on`].
     pub fn alone(&self, robots: usize) -> Result<Blueprint> {
-        let bases = || {
-            let default = default_strategy(robots);
-            Ok(vec![default.trim_start_matches("rules:").parse()?])
-        };
+        let bases = || Ok(vec![default_assignment(robots)]);
         self.on(&Setup {
             robots,
             bases: &bases,
@@ -327,12 +324,17 @@ pub fn help() -> String {
 
 /// The paper's robust assignment for a line of `robots` robots: SPT for all but the
 /// last, FIFO for the last (Jermann et al., Table 1).
-pub fn default_strategy(robots: usize) -> String {
-    let mut rules = vec!["SPT"; robots];
+pub fn default_assignment(robots: usize) -> RuleAssignment {
+    let mut rules = vec![Rule::SPT; robots];
     if let Some(last) = rules.last_mut() {
-        *last = "FIFO";
+        *last = Rule::FIFO;
     }
-    format!("rules:{}", rules.join(","))
+    RuleAssignment::new(rules)
+}
+
+/// [`default_assignment`] as the name of a strategy.
+pub fn default_strategy(robots: usize) -> String {
+    format!("rules:{}", default_assignment(robots).names().join(","))
 }
 
 #[cfg(test)]

@@ -49,6 +49,7 @@ impl<'a> File<'a> {
                 ),
                 "fix the line; strings need quotes, and numbers a digit before the decimal point",
             )
+            .caused_by(error)
         })?;
         read(&Section {
             file: self,

@@ -2,13 +2,13 @@
 //! A tracker's file of any form: whatever is accepted is a pattern that reads back.
 
 use libfuzzer_sys::fuzz_target;
-use pickline::pattern::tracking::{Axis, Options, Recording, import};
+use pickline::pattern::tracking::{ImageAxis, ImportOptions, Recording, import};
 use pickline::pattern::{parse, to_csv};
 
 fuzz_target!(|text: &str| {
     let recording = Recording::Text(text.to_owned());
-    for (axis, min_frames) in [(Axis::X, 1), (Axis::Y, 2)] {
-        let mut options = Options::new(10.0, 0.001, axis, 0.1);
+    for (axis, min_frames) in [(ImageAxis::X, 1), (ImageAxis::Y, 2)] {
+        let mut options = ImportOptions::new(10.0, 0.001, axis, 0.1);
         options.min_frames = min_frames;
         let Ok(import) = import(&recording, "m", &options) else {
             continue;

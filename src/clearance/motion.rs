@@ -112,19 +112,19 @@ struct Pair {
 
 /// The two arms at one moment.
 #[derive(Clone, Copy)]
-struct Moment {
+struct ArmsAt {
     time: f64,
     tools: [Point2<f64>; 2],
     nearest: Nearest,
 }
 
 impl Pair {
-    fn moment(&self, time: f64, tools: [Point2<f64>; 2]) -> Moment {
+    fn moment(&self, time: f64, tools: [Point2<f64>; 2]) -> ArmsAt {
         let arm = |i: usize| Segment {
             from: self.bases[i],
             to: tools[i],
         };
-        Moment {
+        ArmsAt {
             time,
             tools,
             nearest: arm(0).nearest(&arm(1)),
@@ -151,7 +151,7 @@ impl Pair {
     }
 
     /// Searches between two moments between which both tool points move uniformly.
-    fn halve(&self, from: &Moment, to: &Moment, best: &mut Option<Clearance>) {
+    fn halve(&self, from: &ArmsAt, to: &ArmsAt, best: &mut Option<Clearance>) {
         let least = best.map_or(f64::INFINITY, |best| best.distance);
         let moved: f64 = (0..2).map(|i| (to.tools[i] - from.tools[i]).norm()).sum();
         let bound = 0.5 * (from.nearest.distance + to.nearest.distance - moved);
@@ -166,7 +166,7 @@ impl Pair {
         self.halve(&moment, to, best);
     }
 
-    fn note(&self, moment: &Moment, best: &mut Option<Clearance>) {
+    fn note(&self, moment: &ArmsAt, best: &mut Option<Clearance>) {
         if best.is_none_or(|best| moment.nearest.distance < best.distance) {
             *best = Some(Clearance {
                 distance: moment.nearest.distance,

@@ -55,16 +55,17 @@ pub fn answer(strategy: &mut dyn Strategy, snapshot: &Snapshot) -> Result<Action
             .trouble()
             .unwrap_or_else(|| "it has no answer".into()),
     };
-    Err(Error::IllegalAction {
-        time: snapshot.time,
-        robot: snapshot.station.robots()[snapshot.robot].name.clone(),
-        problem: format!(
+    let robot = &snapshot.station.robots()[snapshot.robot];
+    Err(Error::illegal_action(
+        snapshot.time,
+        &robot.name,
+        format!(
             "the strategy {}: {problem}\n  seen: {}\n  cure: use another strategy, or fix this \
              one (a policy: train it on stations and patterns like these and export it again)",
             strategy.name(),
             snapshot.in_words(),
         ),
-    })
+    ))
 }
 
 #[cfg(test)]
@@ -91,9 +92,9 @@ mod tests {
     }
 
     /// A strategy that relies on the default methods.
-    struct Silent;
+    struct Defaults;
 
-    impl Strategy for Silent {
+    impl Strategy for Defaults {
         fn decide(&mut self, _: &Snapshot) -> Action {
             Action::NoAnswer
         }
@@ -189,9 +190,9 @@ mod tests {
 
     #[test]
     fn strategies_look_and_have_no_trouble_unless_they_say_so() {
-        assert!(Silent.needs_view());
-        assert_eq!(Silent.trouble(), None);
-        let message = ask(&mut Silent, 1).unwrap_err().to_string();
+        assert!(Defaults.needs_view());
+        assert_eq!(Defaults.trouble(), None);
+        let message = ask(&mut Defaults, 1).unwrap_err().to_string();
         assert!(message.contains("silent: it has no answer"), "{message}");
     }
 

@@ -21,6 +21,10 @@ pub static RULES: &[&dyn DispatchingRule] = &[&Fifo, &Spt, &Lpt, &Sd, &Ld, &Pp];
 pub struct Rule(u8);
 
 impl Rule {
+    /// First in, first out.
+    pub const FIFO: Self = Self(0);
+    /// Shortest processing time.
+    pub const SPT: Self = Self(1);
     /// The first rule of the registry.
     pub(super) const FIRST: Self = Self(0);
 
@@ -75,6 +79,11 @@ impl FromStr for Rule {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn constants_are_the_rules_of_their_names() {
+        assert_eq!((Rule::FIFO.name(), Rule::SPT.name()), ("FIFO", "SPT"));
+    }
 
     #[test]
     fn names_are_unique_and_read_back() {

@@ -2,7 +2,7 @@
 
 use super::comparison::{CaseBound, CaseResult, Comparison};
 use super::draws::Draws;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::optimize::{Environment, bound_beside};
 use crate::planning::bound::{Bound, certified_percent};
 use crate::station::Station;
@@ -38,7 +38,7 @@ pub fn add_bounds(
             })
             .collect();
         let bounds = match bounds {
-            Err(Error::Interrupted) => break,
+            Err(error) if error.is_interrupted() => break,
             bounds => bounds?,
         };
         result.bound = Some(summarise(result, &bounds));

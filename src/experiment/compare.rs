@@ -22,7 +22,7 @@ use rayon::prelude::*;
 ///
 /// # Errors
 /// A pattern that cannot be generated or read or that does not fit on the belt, an illegal
-/// action, or [`Error::Interrupted`] before the first case is complete.
+/// action, or [`Interrupted`](crate::error::ErrorKind) before the first case is complete.
 pub fn compare(
     station: &Station,
     methods: Vec<Method>,
@@ -50,7 +50,7 @@ pub fn compare(
         let (seeds, patterns): (Vec<_>, Vec<_>) = drawn.into_iter().unzip();
         let run = |(seed, pattern): (&Option<u64>, &Pattern)| -> Result<Vec<MethodRun>> {
             if environment.stopped() {
-                return Err(Error::Interrupted);
+                return Err(Error::interrupted());
             }
             let scene = draws.scene(*seed, pattern, station);
             let scene = scene.map_err(|error| error.inside(&case.name))?;
@@ -61,7 +61,7 @@ pub fn compare(
         let by_pattern: Result<Vec<Vec<MethodRun>>> =
             seeds.par_iter().zip(&patterns).map(run).collect();
         let by_pattern = match by_pattern {
-            Err(Error::Interrupted) if !results.is_empty() => break,
+            Err(error) if error.is_interrupted() && !results.is_empty() => break,
             by_pattern => by_pattern?,
         };
         results.push(CaseResult {

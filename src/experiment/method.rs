@@ -113,7 +113,7 @@ impl Method {
                     }
                 })?;
                 // A line has at least one robot, so its tree has an assignment.
-                let (place, figures) = best.ok_or(Error::Interrupted)?;
+                let (place, figures) = best.ok_or(Error::interrupted())?;
                 let chosen = tree.assignments()[place].clone();
                 // The tree does not store picks.
                 let outcome = simulate_rules(scene, &chosen)?;

@@ -132,7 +132,7 @@ pub struct ValueLimit {
 /// and pick everything at a higher one. Each method is run until its first miss.
 ///
 /// # Errors
-/// A line that `setting` rejects, an illegal action, or [`Error::Interrupted`].
+/// A line that `setting` rejects, an illegal action, or [`Interrupted`](crate::error::ErrorKind).
 pub fn find_limits(
     setting: impl Fn(f64) -> Result<Setting>,
     (step, most): (f64, f64),
@@ -152,7 +152,7 @@ pub fn find_limits(
         let holds = |method: &super::Method| -> Result<bool> {
             let whole = |(place, pattern): (usize, &Pattern)| -> Result<bool> {
                 if environment.stopped() {
-                    return Err(Error::Interrupted);
+                    return Err(Error::interrupted());
                 }
                 let seed = conditions.disturbances.seed.wrapping_add(place as u64);
                 let scene = Scene::under(&setting.station, pattern, conditions.with_seed(seed))?;

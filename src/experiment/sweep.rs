@@ -227,7 +227,7 @@ impl Sweep {
 /// on any number of threads. A stop request takes effect after a whole value.
 ///
 /// # Errors
-/// A pattern that does not fit on the belt, an illegal action, or [`Error::Interrupted`] before
+/// A pattern that does not fit on the belt, an illegal action, or [`Interrupted`](crate::error::ErrorKind) before
 /// the first value is complete.
 pub fn sweep(
     settings: &[Setting],
@@ -245,7 +245,7 @@ pub fn sweep(
     for setting in settings {
         let run = |(place, pattern): (usize, &Pattern)| -> Result<Runs> {
             if environment.stopped() {
-                return Err(Error::Interrupted);
+                return Err(Error::interrupted());
             }
             let seed = conditions.disturbances.seed.wrapping_add(place as u64);
             let scene = Scene::under(&setting.station, pattern, conditions.with_seed(seed))?;
@@ -265,7 +265,7 @@ pub fn sweep(
         };
         let by_pattern: Result<Vec<Runs>> = patterns.par_iter().enumerate().map(run).collect();
         let by_pattern = match by_pattern {
-            Err(Error::Interrupted) if !points.is_empty() => break,
+            Err(error) if error.is_interrupted() && !points.is_empty() => break,
             by_pattern => by_pattern?,
         };
         let most: Option<f64> = by_pattern

@@ -2,23 +2,23 @@
 
 use super::environment::Environment;
 use crate::error::{Error, Result};
-use crate::planning::bound::{Bound, Options, upper_bound};
+use crate::planning::bound::{Bound, BoundOptions, upper_bound};
 use crate::sim::Scene;
 
 /// The bound for a scene on which the best run picks `picked` items.
 ///
 /// # Errors
-/// A pattern for which no bound can be computed, or [`Error::Interrupted`], because the
+/// A pattern for which no bound can be computed, or [`Interrupted`](crate::error::ErrorKind), because the
 /// progress at a stop depends on the machine.
 pub fn bound_beside(scene: &Scene, picked: usize, environment: &Environment) -> Result<Bound> {
     let go_on = &mut |_, _| !environment.stopped();
     let bound = upper_bound(
         scene,
-        &Options::beside(picked, scene.pattern().len()),
+        &BoundOptions::beside(picked, scene.pattern().len()),
         go_on,
     )?;
     if environment.stopped() {
-        return Err(Error::Interrupted);
+        return Err(Error::interrupted());
     }
     Ok(bound)
 }

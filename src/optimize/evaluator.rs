@@ -270,7 +270,7 @@ impl<'a> Evaluator<'a> {
         let on_pattern = |scene: &Scene| {
             let run = |scene: &Scene| {
                 if environment.stopped() {
-                    return Err(Error::Interrupted);
+                    return Err(Error::interrupted());
                 }
                 Ok(simulate(scene, strategy.make().as_mut())?.figures)
             };
@@ -286,7 +286,7 @@ impl<'a> Evaluator<'a> {
         };
         let runs = self.scenes.par_iter().map(on_pattern);
         let (values, shares): (Vec<f64>, Vec<f64>) = match runs.collect::<Result<Vec<_>>>() {
-            Err(Error::Interrupted) => return Ok(None),
+            Err(error) if error.is_interrupted() => return Ok(None),
             runs => runs?.into_iter().unzip(),
         };
         Ok(Some(Score {

@@ -169,7 +169,7 @@ const BESIDE: f64 = 0.1;
 ///
 /// # Errors
 /// An enumeration that does not fit into memory, a time limit reached before anything was
-/// scored, or [`Error::Interrupted`] if the user stopped it before that.
+/// scored, or [`Interrupted`](crate::error::ErrorKind) if the user stopped it before that.
 pub fn optimize(
     evaluator: &Evaluator,
     search: &Search,
@@ -257,7 +257,7 @@ pub fn optimize(
 /// Why there is no result.
 fn nothing_scored(environment: &Environment) -> Error {
     if environment.stopped() {
-        return Error::Interrupted;
+        return Error::interrupted();
     }
     Error::input(
         "--time-limit",

@@ -7,7 +7,7 @@ use super::evaluator::Evaluator;
 use super::objective::{Objective, Risk};
 use super::ranking::Ranked;
 use crate::dispatch::RuleAssignment;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::pattern::Pattern;
 use crate::planning::bound::certified_percent;
 use crate::sim::{Conditions, Scene};
@@ -165,7 +165,7 @@ fn certificate(
     let bounded: Result<Vec<(usize, usize)>> = bounded.collect();
     progress.end();
     let bounded = match bounded {
-        Err(Error::Interrupted) => return Ok(None),
+        Err(error) if error.is_interrupted() => return Ok(None),
         bounded => bounded?,
     };
     let items: usize = patterns.iter().map(Pattern::len).sum();

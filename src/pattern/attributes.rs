@@ -101,24 +101,24 @@ impl Distribution {
 }
 
 /// The valid range of drawn values.
-struct Range {
+struct ValueRange {
     holds: fn(f64) -> bool,
     name: &'static str,
     cure: &'static str,
 }
 
-const AREA: Range = Range {
+const AREA: ValueRange = ValueRange {
     holds: is_amount,
     name: "an area",
     cure: "choose a distribution within 0 to 1e12 cm^2",
 };
-const SHARE: Range = Range {
+const SHARE: ValueRange = ValueRange {
     holds: is_share,
     name: "a probability",
     cure: "choose a distribution within 0 to 1: beta, or uniform between these limits",
 };
 
-impl Range {
+impl ValueRange {
     fn checked(&self, flag: &str, distribution: &Distribution, value: f64) -> Result<f64> {
         if (self.holds)(value) {
             return Ok(value);
@@ -151,7 +151,7 @@ impl Attributes {
         if *self == Self::default() {
             return Ok(pattern);
         }
-        let mut draw = |flag: &str, distribution: &Option<Distribution>, range: &Range| {
+        let mut draw = |flag: &str, distribution: &Option<Distribution>, range: &ValueRange| {
             distribution
                 .as_ref()
                 .map(|d| range.checked(flag, d, d.draw(rng)))

@@ -25,11 +25,11 @@ pub(super) struct Horizon {
     /// When each item would leave the belt [s].
     pub leaves: Vec<f64>,
     /// For each robot, one entry per item.
-    reach: Vec<Vec<Reach>>,
+    reach: Vec<Vec<ItemReach>>,
     /// For each robot, the items that it can still reach, by opening time, then place;
     /// `Candidate::item` is the place.
     pub queues: Vec<Vec<Candidate>>,
-    arms: Vec<Arm>,
+    arms: Vec<RobotTiming>,
     belt_speed: f64,
     /// The windows of the item being added, one per robot.
     windows: Vec<Option<(f64, f64)>>,
@@ -37,7 +37,7 @@ pub(super) struct Horizon {
 
 /// One item for one robot.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Reach {
+pub(super) struct ItemReach {
     /// Position along the travel at time 0 [m].
     x0: f64,
     /// Position across the belt, relative to the bin [m].
@@ -51,11 +51,25 @@ pub(super) struct Reach {
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Arm {
+struct RobotTiming {
     bin_x: f64,
     speed: f64,
     grasp: f64,
     release: f64,
+}
+
+/// An item that is to be planned.
+struct SeenItem {
+    /// Its index in the pattern.
+    item: u32,
+    /// Position along the travel at time 0 [m].
+    x0: f64,
+    /// Position across the belt [m].
+    y: f64,
+    /// Weight, which the rules use.
+    weight: f64,
+    /// Value in plans: 1, or the weight.
+    value: f64,
 }
 
 impl Horizon {
@@ -72,12 +86,13 @@ impl Horizon {
         self.free.extend(free.map(|free| free.max(snapshot.time)));
         self.free[snapshot.robot] = snapshot.time;
         self.arms.clear();
-        self.arms.extend(station.robots().iter().map(|robot| Arm {
-            bin_x: robot.bin.x,
-            speed: robot.speed,
-            grasp: robot.grasp_time,
-            release: robot.release_time,
-        }));
+        self.arms
+            .extend(station.robots().iter().map(|robot| RobotTiming {
+                bin_x: robot.bin.x,
+                speed: robot.speed,
+                grasp: robot.grasp_time,
+                release: robot.release_time,
+            }));
         self.items.clear();
         self.values.clear();
         self.leaves.clear();
@@ -113,7 +128,14 @@ impl Horizon {
             };
             // An item without value is not worth a robot's time.
             if value > 0.0 {
-                self.add(station, item, (x0, y), (value, weight), ahead);
+                let seen = SeenItem {
+                    item,
+                    x0,
+                    y,
+                    weight,
+                    value,
+                };
+                self.add(station, seen, ahead);
             }
         }
         let places = self.items.iter().zip(0..);
@@ -127,15 +149,15 @@ impl Horizon {
         }
     }
 
-    /// Adds the item that was at (`x0`, `y`) [m] at time 0, if some robot reaches it.
-    fn add(
-        &mut self,
-        station: &Station,
-        item: u32,
-        (x0, y): (f64, f64),
-        (value, weight): (f64, f64),
-        ahead: f64,
-    ) {
+    /// Adds the item `seen`, if some robot reaches it within `ahead` [s] from now.
+    fn add(&mut self, station: &Station, seen: SeenItem, ahead: f64) {
+        let SeenItem {
+            item,
+            x0,
+            y,
+            weight,
+            value,
+        } = seen;
         let belt = station.belt();
         let until = self.now + ahead;
         self.windows.clear();
@@ -150,7 +172,7 @@ impl Horizon {
         let place = self.items.len() as u32;
         for (robot, window) in self.windows.iter().enumerate() {
             let (open, close) = window.unwrap_or((f64::INFINITY, f64::NEG_INFINITY));
-            let mut reach = Reach {
+            let mut reach = ItemReach {
                 x0,
                 dy: y - station.robots()[robot].bin.y,
                 open,
@@ -204,13 +226,13 @@ impl Horizon {
 
     /// The data of one item for one robot.
     #[inline(always)]
-    pub fn reach(&self, robot: usize, place: u32) -> &Reach {
+    pub fn reach(&self, robot: usize, place: u32) -> &ItemReach {
         &self.reach[robot][place as usize]
     }
 
     /// When `robot` is free again if it leaves for the item at `start` [s].
     #[inline(always)]
-    pub fn finish(&self, robot: usize, reach: &Reach, start: f64) -> f64 {
+    pub fn finish(&self, robot: usize, reach: &ItemReach, start: f64) -> f64 {
         let arm = &self.arms[robot];
         let dx = reach.x0 + self.belt_speed * start - arm.bin_x;
         let travel = kinematics::travel_time(dx, reach.dy, self.belt_speed, arm.speed);
@@ -220,7 +242,7 @@ impl Horizon {
     /// The departure in the window [s] for which the pick takes the shortest time. The travel
     /// time of [`kinematics::travel_time`] is shortest where its derivative along the belt is
     /// zero, `dx = -|dy| v / u`, and increases on both sides.
-    fn best_start(&self, robot: usize, reach: &Reach) -> f64 {
+    fn best_start(&self, robot: usize, reach: &ItemReach) -> f64 {
         let arm = &self.arms[robot];
         let dx = -reach.dy.abs() * self.belt_speed / arm.speed;
         let at = (dx + arm.bin_x - reach.x0) / self.belt_speed;
@@ -232,7 +254,7 @@ impl Horizon {
     /// because the arm is faster than the belt. Backwards in time the belt moves the other way,
     /// so the way back has the meeting point's closed form with -v.
     #[inline(always)]
-    pub fn latest_start(&self, robot: usize, reach: &Reach, deadline: f64) -> f64 {
+    pub fn latest_start(&self, robot: usize, reach: &ItemReach, deadline: f64) -> f64 {
         let arm = &self.arms[robot];
         let lifted = deadline - arm.grasp - arm.release;
         let dx = reach.x0 + self.belt_speed * lifted - arm.bin_x;

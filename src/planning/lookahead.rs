@@ -3,9 +3,9 @@
 
 use super::horizon::Horizon;
 use super::meter::Meter;
-use super::options::Options;
-use super::plan::Plan;
-use super::rollout::{Bases, Best, Rollout};
+use super::options::LookaheadOptions;
+use super::plan::PickPlan;
+use super::rollout::{Bases, Beam, BestPlan, Rollout};
 use super::search::Improver;
 use crate::decision::{Action, Snapshot, Strategy};
 use crate::pattern::random_stream;
@@ -22,13 +22,13 @@ use crate::pattern::random_stream;
 /// everything that it could take.
 #[derive(Debug)]
 pub struct Lookahead {
-    options: Options,
+    options: LookaheadOptions,
     horizon: Horizon,
-    plan: Plan,
+    plan: PickPlan,
     /// For each robot, the items of the plan by their index in the pattern, because places are
     /// valid for one decision only.
     kept: Vec<Vec<u32>>,
-    nothing: Plan,
+    nothing: PickPlan,
     rollout: Rollout,
     improver: Improver,
     decisions: u64,
@@ -36,13 +36,13 @@ pub struct Lookahead {
 
 impl Lookahead {
     /// A planner at the start of a run.
-    pub fn new(options: Options) -> Self {
+    pub fn new(options: LookaheadOptions) -> Self {
         Self {
             options,
             horizon: Horizon::default(),
-            plan: Plan::default(),
+            plan: PickPlan::default(),
             kept: Vec::new(),
-            nothing: Plan::default(),
+            nothing: PickPlan::default(),
             rollout: Rollout::default(),
             improver: Improver::default(),
             decisions: 0,
@@ -62,7 +62,7 @@ impl Lookahead {
             horizon,
             assignments: &options.bases,
         };
-        let mut best = Best {
+        let mut best = BestPlan {
             score: self.plan.score(horizon),
             plan: &mut self.plan,
         };
@@ -70,8 +70,11 @@ impl Lookahead {
         let nothing = &self.nothing;
         let completed = self.rollout.complete(bases, nothing, &mut best, &mut meter);
         if completed.is_some() && options.depth > 0 {
-            let size = (options.depth, options.width);
-            self.rollout.search(bases, size, &mut best, &mut meter);
+            let beam = Beam {
+                depth: options.depth,
+                width: options.width,
+            };
+            self.rollout.search(bases, beam, &mut best, &mut meter);
         }
         for robot in 0..horizon.robots() {
             // Rollouts do not compute the latest starts.

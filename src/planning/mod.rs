@@ -12,4 +12,4 @@ mod search;
 
 pub use lookahead::Lookahead;
 pub use meter::{Allowance, Budget};
-pub use options::{Goal, KEYS, Options};
+pub use options::{Goal, KEYS, LookaheadOptions};

@@ -16,7 +16,7 @@ pub enum Goal {
 
 /// Options of a [`super::Lookahead`].
 #[derive(Debug, Clone, PartialEq)]
-pub struct Options {
+pub struct LookaheadOptions {
     /// The primary objective.
     pub goal: Goal,
     /// The budget of a decision.
@@ -37,7 +37,7 @@ pub struct Options {
     pub seed: u64,
 }
 
-impl Default for Options {
+impl Default for LookaheadOptions {
     fn default() -> Self {
         Self {
             goal: Goal::Picks,
@@ -80,7 +80,7 @@ pub const KEYS: [(&str, &str); 9] = [
     ("seed", "seed of that search [1]"),
 ];
 
-impl Options {
+impl LookaheadOptions {
     /// Reads `key=value,key=value` for a line of `robots` robots; `allowance` applies if no
     /// budget is given.
     ///
@@ -248,7 +248,7 @@ mod tests {
             "budget-ms=2.5,horizon=30",
             "bases=SPT+FIFO/SPT+SPT,depth=1,width=3,improve=no,seed=7",
         ] {
-            let options = Options::parse(text, 2, Allowance::default()).unwrap();
+            let options = LookaheadOptions::parse(text, 2, Allowance::default()).unwrap();
             let name = if text.is_empty() {
                 "lookahead".to_owned()
             } else {
@@ -261,15 +261,19 @@ mod tests {
     /// Explicit defaults, spaces and empty parts make no difference.
     #[test]
     fn defaults_can_be_written_out() {
-        let read = |text: &str| Options::parse(text, 2, Allowance::default()).unwrap();
+        let read = |text: &str| LookaheadOptions::parse(text, 2, Allowance::default()).unwrap();
         let all = "goal=picks, budget = 4000,,depth=0,width=1,improve=yes,seed=1";
-        assert_eq!(read(all), Options::default());
+        assert_eq!(read(all), LookaheadOptions::default());
         assert_eq!(read(all), read(""));
         let asked = Allowance {
             asked: Some(Budget::Decisions(7)),
             otherwise: Budget::LIVE,
         };
-        let with = |allowance| Options::parse("seed=3", 2, allowance).unwrap().budget;
+        let with = |allowance| {
+            LookaheadOptions::parse("seed=3", 2, allowance)
+                .unwrap()
+                .budget
+        };
         assert_eq!(with(asked), Budget::Decisions(7));
         let asked = None;
         let otherwise = Budget::LIVE;
@@ -291,7 +295,7 @@ mod tests {
             ("improve=maybe", &["yes or no"]),
             ("horizon=-1", &["lookahead:horizon"]),
         ] {
-            let message = Options::parse(text, 2, Allowance::default())
+            let message = LookaheadOptions::parse(text, 2, Allowance::default())
                 .unwrap_err()
                 .to_string();
             for word in words {

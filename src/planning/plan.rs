@@ -8,7 +8,7 @@ pub(super) const NOBODY: u16 = u16::MAX;
 
 /// One pick of a plan.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Stop {
+pub(super) struct PlannedPick {
     /// Place of the item in the horizon.
     pub place: u32,
     /// When the robot leaves for it [s]: as soon as it is free and the window is open. Waiting
@@ -22,9 +22,9 @@ pub(super) struct Stop {
 
 /// For each robot a sequence of stops; no item twice.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Plan {
+pub(super) struct PickPlan {
     /// The stops of each robot in order of time.
-    pub routes: Vec<Vec<Stop>>,
+    pub routes: Vec<Vec<PlannedPick>>,
     /// For each item of the horizon, the robot that takes it, or [`NOBODY`].
     pub owner: Vec<u16>,
     /// Total value of the planned items.
@@ -33,7 +33,7 @@ pub(super) struct Plan {
 
 /// How plans are compared: by value, then by the end, then by how soon robots are free.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Score {
+pub(super) struct PlanScore {
     /// Total value of the planned items.
     pub value: f64,
     /// When the last planned item is in its bin and the last other item has left the belt [s].
@@ -42,7 +42,7 @@ pub(super) struct Score {
     pub free: f64,
 }
 
-impl Score {
+impl PlanScore {
     /// Compares two scores; the better one is greater. Values are sums in any order, so they
     /// count as equal within rounding.
     pub fn compare(&self, other: &Self) -> Ordering {
@@ -60,7 +60,7 @@ impl Score {
     }
 }
 
-impl Plan {
+impl PickPlan {
     /// Removes everything from the plan.
     pub fn clear(&mut self, horizon: &Horizon) {
         self.routes.resize_with(horizon.robots(), Vec::new);
@@ -84,7 +84,7 @@ impl Plan {
         // A station has at most 100 robots.
         self.owner[place as usize] = robot as u16;
         self.value += horizon.values[place as usize];
-        self.routes[robot].push(Stop {
+        self.routes[robot].push(PlannedPick {
             place,
             start,
             finish,
@@ -136,7 +136,7 @@ impl Plan {
     }
 
     /// The score of the plan.
-    pub fn score(&self, horizon: &Horizon) -> Score {
+    pub fn score(&self, horizon: &Horizon) -> PlanScore {
         // Items are in pattern order, downstream first, so the last one without an owner is the
         // last to leave.
         let left = self.owner.iter().rposition(|&owner| owner == NOBODY);
@@ -149,7 +149,7 @@ impl Plan {
                 end = end.max(done);
             }
         }
-        Score {
+        PlanScore {
             value: self.value,
             end,
             free,

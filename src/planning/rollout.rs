@@ -6,7 +6,7 @@
 
 use super::horizon::Horizon;
 use super::meter::Meter;
-use super::plan::{NOBODY, Plan, Score};
+use super::plan::{NOBODY, PickPlan, PlanScore};
 use crate::decision::{Candidate, Moment};
 use crate::dispatch::{Rule, RuleAssignment};
 use crate::station::Station;
@@ -14,13 +14,13 @@ use crate::station::Station;
 /// Reusable buffers of rollouts.
 #[derive(Debug, Default)]
 pub(super) struct Rollout {
-    robots: Vec<Arm>,
-    trial: Plan,
+    robots: Vec<RobotProgress>,
+    trial: PickPlan,
 }
 
 /// The state of one robot during a rollout.
 #[derive(Debug, Default)]
-struct Arm {
+struct RobotProgress {
     /// Index in its queue of the first item whose window has not opened yet.
     next: usize,
     /// Items with open windows that may still be picked.
@@ -38,11 +38,20 @@ pub(super) struct Bases<'a> {
     pub assignments: &'a [RuleAssignment],
 }
 
+/// The size of a search over first decisions.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Beam {
+    /// Number of decisions.
+    pub depth: usize,
+    /// Number of partial plans that are kept from one decision to the next.
+    pub width: usize,
+}
+
 /// The best plan so far.
 #[derive(Debug)]
-pub(super) struct Best<'p> {
-    pub plan: &'p mut Plan,
-    pub score: Score,
+pub(super) struct BestPlan<'p> {
+    pub plan: &'p mut PickPlan,
+    pub score: PlanScore,
 }
 
 impl Rollout {
@@ -51,12 +60,12 @@ impl Rollout {
     pub fn complete(
         &mut self,
         bases: Bases,
-        start: &Plan,
-        best: &mut Best,
+        start: &PickPlan,
+        best: &mut BestPlan,
         meter: &mut Meter,
-    ) -> Option<Score> {
+    ) -> Option<PlanScore> {
         let mut trial = std::mem::take(&mut self.trial);
-        let mut highest: Option<Score> = None;
+        let mut highest: Option<PlanScore> = None;
         for base in bases.assignments {
             trial.copy_from(start);
             if !self.extend(bases, base.rules(), &mut trial, meter) {
@@ -76,19 +85,13 @@ impl Rollout {
         highest
     }
 
-    /// Tries every candidate for the first `depth` decisions and keeps the `width` best partial
-    /// plans from one to the next; `depth` 1 is the classical rollout.
-    pub fn search(
-        &mut self,
-        bases: Bases,
-        (depth, width): (usize, usize),
-        best: &mut Best,
-        meter: &mut Meter,
-    ) {
-        let mut beginnings = vec![Plan::default()];
+    /// Tries every candidate for the first decisions of `beam` and keeps the best partial plans
+    /// from one to the next; a depth of 1 is the classical rollout.
+    pub fn search(&mut self, bases: Bases, beam: Beam, best: &mut BestPlan, meter: &mut Meter) {
+        let mut beginnings = vec![PickPlan::default()];
         beginnings[0].clear(bases.horizon);
-        for _ in 0..depth {
-            let mut tried: Vec<(Score, Plan)> = Vec::new();
+        for _ in 0..beam.depth {
+            let mut tried: Vec<(PlanScore, PickPlan)> = Vec::new();
             for beginning in &beginnings {
                 let Some((robot, time, places)) = self.choices(bases.horizon, beginning) else {
                     continue;
@@ -107,7 +110,7 @@ impl Rollout {
             }
             // The sort is stable, so equal plans stay in order.
             tried.sort_by(|(a, _), (b, _)| a.compare(b).reverse());
-            tried.truncate(width);
+            tried.truncate(beam.width);
             beginnings = tried.into_iter().map(|(_, plan)| plan).collect();
         }
     }
@@ -115,7 +118,13 @@ impl Rollout {
     /// Continues `plan` as if every robot followed its rule after its planned stops, with the
     /// model's order of decisions (`docs/model.md`): the earliest first, ties to the robot
     /// listed first. Returns whether it was completed in time.
-    fn extend(&mut self, bases: Bases, rules: &[Rule], plan: &mut Plan, meter: &mut Meter) -> bool {
+    fn extend(
+        &mut self,
+        bases: Bases,
+        rules: &[Rule],
+        plan: &mut PickPlan,
+        meter: &mut Meter,
+    ) -> bool {
         let horizon = bases.horizon;
         self.begin(horizon, plan);
         while let Some((robot, time)) = self.next_decision(horizon, &plan.owner) {
@@ -133,8 +142,9 @@ impl Rollout {
         true
     }
 
-    fn begin(&mut self, horizon: &Horizon, plan: &Plan) {
-        self.robots.resize_with(horizon.robots(), Arm::default);
+    fn begin(&mut self, horizon: &Horizon, plan: &PickPlan) {
+        self.robots
+            .resize_with(horizon.robots(), RobotProgress::default);
         for (robot, arm) in self.robots.iter_mut().enumerate() {
             arm.next = 0;
             arm.active.clear();
@@ -144,7 +154,7 @@ impl Rollout {
     }
 
     /// The first decision after `plan`: robot, time [s] and its candidates, downstream first.
-    fn choices(&mut self, horizon: &Horizon, plan: &Plan) -> Option<(usize, f64, Vec<u32>)> {
+    fn choices(&mut self, horizon: &Horizon, plan: &PickPlan) -> Option<(usize, f64, Vec<u32>)> {
         self.begin(horizon, plan);
         let (robot, time) = self.next_decision(horizon, &plan.owner)?;
         let active = &self.robots[robot].active;
@@ -173,7 +183,7 @@ impl Rollout {
     }
 }
 
-impl Arm {
+impl RobotProgress {
     /// When the robot decides next [s]; `active` then holds its candidates.
     fn find_decision(&mut self, queue: &[Candidate], owner: &[u16]) -> Option<f64> {
         let taken = |candidate: &Candidate| owner[candidate.item as usize] != NOBODY;
@@ -223,18 +233,18 @@ mod tests {
         (station, pattern): (&Station, &Pattern),
         bases: &[RuleAssignment],
         meter: &mut Meter,
-    ) -> (Option<Score>, Plan, Score) {
+    ) -> (Option<PlanScore>, PickPlan, PlanScore) {
         let horizon = Horizon::of_all(station, pattern, &[0.0, 0.0], Goal::Picks);
         let bases = Bases {
             station,
             horizon: &horizon,
             assignments: bases,
         };
-        let mut nothing = Plan::default();
+        let mut nothing = PickPlan::default();
         nothing.clear(&horizon);
         let mut plan = nothing.clone();
         let score = plan.score(&horizon);
-        let mut best = Best {
+        let mut best = BestPlan {
             plan: &mut plan,
             score,
         };

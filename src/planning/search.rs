@@ -12,7 +12,7 @@
 
 use super::horizon::Horizon;
 use super::meter::Meter;
-use super::plan::{NOBODY, Plan, Stop};
+use super::plan::{NOBODY, PickPlan, PlannedPick};
 use rand::{Rng, RngExt};
 
 /// Longest string of stops that is removed at once.
@@ -29,9 +29,9 @@ const END: f64 = 3.0;
 /// Reusable buffers of a search.
 #[derive(Debug, Default)]
 pub(super) struct Improver {
-    current: Plan,
+    current: PickPlan,
     cuts: Vec<Cut>,
-    fill: Vec<Stop>,
+    fill: Vec<PlannedPick>,
     open: Vec<u32>,
 }
 
@@ -48,7 +48,7 @@ struct Cut {
 
 /// The effect of refilling the cuts.
 #[derive(Debug, Clone, Copy, Default)]
-struct Change {
+struct Refill {
     /// Value gained.
     gain: f64,
     /// How much later [s] the robots can continue with their next stops, plus [`END`] times how
@@ -61,7 +61,7 @@ impl Improver {
     pub fn improve(
         &mut self,
         horizon: &Horizon,
-        plan: &mut Plan,
+        plan: &mut PickPlan,
         meter: &mut Meter,
         rng: &mut impl Rng,
     ) {
@@ -137,8 +137,8 @@ impl Improver {
     }
 
     /// Removes the strings and fills the gaps.
-    fn refill(&mut self, horizon: &Horizon, meter: &mut Meter, rng: &mut impl Rng) -> Change {
-        let mut change = Change::default();
+    fn refill(&mut self, horizon: &Horizon, meter: &mut Meter, rng: &mut impl Rng) -> Refill {
+        let mut change = Refill::default();
         for cut in &self.cuts {
             for stop in &self.current.routes[cut.robot][cut.from..cut.to] {
                 self.current.owner[stop.place as usize] = NOBODY;
@@ -224,7 +224,7 @@ impl Improver {
         let deducted: f64 = rng.random();
         loop {
             let blink = rng.next_u64();
-            let mut best: Option<(f64, Stop)> = None;
+            let mut best: Option<(f64, PlannedPick)> = None;
             self.open.retain(|&place| {
                 let reach = horizon.reach(robot, place);
                 if reach.close < free || owner[place as usize] != NOBODY {
@@ -239,7 +239,7 @@ impl Improver {
                 let time = finish - free - deducted * reach.shortest;
                 let key = time / horizon.values[place as usize];
                 if best.as_ref().is_none_or(|(least, _)| key < *least) && !blinks(blink, place) {
-                    let stop = Stop {
+                    let stop = PlannedPick {
                         place,
                         start,
                         finish,
@@ -381,7 +381,7 @@ mod tests {
         let horizon = Horizon::of_all(&station, &pattern, &[0.0, 1.5, 0.0], Goal::Picks);
         let mut improver = improver(&horizon);
         let mut rng = random_stream(2, 0);
-        let picks = |plan: &Plan| plan.routes.iter().map(Vec::len).sum::<usize>() as f64;
+        let picks = |plan: &PickPlan| plan.routes.iter().map(Vec::len).sum::<usize>() as f64;
         let mut later_ends = 0;
         for round in 0..1000 {
             let seed = rng.random_range(0..horizon.items.len() as u32);

@@ -33,8 +33,9 @@ pub fn read(bytes: &[u8], folder: Option<&Path>, place: &str) -> Result<ModelPro
             bytes.len()
         )));
     }
-    let mut model = ModelProto::decode(bytes)
-        .map_err(|error| wrong(format!("not an ONNX file, or truncated ({error})")))?;
+    let mut model = ModelProto::decode(bytes).map_err(|error| {
+        wrong(format!("not an ONNX file, or truncated ({error})")).caused_by(error)
+    })?;
     let Some(graph) = model.graph.as_ref().filter(|graph| !graph.node.is_empty()) else {
         return Err(wrong("not an ONNX file: it contains no graph".into()));
     };

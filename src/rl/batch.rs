@@ -1,6 +1,6 @@
 //! Steps many environments in parallel, into the caller's buffers.
 
-use super::environment::{Environment, Step};
+use super::environment::{DispatchEnvironment, Step};
 use super::reward::Reward;
 use crate::decision::observation::Layout;
 use crate::error::{Error, Result};
@@ -16,14 +16,14 @@ const AT_ONCE: usize = 16;
 #[derive(Debug)]
 pub struct Batch<'a> {
     layout: Layout,
-    environments: Vec<Environment<'a>>,
+    environments: Vec<DispatchEnvironment<'a>>,
 }
 
 impl<'a> Batch<'a> {
     /// `count` environments on the same scenes.
     ///
     /// # Errors
-    /// As for [`Environment::new`].
+    /// As for [`DispatchEnvironment::new`].
     pub fn new(
         scenes: &'a [Scene<'a>],
         layout: Layout,
@@ -32,7 +32,7 @@ impl<'a> Batch<'a> {
         seed: u64,
     ) -> Result<Self> {
         let indices = 0..count as u64;
-        let make = |index| Environment::new(scenes, layout, reward, (seed, index));
+        let make = |index| DispatchEnvironment::new(scenes, layout, reward, (seed, index));
         Ok(Self {
             layout,
             environments: indices.map(make).collect::<Result<_>>()?,

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// An interval, both ends included.
-pub type Range = (f64, f64);
+pub type ClosedInterval = (f64, f64);
 
 /// How patterns and belt speeds are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -22,13 +22,13 @@ pub type Range = (f64, f64);
 pub struct Domain {
     /// Spacing of grids and radius of Poisson disk patterns [m]. Drawn as the square of a
     /// uniform number, so that dense patterns, on which decisions matter, are more frequent.
-    pub spacing: Range,
+    pub spacing: ClosedInterval,
     /// Items in each pattern.
     pub items: (usize, usize),
     /// Share of grids among the patterns.
     pub grids: f64,
     /// Belt speed as a multiple of the station's.
-    pub speed: Range,
+    pub speed: ClosedInterval,
     /// Share of the training after which the densest patterns are included. Until then, the
     /// smallest spacing falls from the upper to the lower end.
     pub curriculum: f64,
@@ -108,8 +108,9 @@ impl Domain {
     }
 
     fn course(&self, station: &Station, progress: f64, rng: &mut ChaCha8Rng) -> Result<Course> {
-        let mut within =
-            |(low, high): Range, power: i32| low + (high - low) * rng.random::<f64>().powi(power);
+        let mut within = |(low, high): ClosedInterval, power: i32| {
+            low + (high - low) * rng.random::<f64>().powi(power)
+        };
         let (least, most) = self.spacing;
         let open = if self.curriculum > 0.0 {
             (progress / self.curriculum).min(1.0)

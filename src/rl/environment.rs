@@ -23,7 +23,7 @@ use rand::rngs::ChaCha8Rng;
 
 /// One line as a decision process; see the module.
 #[derive(Debug)]
-pub struct Environment<'a> {
+pub struct DispatchEnvironment<'a> {
     scenes: &'a [Scene<'a>],
     rng: ChaCha8Rng,
     encoder: Encoder,
@@ -42,9 +42,9 @@ pub struct Step {
     pub ended: Option<Figures>,
 }
 
-impl<'a> Environment<'a> {
+impl<'a> DispatchEnvironment<'a> {
     /// Environment `index` of those under `seed`; each draws its own episodes. Call
-    /// [`Environment::reset`] first.
+    /// [`DispatchEnvironment::reset`] first.
     ///
     /// # Errors
     /// There is no scene, or some scene has no decision to make.

@@ -1,7 +1,7 @@
 //! Evaluates a network on patterns that no training uses.
 
 use super::nn::Network;
-use super::player::Player;
+use super::player::NetworkPlayer;
 use crate::decision::Figures;
 use crate::decision::observation::Layout;
 use crate::dispatch::RuleAssignment;
@@ -9,12 +9,28 @@ use crate::error::Result;
 use crate::sim::{AssignmentTree, Scene, simulate, simulate_rules};
 use crate::stats::mean;
 use rayon::prelude::*;
+use std::fmt;
+
+/// What a trial is run on. In tables and records it is written `station: case`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TrialName {
+    /// The station, as the user wrote it.
+    pub station: String,
+    /// The case whose patterns lie on it.
+    pub case: String,
+}
+
+impl fmt::Display for TrialName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.station, self.case)
+    }
+}
 
 /// Patterns of one kind, with the results of rules on them.
 #[derive(Debug)]
 pub struct Trial<'a> {
-    /// Name in tables.
-    pub name: String,
+    /// Station and case.
+    pub name: TrialName,
     scenes: Vec<Scene<'a>>,
     /// Mean picking rate [1/min] of the robust assignment: SPT for all but the last robot, FIFO
     /// for the last.
@@ -28,7 +44,7 @@ impl<'a> Trial<'a> {
     ///
     /// # Errors
     /// Never for valid scenes; the engines return a `Result`.
-    pub fn new(name: String, scenes: Vec<Scene<'a>>, robust: &RuleAssignment) -> Result<Self> {
+    pub fn new(name: TrialName, scenes: Vec<Scene<'a>>, robust: &RuleAssignment) -> Result<Self> {
         let robots = scenes
             .first()
             .map_or(1, |scene| scene.station().robots().len());
@@ -59,7 +75,7 @@ impl<'a> Trial<'a> {
         layout: Layout,
     ) -> Result<Vec<Figures>> {
         let run = |scene: &Scene| {
-            let mut player = Player::new(network, parameters, layout);
+            let mut player = NetworkPlayer::new(network, parameters, layout);
             simulate(scene, &mut player).map(|outcome| outcome.figures)
         };
         self.scenes.par_iter().map(run).collect()

@@ -6,8 +6,8 @@
 //! in later rounds the network plays and the expert says what it would have done.
 
 use super::nn::Network;
-use super::player::Player;
-use super::ppo::{Learner, Rows, Sample, Terms, log_softmax};
+use super::player::NetworkPlayer;
+use super::ppo::{Learner, Minibatch, PpoSettings, Sample, Terms, log_softmax};
 use super::reward::Reward;
 use crate::decision::observation::{Encoder, Layout};
 use crate::decision::{Action, Strategy, answer};
@@ -87,7 +87,7 @@ impl Answers {
     }
 
     /// Plays `scene` to its end and asks `expert` at every decision. Answers without a slot are
-    /// ignored.
+    /// ignored. Returns are discounted by `gamma` per decision.
     ///
     /// # Errors
     /// The expert acts illegally.
@@ -96,7 +96,8 @@ impl Answers {
         expert: &mut dyn Strategy,
         pupil: &Pupil,
         layout: Layout,
-        (reward, gamma): (Reward, f32),
+        reward: Reward,
+        gamma: f32,
     ) -> Result<Self> {
         let mut answers = Self::default();
         let mut encoder = Encoder::new(layout);
@@ -104,7 +105,9 @@ impl Answers {
         let mut mask = vec![false; layout.actions()];
         let mut player = match pupil {
             Pupil::Expert => None,
-            Pupil::Network(network, parameters) => Some(Player::new(network, parameters, layout)),
+            Pupil::Network(network, parameters) => {
+                Some(NetworkPlayer::new(network, parameters, layout))
+            }
         };
         let mut rewards: Vec<f64> = Vec::new();
         let mut answered = Vec::new();
@@ -141,16 +144,19 @@ impl Answers {
     }
 
     /// Trains `learner` on the answers: cross entropy of the actions, squared error of the
-    /// values. Returns the terms of the last pass.
+    /// values. Of the `settings`, batch size, the weight of the value's loss and the limit of the
+    /// gradient apply. Returns the terms of the last pass.
     pub fn teach(
         &self,
         learner: &mut Learner,
-        (imitation, batch_size, vf_coef, max_grad_norm): (&Imitation, usize, f32, f32),
+        imitation: &Imitation,
+        settings: &PpoSettings,
         rng: &mut impl Rng,
     ) -> Terms {
         if self.is_empty() {
             return Terms::default();
         }
+        let batch_size = settings.batch_size;
         let size = self.observations.len() / self.len();
         let wide = self.masks.len() / self.len();
         let mut order: Vec<usize> = (0..self.len()).collect();
@@ -171,13 +177,13 @@ impl Answers {
             order.shuffle(rng);
             let mut sum = Terms::default();
             for part in order.chunks(batch_size) {
-                let rows: Rows = part.iter().map(row).collect();
+                let rows: Minibatch = part.iter().map(row).collect();
                 let share = 1.0 / rows.len() as f32;
                 let loss = |sample: &Sample, mask: &[bool], logits: &mut [f32], value: &mut f32| {
-                    answer_loss(sample, mask, (logits, value), (share, vf_coef))
+                    answer_loss(sample, mask, (logits, value), share, settings.vf_coef)
                 };
                 let rate = imitation.learning_rate * (1.0 - done as f32 / batches as f32);
-                let (terms, _) = learner.descend(&rows, &loss, max_grad_norm, rate);
+                let (terms, _) = learner.descend(&rows, &loss, settings.max_grad_norm, rate);
                 sum += terms;
                 done += 1;
             }
@@ -187,13 +193,14 @@ impl Answers {
     }
 }
 
-/// Cross entropy and squared error of one row; logits and value become derivatives. `clipped`
-/// holds the share of correct answers.
+/// Cross entropy and squared error of one row, which is the given `share` of its batch; logits
+/// and value become derivatives.
 fn answer_loss(
     sample: &Sample,
     mask: &[bool],
     (logits, value): (&mut [f32], &mut f32),
-    (share, vf_coef): (f32, f32),
+    share: f32,
+    vf_coef: f32,
 ) -> Terms {
     log_softmax(logits, mask);
     let log = logits[sample.action];
@@ -207,7 +214,7 @@ fn answer_loss(
     Terms {
         policy: -f64::from(log),
         value: f64::from(error * error),
-        clipped: f64::from(u8::from(right)),
+        agreement: f64::from(u8::from(right)),
         ..Terms::default()
     }
 }
@@ -265,7 +272,8 @@ mod tests {
                 &mut expert,
                 &Pupil::Expert,
                 Layout::PAPER,
-                (reward, 0.5),
+                reward,
+                0.5,
             );
             let returns = answers.unwrap().returns;
             let outcome = simulate(&scene, &mut Hesitant(waits)).unwrap();
@@ -307,13 +315,13 @@ mod tests {
             };
             let mut slopes = logits.map(|logit| logit as f32);
             let mut slope = value as f32;
-            let weights = (share as f32, vf_coef as f32);
-            let terms = answer_loss(&sample, &mask, (&mut slopes, &mut slope), weights);
+            let (share, vf_coef) = (share as f32, vf_coef as f32);
+            let terms = answer_loss(&sample, &mask, (&mut slopes, &mut slope), share, vf_coef);
             let (policy, error) = parts(&logits, value);
             assert!((terms.policy - policy).abs() < 1e-6, "{terms:?}");
             assert!((terms.value - error).abs() < 1e-5, "{terms:?}");
             // Only the last of the allowed ones is the likeliest.
-            assert_eq!(terms.clipped, if action == 3 { 1.0 } else { 0.0 });
+            assert_eq!(terms.agreement, if action == 3 { 1.0 } else { 0.0 });
             const STEP: f64 = 1e-5;
             for (place, slope) in slopes.into_iter().enumerate() {
                 let moved = |by: f64| {

@@ -19,14 +19,14 @@ mod trainer;
 
 pub use batch::Batch;
 pub use domain::{Course, Domain};
-pub use environment::{Environment, Step};
-pub use evaluation::Trial;
+pub use environment::{DispatchEnvironment, Step};
+pub use evaluation::{Trial, TrialName};
 #[cfg(feature = "onnx")]
 pub use export::export;
 pub use imitation::{Answers, Imitation, Pupil};
 pub use plan::{PRESETS, Plan, shape};
-pub use player::Player;
+pub use player::NetworkPlayer;
 pub use reward::Reward;
 #[cfg(feature = "onnx")]
-pub use score::{Curve, CurvePoint, Judged, Kept, Record, Score, TrialRecord};
+pub use score::{Curve, CurvePoint, Judged, Kept, Record, TrainingResults, TrialRecord};
 pub use trainer::{Checkpoint, Phase, Round, Trainer};

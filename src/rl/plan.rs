@@ -1,9 +1,9 @@
 //! All settings of a training, and the presets.
 
-use super::domain::{Domain, Range};
+use super::domain::{ClosedInterval, Domain};
 use super::imitation::Imitation;
 use super::nn::{Activation, Architecture, Shape};
-use super::ppo::{GROUP, Settings};
+use super::ppo::{GROUP, PpoSettings};
 use super::reward::Reward;
 use crate::decision::observation::{Layout, View};
 use crate::error::{Error, Result, known_names, shown};
@@ -33,7 +33,7 @@ pub struct Plan {
     /// The training domain.
     pub domain: Domain,
     /// Hyper-parameters of PPO.
-    pub ppo: Settings,
+    pub ppo: PpoSettings,
     /// The expert to imitate before the network plays on its own.
     pub imitation: Option<Imitation>,
     /// Number of decisions to learn from.
@@ -79,7 +79,7 @@ impl Plan {
                     rate: 0.2,
                 },
                 domain: Domain::BROAD,
-                ppo: Settings {
+                ppo: PpoSettings {
                     n_envs: 64,
                     n_steps: 128,
                     batch_size: 1024,
@@ -88,7 +88,7 @@ impl Plan {
                     ent_coef: 0.005,
                     learning_rate: 1e-3,
                     anneal: true,
-                    ..Settings::SB3
+                    ..PpoSettings::SB3
                 },
                 imitation: None,
                 steps: 12_000_000,
@@ -106,7 +106,7 @@ impl Plan {
                 },
                 reward: Reward::PAPER,
                 domain: Domain::BROAD,
-                ppo: Settings::PAPER,
+                ppo: PpoSettings::PAPER,
                 imitation: None,
                 steps: 3_000_000,
                 courses: 256,
@@ -129,7 +129,7 @@ impl Plan {
         self.architecture.check()?;
         let (ppo, domain) = (&self.ppo, &self.domain);
         let samples = ppo.n_envs.saturating_mul(ppo.n_steps);
-        let ordered = |(low, high): Range| low > 0.0 && low <= high && high.is_finite();
+        let ordered = |(low, high): ClosedInterval| low > 0.0 && low <= high && high.is_finite();
         let (least, most) = domain.items;
         let share = |x: f64| (0.0..=1.0).contains(&x);
         let unit = |x: f32| (0.0..=1.0).contains(&x);

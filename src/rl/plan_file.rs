@@ -18,7 +18,7 @@ impl Plan {
     pub fn from_file(text: &str, place: &str) -> Result<Self> {
         let file: Value = serde_json::from_str(text).map_err(|error| {
             let cure = "give a JSON object with keys of a plan, or a training record";
-            Error::input(place, error.to_string(), cure)
+            Error::input(place, error.to_string(), cure).caused_by(error)
         })?;
         let asked = match file.get("plan") {
             Some(plan) => plan,
@@ -40,7 +40,7 @@ impl Plan {
         merge(&mut value, asked, "", place)?;
         let plan: Self = serde_json::from_value(value).map_err(|error| {
             let cure = "give every key as in a training record";
-            Error::input(place, error.to_string(), cure)
+            Error::input(place, error.to_string(), cure).caused_by(error)
         })?;
         plan.check().map_err(|error| error.inside(place))?;
         Ok(plan)

@@ -1,13 +1,13 @@
 //! A network as a strategy, without a file in between.
 
-use super::nn::{Batch, Network, Workspace};
+use super::nn::{Network, ObservationBatch, Workspace};
 use super::ppo::likeliest;
 use crate::decision::observation::{Encoder, Layout};
 use crate::decision::{Action, Snapshot, Strategy};
 
 /// Chooses the most likely action of a network.
 #[derive(Debug)]
-pub struct Player<'a> {
+pub struct NetworkPlayer<'a> {
     network: &'a Network,
     parameters: &'a [f32],
     encoder: Encoder,
@@ -16,7 +16,7 @@ pub struct Player<'a> {
     work: Workspace,
 }
 
-impl<'a> Player<'a> {
+impl<'a> NetworkPlayer<'a> {
     /// A player with this network.
     pub fn new(network: &'a Network, parameters: &'a [f32], layout: Layout) -> Self {
         Self {
@@ -30,11 +30,11 @@ impl<'a> Player<'a> {
     }
 }
 
-impl Strategy for Player<'_> {
+impl Strategy for NetworkPlayer<'_> {
     fn decide(&mut self, snapshot: &Snapshot) -> Action {
         self.encoder
             .encode(snapshot, &mut self.observation, &mut self.mask);
-        let batch = Batch {
+        let batch = ObservationBatch {
             observations: &self.observation,
             masks: &self.mask,
             rows: 1,

@@ -24,7 +24,7 @@ pub enum Judged {
 
 /// One line of the curve.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Row {
+struct CurveRow {
     seconds: f64,
     after: Judged,
     /// Mean picking rate on each trial [1/min].
@@ -33,7 +33,7 @@ struct Row {
 
 /// The best network so far.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Best {
+struct BestNetwork {
     /// Mean over trials of the rate as a multiple of greedy GT's rate.
     score: f64,
     steps: u64,
@@ -65,13 +65,13 @@ pub struct CurvePoint {
 /// The state of a score that is stored between two calls.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Kept {
-    rows: Vec<Row>,
-    best: Option<Best>,
+    rows: Vec<CurveRow>,
+    best: Option<BestNetwork>,
 }
 
 /// The results of a training; see the module.
 #[derive(Debug)]
-pub struct Score<'a> {
+pub struct TrainingResults<'a> {
     trials: Vec<Trial<'a>>,
     kept: Kept,
     /// Duration of earlier calls [s].
@@ -114,7 +114,7 @@ pub struct TrialRecord {
     pub policy: f64,
 }
 
-impl<'a> Score<'a> {
+impl<'a> TrainingResults<'a> {
     /// Continues from what was `kept` (empty at the start) for the training of `trainer`.
     ///
     /// # Errors
@@ -161,14 +161,14 @@ impl<'a> Score<'a> {
             .as_ref()
             .is_none_or(|best| score > best.score)
         {
-            self.kept.best = Some(Best {
+            self.kept.best = Some(BestNetwork {
                 score,
                 steps: trainer.steps(),
                 parameters: trainer.parameters().to_vec(),
                 rates: rates.clone(),
             });
         }
-        self.kept.rows.push(Row {
+        self.kept.rows.push(CurveRow {
             seconds: self.before + elapsed.as_secs_f64(),
             after,
             rates,
@@ -204,7 +204,7 @@ impl<'a> Score<'a> {
             "clipped",
         ];
         let mut lines = vec![fixed.map(str::to_owned).to_vec()];
-        lines[0].extend(self.trials.iter().map(|trial| trial.name.clone()));
+        lines[0].extend(self.trials.iter().map(|trial| trial.name.to_string()));
         for row in &self.kept.rows {
             let (round, phase) = match row.after {
                 Judged::Start => (None, None),
@@ -235,24 +235,20 @@ impl<'a> Score<'a> {
 
     /// The learning curve as shares of greedy GT, for each station.
     pub fn curve(&self) -> Curve {
-        // A trial's name is the station's name, a colon and the case's name.
-        let station = |trial: &Trial| {
-            let name = trial.name.rsplit_once(": ");
-            name.map_or("", |(station, _)| station).to_owned()
-        };
+        let station = |trial: &Trial| trial.name.station.clone();
         let mut stations: Vec<String> = self.trials.iter().map(station).collect();
         stations.dedup();
         let shares = |rates: &[f64]| -> Vec<f64> {
             let mean_of = |name: &String| {
                 let trials = self.trials.iter().zip(rates);
-                let own = trials.filter(|(trial, _)| station(trial) == *name);
+                let own = trials.filter(|(trial, _)| trial.name.station == *name);
                 let shares = own.map(|(trial, rate)| rate / trial.greedy.max(f64::MIN_POSITIVE));
                 mean(&shares.collect::<Vec<_>>())
             };
             stations.iter().map(mean_of).collect()
         };
         let (mut answers, mut steps) = (0, 0);
-        let point = |row: &Row| {
+        let point = |row: &CurveRow| {
             match row.after {
                 Judged::Start => {}
                 Judged::Round(round) => answers = round.answers as u64,
@@ -275,7 +271,7 @@ impl<'a> Score<'a> {
         let rates = self.kept.best.iter().flat_map(|best| &best.rates);
         let figures = self.trials.iter().zip(rates);
         let record = |(trial, policy): (&Trial, &f64)| TrialRecord {
-            name: trial.name.clone(),
+            name: trial.name.to_string(),
             robust: trial.robust,
             greedy: trial.greedy,
             policy: *policy,

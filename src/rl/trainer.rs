@@ -290,27 +290,26 @@ impl Trainer {
             };
             let ask = |scene: &Scene| {
                 if environment.stopped() {
-                    return Err(Error::Interrupted);
+                    return Err(Error::interrupted());
                 }
                 let mut expert = expert(scene.station().robots().len())?.make();
-                let worth = (plan.reward, plan.ppo.gamma);
-                let answers = Answers::collect(scene, expert.as_mut(), &pupil, self.layout, worth);
+                let (reward, gamma) = (plan.reward, plan.ppo.gamma);
+                let answers =
+                    Answers::collect(scene, expert.as_mut(), &pupil, self.layout, reward, gamma);
                 environment.progress.advance(1);
                 answers
             };
             let answers: Result<Vec<Answers>> = scenes.par_iter().map(ask).collect();
             let answers = match answers {
-                Err(Error::Interrupted) => break,
+                Err(error) if error.is_interrupted() => break,
                 answers => answers?,
             };
             answers.into_iter().for_each(|answers| all.append(answers));
             let mut rng = random_stream(seed, SHUFFLE);
-            let ppo = &plan.ppo;
-            let how = (&imitation, ppo.batch_size, ppo.vf_coef, ppo.max_grad_norm);
-            let terms = all.teach(&mut self.learner, how, &mut rng);
+            let terms = all.teach(&mut self.learner, &imitation, &plan.ppo, &mut rng);
             let round = Round {
                 answers: all.len(),
-                agreement: terms.clipped,
+                agreement: terms.agreement,
             };
             self.rounds += 1;
             report(self, round)?;

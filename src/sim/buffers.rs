@@ -3,7 +3,7 @@
 use super::claims::Claims;
 use super::queue::Queue;
 use super::scene::Scene;
-use super::view::View;
+use super::view::ItemsInView;
 use crate::decision::{Candidate, Failure, Pick, RobotFigures};
 
 /// The state of a run between decisions, independent of any scene.
@@ -18,7 +18,7 @@ pub struct RunBuffers {
     pub(super) offered: Claims,
     pub(super) free_at: Vec<f64>,
     pub(super) candidates: Vec<Candidate>,
-    pub(super) view: View,
+    pub(super) view: ItemsInView,
     /// Whether the view is filled before every decision.
     pub(super) looks: bool,
     /// Robot and time [s] of the latest decision.

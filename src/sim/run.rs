@@ -169,11 +169,8 @@ impl<'a> Run<'a> {
         let state = &mut self.state;
         let (robot, time) = state.at;
         let illegal = |problem: String| {
-            Err(Error::IllegalAction {
-                time,
-                robot: self.scene.station().robots()[robot].name.clone(),
-                problem,
-            })
+            let robot = &self.scene.station().robots()[robot];
+            Err(Error::illegal_action(time, &robot.name, problem))
         };
         if !state.undecided {
             return illegal("no decision is due".into());

@@ -15,7 +15,7 @@ pub struct Scene<'a> {
     pattern: &'a Pattern,
     conditions: Conditions,
     /// The items as the camera reports them, furthest downstream first.
-    sightings: Vec<Sighting>,
+    sightings: Vec<CameraItem>,
     /// For each robot, the items that it has a window for, by opening time, then in the order of
     /// `sightings`.
     queues: Vec<Vec<Candidate>>,
@@ -29,7 +29,7 @@ pub struct Scene<'a> {
 
 /// An item as the camera reports it.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Sighting {
+pub(super) struct CameraItem {
     pub item: u32,
     pub x0: f64,
     pub y: f64,
@@ -172,13 +172,13 @@ impl<'a> Scene<'a> {
     }
 
     /// The items as they are reported, furthest downstream first.
-    pub(super) fn sightings(&self) -> &[Sighting] {
+    pub(super) fn sightings(&self) -> &[CameraItem] {
         &self.sightings
     }
 
     /// Whether the camera knows of the item at `time` [s].
     #[inline]
-    pub(super) fn knows(&self, seen: &Sighting, time: f64) -> bool {
+    pub(super) fn knows(&self, seen: &CameraItem, time: f64) -> bool {
         let belt = self.station.belt();
         match self.conditions.camera_x {
             None => seen.x0 + belt.speed * time >= 0.0,
@@ -249,15 +249,15 @@ impl<'a> Scene<'a> {
 }
 
 /// The items as the camera reports them, furthest downstream first.
-fn sightings(station: &Station, pattern: &Pattern, conditions: &Conditions) -> Vec<Sighting> {
+fn sightings(station: &Station, pattern: &Pattern, conditions: &Conditions) -> Vec<CameraItem> {
     let width = station.belt().width;
     let noise = &conditions.disturbances;
     let items = pattern.items().iter().zip(0u32..);
-    let mut sightings: Vec<Sighting> = items
+    let mut sightings: Vec<CameraItem> = items
         .map(|(item, index)| {
             let (x0, y) = noise.reported(index, item, width);
             let weight = item.reward();
-            Sighting {
+            CameraItem {
                 item: index,
                 x0,
                 y,
@@ -272,7 +272,7 @@ fn sightings(station: &Station, pattern: &Pattern, conditions: &Conditions) -> V
 }
 
 /// When the item passes a camera at `x` [m], from which time on it is known [s].
-fn known_from(x: f64, seen: &Sighting, belt: &Belt) -> f64 {
+fn known_from(x: f64, seen: &CameraItem, belt: &Belt) -> f64 {
     (x - seen.x0) / belt.speed
 }
 

@@ -7,13 +7,13 @@ use crate::decision::BeltItem;
 /// The known unclaimed items on the belt. Because sightings are sorted, they lie between two
 /// indices that only increase.
 #[derive(Debug, Clone, Default)]
-pub(super) struct View {
+pub(super) struct ItemsInView {
     pub items: Vec<BeltItem>,
     first: usize,
     end: usize,
 }
 
-impl View {
+impl ItemsInView {
     /// Returns to time 0.
     pub fn reset(&mut self) {
         self.items.clear();

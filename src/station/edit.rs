@@ -16,7 +16,7 @@ pub fn edited(text: &str, name: &str, strategy: &str, overrides: Overrides) -> R
     };
     let mut document: DocumentMut = body.parse().map_err(|error: toml_edit::TomlError| {
         let problem = format!("not valid TOML: {}", error.message().replace('\n', "; "));
-        Error::input(name, problem, "fix the file, then save again")
+        Error::input(name, problem, "fix the file, then save again").caused_by(error)
     })?;
     if let Some(robots) = overrides.robots {
         replace(&mut document["line"]["robots"], Value::from(robots as i64));

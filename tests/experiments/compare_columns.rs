@@ -4,7 +4,7 @@ use super::support::*;
 use crate::common::csv_rows;
 use pickline::dispatch::RuleAssignment;
 use pickline::pattern::{Feed, Feeder, Pattern, load, poisson_disk, random_stream};
-use pickline::planning::bound::{Bound, Options, upper_bound};
+use pickline::planning::bound::{Bound, BoundOptions, upper_bound};
 use pickline::sim::Scene;
 use pickline::station::{self, Overrides, Station};
 use serde_json::Value;
@@ -58,7 +58,7 @@ impl Judged {
             let scene = Scene::new(station, pattern).unwrap();
             upper_bound(
                 &scene,
-                &Options::beside(most, pattern.len()),
+                &BoundOptions::beside(most, pattern.len()),
                 &mut |_, _| true,
             )
             .unwrap()

@@ -7,7 +7,7 @@ use pickline::experiment::{
 };
 use pickline::optimize::{Evaluator, Objective, Risk, SpeedScan, validate};
 use pickline::pattern::{Item, Pattern};
-use pickline::planning::bound::{Options, upper_bound};
+use pickline::planning::bound::{BoundOptions, upper_bound};
 use pickline::sim::{AssignmentTree, Conditions, Scene, simulate_rules};
 use pickline::station::{self, Overrides, Station};
 use serde_json::Value;
@@ -150,7 +150,7 @@ fn a_bound_leaves_no_hope_of_what_is_out_of_reach() {
     let station = one_robot();
     let pattern = sparse(1);
     let scene = Scene::new(&station, &pattern).unwrap();
-    let bound = upper_bound(&scene, &Options::default(), &mut |_, _| true).unwrap();
+    let bound = upper_bound(&scene, &BoundOptions::default(), &mut |_, _| true).unwrap();
     assert_eq!((bound.value, bound.all_end), (150.0, None));
 }
 

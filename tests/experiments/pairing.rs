@@ -3,7 +3,7 @@
 //! said to be its own.
 
 use super::support::{Raw, assert_near, environment, mean, mean_of};
-use pickline::error::{Error, Result};
+use pickline::error::Result;
 use pickline::experiment::{
     Case, CaseSource, Comparison, Draws, Method, Setting, Sweep, add_bounds, compare, find_limits,
     sweep,
@@ -343,7 +343,7 @@ fn a_stopped_comparison_ends_with_the_last_whole_case() {
             &after.environment(),
         )
     };
-    assert!(matches!(run(&After::new(0)), Err(Error::Interrupted)));
+    assert!(run(&After::new(0)).is_err_and(|error| error.is_interrupted()));
     // The grid is one pattern; the disks are four.
     for (steps, whole) in [(1, 1), (5, 2), (100, 2)] {
         let after = After::new(steps);
@@ -391,7 +391,7 @@ fn a_stopped_sweep_ends_with_the_last_whole_value() {
     let run = |after: &After| -> Result<Sweep> {
         sweep(&settings, &patterns, &plain, true, &after.environment())
     };
-    assert!(matches!(run(&After::new(0)), Err(Error::Interrupted)));
+    assert!(run(&After::new(0)).is_err_and(|error| error.is_interrupted()));
     for (steps, values) in [
         (1, &[0.03][..]),
         (2, &[0.03, 0.05]),
@@ -417,7 +417,7 @@ fn a_stopped_sweep_ends_with_the_last_whole_value() {
         &plain,
         &after.environment(),
     );
-    assert!(matches!(stopped, Err(Error::Interrupted)));
+    assert!(stopped.is_err_and(|error| error.is_interrupted()));
     assert_eq!(
         after.begun(),
         [("finding limits".into(), 5, "values".into())]

@@ -3,7 +3,7 @@
 use super::support::*;
 use crate::common::csv_rows;
 use pickline::pattern::{Pattern, PatternSource, Recipe, load};
-use pickline::planning::bound::{Bound, Options, upper_bound};
+use pickline::planning::bound::{Bound, BoundOptions, upper_bound};
 use pickline::sim::Scene;
 use pickline::station::{self, Overrides, Station};
 use serde_json::Value;
@@ -64,7 +64,7 @@ impl Swept {
             let bound = |(place, pattern): (usize, &Pattern)| {
                 let most = runs.iter().map(|runs| runs[place].picked).max().unwrap();
                 let scene = Scene::new(station, pattern).unwrap();
-                let options = Options::beside(most, pattern.len());
+                let options = BoundOptions::beside(most, pattern.len());
                 upper_bound(&scene, &options, &mut |_, _| true).unwrap()
             };
             patterns.iter().enumerate().map(bound).collect()

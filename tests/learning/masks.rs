@@ -6,7 +6,7 @@ use pickline::decision::{Action, Snapshot, Strategy};
 use pickline::pattern::grid;
 use pickline::policy::{Policy, PolicyStrategy};
 use pickline::rl::nn::{Activation, Architecture, Network};
-use pickline::rl::{Player, shape};
+use pickline::rl::{NetworkPlayer, shape};
 use pickline::sim::{Scene, simulate};
 use pickline::station::built_in;
 use prost::Message as _;
@@ -172,7 +172,7 @@ fn a_player_never_picks_an_empty_slot() {
         parameters[biases + slot] = slot as f32;
     }
     let last = |snapshot: &Snapshot| Action::Pick(snapshot.candidates.len().min(PAPER.slots) - 1);
-    assert!(play(&mut Player::new(&network, &parameters, PAPER), &last) > 10);
+    assert!(play(&mut NetworkPlayer::new(&network, &parameters, PAPER), &last) > 10);
 }
 
 /// What a policy is shown is the observation in its order: a logit that copies number j of it

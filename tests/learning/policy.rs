@@ -4,7 +4,7 @@
 use pickline::decision::observation::{Encoder, Layout, View};
 use pickline::pattern::{poisson_disk, random_stream};
 use pickline::policy::{Metadata, Policy};
-use pickline::rl::nn::{Activation, Architecture, Batch, Network, Workspace};
+use pickline::rl::nn::{Activation, Architecture, Network, ObservationBatch, Workspace};
 use pickline::rl::{export, shape};
 use pickline::sim::{Run, Scene};
 use pickline::station::built_in;
@@ -87,7 +87,7 @@ fn tract_agrees_with_the_trainer_on_a_thousand_observations() {
         let rows = 1000;
         let (observations, masks) = observed(layout, rows);
         let mut work = Workspace::default();
-        let batch = Batch {
+        let batch = ObservationBatch {
             observations: &observations,
             masks: &masks,
             rows,

@@ -7,8 +7,8 @@ use pickline::optimize::{Environment as Work, Silent};
 use pickline::pattern::{Item, Pattern, random_stream};
 use pickline::rl::domain::{Domain, scenes};
 use pickline::rl::nn::{Activation, Architecture, Network};
-use pickline::rl::ppo::{GROUP, Group, Learner, Settings};
-use pickline::rl::{Batch, Environment, Plan, Player, Reward, Step, Trainer, shape};
+use pickline::rl::ppo::{GROUP, Group, Learner, PpoSettings};
+use pickline::rl::{Batch, DispatchEnvironment, NetworkPlayer, Plan, Reward, Step, Trainer, shape};
 use pickline::sim::{Run, Scene, simulate};
 use pickline::station::{Belt, Robot, Station, built_in};
 use pickline::strategies::read_alone;
@@ -96,7 +96,7 @@ fn rewards_are_those_of_the_figures() {
         pick: 2.0,
         rate: 3.0,
     };
-    let mut environment = Environment::new(&scenes, LAYOUT, reward, (1, 0)).unwrap();
+    let mut environment = DispatchEnvironment::new(&scenes, LAYOUT, reward, (1, 0)).unwrap();
     let mut observation = vec![0.0; LAYOUT.observation()];
     let mut mask = vec![false; LAYOUT.actions()];
     environment.reset(&mut observation, &mut mask);
@@ -118,7 +118,7 @@ fn rewards_are_those_of_the_figures() {
 fn illegal_actions_are_errors_and_change_nothing() {
     let courses = Domain::BROAD.draw(&stations(), 1, 1.0, 1).unwrap();
     let scenes = scenes(&courses).unwrap();
-    let mut environment = Environment::new(&scenes, LAYOUT, Reward::PAPER, (1, 0)).unwrap();
+    let mut environment = DispatchEnvironment::new(&scenes, LAYOUT, Reward::PAPER, (1, 0)).unwrap();
     let mut observation = vec![0.0; LAYOUT.observation()];
     let mut mask = vec![false; LAYOUT.actions()];
     let early = environment.step(0, &mut observation, &mut mask);
@@ -134,7 +134,7 @@ fn illegal_actions_are_errors_and_change_nothing() {
         assert_eq!(before, (observation.clone(), mask.clone()));
     }
     environment.step(0, &mut observation, &mut mask).unwrap();
-    let none = Environment::new(&[], LAYOUT, Reward::PAPER, (1, 0)).err();
+    let none = DispatchEnvironment::new(&[], LAYOUT, Reward::PAPER, (1, 0)).err();
     let message = none.unwrap().to_string();
     assert!(message.contains("or there are none"), "{message}");
 }
@@ -164,7 +164,7 @@ fn one_layout_serves_two_to_six_robots_of_either_side() {
 /// A small plan, so that a phase takes a moment.
 pub fn small() -> Plan {
     let mut plan = Plan::preset("default").unwrap();
-    plan.ppo = Settings {
+    plan.ppo = PpoSettings {
         n_envs: 2 * GROUP,
         n_steps: 32,
         batch_size: 256,
@@ -267,13 +267,13 @@ fn the_best_policy_of_a_trivial_station_is_found_exported_and_reloaded() {
         slots: 4,
         wait: false,
     };
-    let settings = Settings {
+    let settings = PpoSettings {
         n_envs: 2 * GROUP,
         n_steps: 64,
         batch_size: 256,
         gamma: 0.9,
         learning_rate: 2e-3,
-        ..Settings::SB3
+        ..PpoSettings::SB3
     };
     let reward = Reward {
         pick: 1.0,
@@ -302,7 +302,7 @@ fn the_best_policy_of_a_trivial_station_is_found_exported_and_reloaded() {
     let found: f64 = scenes
         .iter()
         .map(|scene| {
-            let mut player = Player::new(network, parameters, layout);
+            let mut player = NetworkPlayer::new(network, parameters, layout);
             simulate(scene, &mut player).unwrap().figures.weight
         })
         .sum();
@@ -319,7 +319,7 @@ fn the_best_policy_of_a_trivial_station_is_found_exported_and_reloaded() {
         let policy = Policy::from_bytes(&bytes, "trivial.onnx").unwrap();
         for scene in &scenes {
             let picks = |strategy: &mut dyn Strategy| simulate(scene, strategy).unwrap().picks;
-            let ours = picks(&mut Player::new(network, parameters, layout));
+            let ours = picks(&mut NetworkPlayer::new(network, parameters, layout));
             assert_eq!(
                 ours,
                 picks(&mut PolicyStrategy::new("onnx".into(), &policy))

@@ -2,7 +2,7 @@
 //! (`tests/sb3/record.py`): advantages, the terms of the loss, every updated weight.
 
 use pickline::rl::nn::{Activation, Mlp, Network, Shape};
-use pickline::rl::ppo::{Learner, Rows, Sample, Settings, advantages};
+use pickline::rl::ppo::{Learner, Minibatch, PpoSettings, Sample, advantages};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
@@ -63,10 +63,10 @@ fn parameters(net: &Mlp, towers: &Towers) -> Vec<f32> {
     all
 }
 
-const SETTINGS: Settings = Settings {
+const SETTINGS: PpoSettings = PpoSettings {
     gamma: 0.9995,
     ent_coef: 0.01,
-    ..Settings::SB3
+    ..PpoSettings::SB3
 };
 
 #[test]
@@ -91,7 +91,7 @@ fn a_minibatch_moves_every_weight_as_sb3_does() {
     let before = parameters(&net, &r.before);
     let after = parameters(&net, &r.after);
     let mut learner = Learner::new(Network::Mlp(Box::new(net)), before.clone());
-    let rows: Rows = (0..r.actions.len())
+    let rows: Minibatch = (0..r.actions.len())
         .map(|i| {
             let sample = Sample {
                 action: r.actions[i],

@@ -3,8 +3,8 @@
 use crate::support::line::Line;
 use pickline::station::built_in;
 use pickline::strategies::read_alone;
-use pickline_live::protocol::{Incoming, Report};
-use pickline_live::protocol::{Outgoing, Place, Verdict};
+use pickline_live::protocol::{FoundPlace, Outgoing, Verdict};
+use pickline_live::protocol::{Incoming, ResultMessage};
 use pickline_live::{ClockKind, Config, Controller};
 
 /// What comes of 40 items on a belt of 0.3 m/s, seen by a camera that stamps its pictures
@@ -44,7 +44,7 @@ fn play(late: f64, camera_delay_ms: f64, says_where: bool) -> (usize, usize, Vec
         for (_, task, at, x, place) in due {
             let real = place + speed * (at - 100.0);
             let is_there = (real - x).abs() <= 0.02;
-            let found = says_where.then_some(Place { x: real, y: -0.2 });
+            let found = says_where.then_some(FoundPlace { x: real, y: -0.2 });
             missed += usize::from(!is_there);
             done += 1;
             let result = if is_there {
@@ -52,7 +52,7 @@ fn play(late: f64, camera_delay_ms: f64, says_where: bool) -> (usize, usize, Vec
             } else {
                 Verdict::Missed
             };
-            let report = Report {
+            let report = ResultMessage {
                 stamp,
                 task,
                 result,
@@ -85,7 +85,10 @@ fn pictures_that_are_stamped_late_are_told_of_with_the_flag_that_cures_it() {
         assert_eq!(remarks.len(), 1, "{remarks:?}");
         let flag = format!("--camera-delay {:.0} ", 1e3 * late);
         let way = if late < 0.0 { "early" } else { "late" };
-        let told = format!("stamped {:.0} ms {way}: {flag}", 1e3 * f64::abs(late));
+        let told = format!(
+            "as if timestamps of pictures were {:.0} ms {way}: {flag}",
+            1e3 * f64::abs(late)
+        );
         assert!(remarks[0].contains(&told), "{remarks:?}");
         let (done, missed, remarks) = play(late, 1e3 * late, true);
         assert!(done >= 10 && missed == 0, "{done} {missed}");
@@ -133,11 +136,11 @@ fn an_indexing_belt_shifts_items_by_its_speed_when_the_picture_was_taken() {
             .partition::<Vec<_>, _>(|(at, ..)| *at <= stamp);
         open = rest;
         for (_, task, x) in due {
-            let found = Some(Place {
+            let found = Some(FoundPlace {
                 x: x + speed * late,
                 y: -0.2,
             });
-            let report = Report {
+            let report = ResultMessage {
                 stamp,
                 task,
                 result: Verdict::Missed,

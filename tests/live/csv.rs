@@ -273,7 +273,7 @@ fn lines_that_names_do_not_fit_on_are_refused_at_the_start() {
     let (said, remarks) = run_on(&[], &["--station", file.to_str().unwrap()]);
     assert!(said.is_empty());
     assert!(
-        remarks.contains("--dialect: `delta-left`") && remarks.contains("cure: name the robot"),
+        remarks.contains("--dialect: `delta-left`") && remarks.contains("cure: rename the robot"),
         "{remarks}"
     );
 }

@@ -340,7 +340,7 @@ fn a_signal_ends_it_with_open_tasks_listed() {
         drop(stdin);
         let (code, errors) = finish(node);
         assert_eq!(code, Some(0), "{errors}");
-        assert!(errors.contains("open tasks 1"), "{errors}");
+        assert!(errors.contains("open tasks: 1"), "{errors}");
     }
 }
 

@@ -30,7 +30,7 @@ fn a_stdout_that_cannot_be_written_ends_it() {
     let stdin = node.stdin.take().unwrap();
     let output = node.wait_with_output().unwrap();
     let told = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(2), "{told}");
+    assert_eq!(output.status.code(), Some(1), "{told}");
     assert!(told.contains("stdout") && told.contains("cure"), "{told}");
     drop(stdin);
 }
@@ -47,7 +47,7 @@ fn a_full_disk_behind_stdout_is_told_with_message_time_too() {
     drop(stdin);
     let output = node.wait_with_output().unwrap();
     let stderr = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(2), "{stderr}");
+    assert_eq!(output.status.code(), Some(1), "{stderr}");
     assert!(stderr.contains("stdout"), "{stderr}");
 }
 

@@ -59,7 +59,7 @@ fn what_cannot_be_is_refused_with_the_likely_unit() {
             &[
                 "refused (value): stamp",
                 "nanoseconds",
-                " ns are 1795656426 s",
+                " ns is 1795656426 s",
             ],
         ),
         (

@@ -5,7 +5,9 @@ use good_lp::{Expression, ProblemVariables, Solution, SolverModel, constraint, v
 use pickline::checker;
 use pickline::decision::{Candidate, Moment};
 use pickline::pattern::{Item, Pattern, grid, poisson_disk, random_stream};
-use pickline::planning::bound::{Objective, Options, StopReason, certified_percent, upper_bound};
+use pickline::planning::bound::{
+    BoundObjective, BoundOptions, BoundStop, certified_percent, upper_bound,
+};
 use pickline::sim::{AssignmentTree, Conditions, Disturbances, Scene};
 use pickline::station::{Station, built_in};
 use proptest::strategy::{Strategy as _, ValueTree as _};
@@ -23,7 +25,7 @@ fn no_bound_is_below_the_optimum_of_tiny_instances() {
         let (station, pattern) = tiny(6).new_tree(&mut runner).unwrap().current();
         let scene = Scene::new(&station, &pattern).unwrap();
         let best = optimum(&scene);
-        for objective in [Objective::Picks, Objective::Weight] {
+        for objective in [BoundObjective::Picks, BoundObjective::Weight] {
             for iterations in [1, 2, 7, 60] {
                 let found = bound(&scene, &options(objective, iterations));
                 holds(&found, &best);
@@ -31,9 +33,9 @@ fn no_bound_is_below_the_optimum_of_tiny_instances() {
                     checker::check(&station, &pattern, schedule).unwrap();
                     let earned = found.earned(&schedule.figures);
                     assert!(earned <= found.value * SUMS);
-                    assert_eq!(found.stop == StopReason::Optimal, earned >= found.value);
+                    assert_eq!(found.stop == BoundStop::Optimal, earned >= found.value);
                 }
-                if objective == Objective::Picks && iterations == 60 && best.picks > 0 {
+                if objective == BoundObjective::Picks && iterations == 60 && best.picks > 0 {
                     contested += usize::from(best.picks < found.reachable);
                     reached += usize::from(found.value == best.picks as f64);
                     tightness.push(best.rate / found.rate.unwrap_or(f64::INFINITY));
@@ -41,7 +43,7 @@ fn no_bound_is_below_the_optimum_of_tiny_instances() {
             }
             for slot_s in [0.01, 0.3, 5.0] {
                 let slot_s = Some(slot_s);
-                let options = Options {
+                let options = BoundOptions {
                     slot_s,
                     ..options(objective, 30)
                 };
@@ -86,9 +88,9 @@ fn no_bound_is_below_the_optimum_where_things_go_wrong() {
         let scene = Scene::under(&station, &pattern, conditions).unwrap();
         let best = optimum(&scene);
         let plain = optimum(&undisturbed(&scene, conditions.camera_x));
-        for objective in [Objective::Picks, Objective::Weight] {
+        for objective in [BoundObjective::Picks, BoundObjective::Weight] {
             for slot_s in [None, Some(0.3)] {
-                let options = Options {
+                let options = BoundOptions {
                     slot_s,
                     ..options(objective, 30)
                 };
@@ -155,10 +157,10 @@ fn the_bound_is_that_of_the_linear_program() {
             exact < 0.9 * items as f64,
             "{name}: {exact}, hardly a contest"
         );
-        let options = Options {
+        let options = BoundOptions {
             slot_s: Some(slot),
             ends: false,
-            ..options(Objective::Picks, 1000)
+            ..options(BoundObjective::Picks, 1000)
         };
         let found = bound(&scene, &options);
         println!(
@@ -198,7 +200,7 @@ fn no_rule_beats_the_bound_on_the_standard_cases() {
         let tree = AssignmentTree::all(robots);
         for pattern in standard_cases(station.belt().width) {
             let scene = Scene::new(&station, &pattern).unwrap();
-            let found = bound(&scene, &Options::quick(Objective::Picks));
+            let found = bound(&scene, &BoundOptions::quick(BoundObjective::Picks));
             let mut runs = 0;
             tree.evaluate(&scene, |_, figures| {
                 runs += 1;
@@ -243,7 +245,7 @@ fn the_bound_holds_where_things_go_wrong() {
                 },
             };
             let scene = Scene::under(&station, &pattern, conditions).unwrap();
-            let found = bound(&scene, &options(Objective::Picks, 60));
+            let found = bound(&scene, &options(BoundObjective::Picks, 60));
             tree.evaluate(&scene, |_, figures| {
                 assert!(figures.picked as f64 <= found.value, "{conditions:?}");
                 assert!(figures.picking_rate() <= found.rate.unwrap());
@@ -252,7 +254,7 @@ fn the_bound_holds_where_things_go_wrong() {
             .unwrap();
             if position_noise == 0.0 && !failures {
                 let plain = Scene::new(&station, &pattern).unwrap();
-                let most = bound(&plain, &options(Objective::Picks, 60));
+                let most = bound(&plain, &options(BoundObjective::Picks, 60));
                 assert!(found.relaxed <= most.relaxed + 0.5, "a camera is no help");
             }
         }
@@ -265,7 +267,7 @@ fn stopping_early_only_loosens_it() {
     let station = built_in("paper").unwrap().station(Some(2)).unwrap();
     let pattern = grid(1.05, 0.15, 150).unwrap();
     let scene = Scene::new(&station, &pattern).unwrap();
-    let whole = bound(&scene, &Options::default());
+    let whole = bound(&scene, &BoundOptions::default());
     let schedule = whole.schedule.as_ref().unwrap();
     checker::check(&station, &pattern, schedule).unwrap();
     // The first row of the table in docs/bound.md.
@@ -278,9 +280,11 @@ fn stopping_early_only_loosens_it() {
     assert!(whole.all_end.is_none());
     let mut last = f64::INFINITY;
     for stop_at in [1, 5, 20, 60, 150, 250] {
-        let found =
-            upper_bound(&scene, &Options::default(), &mut |step, _| step < stop_at).unwrap();
-        assert_eq!(found.stop, StopReason::Interrupted);
+        let found = upper_bound(&scene, &BoundOptions::default(), &mut |step, _| {
+            step < stop_at
+        })
+        .unwrap();
+        assert_eq!(found.stop, BoundStop::Interrupted);
         assert_eq!(found.iterations, stop_at);
         assert!(found.schedule.is_none());
         assert!(found.value <= last && found.value >= whole.value);
@@ -298,7 +302,7 @@ fn steps_are_counted_and_told() {
     let station = built_in("paper").unwrap().station(Some(2)).unwrap();
     let pattern = dense(&station, 60, 1);
     let scene = Scene::new(&station, &pattern).unwrap();
-    let run = |options: &Options| {
+    let run = |options: &BoundOptions| {
         let mut told = Vec::new();
         let mut go_on = |step, of| {
             told.push((step, of));
@@ -307,16 +311,16 @@ fn steps_are_counted_and_told() {
         let found = upper_bound(&scene, options, &mut go_on).unwrap();
         (found, told)
     };
-    let plain = options(Objective::Picks, 40);
+    let plain = options(BoundObjective::Picks, 40);
     for (ends, expected) in [(true, 80), (false, 40)] {
-        let (found, told) = run(&Options {
+        let (found, told) = run(&BoundOptions {
             ends,
             ..plain.clone()
         });
         let counted: Vec<_> = (1..=found.iterations)
             .map(|step| (step, expected))
             .collect();
-        assert_eq!((told, found.stop), (counted, StopReason::Done));
+        assert_eq!((told, found.stop), (counted, BoundStop::Done));
         // Half of the further steps towards the rate, a quarter towards each of the ends.
         let most = if ends { 40 + 18 + 9 + 9 } else { 40 };
         assert!(
@@ -333,7 +337,7 @@ fn steps_are_counted_and_told() {
     }
     let (whole, _) = run(&plain);
     let known = |known: f64, ends: bool| {
-        let quiet = Options {
+        let quiet = BoundOptions {
             known,
             ends,
             schedule: false,
@@ -343,26 +347,26 @@ fn steps_are_counted_and_told() {
         assert!(found.schedule.is_none());
         (found.stop, told.len())
     };
-    assert_eq!(known(60.0, false), (StopReason::Optimal, 0));
+    assert_eq!(known(60.0, false), (BoundStop::Optimal, 0));
     let (stop, steps) = known(whole.value, false);
     assert!(
-        stop == StopReason::Optimal && (1..40).contains(&steps),
+        stop == BoundStop::Optimal && (1..40).contains(&steps),
         "{steps}"
     );
-    assert_eq!(known(whole.value - 1.0, false), (StopReason::Done, 40));
-    let long = Options {
+    assert_eq!(known(whole.value - 1.0, false), (BoundStop::Done, 40));
+    let long = BoundOptions {
         arcs: 6000,
         ..plain.clone()
     };
     let (found, _) = run(&long);
     assert!(found.coarse && found.arcs <= 6000 && found.slot_s > whole.slot_s);
     let names = [
-        StopReason::Optimal,
-        StopReason::Done,
-        StopReason::Interrupted,
-        StopReason::TooMany,
+        BoundStop::Optimal,
+        BoundStop::Done,
+        BoundStop::Interrupted,
+        BoundStop::TooMany,
     ]
-    .map(StopReason::name);
+    .map(BoundStop::name);
     assert_eq!(names, ["optimal", "done", "interrupted", "too_many_items"]);
 }
 
@@ -379,16 +383,16 @@ fn known_answers() {
     let station = crate::bound_limits::line(&[60.0, 60.0]);
     let pattern = items(&[1.0, 5.0, 0.0, 3.0, 1e-3]);
     let scene = Scene::new(&station, &pattern).unwrap();
-    let picks = bound(&scene, &options(Objective::Picks, 100));
-    assert_eq!((picks.value, picks.stop), (2.0, StopReason::Optimal));
+    let picks = bound(&scene, &options(BoundObjective::Picks, 100));
+    assert_eq!((picks.value, picks.stop), (2.0, BoundStop::Optimal));
     assert_eq!((picks.reachable, picks.all_end), (5, None));
-    let weight = bound(&scene, &options(Objective::Weight, 100));
+    let weight = bound(&scene, &options(BoundObjective::Weight, 100));
     assert!((8.0..8.05).contains(&weight.value), "{}", weight.value);
     // Nothing within reach, nothing worth anything.
     let far = Pattern::new(vec![Item::at("far", 0.0, 0.4)]).unwrap();
     for (pattern, reachable) in [(&far, 0), (&items(&[0.0, 0.0]), 2)] {
         let scene = Scene::new(&station, pattern).unwrap();
-        let found = bound(&scene, &options(Objective::Weight, 100));
+        let found = bound(&scene, &options(BoundObjective::Weight, 100));
         assert_eq!((found.value, found.reachable), (0.0, reachable));
         assert!(found.end <= 40.1, "{}", found.end);
     }
@@ -410,15 +414,15 @@ fn slots_that_cannot_be_are_refused_and_huge_patterns_are_not() {
         (f64::NAN, "not a valid slot length"),
         (1e-6, "too short"),
     ] {
-        let options = Options {
+        let options = BoundOptions {
             slot_s: Some(slot),
-            ..Options::default()
+            ..BoundOptions::default()
         };
         let error = upper_bound(&scene, &options, &mut |_, _| true).unwrap_err();
         assert!(error.to_string().contains(word), "{error}");
     }
-    let found = bound(&scene, &Options::quick(Objective::Picks));
-    assert_eq!(found.stop, StopReason::TooMany);
+    let found = bound(&scene, &BoundOptions::quick(BoundObjective::Picks));
+    assert_eq!(found.stop, BoundStop::TooMany);
     assert_eq!(
         (found.value, found.relaxed, found.reachable),
         (60_000.0, 60_000.0, 60_000)

@@ -3,18 +3,18 @@
 
 use crate::bound_limits::line;
 use pickline::pattern::{Item, Pattern};
-use pickline::planning::bound::{Options, upper_bound};
+use pickline::planning::bound::{BoundOptions, upper_bound};
 use pickline::sim::Scene;
 
 /// Steps that are done for the rate and the ends alone, and how many were announced.
 fn steps(pattern: &Pattern, iterations: usize) -> (usize, usize) {
     let station = line(&[1.0, 2.0]);
     let scene = Scene::new(&station, pattern).unwrap();
-    let options = Options {
+    let options = BoundOptions {
         iterations,
         // As much as any bound allows, so that no step is needed for what is earned.
         known: 1e9,
-        ..Options::default()
+        ..BoundOptions::default()
     };
     let mut told = Vec::new();
     let bound = upper_bound(&scene, &options, &mut |done, of| {

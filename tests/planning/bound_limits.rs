@@ -3,7 +3,7 @@
 
 use crate::brute_force::{bound, holds, optimum, options, undisturbed};
 use pickline::pattern::{Item, Pattern};
-use pickline::planning::bound::{Bound, Objective, Options, StopReason};
+use pickline::planning::bound::{Bound, BoundObjective, BoundOptions, BoundStop};
 use pickline::sim::{Conditions, Disturbances, Scene};
 use pickline::station::{Belt, Robot, Station};
 
@@ -72,8 +72,8 @@ fn lengths(times: &[f64]) -> Vec<f64> {
     lengths
 }
 
-fn with_slots(scene: &Scene, objective: Objective, slot_s: Option<f64>) -> Bound {
-    let options = Options {
+fn with_slots(scene: &Scene, objective: BoundObjective, slot_s: Option<f64>) -> Bound {
+    let options = BoundOptions {
         slot_s,
         ..options(objective, 60)
     };
@@ -99,11 +99,11 @@ fn at_the_limit(scene: &Scene, picks: usize) {
     let best = optimum(scene);
     assert_eq!(best.picks, picks);
     for length in lengths(&limits(scene)) {
-        for objective in [Objective::Picks, Objective::Weight] {
+        for objective in [BoundObjective::Picks, BoundObjective::Weight] {
             holds(&with_slots(scene, objective, Some(length)), &best);
         }
     }
-    let usual = with_slots(scene, Objective::Picks, None);
+    let usual = with_slots(scene, BoundObjective::Picks, None);
     assert_eq!(usual.value, picks as f64, "{usual:?}");
 }
 
@@ -124,7 +124,10 @@ fn an_item_that_can_be_picked_at_the_last_moment_counts() {
     let station = line(&[dwell + 2.0 * slot]);
     let scene = Scene::new(&station, &pattern).unwrap();
     assert_eq!(optimum(&scene).picks, 1);
-    assert_eq!(with_slots(&scene, Objective::Picks, Some(slot)).value, 1.0);
+    assert_eq!(
+        with_slots(&scene, BoundObjective::Picks, Some(slot)).value,
+        1.0
+    );
 }
 
 /// Three picks without a moment between them, the last of them at the last moment.
@@ -158,7 +161,7 @@ fn a_window_of_a_moment_is_enough() {
     // Items that reach the station too late for their windows have none.
     let (station, pattern) = (line(&[1.0]), at_reach(y + 1e-6));
     let scene = Scene::new(&station, &pattern).unwrap();
-    let found = with_slots(&scene, Objective::Picks, None);
+    let found = with_slots(&scene, BoundObjective::Picks, None);
     assert_eq!((found.value, found.reachable, found.rate), (0.0, 0, None));
 }
 
@@ -200,7 +203,7 @@ fn weights_with_fractions_are_rounded_up() {
         let (station, pattern) = (line(&[0.1]), items(&spread));
         let scene = Scene::new(&station, &pattern).unwrap();
         let least = exactly(weights);
-        let found = with_slots(&scene, Objective::Weight, None);
+        let found = with_slots(&scene, BoundObjective::Weight, None);
         for value in [found.value, found.relaxed] {
             let most = least + weights.len() as i128 * (1 << 20);
             assert!(
@@ -209,12 +212,12 @@ fn weights_with_fractions_are_rounded_up() {
             );
         }
         // Without slots the bound is the sum of all, a little more than that.
-        let none = Options {
+        let none = BoundOptions {
             arcs: 0,
-            ..options(Objective::Weight, 1)
+            ..options(BoundObjective::Weight, 1)
         };
         let found = bound(&scene, &none);
-        assert_eq!(found.stop, StopReason::TooMany);
+        assert_eq!(found.stop, BoundStop::TooMany);
         let value = in_parts(found.value);
         assert!(
             least <= value && value <= least + (least >> 29),
@@ -233,7 +236,7 @@ fn the_rate_and_the_end_of_one_pick_are_known() {
     let best = optimum(&scene);
     let release = best.all_end.unwrap();
     let near = |value: f64, exact: f64| (value - exact).abs() <= 1e-7 * exact;
-    for (objective, earned) in [(Objective::Picks, 1.0), (Objective::Weight, 0.5)] {
+    for (objective, earned) in [(BoundObjective::Picks, 1.0), (BoundObjective::Weight, 0.5)] {
         let found = with_slots(&scene, objective, None);
         holds(&found, &best);
         let (end, all_end) = (found.end, found.all_end.unwrap());
@@ -248,7 +251,7 @@ fn the_rate_and_the_end_of_one_pick_are_known() {
     let pattern = items(&[(0.0, -0.4, 0.7), (-0.013, 0.4, 0.1)]);
     let scene = Scene::new(&station, &pattern).unwrap();
     let leaves = (4.0 + 0.013) / 0.1;
-    for (objective, earned) in [(Objective::Picks, 1.0), (Objective::Weight, 0.7)] {
+    for (objective, earned) in [(BoundObjective::Picks, 1.0), (BoundObjective::Weight, 0.7)] {
         let found = with_slots(&scene, objective, None);
         assert_eq!((found.end, found.all_end), (leaves, None));
         let (rate, exact) = (found.rate.unwrap(), 60.0 * earned / leaves);
@@ -275,7 +278,7 @@ fn items_past_the_end_of_a_run_do_not_count_for_it() {
         let scene = Scene::new(&station, &pattern).unwrap();
         at_the_limit(&scene, optimum(&scene).picks);
         let best = optimum(&scene);
-        let found = bound(&scene, &options(Objective::Picks, 400));
+        let found = bound(&scene, &options(BoundObjective::Picks, 400));
         let most = found.rate.unwrap();
         assert!(most <= 1.02 * best.rate, "{dwells:?}: {most} {best:?}");
         // The end of any run is the looser one.
@@ -307,7 +310,7 @@ fn a_run_may_begin_with_a_pick() {
     let scene = Scene::new(&station, &pattern).unwrap();
     assert_eq!(scene.queue(0)[0].open, 0.0);
     at_the_limit(&scene, 1);
-    let found = with_slots(&scene, Objective::Picks, None);
+    let found = with_slots(&scene, BoundObjective::Picks, None);
     assert!((2.0 - 1e-8..=2.0).contains(&found.end), "{found:?}");
 }
 
@@ -352,7 +355,7 @@ fn the_bound_of_a_disturbed_line_is_that_of_the_plain_one() {
         let conditions = disturbed(camera_x, failures, noise, 3);
         let scene = Scene::under(&station, &pattern, conditions).unwrap();
         let plain = undisturbed(&scene, kept);
-        for objective in [Objective::Picks, Objective::Weight] {
+        for objective in [BoundObjective::Picks, BoundObjective::Weight] {
             let (found, expected) = (
                 with_slots(&scene, objective, None),
                 with_slots(&plain, objective, None),
@@ -374,9 +377,9 @@ fn a_camera_does_not_hold_under_noise() {
         let scene = Scene::under(&station, &pattern, disturbed(Some(1.0), false, 0.1, seed));
         let scene = scene.unwrap();
         let best = optimum(&scene);
-        holds(&with_slots(&scene, Objective::Picks, None), &best);
+        holds(&with_slots(&scene, BoundObjective::Picks, None), &best);
         let with_camera = undisturbed(&scene, Some(1.0));
-        let wrong = with_slots(&with_camera, Objective::Picks, None);
+        let wrong = with_slots(&with_camera, BoundObjective::Picks, None);
         too_low += usize::from(wrong.value < best.picks as f64 || wrong.end > best.end);
     }
     assert!(too_low > 10, "{too_low} of 200 would be too low");
@@ -392,7 +395,7 @@ fn failures_only_cost_time() {
         let conditions = disturbed(Some(0.2), true, 0.0, seed);
         let scene = Scene::under(&station, &pattern, conditions).unwrap();
         let best = optimum(&scene);
-        for objective in [Objective::Picks, Objective::Weight] {
+        for objective in [BoundObjective::Picks, BoundObjective::Weight] {
             holds(&with_slots(&scene, objective, None), &best);
         }
         fewer += usize::from(best.picks < 3);

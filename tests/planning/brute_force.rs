@@ -4,20 +4,20 @@
 use crate::common;
 use pickline::decision::{Candidate, Figures, Moment};
 use pickline::pattern::{Item, Pattern};
-use pickline::planning::bound::{Bound, Objective, Options, upper_bound};
+use pickline::planning::bound::{Bound, BoundObjective, BoundOptions, upper_bound};
 use pickline::sim::{Disturbances, Scene};
 use pickline::station::{Robot, Station};
 use proptest::prelude::*;
 
-pub fn bound(scene: &Scene, options: &Options) -> Bound {
+pub fn bound(scene: &Scene, options: &BoundOptions) -> Bound {
     upper_bound(scene, options, &mut |_, _| true).unwrap()
 }
 
-pub fn options(objective: Objective, iterations: usize) -> Options {
-    Options {
+pub fn options(objective: BoundObjective, iterations: usize) -> BoundOptions {
+    BoundOptions {
         objective,
         iterations,
-        ..Options::default()
+        ..BoundOptions::default()
     }
 }
 
@@ -197,8 +197,8 @@ pub const SUMS: f64 = 1.0 + 1e-12;
 pub fn holds(bound: &Bound, best: &Optimum) {
     let about = format!("{bound:?}\n{best:?}");
     let (earned, rate, sums) = match bound.objective {
-        Objective::Picks => (best.picks as f64, best.rate, 1.0),
-        Objective::Weight => (best.weight, best.weighted_rate, SUMS),
+        BoundObjective::Picks => (best.picks as f64, best.rate, 1.0),
+        BoundObjective::Weight => (best.weight, best.weighted_rate, SUMS),
     };
     assert!(earned <= bound.value * sums, "{about}");
     assert!(bound.value <= bound.relaxed, "{about}");

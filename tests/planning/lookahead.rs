@@ -7,22 +7,22 @@ use pickline::checker;
 use pickline::decision::{Action, Outcome, Snapshot, Strategy};
 use pickline::dispatch::RuleAssignment;
 use pickline::pattern::{Pattern, grid};
-use pickline::planning::{Allowance, Lookahead, Options};
+use pickline::planning::{Allowance, Lookahead, LookaheadOptions};
 use pickline::sim::{Conditions, Disturbances, Scene, simulate, simulate_rules};
 use pickline::station::{Belt, Robot, Station, built_in};
 use proptest::prelude::*;
 use proptest::strategy::Strategy as _;
 use std::collections::BTreeSet;
 
-fn options(text: &str, bases: &[RuleAssignment], robots: usize) -> Options {
-    let mut options = Options::parse(text, robots, Allowance::default()).unwrap();
+fn options(text: &str, bases: &[RuleAssignment], robots: usize) -> LookaheadOptions {
+    let mut options = LookaheadOptions::parse(text, robots, Allowance::default()).unwrap();
     if !bases.is_empty() {
         options.bases = bases.to_vec();
     }
     options
 }
 
-fn run(scene: &Scene, options: Options) -> Outcome {
+fn run(scene: &Scene, options: LookaheadOptions) -> Outcome {
     let outcome = simulate(scene, &mut Lookahead::new(options)).unwrap();
     checker::check(scene.station(), scene.pattern(), &outcome).unwrap();
     outcome

@@ -8,7 +8,7 @@ use pickline::optimize::{
     rivals, validate,
 };
 use pickline::pattern::{Item, Pattern, grid, poisson_disk, random_stream};
-use pickline::planning::bound::{Options, upper_bound};
+use pickline::planning::bound::{BoundOptions, upper_bound};
 use pickline::sim::{Conditions, Disturbances, Scene, simulate_rules};
 use pickline::station::{Station, built_in};
 use pickline::stats::{Bootstrap, Interval};
@@ -457,7 +457,7 @@ fn the_winner_is_judged_on_fresh_patterns() {
                 complete += usize::from(run.picked == pattern.len());
                 picked += run.picked;
                 let scene = Scene::under(&at_speed, pattern, own).unwrap();
-                let options = Options::beside(run.picked, pattern.len());
+                let options = BoundOptions::beside(run.picked, pattern.len());
                 most += upper_bound(&scene, &options, &mut |_, _| true)
                     .unwrap()
                     .value;

@@ -2,7 +2,7 @@
 
 use super::args::{AccessArgs, TransportArgs};
 use pickline::error::{Error, Result, shown};
-use pickline_live::transport::tls::{Files, Tls};
+use pickline_live::transport::tls::{Tls, TlsFiles};
 use pickline_live::transport::{Access, Side, Token};
 use std::net::ToSocketAddrs as _;
 
@@ -24,22 +24,22 @@ impl AccessArgs {
         self.resolve(|files| files.is_any().then(|| Tls::connecting(files)))
     }
 
-    fn resolve(&self, tls: impl Fn(&Files) -> Option<Result<Tls>>) -> Result<Access> {
+    fn resolve(&self, tls: impl Fn(&TlsFiles) -> Option<Result<Tls>>) -> Result<Access> {
         Ok(Access {
             token: self.token.as_deref().map(Token::read).transpose()?,
             tls: tls(&self.files()).transpose()?,
         })
     }
 
-    fn files(&self) -> Files {
+    fn files(&self) -> TlsFiles {
         #[cfg(feature = "tls")]
-        let files = Files {
+        let files = TlsFiles {
             certificate: self.tls_cert.clone(),
             key: self.tls_key.clone(),
             authorities: self.tls_ca.clone(),
         };
         #[cfg(not(feature = "tls"))]
-        let files = Files::default();
+        let files = TlsFiles::default();
         files
     }
 

@@ -8,7 +8,7 @@ use super::settings::{NOTHING_FAILS, load_pattern};
 use pickline::checker;
 use pickline::error::{Error, Result};
 use pickline::optimize::Progress as _;
-use pickline::planning::bound::{Bound, Objective, Options, upper_bound};
+use pickline::planning::bound::{Bound, BoundObjective, BoundOptions, upper_bound};
 use pickline::plausible::SLOT;
 use pickline::sim::{Conditions, Scene};
 use pickline_report::{BoundReport, Provenance};
@@ -50,10 +50,10 @@ pub fn run(args: &BoundArgs, session: &Session) -> Result<()> {
     if conditions.disturbances.never_fails(pattern.items()) {
         common.remark(NOTHING_FAILS);
     }
-    let picks = bound(args, session, &scene, Objective::Picks)?;
+    let picks = bound(args, session, &scene, BoundObjective::Picks)?;
     let weight = match args.objective {
         ObjectiveArg::Picks => None,
-        ObjectiveArg::Weight => Some(bound(args, session, &scene, Objective::Weight)?),
+        ObjectiveArg::Weight => Some(bound(args, session, &scene, BoundObjective::Weight)?),
     };
     for found in [Some(&picks), weight.as_ref()].into_iter().flatten() {
         if let Some(schedule) = &found.schedule {
@@ -101,14 +101,14 @@ fn bound(
     args: &BoundArgs,
     session: &Session,
     scene: &Scene,
-    objective: Objective,
+    objective: BoundObjective,
 ) -> Result<Bound> {
-    let options = Options {
+    let options = BoundOptions {
         slot_s: args.slot,
         iterations: args.iterations,
         // A schedule for the undisturbed line may fail on the disturbed one.
         schedule: !scene.conditions().disturbances.any(),
-        ..Options::in_full(objective, scene.pattern().len())
+        ..BoundOptions::in_full(objective, scene.pattern().len())
     };
     let bar = Bar::new(args.common.quiet);
     let mut begun = false;

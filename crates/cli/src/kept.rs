@@ -12,9 +12,9 @@ use pickline::error::Result;
 use pickline::files;
 use pickline::station::Station;
 use pickline::strategies::policy_file;
-use pickline_live::journal::{Found, Journal, Owner, lock_of};
+use pickline_live::journal::{Journal, OpenedJournal, Owner, lock_of};
 use pickline_live::protocol::{Incoming, Outgoing};
-use pickline_live::recording::Event;
+use pickline_live::recording::RecordedEvent;
 #[cfg(feature = "mcap")]
 use pickline_live::recording::{Heading, Recorder};
 use pickline_live::{ClockKind, Config, Controller};
@@ -85,7 +85,7 @@ impl Kept {
     /// the journal ends if there is one. `strategy` is its text and the strategy itself.
     ///
     /// # Errors
-    /// As for [`Found::open`], [`Controller::restore`] and [`Recorder::create`].
+    /// As for [`OpenedJournal::open`], [`Controller::restore`] and [`Recorder::create`].
     pub fn open(
         args: &RunArgs,
         session: &Session,
@@ -118,7 +118,9 @@ impl Kept {
             .filter(|file| file.symlink_metadata().is_err())
             .map(Path::to_owned);
         let mut created: Vec<PathBuf> = created.collect();
-        let mut found = path.map(|path| Found::open(path, &owner)).transpose()?;
+        let mut found = path
+            .map(|path| OpenedJournal::open(path, &owner))
+            .transpose()?;
         let reading = found.as_mut().and_then(|found| found.reading.take());
         let is_restored = reading.is_some();
         let stamp = (is_restored && config.clock == ClockKind::System).then(unix_now);
@@ -213,19 +215,19 @@ impl Kept {
     /// Records a message received at `received` [s since 1970].
     pub fn heard(&mut self, message: &Incoming, received: f64) {
         self.recording
-            .go_on(|recorder, _| recorder.heard(message, received));
+            .go_on(|recorder, _| recorder.record_incoming(message, received));
     }
 
     /// Records a message that is sent.
     pub fn said(&mut self, message: &Outgoing) {
         self.recording
-            .go_on(|recorder, now| recorder.said(message, now));
+            .go_on(|recorder, now| recorder.record_outgoing(message, now));
     }
 
     /// Records an event that is not a message.
-    pub fn happened(&mut self, event: &Event) {
+    pub fn happened(&mut self, event: &RecordedEvent) {
         self.recording
-            .go_on(|recorder, now| recorder.happened(event, now));
+            .go_on(|recorder, now| recorder.record_event(event, now));
     }
 
     /// Flushes the recording to its file.
@@ -268,7 +270,7 @@ impl Kept {
 
     pub fn said(&mut self, _: &Outgoing) {}
 
-    pub fn happened(&mut self, _: &Event) {}
+    pub fn happened(&mut self, _: &RecordedEvent) {}
 
     fn flush(&mut self) {}
 

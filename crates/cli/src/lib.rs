@@ -1,5 +1,8 @@
 //! The command line: arguments, resolved settings, one file per verb.
 
+// Units are in brackets, [m] or [s], which rustdoc would treat as links.
+#![allow(rustdoc::broken_intra_doc_links)]
+
 mod access;
 mod args;
 mod bound;
@@ -41,7 +44,7 @@ mod warnings;
 
 use args::{Cli, Command};
 use clap::{CommandFactory as _, Parser as _};
-use pickline::error::{Error, Result};
+use pickline::error::{Error, ErrorKind, Result};
 use session::Session;
 use std::process::ExitCode;
 
@@ -80,12 +83,17 @@ pub fn main() -> ExitCode {
         Ok(()) => ExitCode::from(DONE),
         Err(error) => {
             session.complain(&format!("pickline: {error}"));
-            ExitCode::from(match error {
-                Error::Input { .. } | Error::Io { .. } => USAGE,
-                Error::Interrupted => INTERRUPTED,
-                Error::IllegalAction { .. } | Error::Refuted(_) => FAILED,
-            })
+            ExitCode::from(exit_code(error.kind()))
         }
+    }
+}
+
+/// What the failure was: wrong input is for the user to change, anything else is not.
+fn exit_code(kind: ErrorKind) -> u8 {
+    match kind {
+        ErrorKind::Usage | ErrorKind::Input | ErrorKind::Path => USAGE,
+        ErrorKind::Interrupted => INTERRUPTED,
+        _ => FAILED,
     }
 }
 

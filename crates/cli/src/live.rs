@@ -5,8 +5,8 @@ use super::log::{Level, Log, Style, kind_of};
 use pickline::error::{Error, Result, shown_number};
 use pickline::station::Station;
 use pickline_live::protocol::{Hello, Role};
-use pickline_live::transport::{Access, Dialect, Hub, Place, Side, Terms};
-use pickline_live::{ClockKind, Reading, SteadyClock};
+use pickline_live::transport::{Access, Dialect, Endpoint, Hub, HubOptions, Side};
+use pickline_live::{ClockKind, ClockReading, SteadyClock};
 #[cfg(feature = "ros2")]
 use std::net::IpAddr;
 use std::net::{SocketAddr, ToSocketAddrs as _};
@@ -39,8 +39,8 @@ impl TransportArgs {
     pub fn open(&self, side: Side, station: &Station, dialect: Dialect) -> Result<Hub> {
         let place = self.place(side)?;
         let access = match place {
-            Place::Listen(_) => self.access.listening()?,
-            Place::Connect(_) => self.access.connecting()?,
+            Endpoint::Listen(_) => self.access.listening()?,
+            Endpoint::Connect(_) => self.access.connecting()?,
             _ => Access::default(),
         };
         let robots: Vec<String> = station.robots().iter().map(|r| r.name.clone()).collect();
@@ -52,7 +52,7 @@ impl TransportArgs {
             token: access.token.as_ref().map(|token| token.text().to_owned()),
         });
         let is_closed = access.is_closed();
-        let terms = Terms {
+        let terms = HubOptions {
             side,
             waits: self.clock() == ClockKind::Messages,
             robots,
@@ -75,11 +75,11 @@ impl TransportArgs {
         not(any(feature = "mqtt", feature = "ros2")),
         allow(unused_variables, clippy::unnecessary_wraps)
     )]
-    fn place(&self, side: Side) -> Result<Place> {
+    fn place(&self, side: Side) -> Result<Endpoint> {
         #[cfg(feature = "mqtt")]
         if let Some(settings) = self.mqtt.resolve(side, self.clock())? {
             self.remark(&format!("using {}", settings.broker));
-            return Ok(Place::Mqtt(Box::new(settings)));
+            return Ok(Endpoint::Mqtt(Box::new(settings)));
         }
         #[cfg(feature = "ros2")]
         if let Some(settings) = self.ros2.resolve(side, self.clock())? {
@@ -88,12 +88,12 @@ impl TransportArgs {
             if !settings.networks.iter().all(IpAddr::is_loopback) {
                 self.warn("anyone in these networks can control the line");
             }
-            return Ok(Place::Ros2(Box::new(settings)));
+            return Ok(Endpoint::Ros2(Box::new(settings)));
         }
         Ok(match (&self.listen, &self.connect) {
-            (Some(address), _) => Place::Listen(address.clone()),
-            (None, Some(address)) => Place::Connect(address.clone()),
-            (None, None) => Place::Stdio,
+            (Some(address), _) => Endpoint::Listen(address.clone()),
+            (None, Some(address)) => Endpoint::Connect(address.clone()),
+            (None, None) => Endpoint::Stdio,
         })
     }
 
@@ -170,7 +170,7 @@ impl NodeClock {
     }
 
     /// Reads the clock.
-    pub fn read(&mut self) -> Reading {
+    pub fn read(&mut self) -> ClockReading {
         /// A longer reading means that the process was preempted between the two clocks.
         const AT_ONCE: Duration = Duration::from_millis(1);
         const TRIES: usize = 10;

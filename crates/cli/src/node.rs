@@ -9,10 +9,12 @@ use super::notify::Notify;
 use pickline::error::Result;
 use pickline::plausible::Warning;
 use pickline_live::layout;
-use pickline_live::protocol::{Hello, Incoming, Outgoing, Rejected, Rejection, Said, decode_said};
-use pickline_live::recording::{Event, whole_microseconds};
-use pickline_live::transport::{Greeted, Heard, Hub, Origin};
-use pickline_live::{ClockKind, Controller, Reading, Taken};
+use pickline_live::protocol::{
+    Hello, Incoming, Message, Outgoing, PeerMessage, Rejected, Rejection, decode_said,
+};
+use pickline_live::recording::{RecordedEvent, whole_microseconds};
+use pickline_live::transport::{HelloOutcome, Hub, Origin, TransportEvent};
+use pickline_live::{ClockKind, ClockReading, Controller, HandledAs};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
@@ -85,19 +87,19 @@ impl Node<'_> {
             // Write everything received so far to the journal before waiting.
             self.kept.rest(&mut self.controller)?;
             for _ in 0..AT_ONCE {
-                let Some(heard) = self.hub.hear(patience) else {
+                let Some(heard) = self.hub.next_event(patience) else {
                     break;
                 };
                 patience = Duration::ZERO;
                 match heard {
-                    Heard::Left(0) => return Ok(()),
-                    Heard::Left(number) => {
+                    TransportEvent::Left(0) => return Ok(()),
+                    TransportEvent::Left(number) => {
                         self.hub.leave(number);
                     }
                     // Output waits until a peer reconnects.
-                    Heard::Down(_) => {}
+                    TransportEvent::Down(_) => {}
                     // A peer that has closed its side waits for a last status.
-                    Heard::Ended(_) => self.report(false, self.hub.queued() as u64),
+                    TransportEvent::Ended(_) => self.report(false, self.hub.queued() as u64),
                     heard => self.handle(heard)?,
                 }
             }
@@ -107,7 +109,7 @@ impl Node<'_> {
 
     /// With the system clock: reads the time, does what is due, and returns the time.
     fn step(&mut self) -> f64 {
-        let Reading { stamp, ahead } = self.clock.read();
+        let ClockReading { stamp, ahead } = self.clock.read();
         let mut held_robots = self.hub.held();
         self.ahead = ahead;
         self.controller.set_clock_ahead(ahead);
@@ -117,7 +119,7 @@ impl Node<'_> {
         if held {
             held_robots.clear();
         }
-        self.kept.happened(&Event::Step {
+        self.kept.happened(&RecordedEvent::Step {
             stamp,
             held,
             held_robots,
@@ -131,25 +133,29 @@ impl Node<'_> {
         while !stop.load(Ordering::Relaxed) {
             self.notify.alive();
             self.screen.show(&self.controller, &self.hub);
-            match self.hub.hear(GLANCE) {
+            match self.hub.next_event(GLANCE) {
                 None => {
                     self.kept.rest(&mut self.controller)?;
                     continue;
                 }
                 // A peer that was disconnected had no say in the line.
-                Some(Heard::Left(number)) if !self.hub.has_a_say(number) => {
+                Some(TransportEvent::Left(number)) if !self.hub.is_active(number) => {
                     self.hub.leave(number);
                     self.talking = self.talking.saturating_sub(1);
                 }
-                Some(heard @ (Heard::Left(_) | Heard::Down(_) | Heard::Ended(_))) => {
-                    if matches!(heard, Heard::Down(_)) {
+                Some(
+                    heard @ (TransportEvent::Left(_)
+                    | TransportEvent::Down(_)
+                    | TransportEvent::Ended(_)),
+                ) => {
+                    if matches!(heard, TransportEvent::Down(_)) {
                         let remark = "all peers have gone, which ends the run with message time";
                         self.transport.warn(remark);
                     }
                     self.talking = self.talking.saturating_sub(1);
                     if self.talking == 0 {
                         self.controller.finish();
-                        self.kept.happened(&Event::Finished {});
+                        self.kept.happened(&RecordedEvent::Finished {});
                         break;
                     }
                 }
@@ -159,48 +165,57 @@ impl Node<'_> {
             while self.hub.is_half_full() && self.hub.peers() > 0 && !stop.load(Ordering::Relaxed) {
                 self.notify.alive();
                 thread::sleep(BREATH);
-                self.hub.tend();
+                self.hub.run_timers();
             }
             self.speak()?;
         }
         Ok(())
     }
 
-    fn handle(&mut self, heard: Heard) -> Result<()> {
+    fn handle(&mut self, heard: TransportEvent) -> Result<()> {
         match heard {
             // Ignore messages from a peer that is being disconnected.
-            Heard::Line(origin, _) | Heard::Refused(origin, _) if !self.hub.counts(&origin) => {}
-            Heard::Line(origin, line) => match decode_said(&line) {
-                Ok(Said::Message(message)) => self.take(origin, message),
-                Ok(Said::Hello(hello)) => self.greet(&origin, hello),
+            TransportEvent::Line(origin, _)
+            | TransportEvent::Message(origin, _)
+            | TransportEvent::Refused(origin, _)
+                if !self.hub.counts(&origin) => {}
+            TransportEvent::Line(origin, line) => match decode_said(&line) {
+                Ok(PeerMessage::Message(message)) => self.take(origin, message),
+                Ok(PeerMessage::Hello(hello)) => self.greet(&origin, hello),
                 Err(rejected) => self.refuse(&origin, &rejected),
             },
-            Heard::Refused(origin, rejected) => self.refuse(&origin, &rejected),
-            Heard::Joined(connection) => {
+            TransportEvent::Message(origin, message) => {
+                // A transport delivers to a node only what is for a node.
+                if let Message::ToNode(message) = *message {
+                    self.take(origin, message);
+                }
+            }
+            TransportEvent::Refused(origin, rejected) => self.refuse(&origin, &rejected),
+            TransportEvent::Joined(connection) => {
                 if let Some(number) = self.hub.join(connection) {
                     self.talking += 1;
                     if self.hub.connects() {
                         self.controller.repeat();
-                        self.kept.happened(&Event::Connected {});
+                        self.kept.happened(&RecordedEvent::Connected {});
                     } else {
                         self.tell_open(number)?;
                     }
                 }
             }
-            Heard::Foreign(number, start) => {
+            TransportEvent::Foreign(number, start) => {
                 let text = self.hub.foreign(number, &start);
                 self.count(Rejection::Syntax);
                 self.transport.warn(&text);
             }
-            Heard::Stalled(number) => {
+            TransportEvent::Stalled(number) => {
                 if let Some(text) = self.hub.stalled(number) {
                     self.transport.warn(&text);
                 }
             }
-            Heard::Up(_) => self.welcome(),
-            Heard::Remark(text) => self.transport.remark(&text),
-            Heard::Failed(error) => return Err(error),
-            Heard::Left(_) | Heard::Down(_) | Heard::Ended(_) => {}
+            TransportEvent::Up(_) => self.welcome(),
+            TransportEvent::Remark(text) => self.transport.remark(&text),
+            TransportEvent::Failed(error) => return Err(error),
+            TransportEvent::Left(_) | TransportEvent::Down(_) | TransportEvent::Ended(_) => {}
         }
         Ok(())
     }
@@ -214,7 +229,7 @@ impl Node<'_> {
             Err(rejected) => return self.refuse(&origin, &rejected),
         }
         message.name_source(self.hub.name(&origin));
-        let Reading { stamp, ahead } = self.clock.read();
+        let ClockReading { stamp, ahead } = self.clock.read();
         let received = whole_microseconds(stamp);
         let taken = match self.transport.clock() {
             ClockKind::System => {
@@ -235,8 +250,8 @@ impl Node<'_> {
             self.question(&origin, &doubt);
         }
         match taken {
-            Ok(Taken::Accepted) => {}
-            Ok(Taken::Held) => self.held_back = Some(origin),
+            Ok(HandledAs::Accepted) => {}
+            Ok(HandledAs::Held) => self.held_back = Some(origin),
             Err(rejected) => self.tell(&origin, &rejected),
         }
     }
@@ -249,13 +264,13 @@ impl Node<'_> {
             let rejected = Rejected::new(Rejection::NotAllowed, problem);
             return self.refuse(origin, &rejected);
         };
-        match self.hub.greet(number, hello) {
-            Greeted::Accepted(robots) => {
+        match self.hub.handle_hello(number, hello) {
+            HelloOutcome::Accepted(robots) => {
                 for robot in robots {
                     self.speak_for(Some(robot));
                 }
             }
-            Greeted::Refused(reason) => {
+            HelloOutcome::Refused(reason) => {
                 self.count(Rejection::NotAllowed);
                 let text = format!("{origin}: the hello was refused: {reason}");
                 self.transport.warn(&text);
@@ -267,15 +282,15 @@ impl Node<'_> {
     fn speak_for(&mut self, robot: Option<usize>) {
         if let Some(robot) = robot {
             self.controller.send_again_to(robot);
-            self.kept.happened(&Event::Spoken { robot });
+            self.kept.happened(&RecordedEvent::Spoken { robot });
         }
     }
 
     /// Sends the current state of the open tasks to a newly connected peer only.
     fn tell_open(&mut self, number: u64) -> Result<()> {
         self.speak()?;
-        self.controller.tell_open();
-        self.kept.happened(&Event::Welcomed {});
+        self.controller.send_open_tasks();
+        self.kept.happened(&RecordedEvent::Welcomed {});
         let output = self.controller.take_output();
         self.kept.keep(&mut self.controller, !output.is_empty())?;
         for message in output {
@@ -313,7 +328,7 @@ impl Node<'_> {
     fn welcome(&mut self) {
         self.talking += 1;
         self.controller.send_again();
-        self.kept.happened(&Event::Joined {});
+        self.kept.happened(&RecordedEvent::Joined {});
     }
 
     /// Counts a line that is not a message or that its sender may not send. A peer that sends
@@ -329,12 +344,12 @@ impl Node<'_> {
     fn count(&mut self, rejection: Rejection) {
         self.controller.count_rejected(rejection);
         let reason = rejection.name().to_owned();
-        self.kept.happened(&Event::Refused { reason });
+        self.kept.happened(&RecordedEvent::Refused { reason });
     }
 
     fn report(&mut self, last: bool, queued: u64) {
         self.controller.report(last, queued);
-        self.kept.happened(&Event::Report { last, queued });
+        self.kept.happened(&RecordedEvent::Report { last, queued });
     }
 
     /// Sends the controller's output, after the changes behind it are in the journal.
@@ -371,7 +386,7 @@ impl Node<'_> {
     fn end(&mut self, stopped: bool) -> Result<()> {
         self.notify.stopping();
         self.controller.stop();
-        self.kept.happened(&Event::Stopped {});
+        self.kept.happened(&RecordedEvent::Stopped {});
         self.tell_dropped();
         // With message time, the output depends only on the messages.
         let queued = match self.transport.clock() {

@@ -246,7 +246,7 @@ fn describe_pattern(args: &DescribeArgs, session: &Session) -> Result<()> {
 struct Imported<'a> {
     command: &'a str,
     #[serde(flatten)]
-    report: &'a tracking::Report,
+    report: &'a tracking::ImportReport,
 }
 
 /// Parses a width and height [px] such as `1280x720`.
@@ -289,7 +289,7 @@ fn import_tracks(args: &TracksArgs, session: &Session) -> Result<()> {
     if args.file.is_dir() {
         check_outside(&args.file, &targets)?;
     }
-    let options = tracking::Options {
+    let options = tracking::ImportOptions {
         format: args.form.as_deref().map(str::parse).transpose()?,
         boxes: args.boxes.map(|boxes| match boxes {
             BoxesArg::Sizes => tracking::Boxes::Sizes,
@@ -304,12 +304,12 @@ fn import_tracks(args: &TracksArgs, session: &Session) -> Result<()> {
         min_frames: args.min_frames,
         split_distance_m: args.split_distance,
         merge_distance_m: args.merge_distance,
-        ..tracking::Options::new(
+        ..tracking::ImportOptions::new(
             args.fps,
             args.scale,
             match args.axis {
-                AxisArg::X => tracking::Axis::X,
-                AxisArg::Y => tracking::Axis::Y,
+                AxisArg::X => tracking::ImageAxis::X,
+                AxisArg::Y => tracking::ImageAxis::Y,
             },
             args.belt_speed,
         )

@@ -12,10 +12,11 @@ use pickline::files;
 use pickline::optimize::{Environment, Progress as _};
 use pickline::rl::domain::{Course, scenes};
 use pickline::rl::{
-    Checkpoint, Imitation, Judged, Kept, PRESETS, Plan, Round, Score, Trainer, Trial,
+    Checkpoint, Imitation, Judged, Kept, PRESETS, Plan, Round, Trainer, TrainingResults, Trial,
+    TrialName,
 };
 use pickline::station::{self, Overrides, Station};
-use pickline::strategies::{Parsed, default_strategy, parse, policy_file};
+use pickline::strategies::{Parsed, default_assignment, parse, policy_file};
 use pickline_report::{Provenance, curve_chart, json_text};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -215,11 +216,14 @@ fn stations(names: &[String], strict: bool) -> Result<Vec<(String, Station)>> {
 }
 
 /// The built-in cases on every station, without duplicates.
-fn trials(stations: &[(String, Station)]) -> Result<Vec<(String, Vec<Course>)>> {
-    let mut list: Vec<(String, Vec<Course>)> = Vec::new();
+fn trials(stations: &[(String, Station)]) -> Result<Vec<(TrialName, Vec<Course>)>> {
+    let mut list: Vec<(TrialName, Vec<Course>)> = Vec::new();
     for (name, station) in stations {
         for case in load_cases("all")? {
-            let title = format!("{name}: {}", case.name);
+            let title = TrialName {
+                station: name.clone(),
+                case: case.name.clone(),
+            };
             if list.iter().any(|(known, _)| *known == title) {
                 continue;
             }
@@ -256,13 +260,13 @@ struct Saved {
 }
 
 impl Training<'_> {
-    fn run(mut self, courses: &[(String, Vec<Course>)], kept: Kept) -> Result<String> {
+    fn run(mut self, courses: &[(TrialName, Vec<Course>)], kept: Kept) -> Result<String> {
         let bar = Bar::new(self.args.quiet);
         let environment = Environment {
             stop: self.session.stop(),
             progress: &bar,
         };
-        let mut score = Score::new(judges(courses)?, kept, &self.trainer)?;
+        let mut score = TrainingResults::new(judges(courses)?, kept, &self.trainer)?;
         if let Some(expert) = &self.expert {
             let (common, started) = (self.common, self.started);
             let judge = |trainer: &Trainer, round: Round| {
@@ -287,7 +291,7 @@ impl Training<'_> {
             if done < planned {
                 if done == 0 {
                     // Nothing has been learned yet.
-                    return Err(Error::Interrupted);
+                    return Err(Error::interrupted());
                 }
                 common.remark(&format!(
                     "stopped after {done} of {planned} rounds; the best policy so far is kept, but \
@@ -353,7 +357,7 @@ impl Training<'_> {
     }
 
     /// Writes the checkpoint and the learning curve so far.
-    fn save(&self, score: &Score) -> Result<()> {
+    fn save(&self, score: &TrainingResults) -> Result<()> {
         let checkpoint = json_text(&Saved {
             stations: self.stations.clone(),
             trainer: self.trainer.checkpoint(),
@@ -370,14 +374,13 @@ impl Training<'_> {
 }
 
 /// The trials that score the policy, with the results of rules on them.
-fn judges(courses: &[(String, Vec<Course>)]) -> Result<Vec<Trial<'_>>> {
+fn judges(courses: &[(TrialName, Vec<Course>)]) -> Result<Vec<Trial<'_>>> {
     let mut list = Vec::with_capacity(courses.len());
     for (name, courses) in courses {
         let robots = courses
             .first()
             .map_or(1, |course| course.station.robots().len());
-        let robust = default_strategy(robots);
-        let robust = robust.trim_start_matches("rules:").parse()?;
+        let robust = default_assignment(robots);
         list.push(Trial::new(name.clone(), scenes(courses)?, &robust)?);
     }
     Ok(list)

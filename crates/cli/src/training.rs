@@ -115,7 +115,7 @@ impl<'a> Line<'a> {
         };
         let optimum = optimize(&evaluator, &search, &self.environment)?;
         if self.environment.stopped() {
-            return Err(Error::Interrupted);
+            return Err(Error::interrupted());
         }
         Ok(optimum)
     }
@@ -124,7 +124,7 @@ impl<'a> Line<'a> {
     /// `judged`.
     ///
     /// # Errors
-    /// Rules that do not fit the line, an unavailable set, [`Error::Interrupted`].
+    /// Rules that do not fit the line, an unavailable set, [`Interrupted`](pickline::error::ErrorKind).
     pub fn robust(
         &self,
         training: &TrainingArgs,
@@ -278,7 +278,7 @@ impl<'a> Line<'a> {
     /// one decision if the strategy itself does not set it.
     ///
     /// # Errors
-    /// As for [`Parsed::on`], and [`Error::Interrupted`].
+    /// As for [`Parsed::on`], and [`Interrupted`](pickline::error::ErrorKind).
     pub fn put(
         &self,
         strategy: &Parsed,

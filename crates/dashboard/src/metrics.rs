@@ -3,7 +3,7 @@
 //!
 //! Each metric is one row of [`metrics`]; `docs/protocol.md` has the table of them.
 
-use pickline_live::View;
+use pickline_live::LineView;
 use pickline_live::protocol::SourceReport;
 use std::fmt::{Display, Write as _};
 
@@ -11,9 +11,9 @@ use std::fmt::{Display, Write as _};
 const ROBOT_STATES: [&str; 5] = ["idle", "busy", "fault", "silent", "unknown"];
 
 /// The page of metrics for `view`; `strategy` is the name of the line's strategy.
-pub fn metrics(view: &View, strategy: &str) -> String {
+pub fn metrics(view: &LineView, strategy: &str) -> String {
     let status = &view.status;
-    let mut page = Page::default();
+    let mut page = MetricsText::default();
     let version = env!("CARGO_PKG_VERSION");
     page.metric("pickline_info", "gauge", "Program and strategy; always 1.");
     page.sample(&[("version", version), ("strategy", strategy)], 1);
@@ -112,14 +112,14 @@ pub fn metrics(view: &View, strategy: &str) -> String {
 
 /// A page of metrics that is being written.
 #[derive(Default)]
-struct Page {
+struct MetricsText {
     text: String,
     /// The metric whose samples are being written.
     name: &'static str,
 }
 
 // Writing into a string never fails.
-impl Page {
+impl MetricsText {
     /// Starts a metric: its help text and its type.
     fn metric(&mut self, name: &'static str, kind: &str, help: &str) {
         self.name = name;
@@ -149,9 +149,9 @@ impl Page {
     }
 
     /// Age, clock offset and silence of each source.
-    fn sources(&mut self, view: &View) {
-        type Figure = fn(&SourceReport) -> Option<f64>;
-        let figures: [(&str, &str, Figure); 3] = [
+    fn sources(&mut self, view: &LineView) {
+        type SourceFigure = fn(&SourceReport) -> Option<f64>;
+        let figures: [(&str, &str, SourceFigure); 3] = [
             (
                 "pickline_source_age_seconds",
                 "Time since the last message of a source [s].",
@@ -181,7 +181,7 @@ impl Page {
     }
 
     /// The histogram of the decision times.
-    fn histogram(&mut self, view: &View) {
+    fn histogram(&mut self, view: &LineView) {
         let times = &view.decision_times;
         let help = "Duration of decisions [s].";
         self.metric("pickline_decision_duration_seconds", "histogram", help);

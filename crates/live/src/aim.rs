@@ -27,7 +27,7 @@ const RUN: usize = 10;
 
 /// One `found` of a robot.
 #[derive(Debug, Clone, Copy)]
-struct Found {
+struct FoundOffset {
     robot: usize,
     /// From the place where it was sent to the place where it found the item, along and across [m].
     off: (f64, f64),
@@ -78,7 +78,7 @@ impl Grasps {
 /// The recent results of all robots.
 #[derive(Debug, Clone, Default)]
 pub struct Aim {
-    found: VecDeque<Found>,
+    found: VecDeque<FoundOffset>,
     /// The last grasps of all robots, and of each.
     grasps: Grasps,
     by_robot: BTreeMap<usize, Grasps>,
@@ -114,7 +114,7 @@ impl Aim {
         if self.found.len() == KEPT {
             self.found.pop_front();
         }
-        self.found.push_back(Found { robot, off, speed });
+        self.found.push_back(FoundOffset { robot, off, speed });
     }
 
     /// Notes an impossible `found` of `robot`. Returns whether it is its first.
@@ -245,7 +245,7 @@ impl Aim {
     /// have found at least `enough` items.
     fn odd_one(&self, enough: usize) -> Option<(usize, (f64, f64))> {
         let means = |is_its: &dyn Fn(usize) -> bool| {
-            let of = |side: fn(&Found) -> f64| {
+            let of = |side: fn(&FoundOffset) -> f64| {
                 let its = self.found.iter().filter(|found| is_its(found.robot));
                 mean(its.map(side).collect::<Vec<_>>().into_iter())
             };

@@ -92,6 +92,6 @@ impl<R> ResultFile<R> {
 /// Never for the reports of this crate; returned so that nothing panics.
 pub fn json_text(value: &impl Serialize) -> Result<String> {
     let text = serde_json::to_string_pretty(value)
-        .map_err(|error| Error::Refuted(format!("cannot write the result as JSON: {error}")))?;
+        .map_err(|error| Error::internal(format!("cannot write the result as JSON: {error}")))?;
     Ok(text + "\n")
 }

@@ -179,15 +179,13 @@ impl Encoder {
         }
         match self.choice.chosen().get(index) {
             Some(place) => Ok(Action::Pick(*place)),
-            None => Err(Error::IllegalAction {
-                time: snapshot.time,
-                robot: snapshot.station.robots()[snapshot.robot].name.clone(),
-                problem: format!(
-                    "action {index}, but only {} of {} slots hold an item",
-                    self.choice.chosen().len(),
-                    self.layout.slots
-                ),
-            }),
+            None => {
+                let robot = &snapshot.station.robots()[snapshot.robot];
+                let (filled, slots) = (self.choice.chosen().len(), self.layout.slots);
+                let problem =
+                    format!("action {index}, but only {filled} of {slots} slots hold an item");
+                Err(Error::illegal_action(snapshot.time, &robot.name, problem))
+            }
         }
     }
 

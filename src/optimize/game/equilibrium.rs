@@ -31,7 +31,7 @@ impl Equilibrium {
 
 /// The profiles with the highest welfare.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Optimum {
+pub struct WelfareOptimum {
     /// That welfare [1/min].
     pub welfare: Payoff,
     /// The profiles, in order.
@@ -117,7 +117,7 @@ fn at(game: &Game, profile: usize, classes: &[Vec<usize>]) -> Option<Equilibrium
 }
 
 /// The profiles with the highest welfare.
-pub fn optimum(game: &Game) -> Optimum {
+pub fn optimum(game: &Game) -> WelfareOptimum {
     let all = 0..game.profiles();
     // Every game has at least one profile.
     let welfare = all
@@ -125,14 +125,14 @@ pub fn optimum(game: &Game) -> Optimum {
         .map(|p| game.welfare(p))
         .max()
         .unwrap_or_default();
-    Optimum {
+    WelfareOptimum {
         welfare,
         profiles: all.filter(|&p| game.welfare(p) == welfare).collect(),
     }
 }
 
 /// Price of anarchy (worst of `equilibria`) and price of stability (best of `equilibria`).
-pub fn prices(game: &Game, optimum: &Optimum, equilibria: &[Equilibrium]) -> (Price, Price) {
+pub fn prices(game: &Game, optimum: &WelfareOptimum, equilibria: &[Equilibrium]) -> (Price, Price) {
     let welfares = || equilibria.iter().map(|e| game.welfare(e.profile));
     (
         Price::of(optimum.welfare, welfares().min()),
@@ -145,7 +145,7 @@ mod tests {
     use super::super::normal_form::tests::*;
     use super::*;
 
-    fn solved(game: &Game) -> (Vec<Equilibrium>, Optimum, Price, Price) {
+    fn solved(game: &Game) -> (Vec<Equilibrium>, WelfareOptimum, Price, Price) {
         let (found, best) = (equilibria(game), optimum(game));
         let (anarchy, stability) = prices(game, &best, &found);
         (found, best, anarchy, stability)

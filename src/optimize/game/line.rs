@@ -119,7 +119,7 @@ impl LineGame {
         }
         environment.progress.end();
         if done == 0 {
-            return Err(Error::Interrupted);
+            return Err(Error::interrupted());
         }
         let rates = sums.means();
         Ok(Self {

@@ -13,8 +13,8 @@ mod payoff;
 mod response;
 
 pub use dominance::{Dominance, dominance, dominant, equivalent};
-pub use equilibrium::{Equilibrium, Optimum, Price, equilibria, optimum, prices};
+pub use equilibrium::{Equilibrium, Price, WelfareOptimum, equilibria, optimum, prices};
 pub use line::{LineGame, MOST_ROBOTS, PayoffKind, check_size};
 pub use normal_form::{Game, Player};
 pub use payoff::Payoff;
-pub use response::{Change, Cycle, End, Play, play};
+pub use response::{Cycle, Deviation, End, Play, play};

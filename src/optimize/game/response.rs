@@ -11,7 +11,7 @@ use super::normal_form::Game;
 
 /// A player changed its action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Change {
+pub struct Deviation {
     /// The player.
     pub player: usize,
     /// The profile after the change.
@@ -36,7 +36,7 @@ pub struct Cycle {
     /// Rounds until that profile is reached again, at least 2.
     pub rounds: usize,
     /// All changes of action in the cycle.
-    pub changes: Vec<Change>,
+    pub changes: Vec<Deviation>,
     /// Number of starts from which play ends here.
     pub basin: usize,
 }
@@ -49,7 +49,7 @@ pub struct Play {
     /// The cycles, ordered by their first profiles.
     pub cycles: Vec<Cycle>,
     /// The start with the most changes of action before its end, and those changes.
-    pub longest: (usize, Vec<Change>),
+    pub longest: (usize, Vec<Deviation>),
     /// The most rounds with a change before any start reaches its end.
     pub most_rounds: usize,
 }
@@ -69,7 +69,7 @@ impl Play {
 }
 
 /// Plays one round from `profile`.
-fn round(game: &Game, mut profile: usize, changes: &mut Vec<Change>) -> usize {
+fn round(game: &Game, mut profile: usize, changes: &mut Vec<Deviation>) -> usize {
     for player in 0..game.players().len() {
         let best = game.best_payoff(profile, player);
         if game.payoff(profile, player) == best {
@@ -80,7 +80,7 @@ fn round(game: &Game, mut profile: usize, changes: &mut Vec<Change>) -> usize {
             .find(|&reply| game.payoff(reply, player) == best);
         if let Some(reply) = reply {
             profile = reply;
-            changes.push(Change { player, profile });
+            changes.push(Deviation { player, profile });
         }
     }
     profile
@@ -179,7 +179,7 @@ fn longest(
     next: &[usize],
     ends: &[End],
     cycles: &[Cycle],
-) -> ((usize, Vec<Change>), usize) {
+) -> ((usize, Vec<Deviation>), usize) {
     let mut is_end = vec![false; ends.len()];
     for (profile, end) in ends.iter().enumerate() {
         is_end[profile] = *end == End::Equilibrium(profile);
@@ -222,7 +222,7 @@ mod tests {
         assert_eq!(play.ends, [End::Equilibrium(3); 4]);
         assert_eq!((play.basin(3), play.to_equilibrium()), (4, 4));
         assert!(play.cycles.is_empty());
-        let change = |player, profile| Change { player, profile };
+        let change = |player, profile| Deviation { player, profile };
         assert_eq!(play.longest, (0, vec![change(0, 2), change(1, 3)]));
         assert_eq!(play.most_rounds, 1);
     }

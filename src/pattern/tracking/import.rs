@@ -5,11 +5,11 @@ use super::link::{link, other_way};
 use super::median::{centre, median_of};
 use super::motion::{Motion, measure, way};
 use super::object::{Object, merge, split};
-use super::options::{Axis, Boxes, Options};
+use super::options::{Boxes, ImageAxis, ImportOptions};
 use super::pace::pace;
 use super::place::{BACKWARDS, Found, ODD_SHARE, STILL, not_riding, place};
 use super::read::read;
-use super::report::{Merged, Report, Split, count, named};
+use super::report::{ImportReport, Merged, Split, count, named};
 use super::track::stride;
 use crate::error::{Error, Result, rounded};
 use crate::pattern::{Item, Pattern};
@@ -23,7 +23,7 @@ pub struct Import {
     /// One item per object, with the id of its track.
     pub pattern: Pattern,
     /// What was dropped, split, merged and measured.
-    pub report: Report,
+    pub report: ImportReport,
 }
 
 /// Errors: the median over all items is wrong if it is off by more than this share; the pattern is
@@ -55,7 +55,7 @@ const USUAL_FPS: [f64; 12] = [
 /// If an option is not possible for a camera or belt; if a file has more broken lines than valid
 /// ones, or numbers of uncertain meaning; if no item remains; or if the tracks contradict the
 /// options so much that the pattern would be wrong. Never panics, whatever the text.
-pub fn import(recording: &Recording, name: &str, options: &Options) -> Result<Import> {
+pub fn import(recording: &Recording, name: &str, options: &ImportOptions) -> Result<Import> {
     options.check()?;
     let mut reading = read(recording, name, options)?;
     let mut tracks = std::mem::take(&mut reading.tracks);
@@ -84,7 +84,7 @@ pub fn import(recording: &Recording, name: &str, options: &Options) -> Result<Im
         .map(|s| s.line)
         .min();
     let boxes = reading.boxes;
-    let mut report = Report::new(name, options, reading, &tracks);
+    let mut report = ImportReport::new(name, options, reading, &tracks);
     report.warnings = misled
         .map(|(problem, cure)| format!("{problem}: {cure}"))
         .into_iter()
@@ -175,7 +175,7 @@ fn twins(objects: &[Object], kept: &[Option<Found>]) -> Vec<String> {
 
 /// Like [`import`], for a text.
 #[cfg(test)]
-pub(super) fn import_text(text: &str, name: &str, options: &Options) -> Result<Import> {
+pub(super) fn import_text(text: &str, name: &str, options: &ImportOptions) -> Result<Import> {
     import(&Recording::Text(text.to_owned()), name, options)
 }
 
@@ -201,14 +201,14 @@ struct SpeedOff {
 
 /// Ratio of the speed along the travel to the speed along the given direction. The effect of a
 /// rotated camera must not be blamed on other options.
-fn turn(report: &Report) -> f64 {
+fn turn(report: &ImportReport) -> f64 {
     let turned = report.motion.as_ref().filter(|motion| is_turned(motion));
     turned.map_or(1.0, |motion| {
         1.0 / motion.angle_deg.to_radians().cos().max(0.01)
     })
 }
 
-fn speed_off(found: &[Found], turn: f64, options: &Options) -> Option<SpeedOff> {
+fn speed_off(found: &[Found], turn: f64, options: &ImportOptions) -> Option<SpeedOff> {
     let belt = options.belt_speed;
     let speeds: Vec<f64> = found.iter().filter_map(|f| Some(f.speed? * turn)).collect();
     let (speed, error) = centre(&speeds)?;
@@ -238,7 +238,7 @@ impl SpeedOff {
         self.share > WRONG_SHARE || (self.share > CLOSE_SHARE && self.off_m > WRONG_M)
     }
 
-    fn text(&self, options: &Options) -> String {
+    fn text(&self, options: &ImportOptions) -> String {
         let off = match self.off_m > OFF_M {
             true => format!(", which puts items up to {:.3} m off", self.off_m),
             false => String::new(),
@@ -252,12 +252,18 @@ impl SpeedOff {
 
 /// Whether the belt speed changes so much that positions are off by more than `limit` [m]. There is
 /// then no single speed to compare with the given one.
-fn is_unsteady(report: &Report, limit: f64) -> bool {
+fn is_unsteady(report: &ImportReport, limit: f64) -> bool {
     let motion = report.motion.as_ref();
     motion.is_some_and(|motion| motion.unsteady_off_m > limit)
 }
 
-fn warn(report: &mut Report, found: &[Found], twins: &[String], seen: &Seen, options: &Options) {
+fn warn(
+    report: &mut ImportReport,
+    found: &[Found],
+    twins: &[String],
+    seen: &Seen,
+    options: &ImportOptions,
+) {
     let belt = options.belt_speed;
     let turn = turn(report);
     let off = |speed: f64, share: f64| (speed * turn - belt).abs() > share * belt;
@@ -339,7 +345,12 @@ fn warn(report: &mut Report, found: &[Found], twins: &[String], seen: &Seen, opt
 }
 
 /// Rejects options that the tracks contradict so much that the pattern would be wrong.
-fn contradictions(report: &Report, items: &[Item], seen: &Seen, options: &Options) -> Result<()> {
+fn contradictions(
+    report: &ImportReport,
+    items: &[Item],
+    seen: &Seen,
+    options: &ImportOptions,
+) -> Result<()> {
     let odd = report.odd_items;
     let mut problems = Vec::new();
     let mut cures = Vec::new();
@@ -428,7 +439,7 @@ fn corners(format: Format) -> &'static str {
 }
 
 /// The cure for the opposite direction along the axis.
-fn turn_over(options: &Options) -> String {
+fn turn_over(options: &ImportOptions) -> String {
     let flag = match options.reverse {
         true => "omit --reverse",
         false => "give --reverse",
@@ -437,7 +448,7 @@ fn turn_over(options: &Options) -> String {
 }
 
 /// The option values that would agree with items at `speed` [m/s].
-fn agreeing(speed: f64, options: &Options) -> String {
+fn agreeing(speed: f64, options: &ImportOptions) -> String {
     let ratio = options.belt_speed / speed;
     let fps = options.fps * ratio;
     let off = |usual: &f64| (fps / usual - 1.0).abs();
@@ -481,7 +492,7 @@ fn is_turned(motion: &Motion) -> bool {
     motion.angle_deg.abs() > 3.0 * motion.angle_error_deg
 }
 
-fn turned(motion: &Motion, options: &Options) -> String {
+fn turned(motion: &Motion, options: &ImportOptions) -> String {
     let given = match options.angle_deg {
         0.0 => String::new(),
         angle => format!(", not at {} as given by --angle", rounded(angle, 9)),
@@ -494,7 +505,7 @@ fn turned(motion: &Motion, options: &Options) -> String {
     )
 }
 
-fn turning(motion: &Motion, options: &Options) -> String {
+fn turning(motion: &Motion, options: &ImportOptions) -> String {
     format!("give --angle {:.2}", options.angle_deg + motion.angle_deg)
 }
 
@@ -517,10 +528,10 @@ fn bent(motion: &Motion) -> String {
 }
 
 fn nothing_remains(
-    report: &Report,
+    report: &ImportReport,
     first_line: Option<usize>,
     way: Option<(f64, f64)>,
-    options: &Options,
+    options: &ImportOptions,
 ) -> Error {
     let groups = report.dropped_by_reason();
     let each = |(reason, names): &(&str, Vec<&str>)| format!("{} {reason}", names.len());
@@ -536,8 +547,8 @@ fn nothing_remains(
         STILL | BACKWARDS if aside.is_some() => {
             let across = aside.map_or(0.0, |(_, across)| across);
             let axis = match options.axis {
-                Axis::X => "y",
-                Axis::Y => "x",
+                ImageAxis::X => "y",
+                ImageAxis::Y => "x",
             };
             let reverse = if across < 0.0 { " --reverse" } else { "" };
             format!("give --axis {axis}{reverse}, the direction of the tracks: {speeds}")
@@ -562,7 +573,7 @@ fn nothing_remains(
 
 #[cfg(test)]
 mod tests {
-    use super::super::options::Axis;
+    use super::super::options::ImageAxis;
     use super::import_text as import;
     use super::*;
     use proptest::prelude::*;
@@ -571,8 +582,8 @@ mod tests {
     const MESSY: &str = include_str!("../../../tests/data/messy_mot.txt");
 
     /// 10 frames per second, 1 mm per pixel: the belt moves 10 px per frame.
-    fn options() -> Options {
-        Options::new(10.0, 0.001, Axis::X, 0.1)
+    fn options() -> ImportOptions {
+        ImportOptions::new(10.0, 0.001, ImageAxis::X, 0.1)
     }
 
     /// Lines of 40 x 20 boxes around (`along` at frame 0 + `step` per frame, `across`).
@@ -766,7 +777,7 @@ mod tests {
         #[test]
         fn no_boxes_panic(
             boxes in prop::collection::vec((1u32..40, 0u32..6, -500i32..500, 0i32..200), 1..200),
-            axis in prop::sample::select(vec![Axis::X, Axis::Y]),
+            axis in prop::sample::select(vec![ImageAxis::X, ImageAxis::Y]),
             reverse: bool,
         ) {
             let mut text = String::new();

@@ -1,8 +1,8 @@
 //! Links the boxes of a detector without a tracker. Items do not slide, so the belt's motion
 //! determines which box shows the same item one frame later.
 
-use super::options::{Axis, Options};
-use super::track::{Sighting, Track};
+use super::options::{ImageAxis, ImportOptions};
+use super::track::{BoxSighting, Track};
 use std::collections::BTreeMap;
 
 /// A track ends if its box is missing for this many consecutive frames. The pieces of an item are
@@ -14,10 +14,10 @@ const NEIGHBOURS: usize = 64;
 
 /// Tracks of `boxes`, numbered in order. Each box continues the track whose last box, moved with
 /// the belt, is nearest and at most the merge distance away. The nearest pairs are linked first.
-pub(super) fn link(boxes: Vec<Sighting>, options: &Options) -> Vec<Track> {
+pub(super) fn link(boxes: Vec<BoxSighting>, options: &ImportOptions) -> Vec<Track> {
     let reach = options.merge_distance_m / options.scale_m_per_px;
     let step = options.belt_speed / (options.fps * options.scale_m_per_px);
-    let mut by_frame: BTreeMap<u32, Vec<Sighting>> = BTreeMap::new();
+    let mut by_frame: BTreeMap<u32, Vec<BoxSighting>> = BTreeMap::new();
     for sighting in boxes {
         by_frame.entry(sighting.frame).or_default().push(sighting);
     }
@@ -88,7 +88,10 @@ const WAYS: [(f64, f64); 4] = [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)]
 /// What is wrong with `--axis` and `--reverse`, and what to use instead, if boxes without tracks
 /// clearly travel in another direction. For all four directions, it counts how many boxes are found
 /// again a little later where the belt would have carried them.
-pub(super) fn other_way(boxes: &[Sighting], options: &Options) -> Option<(String, String)> {
+pub(super) fn other_way(
+    boxes: &[BoxSighting],
+    options: &ImportOptions,
+) -> Option<(String, String)> {
     let step = options.belt_speed / (options.fps * options.scale_m_per_px);
     let lag = (LEAST_MOTION / step).ceil().clamp(1.0, LONGEST_LAG) as u32;
     let mut by_frame: BTreeMap<u32, Vec<(f64, f64)>> = BTreeMap::new();
@@ -139,8 +142,8 @@ pub(super) fn other_way(boxes: &[Sighting], options: &Options) -> Option<(String
     let (along, across) = WAYS[best];
     let swapped = across != 0.0;
     let axis = match (options.axis, swapped) {
-        (Axis::X, false) | (Axis::Y, true) => "x",
-        (Axis::Y, false) | (Axis::X, true) => "y",
+        (ImageAxis::X, false) | (ImageAxis::Y, true) => "x",
+        (ImageAxis::Y, false) | (ImageAxis::X, true) => "y",
     };
     let backwards = match swapped {
         true => across < 0.0,

@@ -6,9 +6,9 @@
 //! median absolute deviations.
 
 use super::median::{centre, median_of};
-use super::options::Options;
-use super::pace::{Pace, Step, steps};
-use super::track::{Sighting, Track, slope};
+use super::options::ImportOptions;
+use super::pace::{Pace, TrackStep, steps};
+use super::track::{BoxSighting, Track, slope};
 
 /// Tracks with fewer boxes, or a shorter travel [px], are not used.
 const FEWEST_BOXES: usize = 5;
@@ -66,7 +66,7 @@ fn velocity(track: &Track) -> Option<Velocity> {
     if seen.len() < FEWEST_BOXES || travel < LEAST_TRAVEL {
         return None;
     }
-    let frame = |s: &Sighting| f64::from(s.frame);
+    let frame = |s: &BoxSighting| f64::from(s.frame);
     Some(Velocity {
         along: slope(seen, &frame, &|s| s.along)?,
         across: slope(seen, &frame, &|s| s.across)?,
@@ -87,7 +87,7 @@ pub(super) fn way(tracks: &[Track]) -> Option<(f64, f64)> {
 pub(super) fn measure<'t>(
     tracks: impl Iterator<Item = &'t Track>,
     pace: Option<&Pace>,
-    options: &Options,
+    options: &ImportOptions,
 ) -> Option<Motion> {
     let moving: Vec<(&Track, Velocity)> = tracks
         .filter_map(|track| Some((track, velocity(track)?)))
@@ -116,7 +116,7 @@ pub(super) fn measure<'t>(
     let pieces_across = pieces_across(&moving).filter(|_| is_steady);
     let bend = bend(&moving);
     let scaled = |v: f64| v * metres * options.fps;
-    let range = |pieces: &Option<Pieces>| {
+    let range = |pieces: &Option<ImagePieces>| {
         pieces
             .as_ref()
             .map(|p| [scaled(p.slowest), scaled(p.fastest)])
@@ -157,7 +157,7 @@ pub(super) fn measure<'t>(
 }
 
 /// Speeds by piece of the image [px/frame].
-struct Pieces {
+struct ImagePieces {
     slowest: f64,
     fastest: f64,
     /// Whether the middle is faster or slower than both ends.
@@ -167,7 +167,7 @@ struct Pieces {
 }
 
 /// Compares `speeds` [px/frame], each with its position [px], between equal pieces of the image.
-fn compare(mut speeds: Vec<(f64, f64)>, frame_speed: f64, is_along: bool) -> Option<Pieces> {
+fn compare(mut speeds: Vec<(f64, f64)>, frame_speed: f64, is_along: bool) -> Option<ImagePieces> {
     speeds.sort_by(|a, b| a.0.total_cmp(&b.0));
     // The outermost boxes are cut off by the edge of the image.
     let cut = speeds.len() / 50;
@@ -206,7 +206,7 @@ fn compare(mut speeds: Vec<(f64, f64)>, frame_speed: f64, is_along: bool) -> Opt
         place += width * (speed / mean - 1.0);
         (least, most) = (least.min(place), most.max(place));
     }
-    Some(Pieces {
+    Some(ImagePieces {
         slowest,
         fastest,
         bends,
@@ -223,15 +223,15 @@ fn pieces_along(
     moving: &[(&Track, Velocity)],
     pace: Option<&Pace>,
     frame_speed: f64,
-) -> Option<Pieces> {
+) -> Option<ImagePieces> {
     let steps = steps(moving.iter().map(|(track, _)| *track));
-    let steady = |step: &Step| pace.map_or(step.speed, |pace| pace.steady(step));
+    let steady = |step: &TrackStep| pace.map_or(step.speed, |pace| pace.steady(step));
     let speeds = steps.iter().map(|step| (step.place, steady(step)));
     compare(speeds.collect(), frame_speed, true)
 }
 
 /// Speeds of whole tracks, by position across the travel.
-fn pieces_across(moving: &[(&Track, Velocity)]) -> Option<Pieces> {
+fn pieces_across(moving: &[(&Track, Velocity)]) -> Option<ImagePieces> {
     let speeds = moving.iter().map(|(track, v)| (track.across(), v.along));
     let frame_speed = median_of(moving.iter().map(|(_, v)| v.along))?;
     compare(speeds.collect(), frame_speed, false)

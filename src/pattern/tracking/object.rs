@@ -1,8 +1,8 @@
 //! Turns tracks into objects: splits tracks whose id was reused, and merges the tracks of an object
 //! whose id changed.
 
-use super::options::Options;
-use super::track::{Sighting, Track, seconds, speed_between, travel};
+use super::options::ImportOptions;
+use super::track::{BoxSighting, Track, seconds, speed_between, travel};
 use std::collections::HashMap;
 
 /// Number of tracks per cell that are considered for a merge. A cell is about as large as one item,
@@ -16,10 +16,10 @@ const NEIGHBOURS: usize = 64;
 /// an object that stands still, or moves at another speed than the given one, falls behind the belt
 /// from box to box, but it is still one object. Items do not slide, so a jump across the travel
 /// also counts.
-pub(super) fn split(track: Track, stride: Option<u32>, options: &Options) -> Vec<Track> {
+pub(super) fn split(track: Track, stride: Option<u32>, options: &ImportOptions) -> Vec<Track> {
     let own = own_speed(&track.sightings, stride, options);
     let limit = options.split_distance_m;
-    let jumps = |from: &Sighting, to: &Sighting| {
+    let jumps = |from: &BoxSighting, to: &BoxSighting| {
         let (time, moved) = (seconds(from, to, options), travel(from, to, options));
         let off = |speed: f64| (moved - speed * time).abs() > limit;
         let aside = (to.across - from.across).abs() * options.scale_m_per_px;
@@ -47,8 +47,8 @@ pub(super) fn split(track: Track, stride: Option<u32>, options: &Options) -> Vec
 /// The speed of most steps of a track [m/s]: the median over the steps of one stride; of two middle
 /// values, the one closer to the belt speed. Longer steps are ignored, because the return of an id
 /// is a long step. Without steps of one stride, the belt speed.
-fn own_speed(seen: &[Sighting], stride: Option<u32>, options: &Options) -> f64 {
-    let short = |pair: &&[Sighting]| Some(pair[1].frame - pair[0].frame) == stride;
+fn own_speed(seen: &[BoxSighting], stride: Option<u32>, options: &ImportOptions) -> f64 {
+    let short = |pair: &&[BoxSighting]| Some(pair[1].frame - pair[0].frame) == stride;
     let mut speeds: Vec<f64> = seen
         .windows(2)
         .filter(short)
@@ -83,7 +83,7 @@ pub(super) struct Object {
 /// Merges tracks that are one object with a new id: they do not overlap in time, and their x0 and
 /// their positions across agree within the merge distance. Every track follows the nearest one that
 /// ended before it began. Takes linear time except for the sorting.
-pub(super) fn merge(mut tracks: Vec<Track>, options: &Options) -> Vec<Object> {
+pub(super) fn merge(mut tracks: Vec<Track>, options: &ImportOptions) -> Vec<Object> {
     let reach = options.merge_distance_m;
     tracks.sort_by_key(Track::span);
     let place = |t: &Track| (t.x0(options), t.across() * options.scale_m_per_px);

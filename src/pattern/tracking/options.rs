@@ -10,7 +10,7 @@ const SENSIBLE: std::ops::RangeInclusive<f64> = 1e-9..=1e6;
 /// The image axis along which the belt travels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Axis {
+pub enum ImageAxis {
     /// Image x: items cross the image horizontally.
     X,
     /// Image y: items cross the image vertically.
@@ -28,7 +28,7 @@ impl Boxes {
     }
 }
 
-impl FromStr for Axis {
+impl FromStr for ImageAxis {
     type Err = Error;
 
     fn from_str(text: &str) -> Result<Self> {
@@ -59,13 +59,13 @@ pub enum Boxes {
 
 /// The conversion of pixels and frames to metres and seconds, and the tolerances.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Options {
+pub struct ImportOptions {
     /// Frames per second of the recording [1/s].
     pub fps: f64,
     /// Size of a pixel on the belt [m/px].
     pub scale_m_per_px: f64,
     /// The image axis along which the belt travels.
-    pub axis: Axis,
+    pub axis: ImageAxis,
     /// Whether items travel towards smaller pixel values.
     pub reverse: bool,
     /// Angle of the travel from that axis, positive towards larger pixel values of the other axis
@@ -94,11 +94,11 @@ pub struct Options {
     pub merge_distance_m: f64,
 }
 
-impl Options {
+impl ImportOptions {
     /// Options with the four values that no file contains, [1/s], [m/px] and [m/s], and defaults
     /// for the rest: travel towards larger pixel values, centre line from the items, at least 2
     /// frames, split at 0.1 m, merge at 0.02 m.
-    pub fn new(fps: f64, scale_m_per_px: f64, axis: Axis, belt_speed: f64) -> Self {
+    pub fn new(fps: f64, scale_m_per_px: f64, axis: ImageAxis, belt_speed: f64) -> Self {
         Self {
             fps,
             scale_m_per_px,
@@ -221,8 +221,8 @@ impl Options {
     /// direction of travel, the second in the direction of the image axis.
     pub(super) fn turned(&self, image_x: f64, image_y: f64) -> (f64, f64) {
         let (along, across) = match self.axis {
-            Axis::X => (image_x, image_y),
-            Axis::Y => (image_y, image_x),
+            ImageAxis::X => (image_x, image_y),
+            ImageAxis::Y => (image_y, image_x),
         };
         let along = if self.reverse { -along } else { along };
         if self.angle_deg == 0.0 {
@@ -239,8 +239,8 @@ impl Options {
     /// grow to its right (see the table at the top of the module).
     pub(super) fn left(&self) -> f64 {
         match (self.axis, self.reverse) {
-            (Axis::X, false) | (Axis::Y, true) => -1.0,
-            (Axis::X, true) | (Axis::Y, false) => 1.0,
+            (ImageAxis::X, false) | (ImageAxis::Y, true) => -1.0,
+            (ImageAxis::X, true) | (ImageAxis::Y, false) => 1.0,
         }
     }
 }
@@ -251,8 +251,8 @@ mod tests {
 
     #[test]
     fn every_option_is_checked_and_named() {
-        type Set = fn(&mut Options, f64);
-        let good = Options::new(25.0, 0.001, Axis::X, 0.05);
+        type Set = fn(&mut ImportOptions, f64);
+        let good = ImportOptions::new(25.0, 0.001, ImageAxis::X, 0.05);
         assert!(good.check().is_ok());
         for bad in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e300, 1e-300] {
             let set: [(&str, Set); 5] = [
@@ -284,9 +284,9 @@ mod tests {
 
     #[test]
     fn axes_are_read_from_text() {
-        assert_eq!("x".parse::<Axis>().unwrap(), Axis::X);
-        assert_eq!("Y".parse::<Axis>().unwrap(), Axis::Y);
-        let mut options = Options::new(25.0, 0.001, Axis::X, 0.05);
+        assert_eq!("x".parse::<ImageAxis>().unwrap(), ImageAxis::X);
+        assert_eq!("Y".parse::<ImageAxis>().unwrap(), ImageAxis::Y);
+        let mut options = ImportOptions::new(25.0, 0.001, ImageAxis::X, 0.05);
         options.angle_deg = 30.0;
         let half = 0.75f64.sqrt();
         let (along, across) = options.turned(half, 0.5);
@@ -299,7 +299,7 @@ mod tests {
                 .to_string()
                 .starts_with("--angle")
         );
-        let message = "z".parse::<Axis>().unwrap_err().to_string();
+        let message = "z".parse::<ImageAxis>().unwrap_err().to_string();
         assert!(
             message.contains("--axis") && message.contains("`z`"),
             "{message}"
@@ -311,12 +311,12 @@ mod tests {
         // With z towards the camera, x cross y must be +z. On the screen (y down) this means that
         // turning the travel a quarter counterclockwise gives belt y.
         for (axis, reverse, travel) in [
-            (Axis::X, false, (1.0, 0.0)),
-            (Axis::X, true, (-1.0, 0.0)),
-            (Axis::Y, false, (0.0, 1.0)),
-            (Axis::Y, true, (0.0, -1.0)),
+            (ImageAxis::X, false, (1.0, 0.0)),
+            (ImageAxis::X, true, (-1.0, 0.0)),
+            (ImageAxis::Y, false, (0.0, 1.0)),
+            (ImageAxis::Y, true, (0.0, -1.0)),
         ] {
-            let mut options = Options::new(25.0, 0.001, axis, 0.05);
+            let mut options = ImportOptions::new(25.0, 0.001, axis, 0.05);
             options.reverse = reverse;
             let (along, _) = options.turned(travel.0, travel.1);
             assert_eq!(along, 1.0, "{axis:?} {reverse}: the travel is belt x");

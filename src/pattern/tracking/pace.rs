@@ -6,7 +6,7 @@
 //! of the median polish of Tukey 1977, "Exploratory Data Analysis").
 
 use super::median::{centre, median_of};
-use super::track::{Sighting, Track};
+use super::track::{BoxSighting, Track};
 
 /// Number of parts of the recording, and of the image, in which speeds are compared.
 const MOST_TIMES: usize = 200;
@@ -18,7 +18,7 @@ const FEWEST_SPEEDS: usize = 8;
 const MOVES: f64 = 0.5;
 
 /// A section of a track.
-pub(super) struct Step {
+pub(super) struct TrackStep {
     /// Number of the track.
     track: usize,
     /// Its middle along the travel [px].
@@ -30,13 +30,13 @@ pub(super) struct Step {
 }
 
 /// Steps between boxes an eighth of a track apart.
-pub(super) fn steps<'t>(tracks: impl Iterator<Item = &'t Track>) -> Vec<Step> {
+pub(super) fn steps<'t>(tracks: impl Iterator<Item = &'t Track>) -> Vec<TrackStep> {
     let mut steps = Vec::new();
     for (track, seen) in tracks.map(|track| &track.sightings).enumerate() {
         let apart = (seen.len() / 8).max(2);
-        let frame = |s: &Sighting| f64::from(s.frame);
+        let frame = |s: &BoxSighting| f64::from(s.frame);
         for (from, to) in seen.iter().zip(&seen[apart.min(seen.len())..]) {
-            steps.push(Step {
+            steps.push(TrackStep {
                 track,
                 place: f64::midpoint(from.along, to.along),
                 frame: f64::midpoint(frame(from), frame(to)),
@@ -48,13 +48,13 @@ pub(super) fn steps<'t>(tracks: impl Iterator<Item = &'t Track>) -> Vec<Step> {
 }
 
 /// A range divided into equal pieces.
-struct Pieces {
+struct EqualPieces {
     low: f64,
     width: f64,
     count: usize,
 }
 
-impl Pieces {
+impl EqualPieces {
     fn of(places: impl Iterator<Item = f64>, count: usize) -> Self {
         let (low, high) = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| {
             (l.min(x), h.max(x))
@@ -69,7 +69,7 @@ impl Pieces {
     }
 
     /// The speeds in every piece.
-    fn speeds(&self, steps: &[Step], place: impl Fn(&Step) -> f64) -> Vec<Vec<f64>> {
+    fn speeds(&self, steps: &[TrackStep], place: impl Fn(&TrackStep) -> f64) -> Vec<Vec<f64>> {
         let mut speeds = vec![Vec::new(); self.count];
         for step in steps {
             speeds[self.piece(place(step))].push(step.speed);
@@ -93,7 +93,7 @@ pub(super) struct Pace {
     pub range: [f64; 2],
     /// Position error due to speeds that vary over time [px]; 0 if they may be chance.
     pub off_px: f64,
-    times: Pieces,
+    times: EqualPieces,
     /// How much faster than usual each part of the recording is [px/frame]; empty if the position
     /// in the image explains the speeds better.
     excess: Vec<f64>,
@@ -106,7 +106,7 @@ impl Pace {
     }
 
     /// The speed of a step without the effect of its time [px/frame].
-    pub fn steady(&self, step: &Step) -> f64 {
+    pub fn steady(&self, step: &TrackStep) -> f64 {
         let excess = self.excess.get(self.times.piece(step.frame));
         step.speed - excess.copied().unwrap_or_default()
     }
@@ -136,13 +136,13 @@ pub(super) fn pace(tracks: &[Track]) -> Option<Pace> {
     // At least as long as a step, so that neighbouring parts do not share steps.
     let step = (median_of(lengths)? / 8.0).max(1.0);
     let count = ((last - first) / step) as usize;
-    let times = Pieces::of(steps.iter().map(|s| s.frame), count.clamp(1, MOST_TIMES));
-    let places = Pieces::of(steps.iter().map(|s| s.place), PLACES);
+    let times = EqualPieces::of(steps.iter().map(|s| s.frame), count.clamp(1, MOST_TIMES));
+    let places = EqualPieces::of(steps.iter().map(|s| s.place), PLACES);
     let over_time = medians(&times.speeds(&steps, |s| s.frame), usual);
     let over_place = medians(&places.speeds(&steps, |s| s.place), usual);
-    let in_time = |s: &Step| over_time[times.piece(s.frame)];
-    let in_place = |s: &Step| over_place[places.piece(s.place)];
-    let left = |median: &dyn Fn(&Step) -> f64| -> f64 {
+    let in_time = |s: &TrackStep| over_time[times.piece(s.frame)];
+    let in_place = |s: &TrackStep| over_place[places.piece(s.place)];
+    let left = |median: &dyn Fn(&TrackStep) -> f64| -> f64 {
         steps.iter().map(|s| (s.speed - median(s)).abs()).sum()
     };
     let by_time = left(&in_time) < left(&in_place);
@@ -168,8 +168,8 @@ pub(super) fn pace(tracks: &[Track]) -> Option<Pace> {
 }
 
 /// The range of speeds over time, and how far the belt deviates from constant motion.
-fn deviation(steps: &[Step], times: &Pieces, usual: f64) -> Option<([f64; 2], f64)> {
-    let mut pieces: Vec<Vec<&Step>> = (0..times.count).map(|_| Vec::new()).collect();
+fn deviation(steps: &[TrackStep], times: &EqualPieces, usual: f64) -> Option<([f64; 2], f64)> {
+    let mut pieces: Vec<Vec<&TrackStep>> = (0..times.count).map(|_| Vec::new()).collect();
     for step in steps {
         pieces[times.piece(step.frame)].push(step);
     }

@@ -2,9 +2,9 @@
 
 use super::median::median_of;
 use super::object::Object;
-use super::options::Options;
-use super::report::Report;
-use super::track::Sighting;
+use super::options::ImportOptions;
+use super::report::ImportReport;
+use super::track::BoxSighting;
 use crate::pattern::Item;
 
 /// An object slower than this share of the belt speed does not ride on the belt. One whose speed is
@@ -30,7 +30,7 @@ pub(super) struct Found {
 }
 
 impl Found {
-    pub fn new(object: &Object, speed: Option<f64>, options: &Options) -> Self {
+    pub fn new(object: &Object, speed: Option<f64>, options: &ImportOptions) -> Self {
         let seen = &object.track.sightings;
         let scale = options.scale_m_per_px;
         let sure: Vec<f64> = seen
@@ -40,7 +40,7 @@ impl Found {
             .collect();
         let mut item = Item::at(object.track.name.clone(), object.track.x0(options), 0.0);
         item.area_cm2 =
-            median_of(seen.iter().filter_map(Sighting::area)).map(|a| a * scale * scale * 1e4);
+            median_of(seen.iter().filter_map(BoxSighting::area)).map(|a| a * scale * scale * 1e4);
         // Rounding may push the mean of ones above 1.
         let mean = |p: &[f64]| (p.iter().sum::<f64>() / p.len() as f64).clamp(0.0, 1.0);
         item.p_detection = (!sure.is_empty()).then(|| mean(&sure));
@@ -55,7 +55,7 @@ impl Found {
     }
 
     /// Whether it can only result from a wrong option.
-    pub fn is_absurd(&self, options: &Options) -> bool {
+    pub fn is_absurd(&self, options: &ImportOptions) -> bool {
         let aside = self.across * options.scale_m_per_px;
         let area = self.item.area_cm2.unwrap_or_default();
         self.item.x0.abs() > FURTHEST || aside.abs() > FURTHEST || area > LARGEST_AREA
@@ -63,7 +63,7 @@ impl Found {
 }
 
 /// The class of most boxes; on a tie, the one seen first.
-fn most_frequent(seen: &[Sighting]) -> Option<String> {
+fn most_frequent(seen: &[BoxSighting]) -> Option<String> {
     let mut counts: Vec<(&str, usize)> = Vec::new();
     for class in seen.iter().filter_map(|s| s.class.as_deref()) {
         match counts.iter_mut().find(|(known, _)| *known == class) {
@@ -78,7 +78,7 @@ fn most_frequent(seen: &[Sighting]) -> Option<String> {
 
 /// Why an object with this speed does not ride on the belt. A slight backward motion still counts
 /// as standing still, since a measurement is never exactly 0.
-pub(super) fn not_riding(speed: Option<f64>, options: &Options) -> Option<&'static str> {
+pub(super) fn not_riding(speed: Option<f64>, options: &ImportOptions) -> Option<&'static str> {
     let least = ODD_SHARE * options.belt_speed;
     match speed? {
         v if v <= -least => Some(BACKWARDS),
@@ -88,7 +88,11 @@ pub(super) fn not_riding(speed: Option<f64>, options: &Options) -> Option<&'stat
 }
 
 /// Fixes the belt frame: y from the centre line, and x0 from the item furthest downstream.
-pub(super) fn place(found: Vec<Found>, report: &mut Report, options: &Options) -> Vec<Item> {
+pub(super) fn place(
+    found: Vec<Found>,
+    report: &mut ImportReport,
+    options: &ImportOptions,
+) -> Vec<Item> {
     let across = found.iter().map(|f| f.across);
     let (least, most) = (
         across.clone().fold(f64::INFINITY, f64::min),
@@ -115,13 +119,13 @@ pub(super) fn place(found: Vec<Found>, report: &mut Report, options: &Options) -
 #[cfg(test)]
 mod tests {
     use super::super::import::import_text as import;
-    use super::super::{Axis, Import, Options};
+    use super::super::{ImageAxis, Import, ImportOptions};
     use proptest::prelude::*;
     use std::fmt::Write;
 
     /// 10 frames per second, 1 mm per pixel: the belt moves 10 px per frame.
-    fn options() -> Options {
-        Options::new(10.0, 0.001, Axis::X, 0.1)
+    fn options() -> ImportOptions {
+        ImportOptions::new(10.0, 0.001, ImageAxis::X, 0.1)
     }
 
     fn ids(import: &Import) -> Vec<&str> {
@@ -164,10 +168,10 @@ mod tests {
     fn every_direction_gives_the_same_pattern_turned() {
         // On the screen, item 1 leads by 100 px and lies 30 px to the left of item 2.
         for (axis, reverse, travel, left) in [
-            (Axis::X, false, (1.0, 0.0), (0.0, -1.0)),
-            (Axis::X, true, (-1.0, 0.0), (0.0, 1.0)),
-            (Axis::Y, false, (0.0, 1.0), (1.0, 0.0)),
-            (Axis::Y, true, (0.0, -1.0), (-1.0, 0.0)),
+            (ImageAxis::X, false, (1.0, 0.0), (0.0, -1.0)),
+            (ImageAxis::X, true, (-1.0, 0.0), (0.0, 1.0)),
+            (ImageAxis::Y, false, (0.0, 1.0), (1.0, 0.0)),
+            (ImageAxis::Y, true, (0.0, -1.0), (-1.0, 0.0)),
         ] {
             let mut text = String::new();
             for frame in 1..=10 {
@@ -240,10 +244,10 @@ mod tests {
             fps in 1.0..60.0f64,
             speed in 0.01..1.0f64,
             scale in 2e-4..5e-3f64,
-            axis in prop::sample::select(vec![Axis::X, Axis::Y]),
+            axis in prop::sample::select(vec![ImageAxis::X, ImageAxis::Y]),
             reverse: bool,
         ) {
-            let mut options = Options::new(fps, scale, axis, speed);
+            let mut options = ImportOptions::new(fps, scale, axis, speed);
             options.reverse = reverse;
             options.centre_px = Some(250.0);
             // One item each 6 m, moved by less than 3 m: further apart than anything that merges
@@ -257,7 +261,7 @@ mod tests {
                     let time = f64::from(frame - 1) / fps;
                     let along = sign * (x0 + speed * time) / scale;
                     let across = 250.0 + options.left() * y / scale;
-                    let (x, y) = if axis == Axis::X { (along, across) } else { (across, along) };
+                    let (x, y) = if axis == ImageAxis::X { (along, across) } else { (across, along) };
                     let _ = writeln!(text, "{frame},{id},{},{},30,20,1,-1,-1,-1", x - 15.0, y - 10.0);
                 }
             }

@@ -1,8 +1,8 @@
 //! Turns lines into tracks, and separates broken lines and boxes without a track.
 
 use super::formats::{self, Format, Recording};
-use super::options::{Boxes, Options};
-use super::track::{Sighting, Track};
+use super::options::{Boxes, ImportOptions};
+use super::track::{BoxSighting, Track};
 use crate::error::{Error, Result};
 use std::collections::HashMap;
 
@@ -23,7 +23,7 @@ pub struct DroppedLine {
 
 /// The content of a file.
 #[derive(Debug)]
-pub(super) struct Reading {
+pub(super) struct TrackFile {
     pub format: Format,
     /// How the four numbers of the boxes were interpreted.
     pub boxes: Boxes,
@@ -34,7 +34,7 @@ pub(super) struct Reading {
     /// Tracks in the order in which their ids first appear.
     pub tracks: Vec<Track>,
     /// Boxes without a track, from a file without any tracks.
-    pub loose: Vec<Sighting>,
+    pub loose: Vec<BoxSighting>,
     pub malformed: usize,
     pub repeated: usize,
     pub cut_off: Option<usize>,
@@ -46,9 +46,13 @@ pub(super) struct Reading {
 ///
 /// # Errors
 /// If a file has no lines, numbers of uncertain meaning, or more broken lines than valid ones.
-pub(super) fn read(recording: &Recording, name: &str, options: &Options) -> Result<Reading> {
+pub(super) fn read(
+    recording: &Recording,
+    name: &str,
+    options: &ImportOptions,
+) -> Result<TrackFile> {
     let source = formats::read(recording, name, options)?;
-    let mut reading = Reading {
+    let mut reading = TrackFile {
         format: source.format,
         boxes: source.boxes,
         remarks: source.remarks,
@@ -61,7 +65,7 @@ pub(super) fn read(recording: &Recording, name: &str, options: &Options) -> Resu
         dropped: Vec::new(),
     };
     let mut dropped: Vec<DroppedLine> = Vec::new();
-    let mut loose: Vec<(Option<String>, Sighting)> = Vec::new();
+    let mut loose: Vec<(Option<String>, BoxSighting)> = Vec::new();
     let mut place_of: HashMap<i64, usize> = HashMap::new();
     // In a folder, every frame has its own file.
     let mut file_of: HashMap<u32, String> = HashMap::new();
@@ -79,7 +83,7 @@ pub(super) fn read(recording: &Recording, name: &str, options: &Options) -> Resu
             Ok(row) => {
                 usual_fields = filled;
                 let id = row.id;
-                let sighting = Sighting::new(row, number, options);
+                let sighting = BoxSighting::new(row, number, options);
                 if let Some(file) = &line.file {
                     file_of
                         .entry(sighting.frame)
@@ -161,9 +165,9 @@ pub(super) fn read(recording: &Recording, name: &str, options: &Options) -> Resu
 }
 
 /// Converts a file that counts frames from 0 so that the first frame is 1; returns whether it did.
-fn count_from_one(reading: &mut Reading) -> bool {
+fn count_from_one(reading: &mut TrackFile) -> bool {
     let tracked = reading.tracks.iter_mut().flat_map(|t| &mut t.sightings);
-    let mut all: Vec<&mut Sighting> = tracked.chain(&mut reading.loose).collect();
+    let mut all: Vec<&mut BoxSighting> = tracked.chain(&mut reading.loose).collect();
     let from_zero = all.iter().any(|sighting| sighting.frame == 0);
     if from_zero {
         all.iter_mut().for_each(|sighting| sighting.frame += 1);
@@ -174,7 +178,7 @@ fn count_from_one(reading: &mut Reading) -> bool {
 
 /// Sorts every track by frame and keeps the first line of each frame. For a folder, `file_of` is
 /// the file of a frame.
-fn drop_repeated(reading: &mut Reading, file_of: impl Fn(u32) -> Option<String>) {
+fn drop_repeated(reading: &mut TrackFile, file_of: impl Fn(u32) -> Option<String>) {
     let mut repeated: Vec<(usize, u32, &str)> = Vec::new();
     for track in &mut reading.tracks {
         // Stable sorting keeps the earlier of two lines with the same frame first.
@@ -205,22 +209,22 @@ fn drop_repeated(reading: &mut Reading, file_of: impl Fn(u32) -> Option<String>)
 
 #[cfg(test)]
 mod tests {
-    use super::super::options::Axis;
+    use super::super::options::ImageAxis;
     use super::*;
 
-    fn read(text: &str, name: &str, options: &Options) -> Result<Reading> {
+    fn read(text: &str, name: &str, options: &ImportOptions) -> Result<TrackFile> {
         super::read(&Recording::Text(text.to_owned()), name, options)
     }
 
-    fn options() -> Options {
-        Options::new(10.0, 0.001, Axis::X, 0.1)
+    fn options() -> ImportOptions {
+        ImportOptions::new(10.0, 0.001, ImageAxis::X, 0.1)
     }
 
     fn track(name: &str, frames: &[u32]) -> (String, Vec<u32>) {
         (name.to_owned(), frames.to_vec())
     }
 
-    fn frames(reading: &Reading) -> Vec<(String, Vec<u32>)> {
+    fn frames(reading: &TrackFile) -> Vec<(String, Vec<u32>)> {
         let of = |t: &Track| t.sightings.iter().map(|s| s.frame).collect();
         reading
             .tracks

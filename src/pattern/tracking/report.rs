@@ -2,8 +2,8 @@
 
 use super::formats::Format;
 use super::motion::Motion;
-use super::options::Options;
-use super::read::{DroppedLine, Reading};
+use super::options::ImportOptions;
+use super::read::{DroppedLine, TrackFile};
 use super::track::Track;
 
 /// Maximum number of track names in one line of text.
@@ -42,7 +42,7 @@ pub struct Merged {
 
 /// What was read, dropped, split, merged and measured.
 #[derive(Debug, Clone, serde::Serialize)]
-pub struct Report {
+pub struct ImportReport {
     /// Name of the file in messages.
     pub file: String,
     /// The file format.
@@ -117,9 +117,14 @@ pub(super) fn named<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     text
 }
 
-impl Report {
+impl ImportReport {
     /// The report with what is known after reading.
-    pub(super) fn new(name: &str, options: &Options, reading: Reading, tracks: &[Track]) -> Self {
+    pub(super) fn new(
+        name: &str,
+        options: &ImportOptions,
+        reading: TrackFile,
+        tracks: &[Track],
+    ) -> Self {
         let cut_off = usize::from(reading.cut_off.is_some());
         let mut report = Self {
             file: name.to_owned(),

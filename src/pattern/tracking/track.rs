@@ -1,8 +1,8 @@
 //! Tracks: the boxes with one id, and where and how fast they are.
 
-use super::formats::Row;
+use super::formats::FileRow;
 use super::median::{median, median_of};
-use super::options::{Axis, Options};
+use super::options::{ImageAxis, ImportOptions};
 
 /// Up to this many boxes, the speed is estimated from all pairs. Beyond it, the cost would grow
 /// quadratically although the estimate is already good.
@@ -10,7 +10,7 @@ const ALL_PAIRS: usize = 32;
 
 /// A box of a track.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Sighting {
+pub(super) struct BoxSighting {
     /// Frame, from 1.
     pub frame: u32,
     /// Line of the file, from 1.
@@ -27,13 +27,13 @@ pub(super) struct Sighting {
     pub class: Option<String>,
 }
 
-impl Sighting {
+impl BoxSighting {
     /// The box of `row`, from this line of the file.
-    pub fn new(row: Row, line: usize, options: &Options) -> Self {
+    pub fn new(row: FileRow, line: usize, options: &ImportOptions) -> Self {
         let (width, height) = row.size.unwrap_or_default();
         let (x, y) = (row.left + width / 2.0, row.top + height / 2.0);
         let (along, across) = options.turned(x, y);
-        let swapped = options.axis == Axis::Y;
+        let swapped = options.axis == ImageAxis::Y;
         Self {
             frame: row.frame,
             line,
@@ -55,40 +55,40 @@ impl Sighting {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Track {
     pub name: String,
-    pub sightings: Vec<Sighting>,
+    pub sightings: Vec<BoxSighting>,
 }
 
 /// Time between two frames [s].
-pub(super) fn seconds(from: &Sighting, to: &Sighting, options: &Options) -> f64 {
+pub(super) fn seconds(from: &BoxSighting, to: &BoxSighting, options: &ImportOptions) -> f64 {
     (f64::from(to.frame) - f64::from(from.frame)) / options.fps
 }
 
 /// Travel between two boxes [m].
-pub(super) fn travel(from: &Sighting, to: &Sighting, options: &Options) -> f64 {
+pub(super) fn travel(from: &BoxSighting, to: &BoxSighting, options: &ImportOptions) -> f64 {
     (to.along - from.along) * options.scale_m_per_px
 }
 
 /// Speed along the travel between two boxes [m/s].
-pub(super) fn speed_between(from: &Sighting, to: &Sighting, options: &Options) -> f64 {
+pub(super) fn speed_between(from: &BoxSighting, to: &BoxSighting, options: &ImportOptions) -> f64 {
     travel(from, to, options) / seconds(from, to, options)
 }
 
 impl Track {
     /// The first and the last frame.
     pub fn span(&self) -> (u32, u32) {
-        let frame = |sighting: Option<&Sighting>| sighting.map_or(0, |s| s.frame);
+        let frame = |sighting: Option<&BoxSighting>| sighting.map_or(0, |s| s.frame);
         (frame(self.sightings.first()), frame(self.sightings.last()))
     }
 
     /// Time from the first box to the last [s].
-    pub fn duration(&self, options: &Options) -> f64 {
+    pub fn duration(&self, options: &ImportOptions) -> f64 {
         let (first, last) = self.span();
         f64::from(last.saturating_sub(first)) / options.fps
     }
 
     /// Position along the travel at time 0 [m]: the median over its boxes.
-    pub fn x0(&self, options: &Options) -> f64 {
-        let at_start = |s: &Sighting| {
+    pub fn x0(&self, options: &ImportOptions) -> f64 {
+        let at_start = |s: &BoxSighting| {
             let time = (f64::from(s.frame) - 1.0) / options.fps;
             s.along * options.scale_m_per_px - options.belt_speed * time
         };
@@ -103,7 +103,7 @@ impl Track {
     /// Speed along the travel [m/s]: the median of the slopes between pairs of boxes (Theil 1950;
     /// Sen 1968, doi:10.1080/01621459.1968.10480934). In a long track every box is paired only with
     /// the one half the track later, which takes linear time. `None` for a single box.
-    pub fn speed(&self, options: &Options) -> Option<f64> {
+    pub fn speed(&self, options: &ImportOptions) -> Option<f64> {
         let pairs = pairs(&self.sightings).into_iter();
         median_of(pairs.map(|(from, to)| speed_between(from, to, options)))
     }
@@ -111,7 +111,7 @@ impl Track {
 
 /// The pairs of boxes whose slopes count: all pairs, or in a long track every box with the one half
 /// the track later.
-fn pairs(seen: &[Sighting]) -> Vec<(&Sighting, &Sighting)> {
+fn pairs(seen: &[BoxSighting]) -> Vec<(&BoxSighting, &BoxSighting)> {
     if seen.len() <= ALL_PAIRS {
         let pairs = |i: usize| seen[i + 1..].iter().map(move |to| (&seen[i], to));
         return (0..seen.len()).flat_map(pairs).collect();
@@ -121,9 +121,9 @@ fn pairs(seen: &[Sighting]) -> Vec<(&Sighting, &Sighting)> {
 
 /// The median of the slopes of `y` over `x`; `None` if no pair of boxes has one.
 pub(super) fn slope(
-    seen: &[Sighting],
-    x: &dyn Fn(&Sighting) -> f64,
-    y: &dyn Fn(&Sighting) -> f64,
+    seen: &[BoxSighting],
+    x: &dyn Fn(&BoxSighting) -> f64,
+    y: &dyn Fn(&BoxSighting) -> f64,
 ) -> Option<f64> {
     let slopes = pairs(seen).into_iter();
     let slopes = slopes.map(|(from, to)| (y(to) - y(from)) / (x(to) - x(from)));
@@ -142,13 +142,13 @@ pub(super) mod tests {
     use super::*;
 
     /// 10 frames per second, 1 mm per pixel: the belt moves 10 px per frame.
-    pub(in super::super) fn options() -> Options {
-        Options::new(10.0, 0.001, Axis::X, 0.1)
+    pub(in super::super) fn options() -> ImportOptions {
+        ImportOptions::new(10.0, 0.001, ImageAxis::X, 0.1)
     }
 
     /// Boxes at (frame, along, across).
     pub(in super::super) fn track(name: &str, boxes: &[(u32, f64, f64)]) -> Track {
-        let sighting = |&(frame, along, across): &(u32, f64, f64)| Sighting {
+        let sighting = |&(frame, along, across): &(u32, f64, f64)| BoxSighting {
             frame,
             line: 1,
             along,

@@ -6,8 +6,8 @@
 //! little below the best value, and become shorter if the best value has not fallen for a
 //! while. The method stops by count, never by time.
 
-use super::dual::{Dual, Evaluation, Schedules};
-use super::profile::{Leaving, Profile};
+use super::dual::{Dual, DualEvaluation, Schedules};
+use super::profile::{BoundProfile, Leaving};
 
 /// Share of the previous direction in the next one.
 const MEMORY: f64 = 0.7;
@@ -34,6 +34,15 @@ pub(super) struct Ascent {
     pub best: i64,
 }
 
+/// How far one call of [`Ascent::run`] may go.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Steps {
+    /// Maximum number of steps.
+    pub most: usize,
+    /// Relative length of the first.
+    pub length: f64,
+}
+
 impl Ascent {
     /// Starts from `prices` in units, within the limits for its schedules; `best` is a value
     /// known to be valid.
@@ -51,22 +60,22 @@ impl Ascent {
         self.at.iter().map(|&at| at as i64).collect()
     }
 
-    /// Makes up to `steps` steps for `schedules`, the first of relative length `length`. Every
-    /// step is entered in `profile`. `done` gets the best value after every step and may end
+    /// Makes `steps` for `schedules`. Every step is entered in `profile`. `done` gets the best value after every step and may end
     /// the search.
     pub fn run(
         &mut self,
         dual: &Dual,
         schedules: Schedules,
-        (steps, length): (usize, f64),
-        (profile, belt): (&mut Profile, &Leaving),
+        steps: Steps,
+        profile: &mut BoundProfile,
+        belt: &Leaving,
         mut done: impl FnMut(i64) -> bool,
     ) {
-        let (mut length, shortest) = (length, length * SHORTEST);
+        let (mut length, shortest) = (steps.length, steps.length * SHORTEST);
         let mut without = 0;
-        let mut evaluation = Evaluation::default();
+        let mut evaluation = DualEvaluation::default();
         self.direction.fill(0.0);
-        for _ in 0..steps {
+        for _ in 0..steps.most {
             let prices = self.last_prices();
             dual.evaluate(&prices, schedules.horizon, &mut evaluation);
             profile.enter(belt, &prices, &evaluation);
@@ -92,7 +101,13 @@ impl Ascent {
     }
 
     /// Makes one step; false if no direction is left, which proves the prices optimal.
-    fn step(&mut self, dual: &Dual, schedules: Schedules, length: f64, at: &Evaluation) -> bool {
+    fn step(
+        &mut self,
+        dual: &Dual,
+        schedules: Schedules,
+        length: f64,
+        at: &DualEvaluation,
+    ) -> bool {
         let box_of = |item: usize| -> (f64, f64) {
             let must = item >= schedules.must_from;
             let least = if must { -dual.most_negative } else { 0 };
@@ -136,7 +151,7 @@ fn is_better(value: i64, best: i64) -> bool {
 mod tests {
     use super::*;
     use crate::pattern::{Item, Pattern};
-    use crate::planning::bound::Objective;
+    use crate::planning::bound::BoundObjective;
     use crate::planning::bound::network::Slots;
     use crate::sim::Scene;
     use crate::station::{Robot, Station, built_in};
@@ -153,17 +168,21 @@ mod tests {
         let item = |i: usize| Item::at(i.to_string(), -0.1 * i as f64, 0.0);
         let pattern = Pattern::new((0..items).map(item).collect()).unwrap();
         let scene = Scene::new(&station, &pattern).unwrap();
-        let dual = Dual::new(&scene, Objective::Picks, Slots { length: 0.5 });
+        let dual = Dual::new(&scene, BoundObjective::Picks, Slots { length: 0.5 });
         let belt = Leaving::new(&scene, &dual);
         (dual, belt)
     }
 
-    fn evaluation(value: i64, taken: &[u32]) -> Evaluation {
-        Evaluation {
+    fn evaluation(value: i64, taken: &[u32]) -> DualEvaluation {
+        DualEvaluation {
             value,
             taken: taken.to_vec(),
-            ..Evaluation::default()
+            ..DualEvaluation::default()
         }
+    }
+
+    fn steps(most: usize) -> Steps {
+        Steps { most, length: 2.0 }
     }
 
     /// The prices in picks, within rounding.
@@ -287,7 +306,7 @@ mod tests {
     #[test]
     fn steps_that_better_nothing_become_short_and_end() {
         let (dual, belt) = contest(5);
-        let mut profile = Profile::new(&dual);
+        let mut profile = BoundProfile::new(&dual);
         let mut ascent = Ascent::new(vec![dual.units as i64 / 2; 5], 0);
         let mut told = Vec::new();
         let step = |best| {
@@ -297,8 +316,9 @@ mod tests {
         ascent.run(
             &dual,
             Schedules::ANY,
-            (1000, 2.0),
-            (&mut profile, &belt),
+            steps(1000),
+            &mut profile,
+            &belt,
             step,
         );
         assert_eq!(told, [0; 115]);
@@ -311,20 +331,14 @@ mod tests {
     fn the_best_value_of_all_steps_is_kept() {
         let (dual, belt) = contest(5);
         let unit = dual.units as i64;
-        let mut profile = Profile::new(&dual);
+        let mut profile = BoundProfile::new(&dual);
         let mut ascent = Ascent::new(vec![unit / 2; 5], 5 * unit);
         let mut told = Vec::new();
         let step = |best| {
             told.push(best);
             told.len() == 60
         };
-        ascent.run(
-            &dual,
-            Schedules::ANY,
-            (200, 2.0),
-            (&mut profile, &belt),
-            step,
-        );
+        ascent.run(&dual, Schedules::ANY, steps(200), &mut profile, &belt, step);
         assert!(
             told.len() <= 60 && told.is_sorted_by(|a, b| a >= b),
             "{told:?}"
@@ -334,7 +348,7 @@ mod tests {
             (2 * unit..2 * unit + unit / 1000).contains(&ascent.best),
             "{told:?}"
         );
-        let mut again = Evaluation::default();
+        let mut again = DualEvaluation::default();
         dual.evaluate(&ascent.best_prices, u64::MAX, &mut again);
         assert_eq!(again.value, ascent.best);
         // The profile's last step has the best value of all steps of the search.
@@ -347,19 +361,13 @@ mod tests {
         slots.dedup();
         assert_eq!(profile.value(slots.len() - 1), ascent.best);
         // Exactly as many steps as requested are made.
-        let mut steps = 0;
+        let mut made = 0;
         let count = |_| {
-            steps += 1;
+            made += 1;
             false
         };
         let mut ascent = Ascent::new(vec![unit / 2; 5], 5 * unit);
-        ascent.run(
-            &dual,
-            Schedules::ANY,
-            (7, 2.0),
-            (&mut profile, &belt),
-            count,
-        );
-        assert_eq!(steps, 7);
+        ascent.run(&dual, Schedules::ANY, steps(7), &mut profile, &belt, count);
+        assert_eq!(made, 7);
     }
 }

@@ -9,8 +9,8 @@
 //! is an upper bound on what any schedule earns, for any prices (weak duality). Everything is
 //! computed in whole numbers, so no rounding can lower the bound.
 
-use super::Objective;
-use super::network::{Network, Slots, earliest_release};
+use super::BoundObjective;
+use super::network::{SlotNetwork, Slots, earliest_release};
 use crate::sim::Scene;
 
 /// Items, weights and networks of one scene, in whole units.
@@ -19,7 +19,7 @@ pub(super) struct Dual {
     /// The time slots.
     pub slots: Slots,
     /// One network per robot, upstream first.
-    pub networks: Vec<Network>,
+    pub networks: Vec<SlotNetwork>,
     /// Weight of each item in units, rounded up; 0 for unreachable items.
     pub weights: Vec<i64>,
     /// Slot of the earliest release of each item by any robot; `None` if unreachable.
@@ -29,7 +29,7 @@ pub(super) struct Dual {
     /// How far below 0 the prices of items that must be picked may be, in units.
     pub most_negative: i64,
     /// The quantity to bound.
-    objective: Objective,
+    objective: BoundObjective,
 }
 
 /// The schedules for which prices are sought.
@@ -51,7 +51,7 @@ impl Schedules {
 
 /// The evaluation of one set of prices.
 #[derive(Debug, Default, Clone)]
-pub(super) struct Evaluation {
+pub(super) struct DualEvaluation {
     /// L(p) in units.
     pub value: i64,
     /// How many longest paths contain each item.
@@ -75,19 +75,19 @@ fn digits(items: usize) -> i32 {
 
 impl Dual {
     /// The dual of `scene`.
-    pub fn new(scene: &Scene, objective: Objective, slots: Slots) -> Self {
+    pub fn new(scene: &Scene, objective: BoundObjective, slots: Slots) -> Self {
         let items = scene.pattern().len();
         let robots = 0..scene.station().robots().len();
-        let network = |r: usize| Network::new(scene.station(), r, scene.queue(r), slots);
-        let networks: Vec<Network> = robots.clone().map(network).collect();
+        let network = |r: usize| SlotNetwork::new(scene.station(), r, scene.queue(r), slots);
+        let networks: Vec<SlotNetwork> = robots.clone().map(network).collect();
         let mut worth = vec![0.0f64; items];
         let mut earliest: Vec<Option<u64>> = vec![None; items];
         for robot in robots {
             for candidate in scene.queue(robot) {
                 let item = candidate.item as usize;
                 worth[item] = match objective {
-                    Objective::Picks => 1.0,
-                    Objective::Weight => candidate.weight,
+                    BoundObjective::Picks => 1.0,
+                    BoundObjective::Weight => candidate.weight,
                 };
                 let free = earliest_release(scene.station(), robot, candidate);
                 let slot = slots.of(free);
@@ -115,7 +115,7 @@ impl Dual {
 
     /// Evaluates L(`prices`) for schedules whose last release is in slot `horizon` or before,
     /// into `into`. Items that nobody can have released by then cost nothing.
-    pub fn evaluate(&self, prices: &[i64], horizon: u64, into: &mut Evaluation) {
+    pub fn evaluate(&self, prices: &[i64], horizon: u64, into: &mut DualEvaluation) {
         let rewards: Vec<i64> = self
             .weights
             .iter()
@@ -145,11 +145,11 @@ impl Dual {
     /// numbers.
     pub fn whole(&self, units: i64) -> i64 {
         match self.objective {
-            Objective::Picks => {
+            BoundObjective::Picks => {
                 let pick = self.units as i64;
                 units.div_euclid(pick) * pick
             }
-            Objective::Weight => units,
+            BoundObjective::Weight => units,
         }
     }
 
@@ -183,7 +183,7 @@ mod tests {
         Pattern::new(items.collect()).unwrap()
     }
 
-    fn dual(pattern: &Pattern, objective: Objective) -> Dual {
+    fn dual(pattern: &Pattern, objective: BoundObjective) -> Dual {
         let station = station();
         let scene = Scene::new(&station, pattern).unwrap();
         Dual::new(&scene, objective, Slots { length: 0.5 })
@@ -198,7 +198,7 @@ mod tests {
     #[test]
     fn weights_are_rounded_up_to_the_next_unit() {
         let weights = [0.1, 1.0 / 3.0, 2.7, 0.0, 1e-13, 0.7];
-        let dual = dual(&weighing(&weights), Objective::Weight);
+        let dual = dual(&weighing(&weights), BoundObjective::Weight);
         assert_eq!(dual.units, 2f64.powi(40 - 2));
         for (&units, weight) in dual.weights.iter().zip(weights) {
             let exact = in_units(&dual, weight);
@@ -212,16 +212,16 @@ mod tests {
     #[test]
     fn the_largest_weight_says_how_large_a_unit_is() {
         for (most, exponent) in [(1.0, 0), (1.5, 1), (2.0, 1), (0.3, -1), (1e6, 20)] {
-            let dual = dual(&weighing(&[0.1, most]), Objective::Weight);
+            let dual = dual(&weighing(&[0.1, most]), BoundObjective::Weight);
             assert_eq!(dual.units, 2f64.powi(40 - exponent), "{most}");
             assert_eq!(dual.most_negative, 16 << 40);
         }
-        let nothing = dual(&weighing(&[0.0, 0.0]), Objective::Weight);
+        let nothing = dual(&weighing(&[0.0, 0.0]), BoundObjective::Weight);
         assert_eq!(
             (nothing.units, &nothing.weights[..]),
             (2f64.powi(40), &[0, 0][..])
         );
-        let picks = dual(&weighing(&[0.0, 5.0]), Objective::Picks);
+        let picks = dual(&weighing(&[0.0, 5.0]), BoundObjective::Picks);
         assert_eq!(
             (picks.units, &picks.weights[..]),
             (2f64.powi(40), &[1 << 40, 1 << 40][..])
@@ -249,7 +249,7 @@ mod tests {
     /// The price of an item counts as soon as the item can have been released in the last slot.
     #[test]
     fn prices_count_up_to_the_horizon() {
-        let dual = dual(&weighing(&[1.0, 1.0]), Objective::Picks);
+        let dual = dual(&weighing(&[1.0, 1.0]), BoundObjective::Picks);
         let [Some(first), Some(second)] = dual.earliest[..] else {
             panic!("both are in reach");
         };
@@ -257,7 +257,7 @@ mod tests {
         let unit = dual.units as i64;
         let prices = [3 * unit, 4 * unit];
         let value = |horizon| {
-            let mut evaluation = Evaluation::default();
+            let mut evaluation = DualEvaluation::default();
             dual.evaluate(&prices, horizon, &mut evaluation);
             assert_eq!(evaluation.taken, [0, 0], "nothing is worth its price");
             evaluation.value / unit
@@ -271,10 +271,10 @@ mod tests {
     /// reward.
     #[test]
     fn every_robot_takes_what_it_can_by_the_horizon() {
-        let dual = dual(&weighing(&[1.0]), Objective::Picks);
+        let dual = dual(&weighing(&[1.0]), BoundObjective::Picks);
         let unit = dual.units as i64;
         let first = dual.earliest[0].unwrap();
-        let mut evaluation = Evaluation::default();
+        let mut evaluation = DualEvaluation::default();
         let mut at = |price: i64, horizon: u64| {
             dual.evaluate(&[price], horizon, &mut evaluation);
             (evaluation.value, evaluation.taken[0])
@@ -291,7 +291,7 @@ mod tests {
 
     #[test]
     fn picks_are_whole_and_weights_are_not() {
-        let picks = dual(&weighing(&[1.0]), Objective::Picks);
+        let picks = dual(&weighing(&[1.0]), BoundObjective::Picks);
         let unit = picks.units as i64;
         for (units, whole) in [
             (0, 0),
@@ -302,14 +302,14 @@ mod tests {
         ] {
             assert_eq!(picks.whole(units), whole * unit, "{units}");
         }
-        let weight = dual(&weighing(&[1.0]), Objective::Weight);
+        let weight = dual(&weighing(&[1.0]), BoundObjective::Weight);
         assert_eq!(weight.whole(unit - 1), unit - 1);
     }
 
     /// The smallest double that is not lower.
     #[test]
     fn units_become_a_weight_that_is_rounded_up() {
-        let dual = dual(&weighing(&[1.0]), Objective::Weight);
+        let dual = dual(&weighing(&[1.0]), BoundObjective::Weight);
         for units in [
             0,
             1,

@@ -16,5 +16,5 @@ mod profile;
 mod schedule;
 mod solve;
 
-pub use options::{Objective, Options};
-pub use solve::{Bound, StopReason, certified_percent, upper_bound};
+pub use options::{BoundObjective, BoundOptions};
+pub use solve::{Bound, BoundStop, certified_percent, upper_bound};

@@ -57,14 +57,14 @@ pub(super) struct Arc {
     /// The item's place in the pattern.
     pub item: u32,
     /// Number of nodes up to and including the slot of the departure: the index into
-    /// [`Network::longest_path`]'s values at which the arc starts.
+    /// [`SlotNetwork::longest_path`]'s values at which the arc starts.
     pub from: u32,
 }
 
 /// One robot's picks. The nodes are the slots in which it may become free; waiting leads from
 /// each node to the next. Paths begin before the first node.
 #[derive(Debug, Clone)]
-pub(super) struct Network {
+pub(super) struct SlotNetwork {
     slots: Vec<u64>,
     /// Arcs into node `i` are `arcs[first[i]..first[i + 1]]`.
     first: Vec<u32>,
@@ -83,7 +83,7 @@ struct Raw {
     item: u32,
 }
 
-impl Network {
+impl SlotNetwork {
     /// The picks of robot `robot` of `station`, which has the windows `queue`.
     pub fn new(station: &Station, robot: usize, queue: &[Candidate], slots: Slots) -> Self {
         let mut raw: Vec<Raw> = Vec::new();

@@ -1,13 +1,13 @@
 //! Options of a bound: the objective, and how hard the search tries.
 
-use super::network::{Network, Slots, latest_release};
+use super::network::{SlotNetwork, Slots, latest_release};
 use crate::decision::Moment;
 use crate::error::{Error, Result, shown_number};
 use crate::sim::Scene;
 
 /// The quantity to bound.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Objective {
+pub enum BoundObjective {
     /// Items picked.
     Picks,
     /// The sum of the weights of the items picked.
@@ -16,9 +16,9 @@ pub enum Objective {
 
 /// How hard the search tries. The same options give the same bound on every machine.
 #[derive(Debug, Clone)]
-pub struct Options {
+pub struct BoundOptions {
     /// The quantity to bound.
-    pub objective: Objective,
+    pub objective: BoundObjective,
     /// Length of the slots [s]; chosen from the processing times if `None`.
     pub slot_s: Option<f64>,
     /// Maximum number of steps of the prices; the bounds of end and rate may take as many
@@ -34,10 +34,10 @@ pub struct Options {
     pub arcs: usize,
 }
 
-impl Default for Options {
+impl Default for BoundOptions {
     fn default() -> Self {
         Self {
-            objective: Objective::Picks,
+            objective: BoundObjective::Picks,
             slot_s: None,
             iterations: 200,
             ends: true,
@@ -48,10 +48,10 @@ impl Default for Options {
     }
 }
 
-impl Options {
+impl BoundOptions {
     /// For a pattern of `items` items if only the bound is wanted: time and memory grow in
     /// proportion, so that slots of long patterns are no longer than those of short ones.
-    pub fn in_full(objective: Objective, items: usize) -> Self {
+    pub fn in_full(objective: BoundObjective, items: usize) -> Self {
         let usual = Self::default();
         Self {
             objective,
@@ -64,7 +64,7 @@ impl Options {
 
     /// For bounds as a by-product of reports: less than a tenth of a second on a typical
     /// pattern.
-    pub fn quick(objective: Objective) -> Self {
+    pub fn quick(objective: BoundObjective) -> Self {
         Self {
             objective,
             schedule: false,
@@ -81,7 +81,7 @@ impl Options {
         Self {
             known: picked as f64,
             arcs: (QUICK_ARCS as f64 * share).min(MOST_BESIDE) as usize,
-            ..Self::quick(Objective::Picks)
+            ..Self::quick(BoundObjective::Picks)
         }
     }
 }
@@ -119,10 +119,12 @@ pub(super) struct Chosen {
 ///
 /// # Errors
 /// An invalid length, or one so short that the picks do not fit into memory.
-pub(super) fn choose_slots(scene: &Scene, options: &Options) -> Result<Option<Chosen>> {
+pub(super) fn choose_slots(scene: &Scene, options: &BoundOptions) -> Result<Option<Chosen>> {
     let robots = 0..scene.station().robots().len();
     let size = |slots: Slots| -> f64 {
-        let sizes = robots.clone().map(|r| Network::size(scene.queue(r), slots));
+        let sizes = robots
+            .clone()
+            .map(|r| SlotNetwork::size(scene.queue(r), slots));
         sizes.sum()
     };
     let windows: usize = robots.clone().map(|robot| scene.queue(robot).len()).sum();
@@ -221,14 +223,14 @@ mod tests {
         (with(pick - way), pattern)
     }
 
-    fn chosen(scene: &Scene, options: &Options) -> Option<(f64, bool)> {
+    fn chosen(scene: &Scene, options: &BoundOptions) -> Option<(f64, bool)> {
         let chosen = choose_slots(scene, options).unwrap();
         chosen.map(|chosen| (chosen.slots.length, chosen.coarse))
     }
 
     #[test]
     fn options_grow_with_the_pattern_as_documented() {
-        use Objective::{Picks, Weight};
+        use BoundObjective::{Picks, Weight};
         for (items, arcs) in [
             (0, 2_000_000),
             (1000, 2_000_000),
@@ -236,12 +238,12 @@ mod tests {
             (9999, 19_998_000),
             (usize::MAX, 20_000_000),
         ] {
-            let options = Options::in_full(Weight, items);
+            let options = BoundOptions::in_full(Weight, items);
             assert_eq!((options.arcs, options.objective), (arcs, Weight), "{items}");
             assert!(options.schedule && options.ends && options.slot_s.is_none());
             assert_eq!((options.iterations, options.known), (200, 0.0));
         }
-        let quick = Options::quick(Weight);
+        let quick = BoundOptions::quick(Weight);
         assert_eq!(
             (quick.arcs, quick.objective, quick.schedule),
             (100_000, Weight, false)
@@ -253,11 +255,11 @@ mod tests {
             (300, 200_000),
             (10_000_000, 4_000_000),
         ] {
-            let options = Options::beside(7, items);
+            let options = BoundOptions::beside(7, items);
             assert_eq!((options.arcs, options.known), (arcs, 7.0), "{items}");
             assert_eq!((options.objective, options.schedule), (Picks, false));
         }
-        assert_eq!(Options::default().arcs, 2_000_000);
+        assert_eq!(BoundOptions::default().arcs, 2_000_000);
     }
 
     /// The smallest of 1, 2 and 5 times a power of ten that is at least half of a fiftieth of a
@@ -280,7 +282,7 @@ mod tests {
         ] {
             let (station, pattern) = line(pick);
             let scene = Scene::new(&station, &pattern).unwrap();
-            let found = chosen(&scene, &Options::default());
+            let found = chosen(&scene, &BoundOptions::default());
             assert_eq!(found, Some((length, false)), "{pick}");
         }
     }
@@ -294,9 +296,9 @@ mod tests {
         let item = &scene.queue(0)[0];
         let lasts = item.close - item.open;
         // As many as a window has with slots of this length.
-        let with = |length: f64, fewer: usize| Options {
+        let with = |length: f64, fewer: usize| BoundOptions {
             arcs: (lasts / length + 2.0).ceil() as usize - fewer,
-            ..Options::default()
+            ..BoundOptions::default()
         };
         assert_eq!(chosen(&scene, &with(0.2, 0)), Some((0.2, false)));
         assert_eq!(chosen(&scene, &with(0.2, 1)), Some((0.5, false)));
@@ -306,15 +308,15 @@ mod tests {
         assert_eq!(chosen(&scene, &with(2.0, 0)), Some((2.0, true)));
         // Longer than a pick.
         assert_eq!(chosen(&scene, &with(20.0, 0)), None);
-        let too_few = Options {
+        let too_few = BoundOptions {
             arcs: 2,
-            ..Options::default()
+            ..BoundOptions::default()
         };
         assert_eq!(chosen(&scene, &too_few), None);
         // One arc per window is the minimum.
-        let none = Options {
+        let none = BoundOptions {
             arcs: 0,
-            ..Options::default()
+            ..BoundOptions::default()
         };
         assert_eq!(chosen(&scene, &none), None);
     }
@@ -325,10 +327,10 @@ mod tests {
         let (station, pattern) = line(10.0);
         let scene = Scene::new(&station, &pattern).unwrap();
         let asked = |scene: &Scene, length: f64| {
-            let options = Options {
+            let options = BoundOptions {
                 slot_s: Some(length),
                 arcs: 1,
-                ..Options::default()
+                ..BoundOptions::default()
             };
             choose_slots(scene, &options)
                 .map(|chosen| chosen.map(|chosen| (chosen.slots.length, chosen.coarse)))
@@ -376,9 +378,9 @@ mod tests {
         let lasts = scene.queue(0)[0].close - scene.queue(0)[0].open;
         assert!(0.0 < lasts && lasts < 0.01, "{lasts}");
         let asked = |length| {
-            let options = Options {
+            let options = BoundOptions {
                 slot_s: Some(length),
-                ..Options::default()
+                ..BoundOptions::default()
             };
             choose_slots(&scene, &options).map(|chosen| chosen.is_some())
         };
@@ -386,7 +388,7 @@ mod tests {
         assert!(told.contains("is too short for this pattern"), "{told}");
         assert!(asked(2e-5).unwrap());
         // A fiftieth of a pick would be 2e-6 s or a little more.
-        assert_eq!(chosen(&scene, &Options::default()), Some((2e-5, true)));
+        assert_eq!(chosen(&scene, &BoundOptions::default()), Some((2e-5, true)));
     }
 
     /// If nothing is within reach, any slot is suitable.
@@ -395,6 +397,9 @@ mod tests {
         let (station, _) = line(10.0);
         let pattern = Pattern::new(vec![Item::at("0", 0.0, 0.5)]).unwrap();
         let scene = Scene::new(&station, &pattern).unwrap();
-        assert_eq!(chosen(&scene, &Options::default()), Some((1e-6, false)));
+        assert_eq!(
+            chosen(&scene, &BoundOptions::default()),
+            Some((1e-6, false))
+        );
     }
 }

@@ -6,13 +6,13 @@
 //! must have been picked by T; otherwise the run would end later. That gives the smallest T,
 //! and `60 B(T) / T` bounds the rate of every run that ends at T.
 
-use super::dual::{Dual, Evaluation, Schedules};
-use super::network::{Network, earliest_release};
+use super::dual::{Dual, DualEvaluation, Schedules};
+use super::network::{SlotNetwork, earliest_release};
 use crate::sim::Scene;
 
 /// The smallest known B(T), a step function of T.
 #[derive(Debug, Clone)]
-pub(super) struct Profile {
+pub(super) struct BoundProfile {
     /// Slots at which it may rise, in ascending order.
     slots: Vec<u64>,
     /// Starts of these slots [s], then infinity.
@@ -29,7 +29,7 @@ pub(super) struct Profile {
     nodes: Vec<Vec<u32>>,
 }
 
-impl Profile {
+impl BoundProfile {
     /// A profile that only knows that no item earns twice.
     pub fn new(dual: &Dual) -> Self {
         let mut slots: Vec<u64> = Vec::new();
@@ -54,7 +54,7 @@ impl Profile {
             best.push(worth);
             released.push(count as u32);
         }
-        let places = |network: &Network| {
+        let places = |network: &SlotNetwork| {
             let place = |&slot| network.nodes_up_to(slot) as u32;
             slots.iter().map(place).collect()
         };
@@ -75,7 +75,7 @@ impl Profile {
 
     /// Lowers the profile by what `prices` give; `at` is their evaluation. Negative prices are
     /// valid only while their items must be picked because they have not left `belt` yet.
-    pub fn enter(&mut self, belt: &Leaving, prices: &[i64], at: &Evaluation) {
+    pub fn enter(&mut self, belt: &Leaving, prices: &[i64], at: &DualEvaluation) {
         let negative = prices.iter().position(|&price| price < 0);
         let until = negative.map_or(f64::INFINITY, |item| belt.leaves[item]);
         let (mut sum, mut counted) = (0, 0);

@@ -1,9 +1,9 @@
 //! From a scene to its bound.
 
-use super::ascent::Ascent;
+use super::ascent::{Ascent, Steps};
 use super::dual::{Dual, Schedules};
-use super::options::{Chosen, Objective, Options, choose_slots};
-use super::profile::{Ends, Leaving, Profile};
+use super::options::{BoundObjective, BoundOptions, Chosen, choose_slots};
+use super::profile::{BoundProfile, Ends, Leaving};
 use super::schedule::schedule;
 use crate::decision::{Figures, Outcome};
 use crate::error::Result;
@@ -11,7 +11,7 @@ use crate::sim::{Disturbances, Scene};
 
 /// Why the search ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum StopReason {
+pub enum BoundStop {
     /// A known schedule reaches the bound, so it is optimal.
     Optimal,
     /// All steps were done, or further steps could change nothing.
@@ -22,7 +22,7 @@ pub enum StopReason {
     TooMany,
 }
 
-impl StopReason {
+impl BoundStop {
     /// The name in files.
     pub fn name(self) -> &'static str {
         match self {
@@ -38,12 +38,12 @@ impl StopReason {
 #[derive(Debug, Clone)]
 pub struct Bound {
     /// The quantity that is bounded.
-    pub objective: Objective,
+    pub objective: BoundObjective,
     /// Upper bound on what any run earns: picks (a whole number) or weight.
     pub value: f64,
     /// The same bound before picks were rounded down to a whole number.
     pub relaxed: f64,
-    /// Upper bound on the rate of any run [1/min], weighted for [`Objective::Weight`]; `None`
+    /// Upper bound on the rate of any run [1/min], weighted for [`BoundObjective::Weight`]; `None`
     /// if no finite bound was found.
     pub rate: Option<f64>,
     /// Lower bound on the end of any run [s].
@@ -67,7 +67,7 @@ pub struct Bound {
     /// Number of steps of the prices.
     pub iterations: usize,
     /// Why the search ended.
-    pub stop: StopReason,
+    pub stop: BoundStop,
 }
 
 impl Bound {
@@ -77,10 +77,10 @@ impl Bound {
     }
 }
 
-fn earned(objective: Objective, figures: &Figures) -> f64 {
+fn earned(objective: BoundObjective, figures: &Figures) -> f64 {
     match objective {
-        Objective::Picks => figures.picked as f64,
-        Objective::Weight => figures.weight,
+        BoundObjective::Picks => figures.picked as f64,
+        BoundObjective::Weight => figures.weight,
     }
 }
 
@@ -109,7 +109,7 @@ const ROUND: usize = 3;
 const PATIENCE: usize = 12;
 
 /// One of the bounds of a profile.
-type Target = fn(&Ends) -> Option<(f64, usize)>;
+type NextTarget = fn(&Ends) -> Option<(f64, usize)>;
 
 /// Bounds what any strategy can earn on `scene`. `go_on` gets the number of completed steps and
 /// the approximate total. If it returns false, the bound so far is returned, which is valid as
@@ -119,7 +119,7 @@ type Target = fn(&Ends) -> Option<(f64, usize)>;
 /// The slots are not possible.
 pub fn upper_bound(
     scene: &Scene,
-    options: &Options,
+    options: &BoundOptions,
     go_on: &mut dyn FnMut(usize, usize) -> bool,
 ) -> Result<Bound> {
     let undisturbed;
@@ -134,8 +134,8 @@ pub fn upper_bound(
     };
     let dual = Dual::new(scene, options.objective, slots);
     let belt = Leaving::new(scene, &dual);
-    let mut search = Search {
-        profile: Profile::new(&dual),
+    let mut search = IntervalSearch {
+        profile: BoundProfile::new(&dual),
         ascent: Ascent::new(
             dual.weights.iter().map(|weight| weight / 2).collect(),
             dual.weights.iter().sum(),
@@ -179,21 +179,21 @@ fn without_disturbances<'a>(scene: &Scene<'a>) -> Result<Scene<'a>> {
 }
 
 /// Bounds that are known without slots.
-fn trivial(scene: &Scene, objective: Objective) -> Bound {
+fn trivial(scene: &Scene, objective: BoundObjective) -> Bound {
     let mut reachable = vec![None; scene.pattern().len()];
     for robot in 0..scene.station().robots().len() {
         for candidate in scene.queue(robot) {
             reachable[candidate.item as usize] = Some(match objective {
-                Objective::Picks => 1.0,
-                Objective::Weight => candidate.weight,
+                BoundObjective::Picks => 1.0,
+                BoundObjective::Weight => candidate.weight,
             });
         }
     }
     let sum: f64 = reachable.iter().flatten().sum();
     let value = match objective {
-        Objective::Picks => sum,
+        BoundObjective::Picks => sum,
         // More than a different order of the sum can change.
-        Objective::Weight => sum * (1.0 + 1e-9),
+        BoundObjective::Weight => sum * (1.0 + 1e-9),
     };
     Bound {
         objective,
@@ -209,14 +209,14 @@ fn trivial(scene: &Scene, objective: Objective) -> Bound {
         coarse: true,
         arcs: 0,
         iterations: 0,
-        stop: StopReason::TooMany,
+        stop: BoundStop::TooMany,
     }
 }
 
-struct Search {
+struct IntervalSearch {
     dual: Dual,
     belt: Leaving,
-    profile: Profile,
+    profile: BoundProfile,
     ascent: Ascent,
     steps: usize,
     expected: usize,
@@ -227,7 +227,7 @@ struct Search {
     found: Option<Outcome>,
 }
 
-impl Search {
+impl IntervalSearch {
     /// Whether a known schedule earns as much as the bound allows.
     fn optimal(&self) -> bool {
         self.known >= self.dual.weight(self.dual.whole(self.ascent.best))
@@ -237,19 +237,23 @@ impl Search {
     fn earn(&mut self, iterations: usize, go_on: &mut dyn FnMut(usize, usize) -> bool) {
         let dual = &self.dual;
         let known = self.known;
-        let (steps, expected, stopped) = (&mut self.steps, self.expected, &mut self.stopped);
+        let (made, expected, stopped) = (&mut self.steps, self.expected, &mut self.stopped);
         let step = |best: i64| {
-            *steps += 1;
-            *stopped = !go_on(*steps, expected);
+            *made += 1;
+            *stopped = !go_on(*made, expected);
             *stopped || known >= dual.weight(dual.whole(best))
         };
-        let plan = (iterations, FIRST_STEP);
-        let notes = (&mut self.profile, &self.belt);
-        self.ascent.run(dual, Schedules::ANY, plan, notes, step);
+        let steps = Steps {
+            most: iterations,
+            length: FIRST_STEP,
+        };
+        let (profile, belt) = (&mut self.profile, &self.belt);
+        self.ascent
+            .run(dual, Schedules::ANY, steps, profile, belt, step);
     }
 
     /// Looks for a schedule close to the bound, using all prices that improved some bound.
-    fn make_schedules(&mut self, scene: &Scene, objective: Objective) -> Result<()> {
+    fn make_schedules(&mut self, scene: &Scene, objective: BoundObjective) -> Result<()> {
         let earns = |outcome: &Outcome| {
             let figures = &outcome.figures;
             (earned(objective, figures), figures.picking_rate())
@@ -269,7 +273,7 @@ impl Search {
 
     /// Tightens the bounds of rate and end where they are worst, in at most `steps` steps.
     fn ends(&mut self, steps: usize, go_on: &mut dyn FnMut(usize, usize) -> bool) -> Ends {
-        let targets: [(Target, usize); 3] = [
+        let targets: [(NextTarget, usize); 3] = [
             (|ends| ends.rate, steps / 2),
             (|ends| ends.all, steps / 4),
             (|ends| ends.end, steps / 4),
@@ -294,13 +298,15 @@ impl Search {
                     *price = (*price).max(0);
                 }
                 let mut ascent = Ascent::new(prices, self.profile.value(at));
-                let (steps, expected, stopped) =
-                    (&mut self.steps, self.expected, &mut self.stopped);
-                let plan = (ROUND, LATER_STEP);
-                let notes = (&mut self.profile, &self.belt);
-                ascent.run(&self.dual, schedules, plan, notes, |_| {
-                    *steps += 1;
-                    *stopped = !go_on(*steps, expected);
+                let (made, expected, stopped) = (&mut self.steps, self.expected, &mut self.stopped);
+                let steps = Steps {
+                    most: ROUND,
+                    length: LATER_STEP,
+                };
+                let (profile, belt) = (&mut self.profile, &self.belt);
+                ascent.run(&self.dual, schedules, steps, profile, belt, |_| {
+                    *made += 1;
+                    *stopped = !go_on(*made, expected);
                     *stopped
                 });
                 prices = ascent.last_prices();
@@ -313,7 +319,7 @@ impl Search {
         ends
     }
 
-    fn finish(self, objective: Objective, ends: Ends) -> Bound {
+    fn finish(self, objective: BoundObjective, ends: Ends) -> Bound {
         let dual = &self.dual;
         let units = self.ascent.best;
         let price = |&price: &i64| price as f64 / dual.units;
@@ -335,11 +341,11 @@ impl Search {
             arcs: dual.networks.iter().map(|network| network.arcs()).sum(),
             iterations: self.steps,
             stop: if self.optimal() {
-                StopReason::Optimal
+                BoundStop::Optimal
             } else if self.stopped {
-                StopReason::Interrupted
+                BoundStop::Interrupted
             } else {
-                StopReason::Done
+                BoundStop::Done
             },
             schedule: self.found,
         }

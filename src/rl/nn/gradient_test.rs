@@ -2,7 +2,7 @@
 
 use super::activation::Activation;
 use super::network::{Architecture, Network, Workspace};
-use super::shape::{Batch, Shape};
+use super::shape::{ObservationBatch, Shape};
 use crate::pattern::random_stream;
 use rand::RngExt;
 
@@ -31,13 +31,13 @@ fn architectures() -> [Architecture; 2] {
     ]
 }
 
-struct Case {
+struct GradientCase {
     shape: Shape,
     observations: Vec<f32>,
     masks: Vec<bool>,
 }
 
-impl Case {
+impl GradientCase {
     fn new(wait: bool) -> Self {
         let shape = shape(wait);
         let mut rng = random_stream(3, 0);
@@ -52,8 +52,8 @@ impl Case {
         }
     }
 
-    fn batch(&self) -> Batch<'_> {
-        Batch {
+    fn batch(&self) -> ObservationBatch<'_> {
+        ObservationBatch {
             observations: &self.observations,
             masks: &self.masks,
             rows: ROWS,
@@ -84,7 +84,7 @@ impl Case {
 fn gradients_are_those_of_finite_differences() {
     for architecture in architectures() {
         for wait in [false, true] {
-            let case = Case::new(wait);
+            let case = GradientCase::new(wait);
             let net = Network::new(&architecture, case.shape);
             let mut parameters = net.initial(&mut random_stream(1, 1));
             // The small output layers would hide errors in the layers below.
@@ -127,7 +127,7 @@ fn gradients_are_those_of_finite_differences() {
 
 #[test]
 fn reordering_the_slots_reorders_the_scorers_logits() {
-    let case = Case::new(true);
+    let case = GradientCase::new(true);
     let shape = case.shape;
     let [_, architecture] = architectures();
     let net = Network::new(&architecture, shape);
@@ -136,7 +136,7 @@ fn reordering_the_slots_reorders_the_scorers_logits() {
     net.forward(&parameters, case.batch(), &mut work);
     let (logits, values) = (work.logits.clone(), work.values.clone());
     // Slots in reverse order, and masked slots with other content.
-    let mut other = Case::new(true);
+    let mut other = GradientCase::new(true);
     for row in 0..ROWS {
         for slot in 0..shape.slots {
             let from = shape.slots - 1 - slot;

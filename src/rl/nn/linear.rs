@@ -1,6 +1,6 @@
 //! A layer `y = x W + b` whose parameters are part of the network's flat vector.
 
-use super::matrix::{View, multiply, multiply_nt, multiply_tn};
+use super::matrix::{MatrixView, multiply, multiply_nt, multiply_tn};
 
 /// Positions of a layer's weights [inputs, outputs] and biases [outputs].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,8 +42,8 @@ impl Linear {
         &parameters[start..start + if self.has_bias { self.outputs } else { 0 }]
     }
 
-    fn view<'p>(&self, parameters: &'p [f32]) -> View<'p> {
-        View::new(self.weight(parameters), self.inputs, self.outputs)
+    fn view<'p>(&self, parameters: &'p [f32]) -> MatrixView<'p> {
+        MatrixView::new(self.weight(parameters), self.inputs, self.outputs)
     }
 
     /// `y = x W + b` for `rows` rows; `x` [rows, inputs] in rows of `stride`, `y` dense.
@@ -55,7 +55,7 @@ impl Linear {
         rows: usize,
         y: &mut [f32],
     ) {
-        let x = View::strided(x, rows, self.inputs, stride);
+        let x = MatrixView::strided(x, rows, self.inputs, stride);
         let y = &mut y[..rows * self.outputs];
         let bias = self.bias(parameters);
         if bias.is_empty() {
@@ -70,7 +70,7 @@ impl Linear {
     /// `y += x W` for `rows` dense rows, without the bias.
     pub fn forward_add(&self, parameters: &[f32], x: &[f32], rows: usize, y: &mut [f32]) {
         multiply(
-            View::new(x, rows, self.inputs),
+            MatrixView::new(x, rows, self.inputs),
             self.view(parameters),
             1.0,
             y,
@@ -86,8 +86,8 @@ impl Linear {
         dy: &[f32],
         gradient: &mut [f32],
     ) {
-        let dy_view = View::new(dy, rows, self.outputs);
-        let x = View::strided(x, rows, self.inputs, stride);
+        let dy_view = MatrixView::new(dy, rows, self.outputs);
+        let x = MatrixView::strided(x, rows, self.inputs, stride);
         multiply_tn(x, dy_view, 1.0, self.weight_mut(gradient));
         if self.has_bias {
             let start = self.start + self.inputs * self.outputs;
@@ -108,7 +108,7 @@ impl Linear {
         dx: &mut [f32],
     ) {
         multiply_nt(
-            View::new(dy, rows, self.outputs),
+            MatrixView::new(dy, rows, self.outputs),
             self.view(parameters),
             beta,
             dx,

@@ -4,14 +4,14 @@ use matrixmultiply::sgemm;
 
 /// A matrix in a slice: element (i, j) is at `i * stride + j`.
 #[derive(Clone, Copy)]
-pub struct View<'a> {
+pub struct MatrixView<'a> {
     data: &'a [f32],
     rows: usize,
     columns: usize,
     stride: usize,
 }
 
-impl<'a> View<'a> {
+impl<'a> MatrixView<'a> {
     /// `rows` x `columns`, one row after the other.
     pub fn new(data: &'a [f32], rows: usize, columns: usize) -> Self {
         Self::strided(data, rows, columns, columns)
@@ -39,26 +39,26 @@ fn span(rows: usize, columns: usize, stride: usize) -> usize {
 }
 
 /// `c = a b + beta c`; `c` is a.rows x b.columns, dense.
-pub fn multiply(a: View, b: View, beta: f32, c: &mut [f32]) {
+pub fn multiply(a: MatrixView, b: MatrixView, beta: f32, c: &mut [f32]) {
     assert_eq!(a.columns, b.rows);
     product((a, false), (b, false), beta, c);
 }
 
 /// `c = a' b + beta c`; `c` is a.columns x b.columns, dense.
-pub fn multiply_tn(a: View, b: View, beta: f32, c: &mut [f32]) {
+pub fn multiply_tn(a: MatrixView, b: MatrixView, beta: f32, c: &mut [f32]) {
     assert_eq!(a.rows, b.rows);
     product((a, true), (b, false), beta, c);
 }
 
 /// `c = a b' + beta c`; `c` is a.rows x b.rows, dense.
-pub fn multiply_nt(a: View, b: View, beta: f32, c: &mut [f32]) {
+pub fn multiply_nt(a: MatrixView, b: MatrixView, beta: f32, c: &mut [f32]) {
     assert_eq!(a.columns, b.columns);
     product((a, false), (b, true), beta, c);
 }
 
 /// Each operand with a flag that says whether it is transposed; the callers have checked that
 /// the inner dimensions agree.
-fn product((a, ta): (View, bool), (b, tb): (View, bool), beta: f32, c: &mut [f32]) {
+fn product((a, ta): (MatrixView, bool), (b, tb): (MatrixView, bool), beta: f32, c: &mut [f32]) {
     let (m, k) = if ta {
         (a.columns, a.rows)
     } else {
@@ -66,14 +66,14 @@ fn product((a, ta): (View, bool), (b, tb): (View, bool), beta: f32, c: &mut [f32
     };
     let n = if tb { b.rows } else { b.columns };
     assert!(m * n <= c.len());
-    let strides = |view: View, transposed: bool| {
+    let strides = |view: MatrixView, transposed: bool| {
         // A slice is at most isize::MAX bytes long, so its strides fit.
         let stride = view.stride as isize;
         if transposed { (1, stride) } else { (stride, 1) }
     };
     let (ra, ca) = strides(a, ta);
     let (rb, cb) = strides(b, tb);
-    // SAFETY: `View::strided` checked that every element of `a` and `b` lies in its
+    // SAFETY: `MatrixView::strided` checked that every element of `a` and `b` lies in its
     // slice, the line above that `c` has room for m x n dense elements, and `c` is
     // borrowed mutably, so it overlaps neither.
     #[allow(unsafe_code)]
@@ -114,8 +114,8 @@ mod tests {
         // a is 2 x 3 inside rows of 4, b is 3 x 2.
         let a = [1.0, 2.0, 3.0, 9.0, 4.0, 5.0, 6.0, 9.0];
         let b = [1.0, 0.0, 2.0, 1.0, 0.0, 3.0];
-        let a = View::strided(&a, 2, 3, 4);
-        let b = View::new(&b, 3, 2);
+        let a = MatrixView::strided(&a, 2, 3, 4);
+        let b = MatrixView::new(&b, 3, 2);
         let mut c = [1.0; 4];
         multiply(a, b, 1.0, &mut c);
         assert_eq!(c, [6.0, 12.0, 15.0, 24.0]);

@@ -5,7 +5,7 @@ use super::activation::Activation;
 use super::init::orthogonal;
 use super::linear::Linear;
 use super::matrix::reserve;
-use super::shape::{Batch, Shape};
+use super::shape::{ObservationBatch, Shape};
 use rand::Rng;
 
 /// The `MlpPolicy` network; see the module.
@@ -21,7 +21,7 @@ pub struct Mlp {
 /// For each tower: outputs of every layer but the last, and the gradient during
 /// back-propagation.
 #[derive(Debug, Default)]
-pub struct Buffers {
+pub struct MlpBuffers {
     policy: Tower,
     value: Tower,
 }
@@ -92,8 +92,8 @@ impl Mlp {
     pub fn forward(
         &self,
         parameters: &[f32],
-        batch: Batch,
-        buffers: &mut Buffers,
+        batch: ObservationBatch,
+        buffers: &mut MlpBuffers,
         (logits, values): (&mut Vec<f32>, &mut Vec<f32>),
     ) {
         for (layers, tower, output) in [
@@ -124,9 +124,9 @@ impl Mlp {
     pub fn backward(
         &self,
         parameters: &[f32],
-        batch: Batch,
+        batch: ObservationBatch,
         (logits, values): (&[f32], &[f32]),
-        buffers: &mut Buffers,
+        buffers: &mut MlpBuffers,
         gradient: &mut [f32],
     ) {
         for (layers, tower, output) in [

@@ -22,7 +22,7 @@ pub use mlp::Mlp;
 pub use network::{Architecture, Network, Workspace};
 pub use scorer::{Head, Scorer};
 pub use set_encoder::SetEncoder;
-pub use shape::{Batch, Shape};
+pub use shape::{ObservationBatch, Shape};
 
 #[cfg(test)]
 mod gradient_test;

@@ -4,7 +4,7 @@ use super::activation::Activation;
 use super::adam::Adam;
 use super::mlp::{self, Mlp};
 use super::scorer::{self, Scorer};
-use super::shape::{Batch, Shape};
+use super::shape::{ObservationBatch, Shape};
 use crate::error::{Error, Result};
 use rand::Rng;
 use serde::{Deserialize, Serialize};
@@ -57,8 +57,8 @@ pub struct Workspace {
     pub logits: Vec<f32>,
     /// Values [rows].
     pub values: Vec<f32>,
-    mlp: mlp::Buffers,
-    scorer: scorer::Buffers,
+    mlp: mlp::MlpBuffers,
+    scorer: scorer::ScorerBuffers,
 }
 
 /// An actor-critic network without its parameters.
@@ -108,7 +108,7 @@ impl Network {
     }
 
     /// Computes the workspace's logits and values.
-    pub fn forward(&self, parameters: &[f32], batch: Batch, work: &mut Workspace) {
+    pub fn forward(&self, parameters: &[f32], batch: ObservationBatch, work: &mut Workspace) {
         let outputs = (&mut work.logits, &mut work.values);
         match self {
             Self::Mlp(net) => net.forward(parameters, batch, &mut work.mlp, outputs),
@@ -122,7 +122,7 @@ impl Network {
     pub fn backward(
         &self,
         parameters: &[f32],
-        batch: Batch,
+        batch: ObservationBatch,
         (logits, values): (&[f32], &[f32]),
         work: &mut Workspace,
         gradient: &mut [f32],

@@ -6,8 +6,8 @@ use super::activation::Activation;
 use super::init::orthogonal;
 use super::linear::Linear;
 use super::matrix::reserve;
-use super::set_encoder::{Encoded, Rows, SetEncoder};
-use super::shape::{Batch, Shape};
+use super::set_encoder::{Encoded, SetEncoder, SlotRows};
+use super::shape::{ObservationBatch, Shape};
 use rand::Rng;
 
 /// Policy: `h_i = f(s_i, g)`, `c = (mean h, max h)`, `u_i = f(h_i, c)`, logit `w u_i`; waiting:
@@ -46,8 +46,8 @@ pub struct Head {
 
 /// Intermediate values of both passes.
 #[derive(Debug, Default)]
-pub struct Buffers {
-    rows: Rows,
+pub struct ScorerBuffers {
+    rows: SlotRows,
     policy: Encoded,
     value: Encoded,
     context: Vec<f32>,
@@ -130,8 +130,8 @@ impl Scorer {
     pub fn forward(
         &self,
         parameters: &[f32],
-        batch: Batch,
-        buffers: &mut Buffers,
+        batch: ObservationBatch,
+        buffers: &mut ScorerBuffers,
         (logits, values): (&mut Vec<f32>, &mut Vec<f32>),
     ) {
         let b = buffers;
@@ -199,9 +199,9 @@ impl Scorer {
     pub fn backward(
         &self,
         parameters: &[f32],
-        batch: Batch,
+        batch: ObservationBatch,
         (logits, values): (&[f32], &[f32]),
-        buffers: &mut Buffers,
+        buffers: &mut ScorerBuffers,
         gradient: &mut [f32],
     ) {
         let b = buffers;

@@ -13,7 +13,7 @@ use rand::Rng;
 
 /// The slots of a batch that hold an item, one after the other.
 #[derive(Debug, Default)]
-pub struct Rows {
+pub struct SlotRows {
     /// The position of each in the [rows, slots] table.
     pub places: Vec<usize>,
     /// The first entry of each row of the batch, then the end.
@@ -22,7 +22,7 @@ pub struct Rows {
     pub features: Vec<f32>,
 }
 
-impl Rows {
+impl SlotRows {
     /// Gathers the slots that `masks` [rows, actions] allows.
     pub fn gather(&mut self, shape: &Shape, observations: &[f32], masks: &[bool]) {
         self.places.clear();
@@ -99,7 +99,7 @@ impl SetEncoder {
     pub fn forward(
         &self,
         parameters: &[f32],
-        rows: &Rows,
+        rows: &SlotRows,
         (globals, stride): (&[f32], usize),
         to: &mut Encoded,
     ) {
@@ -148,7 +148,7 @@ impl SetEncoder {
     /// `from`.
     pub fn backward(
         &self,
-        rows: &Rows,
+        rows: &SlotRows,
         (globals, stride): (&[f32], usize),
         from: &mut Encoded,
         gradient: &mut [f32],

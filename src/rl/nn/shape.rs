@@ -30,7 +30,7 @@ impl Shape {
 
 /// A batch of observations.
 #[derive(Clone, Copy)]
-pub struct Batch<'a> {
+pub struct ObservationBatch<'a> {
     /// Observations [rows, observation].
     pub observations: &'a [f32],
     /// Allowed actions [rows, actions].

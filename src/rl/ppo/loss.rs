@@ -1,7 +1,7 @@
 //! The clipped surrogate loss and its derivatives with respect to logits and values.
 
 use super::masked::log_softmax;
-use super::settings::Settings;
+use super::settings::PpoSettings;
 use std::ops::AddAssign;
 
 /// What was recorded about a sample when it was collected.
@@ -31,6 +31,9 @@ pub struct Terms {
     pub divergence: f64,
     /// Number of samples whose ratio was clipped.
     pub clipped: f64,
+    /// Number of samples whose action the policy prefers to all others; counted when learning
+    /// from an expert, otherwise 0.
+    pub agreement: f64,
 }
 
 impl AddAssign for Terms {
@@ -40,6 +43,7 @@ impl AddAssign for Terms {
         self.entropy += other.entropy;
         self.divergence += other.divergence;
         self.clipped += other.clipped;
+        self.agreement += other.agreement;
     }
 }
 
@@ -53,11 +57,12 @@ impl Terms {
             entropy: self.entropy * share,
             divergence: self.divergence * share,
             clipped: self.clipped * share,
+            agreement: self.agreement * share,
         }
     }
 
     /// The total loss, if the terms are means.
-    pub fn loss(&self, settings: &Settings) -> f64 {
+    pub fn loss(&self, settings: &PpoSettings) -> f64 {
         self.policy + f64::from(settings.vf_coef) * self.value
             - f64::from(settings.ent_coef) * self.entropy
     }
@@ -69,7 +74,7 @@ pub fn sample_loss(
     sample: &Sample,
     mask: &[bool],
     (logits, value): (&mut [f32], &mut f32),
-    settings: &Settings,
+    settings: &PpoSettings,
     count: usize,
 ) -> Terms {
     log_softmax(logits, mask);
@@ -104,5 +109,6 @@ pub fn sample_loss(
         entropy: f64::from(entropy),
         divergence: f64::from(ratio - 1.0 - log_ratio),
         clipped: f64::from(u8::from((ratio - 1.0).abs() > clip)),
+        agreement: 0.0,
     }
 }

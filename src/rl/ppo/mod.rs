@@ -12,5 +12,5 @@ pub use advantage::advantages;
 pub use loss::{Sample, Terms, sample_loss};
 pub use masked::{likeliest, log_softmax, sample};
 pub use rollout::{GROUP, Group};
-pub use settings::Settings;
-pub use update::{Learner, Rows};
+pub use settings::PpoSettings;
+pub use update::{Learner, Minibatch};

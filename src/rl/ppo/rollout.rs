@@ -3,13 +3,13 @@
 
 use super::advantage::advantages;
 use super::masked::{log_softmax, sample};
-use super::settings::Settings;
+use super::settings::PpoSettings;
 use crate::decision::Figures;
 use crate::decision::observation::Layout;
 use crate::error::Result;
 use crate::pattern::random_stream;
-use crate::rl::environment::Environment;
-use crate::rl::nn::{Batch, Network, Workspace};
+use crate::rl::environment::DispatchEnvironment;
+use crate::rl::nn::{Network, ObservationBatch, Workspace};
 use crate::rl::reward::Reward;
 use crate::sim::Scene;
 use rand::rngs::ChaCha8Rng;
@@ -21,7 +21,7 @@ pub const GROUP: usize = 8;
 /// The samples of one group: rows in order of time, environments side by side.
 #[derive(Debug)]
 pub struct Group<'a> {
-    environments: Vec<Environment<'a>>,
+    environments: Vec<DispatchEnvironment<'a>>,
     rng: ChaCha8Rng,
     work: Workspace,
     /// The row after the last: observation and mask of the next decision.
@@ -48,7 +48,7 @@ impl<'a> Group<'a> {
     /// Environments `first`, `first + 1`, ... of those under `seed`.
     ///
     /// # Errors
-    /// As for [`Environment::new`].
+    /// As for [`DispatchEnvironment::new`].
     pub fn new(
         scenes: &'a [Scene<'a>],
         layout: Layout,
@@ -57,7 +57,7 @@ impl<'a> Group<'a> {
         seed: u64,
     ) -> Result<Self> {
         let indices = first as u64..(first + count) as u64;
-        let make = |index| Environment::new(scenes, layout, reward, (seed, index));
+        let make = |index| DispatchEnvironment::new(scenes, layout, reward, (seed, index));
         let mut environments: Vec<_> = indices.map(make).collect::<Result<_>>()?;
         let (size, actions) = (layout.observation(), layout.actions());
         let mut next = (vec![0.0; count * size], vec![false; count * actions]);
@@ -104,7 +104,7 @@ impl<'a> Group<'a> {
         &mut self,
         network: &Network,
         parameters: &[f32],
-        settings: &Settings,
+        settings: &PpoSettings,
     ) -> Result<()> {
         let count = self.environments.len();
         self.observations.clear();
@@ -142,7 +142,7 @@ impl<'a> Group<'a> {
     }
 
     fn forward(&mut self, network: &Network, parameters: &[f32]) {
-        let batch = Batch {
+        let batch = ObservationBatch {
             observations: &self.next.0,
             masks: &self.next.1,
             rows: self.environments.len(),
@@ -150,7 +150,7 @@ impl<'a> Group<'a> {
         network.forward(parameters, batch, &mut self.work);
     }
 
-    fn estimate(&mut self, settings: &Settings) {
+    fn estimate(&mut self, settings: &PpoSettings) {
         let count = self.environments.len();
         let steps = settings.n_steps;
         self.advantages.resize(count * steps, 0.0);

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// 1707.06347.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Settings {
+pub struct PpoSettings {
     /// Number of environments stepped in parallel.
     pub n_envs: usize,
     /// Steps of each environment between two updates.
@@ -39,7 +39,7 @@ pub struct Settings {
     pub target_kl: Option<f32>,
 }
 
-impl Settings {
+impl PpoSettings {
     /// Stable-Baselines3's defaults with one environment.
     pub const SB3: Self = Self {
         n_envs: 1,

@@ -2,8 +2,8 @@
 
 use super::loss::{Sample, Terms, sample_loss};
 use super::rollout::Group;
-use super::settings::Settings;
-use crate::rl::nn::{Adam, Batch, Network, Workspace, clip_gradient};
+use super::settings::PpoSettings;
+use crate::rl::nn::{Adam, Network, ObservationBatch, Workspace, clip_gradient};
 use rand::Rng;
 use rand::seq::SliceRandom;
 use rayon::prelude::*;
@@ -38,7 +38,7 @@ struct Chunk {
 }
 
 /// A minibatch, row by row: observation, mask, sample.
-pub type Rows<'a> = Vec<(&'a [f32], &'a [bool], Sample)>;
+pub type Minibatch<'a> = Vec<(&'a [f32], &'a [bool], Sample)>;
 
 impl Learner {
     /// A learner that starts with these parameters.
@@ -57,8 +57,8 @@ impl Learner {
     /// the gradient before clipping.
     pub fn minibatch(
         &mut self,
-        rows: &Rows,
-        settings: &Settings,
+        rows: &Minibatch,
+        settings: &PpoSettings,
         learning_rate: f32,
     ) -> (Terms, f32) {
         let normal = normaliser(rows, settings);
@@ -76,7 +76,7 @@ impl Learner {
     /// value of a row into their derivatives and returns the terms.
     pub fn descend<L>(
         &mut self,
-        rows: &Rows,
+        rows: &Minibatch,
         loss: &L,
         max_grad_norm: f32,
         learning_rate: f32,
@@ -112,7 +112,7 @@ impl Learner {
     pub fn update(
         &mut self,
         groups: &[Group],
-        settings: &Settings,
+        settings: &PpoSettings,
         learning_rate: f32,
         rng: &mut impl Rng,
     ) -> Terms {
@@ -141,7 +141,7 @@ impl Learner {
             order.shuffle(rng);
             let (mut sum, mut batches) = (Terms::default(), 0);
             for part in order.chunks(settings.batch_size) {
-                let rows: Rows = part.iter().map(row).collect();
+                let rows: Minibatch = part.iter().map(row).collect();
                 let (terms, _) = self.minibatch(&rows, settings, learning_rate);
                 sum += terms;
                 batches += 1;
@@ -158,7 +158,7 @@ impl Learner {
 
 /// Mean of the advantages and the reciprocal of their standard deviation, computed as by
 /// torch's `std`.
-fn normaliser(rows: &Rows, settings: &Settings) -> (f32, f32) {
+fn normaliser(rows: &Minibatch, settings: &PpoSettings) -> (f32, f32) {
     if !settings.normalize_advantage || rows.len() < 2 {
         return (0.0, 1.0);
     }
@@ -187,7 +187,7 @@ impl Chunk {
             self.masks.extend_from_slice(mask);
             self.samples.push(*sample);
         }
-        let batch = Batch {
+        let batch = ObservationBatch {
             observations: &self.observations,
             masks: &self.masks,
             rows: part.len(),

@@ -54,6 +54,6 @@ fn odd_surroundings_do_not_panic() {
         .stdout(full())
         .output()
         .unwrap();
-    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(output.status.code(), Some(1));
     assert!(stderr(&output).contains("stdout"), "{}", stderr(&output));
 }

@@ -293,7 +293,7 @@ fn a_refused_stamp_is_told_with_the_time_by_the_machines_clock() {
         line.controller.set_clock_ahead(ahead);
         let now = START + 0.5 + ahead;
         let refused = hear(&mut line, now + 7.0, START + 0.5, BUSY).unwrap_err();
-        let expected = format!("stamp = {}, while it is {now}; expected", now + 7.0);
+        let expected = format!("stamp = {}, but the time is {now}; expected", now + 7.0);
         assert!(refused.starts_with(&expected), "{refused}");
     }
 }

@@ -2,7 +2,7 @@
 
 use super::film::{Film, STRAIGHT, detections};
 use super::{apart, load, options, read};
-use pickline::pattern::tracking::{Axis, Boxes, Options};
+use pickline::pattern::tracking::{Boxes, ImageAxis, ImportOptions};
 
 #[test]
 fn corners_taken_for_sizes_are_noticed() {
@@ -40,7 +40,7 @@ fn corners_taken_for_sizes_are_noticed() {
 #[test]
 fn corners_in_coco_are_noticed_and_read() {
     let text = detections(0, false, true);
-    let mut options = Options::new(20.0, 0.001, Axis::X, 0.2);
+    let mut options = ImportOptions::new(20.0, 0.001, ImageAxis::X, 0.2);
     let message = read(&text, &options).unwrap_err();
     assert!(message.contains("give --boxes corners"), "{message}");
     options.boxes = Some(Boxes::Corners);
@@ -67,14 +67,14 @@ fn corners_are_noticed_whichever_way_the_belt_travels() {
     let message = read(&text, &reverse).unwrap_err();
     assert!(message.contains("--boxes corners"), "{message}");
     let ways = [
-        (Axis::X, false),
-        (Axis::Y, false),
-        (Axis::X, true),
-        (Axis::Y, true),
+        (ImageAxis::X, false),
+        (ImageAxis::Y, false),
+        (ImageAxis::X, true),
+        (ImageAxis::Y, true),
     ];
     for (turns, (axis, reverse)) in ways.into_iter().enumerate() {
         let text = detections(turns, false, true);
-        let mut options = Options::new(20.0, 0.001, axis, 0.2);
+        let mut options = ImportOptions::new(20.0, 0.001, axis, 0.2);
         options.reverse = reverse;
         let message = read(&text, &options).unwrap_err();
         assert!(message.contains("--boxes corners"), "{turns}: {message}");

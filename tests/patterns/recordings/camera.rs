@@ -2,7 +2,7 @@
 
 use super::film::{Film, STRAIGHT, detections, moving_film};
 use super::{apart, options, read, warned};
-use pickline::pattern::tracking::{Axis, Options};
+use pickline::pattern::tracking::{ImageAxis, ImportOptions};
 use std::fmt::Write as _;
 
 #[test]
@@ -97,7 +97,7 @@ fn a_wrong_frame_rate_scale_or_speed_is_refused_with_what_would_agree() {
     }
     assert!(!message.contains("0 of 60"), "{message}");
     let mut across = options();
-    across.axis = Axis::Y;
+    across.axis = ImageAxis::Y;
     let message = read(&text, &across).unwrap_err();
     assert!(message.contains("give --axis x,"), "{message}");
     let mut coarse = options();
@@ -188,17 +188,17 @@ fn lenses_that_bend_and_cameras_that_tilt_are_noticed() {
 #[test]
 fn boxes_without_tracks_that_travel_another_way_are_refused_with_the_way() {
     let ways = [
-        (Axis::X, false, "--axis x without --reverse"),
-        (Axis::Y, false, "--axis y without --reverse"),
-        (Axis::X, true, "--axis x with --reverse"),
-        (Axis::Y, true, "--axis y with --reverse"),
+        (ImageAxis::X, false, "--axis x without --reverse"),
+        (ImageAxis::Y, false, "--axis y without --reverse"),
+        (ImageAxis::X, true, "--axis x with --reverse"),
+        (ImageAxis::Y, true, "--axis y with --reverse"),
     ];
     let mut accepted = 0;
     for sparse in [false, true] {
         for (turns, (.., cure)) in ways.iter().enumerate() {
             let text = detections(turns, sparse, false);
             for (given, (axis, reverse, _)) in ways.iter().enumerate() {
-                let mut options = Options::new(20.0, 0.001, *axis, 0.2);
+                let mut options = ImportOptions::new(20.0, 0.001, *axis, 0.2);
                 options.reverse = *reverse;
                 let found = read(&text, &options);
                 if given == turns {
@@ -241,7 +241,7 @@ fn more_tracks_backwards_than_forwards_are_refused() {
 
 #[test]
 fn a_belt_that_changes_its_speed_is_named_and_refused() {
-    let options = Options::new(20.0, 0.001, Axis::X, 0.2);
+    let options = ImportOptions::new(20.0, 0.001, ImageAxis::X, 0.2);
     let steady = moving_film(80, |t| 0.2 * t);
     let found = read(&steady, &options).unwrap();
     let motion = found.report.motion.unwrap();
@@ -273,7 +273,7 @@ fn a_belt_that_changes_its_speed_is_named_and_refused() {
 /// passes: from frame 960 on the belt is empty.
 #[test]
 fn what_never_moves_says_nothing_of_the_belts_speed() {
-    let options = Options::new(20.0, 0.001, Axis::X, 0.2);
+    let options = ImportOptions::new(20.0, 0.001, ImageAxis::X, 0.2);
     for first in [1, 960] {
         let mut text = moving_film(80, |t| 0.2 * t);
         for frame in first..=1999 {

@@ -8,23 +8,23 @@ mod mot;
 mod program;
 
 use pickline::pattern::Pattern;
-use pickline::pattern::tracking::{Axis, Import, Options, Recording, import};
+use pickline::pattern::tracking::{ImageAxis, Import, ImportOptions, Recording, import};
 use std::path::Path;
 
 const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/formats/");
 
 /// The film of the files in [`DATA`]: 25 frames a second, 2 mm a pixel, a belt at 0.25 m/s.
-fn options() -> Options {
-    Options::new(25.0, 0.002, Axis::X, 0.25)
+fn options() -> ImportOptions {
+    ImportOptions::new(25.0, 0.002, ImageAxis::X, 0.25)
 }
 
-fn load(name: &str, options: &Options) -> Result<Import, String> {
+fn load(name: &str, options: &ImportOptions) -> Result<Import, String> {
     let recording = Recording::load(Path::new(&format!("{DATA}{name}")));
     let recording = recording.map_err(|error| error.to_string())?;
     import(&recording, name, options).map_err(|error| error.to_string())
 }
 
-fn read(text: &str, options: &Options) -> Result<Import, String> {
+fn read(text: &str, options: &ImportOptions) -> Result<Import, String> {
     import(&Recording::Text(text.to_owned()), "film.txt", options).map_err(|e| e.to_string())
 }
 

@@ -3,7 +3,7 @@
 use super::{Common, ConditionArgs, StationChoice};
 use clap::{Args, ValueEnum};
 
-/// Bound what any strategy can pick from a pattern, even one that waits or knows the future
+/// Bound what any strategy can pick from a pattern, even one that knows the future
 ///
 /// Divides time into slots, puts a price on each item and finds the best schedule of each
 /// robot by itself. No strategy can exceed their sum, whatever the prices and however few

@@ -1,8 +1,8 @@
 //! Matches the detections of one picture to the known items.
 
-use super::{Gate, Number, Pair, assign, cost, cost_of_new, is_close, is_near};
-use crate::items::{Items, State};
-use crate::sight::Sight;
+use super::{AssociationGate, CandidatePair, Number, assign, cost, cost_of_new, is_close, is_near};
+use crate::items::{ItemState, Items};
+use crate::sight::PlacedDetection;
 use std::collections::HashSet;
 
 /// What a detection shows.
@@ -36,8 +36,8 @@ pub struct Association {
 /// when an item was measured and when the picture was taken.
 pub fn associate(
     items: &Items,
-    gate: Gate,
-    seen: &[Sight],
+    gate: AssociationGate,
+    seen: &[PlacedDetection],
     travelled: impl Fn(f64) -> f64,
 ) -> Association {
     let Some(first) = seen.first() else {
@@ -82,7 +82,7 @@ pub fn associate(
             let is_same = number == Number::Same;
             // What lies where an item was already picked is another item, unless the tracker's id
             // says that it is the same.
-            let is_gone = matches!(tracked.state, State::Picked(at) if at < time);
+            let is_gone = matches!(tracked.state, ItemState::Picked(at) if at < time);
             let is_shown = tracked.seen_at(source) == Some(time);
             if is_shown && !is_same {
                 shown.push((index, item));
@@ -95,7 +95,7 @@ pub fn associate(
             }
             if let Some(cost) = cost(squared, number, !is_gone) {
                 let detection = index;
-                pairs.push(Pair {
+                pairs.push(CandidatePair {
                     detection,
                     item,
                     cost,
@@ -160,7 +160,7 @@ pub fn associate(
 
 /// The later detection of the same picture that repeats or corrects this one: it has the same id
 /// and is near.
-fn repetition(gate: Gate, seen: &[Sight], index: usize) -> Option<usize> {
+fn repetition(gate: AssociationGate, seen: &[PlacedDetection], index: usize) -> Option<usize> {
     let one = &seen[index];
     let id = one.id()?;
     let same = (index + 1..seen.len()).filter(|later| seen[*later].id() == Some(id));
@@ -178,8 +178,8 @@ mod tests {
     use super::*;
     use crate::features::Features;
 
-    fn sight(id: Option<&str>, place: f64, time: f64) -> Sight {
-        Sight {
+    fn sight(id: Option<&str>, place: f64, time: f64) -> PlacedDetection {
+        PlacedDetection {
             source: None,
             id: id.map(str::to_owned),
             time,
@@ -190,8 +190,8 @@ mod tests {
         }
     }
 
-    fn put(items: &Items, seen: &[Sight]) -> Association {
-        associate(items, Gate::new(0.02), seen, |_| 0.0)
+    fn put(items: &Items, seen: &[PlacedDetection]) -> Association {
+        associate(items, AssociationGate::new(0.02), seen, |_| 0.0)
     }
 
     #[test]

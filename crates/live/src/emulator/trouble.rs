@@ -6,7 +6,7 @@ use rand::RngExt as _;
 
 /// The faults; none by default. Everything random follows from the seed.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Trouble {
+pub struct InjectedFaults {
     /// Share of failing grasps, 0 to 1.
     pub grasp_failures: f64,
     /// Share of lost acknowledgements, 0 to 1.
@@ -27,7 +27,7 @@ pub struct Trouble {
 
 /// The purpose of a random draw, so that one kind of fault does not affect another.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Draw {
+pub(super) enum FaultDraw {
     Grasp = 1,
     Ack = 2,
     Twice = 3,
@@ -35,7 +35,7 @@ pub(super) enum Draw {
     Jitter = 5,
 }
 
-impl Trouble {
+impl InjectedFaults {
     /// Checks the values for a line with `robots` robots.
     ///
     /// # Errors
@@ -83,7 +83,7 @@ impl Trouble {
     }
 
     /// A uniform number in [0, 1) that depends on the seed, the purpose and `number`.
-    pub(super) fn draw(&self, what: Draw, number: u64) -> f64 {
+    pub(super) fn draw(&self, what: FaultDraw, number: u64) -> f64 {
         let mut rng = random_stream(self.seed ^ ((what as u64) << 56), number);
         rng.random()
     }

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// What happens to the controller besides messages. The order of both determines its output.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
-pub enum Event {
+pub enum RecordedEvent {
     /// With the system clock: the time was read, and what was due was done.
     Step {
         /// Timestamp [s since 1970].
@@ -52,7 +52,7 @@ pub enum Event {
     Stopped {},
 }
 
-impl Event {
+impl RecordedEvent {
     /// All values of `kind`.
     pub const KINDS: [&str; 9] = [
         "step",

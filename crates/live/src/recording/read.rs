@@ -1,9 +1,9 @@
 //! Reads a recording, as far as it is intact.
 
 use super::inflate::Inflate;
-use super::{Event, Heading, whole_microseconds};
+use super::{Heading, RecordedEvent, whole_microseconds};
 use crate::protocol::{Incoming, VERSION, decode};
-use crate::state::{Change, State};
+use crate::state::{LineState, StateChange};
 use mcap::McapError;
 use mcap::records::Record;
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
@@ -21,18 +21,18 @@ const LONGEST: usize = 1 << 28;
 // Entries are passed on one at a time.
 #[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, PartialEq)]
-pub enum Entry {
+pub enum RecordingEntry {
     /// A message arrived, at this time [s since 1970].
     In(Incoming, f64),
     /// A message was sent: its line, without the line ending.
     Out(String),
     /// Something else happened.
-    Event(Event),
+    Event(RecordedEvent),
 }
 
 /// How a recording ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ending {
+pub enum RecordingEnd {
     /// Complete.
     Whole,
     /// It stops after a message: the run was killed or is still running.
@@ -42,7 +42,7 @@ pub enum Ending {
 }
 
 /// A recording that is being read.
-pub struct Reader {
+pub struct RecordingReader {
     name: String,
     file: Inflate<BufReader<File>>,
     reader: LinearReader,
@@ -52,16 +52,16 @@ pub struct Reader {
     /// Time of the last message [ns], and whether any message was earlier than its predecessor.
     last: u64,
     is_unordered: bool,
-    ending: Ending,
+    ending: RecordingEnd,
     entries: u64,
     /// The settings of the run.
     pub heading: Heading,
     /// The initial state of the run, if a journal held one.
-    pub state: Option<State>,
-    first: Option<Entry>,
+    pub state: Option<LineState>,
+    first: Option<RecordingEntry>,
 }
 
-impl Reader {
+impl RecordingReader {
     /// Opens a recording.
     ///
     /// # Errors
@@ -83,7 +83,7 @@ impl Reader {
             profile: String::new(),
             last: 0,
             is_unordered: false,
-            ending: Ending::Open,
+            ending: RecordingEnd::Open,
             entries: 0,
             heading: Heading::of(&crate::Config::default()),
             state: None,
@@ -93,12 +93,12 @@ impl Reader {
         let place = reader.name.clone();
         let wrong = |problem: String| Error::input(place.clone(), problem, strange);
         let (name, fields) = match reader.part() {
-            Ok(Some(Part::Metadata(name, fields))) => (name, fields),
+            Ok(Some(McapPart::Metadata(name, fields))) => (name, fields),
             Err(_) if reader.profile.starts_with("ros") => return Err(ros_bag(&place)),
             Err(error) if reader.entries == 0 => return Err(error),
             // Messages come first, whether they are of the protocol or not.
             _ if reader.profile.starts_with("ros") => return Err(ros_bag(&place)),
-            Ok(Some(Part::Entry(_))) | Err(_) => return Err(without_heading(&place)),
+            Ok(Some(McapPart::Entry(_))) | Err(_) => return Err(without_heading(&place)),
             Ok(None) => return Err(wrong("is not a recording of pickline".into())),
         };
         if name == "rosbag2" || reader.profile.starts_with("ros") {
@@ -118,23 +118,23 @@ impl Reader {
         }
         reader.heading = heading;
         reader.first = match reader.part()? {
-            Some(Part::Metadata(name, fields)) if name == "state" => {
+            Some(McapPart::Metadata(name, fields)) if name == "state" => {
                 let text = fields.get("state").map_or("", String::as_str);
-                let change: Change = serde_json::from_str(text)
+                let change: StateChange = serde_json::from_str(text)
                     .map_err(|error| wrong(format!("has an invalid state: {error}")))?;
-                let mut state = State::default();
+                let mut state = LineState::default();
                 state.apply(change);
                 reader.state = Some(state);
                 None
             }
-            Some(Part::Entry(entry)) => Some(entry),
+            Some(McapPart::Entry(entry)) => Some(entry),
             _ => None,
         };
         Ok(reader)
     }
 
     /// How the recording ends; known once there is no further entry.
-    pub fn ending(&self) -> Ending {
+    pub fn ending(&self) -> RecordingEnd {
         self.ending
     }
 
@@ -154,32 +154,32 @@ impl Reader {
     ///
     /// # Errors
     /// The file cannot be read or is damaged, or a message is invalid.
-    pub fn next_entry(&mut self) -> Result<Option<Entry>> {
+    pub fn next_entry(&mut self) -> Result<Option<RecordingEntry>> {
         if let Some(entry) = self.first.take() {
             return Ok(Some(entry));
         }
         loop {
             match self.part()? {
                 None => return Ok(None),
-                Some(Part::Entry(entry)) => return Ok(Some(entry)),
-                Some(Part::Metadata(..)) => {}
+                Some(McapPart::Entry(entry)) => return Ok(Some(entry)),
+                Some(McapPart::Metadata(..)) => {}
             }
         }
     }
 
     /// The next entry or metadata.
-    fn part(&mut self) -> Result<Option<Part>> {
+    fn part(&mut self) -> Result<Option<McapPart>> {
         let at = |entries: u64, name: &str| format!("{name}, after message {entries}");
         loop {
             let event = match self.reader.next_event() {
                 None => {
-                    if self.ending == Ending::Open && self.file.is_torn() {
-                        self.ending = Ending::Torn;
+                    if self.ending == RecordingEnd::Open && self.file.is_torn() {
+                        self.ending = RecordingEnd::Torn;
                     }
                     return Ok(None);
                 }
                 Some(Err(McapError::UnexpectedEof)) if self.entries > 0 => {
-                    self.ending = Ending::Torn;
+                    self.ending = RecordingEnd::Torn;
                     return Ok(None);
                 }
                 Some(Err(McapError::UnsupportedCompression(name))) => {
@@ -235,7 +235,7 @@ impl Reader {
                     self.topics.insert(channel.id, channel.topic);
                 }
                 Record::Metadata(metadata) => {
-                    return Ok(Some(Part::Metadata(metadata.name, metadata.metadata)));
+                    return Ok(Some(McapPart::Metadata(metadata.name, metadata.metadata)));
                 }
                 Record::Message { header, data } => {
                     self.entries += 1;
@@ -249,10 +249,10 @@ impl Reader {
                             },
                         )?
                     {
-                        return Ok(Some(Part::Entry(entry)));
+                        return Ok(Some(McapPart::Entry(entry)));
                     }
                 }
-                Record::Footer(_) => self.ending = Ending::Whole,
+                Record::Footer(_) => self.ending = RecordingEnd::Whole,
                 _ => {}
             }
         }
@@ -299,9 +299,9 @@ fn without_heading(place: &str) -> Error {
 
 // Entries are passed on one at a time.
 #[allow(clippy::large_enum_variant)]
-enum Part {
+enum McapPart {
     Metadata(String, BTreeMap<String, String>),
-    Entry(Entry),
+    Entry(RecordingEntry),
 }
 
 /// A log time [ns] in seconds, rounded as by [`whole_microseconds`].
@@ -310,24 +310,24 @@ fn received(log_time: u64) -> f64 {
 }
 
 /// A message as an entry; none for a topic that another program has added.
-fn entry(topic: &str, data: &[u8], log_time: u64) -> Result<Option<Entry>> {
+fn entry(topic: &str, data: &[u8], log_time: u64) -> Result<Option<RecordingEntry>> {
     let wrong = |problem: String| {
         let cure = "restore the file as `pickline run --record` wrote it";
         Error::input(topic, problem, cure)
     };
     if topic.starts_with("/in/") {
         let message = decode(data).map_err(|rejected| wrong(rejected.message))?;
-        return Ok(Some(Entry::In(message, received(log_time))));
+        return Ok(Some(RecordingEntry::In(message, received(log_time))));
     }
     if topic.starts_with("/out/") {
         let line = String::from_utf8(data.to_vec());
         let line = line.map_err(|_| wrong("is not UTF-8 text".into()))?;
-        return Ok(Some(Entry::Out(line)));
+        return Ok(Some(RecordingEntry::Out(line)));
     }
     if topic.starts_with("/node/") {
         let event = serde_json::from_slice(data);
         let event = event.map_err(|error| wrong(shown(&error.to_string())))?;
-        return Ok(Some(Entry::Event(event)));
+        return Ok(Some(RecordingEntry::Event(event)));
     }
     Ok(None)
 }

@@ -1,14 +1,18 @@
 //! The hub of all peers: which are connected, which message goes to which, and which are
 //! disconnected.
 
+use super::connection::Connection;
 #[cfg(feature = "mqtt")]
 use super::mqtt;
-use super::peer::{Peer, QUEUE};
+use super::peer::{Peer, QUEUE_CAPACITY};
 #[cfg(feature = "ros2")]
 use super::ros2;
-use super::tcp::{Connection, FAREWELL_TIME, Tcp, WRITE_TIME};
-use super::{Access, Dialect, Heard, INBOX, Origin, Place, RETRY, Side, listen_at, stream};
-use crate::protocol::{Answer, Hello, Incoming, Message, Rejected, Rejection, Role};
+use super::tcp::{CLOSE_TIMEOUT, Tcp, WRITE_TIMEOUT};
+use super::{
+    Access, Dialect, Endpoint, INBOX_CAPACITY, Origin, RETRY_INTERVAL, Side, TransportEvent,
+    listen_at, stream,
+};
+use crate::protocol::{Hello, HelloAnswer, Incoming, Message, Rejected, Rejection, Role};
 use pickline::error::{Error, Result, counted, known_names, shown};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::net::SocketAddr;
@@ -16,17 +20,17 @@ use std::sync::mpsc::{Receiver, sync_channel};
 use std::time::{Duration, Instant};
 
 /// A peer that has sent nothing for this time after connecting is treated as one without a hello.
-const GRACE: Duration = Duration::from_millis(200);
+const HELLO_TIMEOUT: Duration = Duration::from_millis(200);
 /// If a token is required, a peer that has not presented it after this time is disconnected.
-const GREETING_TIME: Duration = Duration::from_secs(5);
+const TOKEN_TIMEOUT: Duration = Duration::from_secs(5);
 /// At the limit, a peer that has sent nothing for this time makes room for a new one.
-const SILENCE: Duration = Duration::from_secs(1);
+const SILENCE_TIMEOUT: Duration = Duration::from_secs(1);
 /// Number of invalid or disallowed lines in a row after which a peer is disconnected.
 const MOST_REFUSED: u32 = 100;
 
 /// Settings of the hub.
 #[derive(Debug, Clone)]
-pub struct Terms {
+pub struct HubOptions {
     /// Which side this is.
     pub side: Side,
     /// Whether to wait for a slow peer, as with message time, instead of disconnecting it.
@@ -45,7 +49,7 @@ pub struct Terms {
 
 /// The outcome of a hello.
 #[derive(Debug, PartialEq, Eq)]
-pub enum Greeted {
+pub enum HelloOutcome {
     /// The peer may stay; it speaks for these robots from now on.
     Accepted(Vec<usize>),
     /// The peer may not stay, for this reason.
@@ -55,8 +59,8 @@ pub enum Greeted {
 /// All peers.
 #[derive(Debug)]
 pub struct Hub {
-    terms: Terms,
-    inbox: Receiver<Heard>,
+    terms: HubOptions,
+    inbox: Receiver<TransportEvent>,
     /// Remarks to be delivered before anything else.
     remarks: VecDeque<String>,
     peers: BTreeMap<u64, Peer>,
@@ -69,7 +73,7 @@ pub struct Hub {
     address: Option<SocketAddr>,
     connects_to: Option<String>,
     /// Keeps the inbox open.
-    _sender: std::sync::mpsc::SyncSender<Heard>,
+    _sender: std::sync::mpsc::SyncSender<TransportEvent>,
     is_stdio: bool,
 }
 
@@ -78,8 +82,8 @@ impl Hub {
     ///
     /// # Errors
     /// The address is invalid, or cannot be listened on.
-    pub fn open(place: &Place, terms: Terms) -> Result<Self> {
-        let (sender, inbox) = sync_channel(INBOX);
+    pub fn open(place: &Endpoint, terms: HubOptions) -> Result<Self> {
+        let (sender, inbox) = sync_channel(INBOX_CAPACITY);
         let mut hub = Self {
             inbox,
             remarks: VecDeque::new(),
@@ -91,11 +95,11 @@ impl Hub {
             address: None,
             connects_to: None,
             _sender: sender.clone(),
-            is_stdio: matches!(place, Place::Stdio),
+            is_stdio: matches!(place, Endpoint::Stdio),
             terms,
         };
         match place {
-            Place::Stdio => {
+            Endpoint::Stdio => {
                 let peer = stream::start(
                     0,
                     std::io::stdin(),
@@ -105,7 +109,7 @@ impl Hub {
                 );
                 hub.peers.insert(0, peer);
             }
-            Place::Listen(address) => {
+            Endpoint::Listen(address) => {
                 let listener = listen_at("--listen", address)?;
                 hub.address = listener.local_addr().ok();
                 let tcp = Tcp::start(sender, hub.terms.access.tls.clone(), hub.terms.dialect)?;
@@ -115,7 +119,7 @@ impl Hub {
                 })?;
                 hub.tcp = Some(tcp);
             }
-            Place::Connect(address) => {
+            Endpoint::Connect(address) => {
                 if std::net::ToSocketAddrs::to_socket_addrs(address.as_str()).is_err() {
                     let problem = format!("`{}` is not a valid address", shown(address));
                     let cure = "give HOST:PORT, for example 127.0.0.1:7400";
@@ -127,12 +131,12 @@ impl Hub {
                 hub.tcp = Some(tcp);
             }
             #[cfg(feature = "mqtt")]
-            Place::Mqtt(settings) => {
+            Endpoint::Mqtt(settings) => {
                 let peer = mqtt::start(hub.next, settings, sender)?;
                 hub.keep(peer);
             }
             #[cfg(feature = "ros2")]
-            Place::Ros2(settings) => {
+            Endpoint::Ros2(settings) => {
                 let peer = ros2::start(hub.next, settings, sender)?;
                 hub.keep(peer);
             }
@@ -167,28 +171,32 @@ impl Hub {
         self.peers.values().filter(|peer| peer.is_up()).count()
     }
 
-    /// The next event from the peers within `patience`.
-    pub fn hear(&mut self, patience: Duration) -> Option<Heard> {
-        self.tend();
+    /// The next event from the peers within `timeout`.
+    pub fn next_event(&mut self, timeout: Duration) -> Option<TransportEvent> {
+        self.run_timers();
         if let Some(remark) = self.remarks.pop_front() {
-            return Some(Heard::Remark(remark));
+            return Some(TransportEvent::Remark(remark));
         }
         // The hub keeps a sender, so it is never disconnected.
-        let heard = self.inbox.recv_timeout(patience).ok()?;
+        let heard = self.inbox.recv_timeout(timeout).ok()?;
         if let Some(tcp) = &self.tcp {
-            tcp.taken();
+            tcp.free_inbox_slot();
         }
         Some(heard)
     }
 
     /// Does what is due by time alone: sends queued messages, stops waiting for hellos, and
     /// disconnects peers whose time is up.
-    pub fn tend(&mut self) {
+    pub fn run_timers(&mut self) {
         for peer in self.peers.values_mut() {
             peer.flush();
         }
         let needs_token = self.needs_token();
-        let grace = if needs_token { GREETING_TIME } else { GRACE };
+        let grace = if needs_token {
+            TOKEN_TIMEOUT
+        } else {
+            HELLO_TIMEOUT
+        };
         let unknown = self.peers.iter();
         let unknown = unknown.filter(|(_, peer)| peer.unknown_for().is_some_and(|t| t >= grace));
         let unknown: Vec<u64> = unknown.map(|(number, _)| *number).collect();
@@ -204,7 +212,7 @@ impl Hub {
         self.leaving.retain(|(at, number)| {
             let waits = now < *at;
             if !waits && let Some(peer) = peers.get_mut(number) {
-                peer.cut();
+                peer.disconnect();
             }
             waits
         });
@@ -224,7 +232,7 @@ impl Hub {
         let (mut count, mut silent) = (0, None);
         for (number, peer) in there {
             count += 1;
-            let is_silent = !peer.has_spoken && peer.since.elapsed() >= SILENCE;
+            let is_silent = !peer.has_spoken && peer.since.elapsed() >= SILENCE_TIMEOUT;
             if is_silent && silent.is_none() {
                 silent = Some(*number);
             }
@@ -238,10 +246,10 @@ impl Hub {
                 address.unwrap_or_default()
             ));
             let reason = format!("{there} are connected, and no more are allowed");
-            tcp.turn_away(connection, &refusal(&reason));
+            tcp.reject(connection, &refusal(&reason));
             return None;
         }
-        let deadline = (!self.terms.waits).then_some(WRITE_TIME);
+        let deadline = (!self.terms.waits).then_some(WRITE_TIMEOUT);
         let peer = tcp.serve(self.next, connection, deadline);
         let number = self.keep(peer);
         if let Some(silent) = silent.filter(|_| is_full) {
@@ -268,7 +276,7 @@ impl Hub {
         let Some(peer) = self.peers.get_mut(&number) else {
             return;
         };
-        for message in peer.known() {
+        for message in peer.identify() {
             let robot = robot_of(&message, &self.terms.robots);
             if peer.identity.gets(&message, robot) {
                 if self.terms.waits {
@@ -281,20 +289,20 @@ impl Hub {
     }
 
     /// Handles the hello of a peer.
-    pub fn greet(&mut self, number: u64, hello: Hello) -> Greeted {
+    pub fn handle_hello(&mut self, number: u64, hello: Hello) -> HelloOutcome {
         let refused = match self.check_hello(number, &hello) {
             Ok(robots) => {
                 let spoken = self.accept(number, hello, robots);
-                return Greeted::Accepted(spoken);
+                return HelloOutcome::Accepted(spoken);
             }
             Err(reason) => reason,
         };
-        self.turn_down(number, &refused);
-        Greeted::Refused(refused)
+        self.refuse_hello(number, &refused);
+        HelloOutcome::Refused(refused)
     }
 
     /// Answers a refused hello, and ends the connection if that is possible.
-    fn turn_down(&mut self, number: u64, reason: &str) {
+    fn refuse_hello(&mut self, number: u64, reason: &str) {
         if let Some(peer) = self.peers.get_mut(&number) {
             if peer.is_on_socket() {
                 self.dismiss(number, reason);
@@ -380,8 +388,8 @@ impl Hub {
         let new: Vec<usize> = new.collect();
         peer.identity.greet(hello, robots);
         (peer.has_spoken, peer.refused) = (true, 0);
-        let kept = peer.known();
-        let answer = Answer {
+        let kept = peer.identify();
+        let answer = HelloAnswer {
             accepted: true,
             reason: None,
             robots: self.terms.robots.clone(),
@@ -444,7 +452,7 @@ impl Hub {
         if let Some(number) = Self::connection(origin).filter(|_| rejected.is_hello) {
             let peer = self.peers.get(&number)?;
             let (title, ends) = (peer.title(), peer.is_on_socket());
-            self.turn_down(number, &rejected.message);
+            self.refuse_hello(number, &rejected.message);
             return ends.then(|| format!("{title} was disconnected: its hello was refused"));
         }
         let (number, peer) = self.peer_mut(origin)?;
@@ -480,21 +488,21 @@ impl Hub {
     /// Disconnects a peer that reads nothing. Returns the remark for the user.
     pub fn stalled(&mut self, number: u64) -> Option<String> {
         let peer = self.peers.get_mut(&number)?;
-        peer.cut();
+        peer.disconnect();
         Some(format!(
             "{} has read nothing for {} s and was disconnected",
             peer.title(),
-            WRITE_TIME.as_secs()
+            WRITE_TIMEOUT.as_secs()
         ))
     }
 
     /// Disconnects a peer after a last message.
     fn dismiss(&mut self, number: u64, reason: &str) {
         if let Some(peer) = self.peers.get_mut(&number)
-            && !peer.is_deaf()
+            && !peer.is_dismissed()
         {
             peer.dismiss(refusal(reason));
-            self.leaving.push((Instant::now() + FAREWELL_TIME, number));
+            self.leaving.push((Instant::now() + CLOSE_TIMEOUT, number));
         }
     }
 
@@ -514,7 +522,7 @@ impl Hub {
     /// Whether messages from `origin` count, because it is not being disconnected.
     pub fn counts(&self, origin: &Origin) -> bool {
         match origin {
-            Origin::Line { connection, .. } => self.has_a_say(*connection),
+            Origin::Line { connection, .. } => self.is_active(*connection),
             Origin::Topic(_) => true,
         }
     }
@@ -536,8 +544,10 @@ impl Hub {
     }
 
     /// Whether messages from a peer count, because it is connected and not being disconnected.
-    pub fn has_a_say(&self, number: u64) -> bool {
-        self.peers.get(&number).is_some_and(|peer| !peer.is_deaf())
+    pub fn is_active(&self, number: u64) -> bool {
+        self.peers
+            .get(&number)
+            .is_some_and(|peer| !peer.is_dismissed())
     }
 
     /// Removes a peer that has gone. Connects again if this side connects.
@@ -546,7 +556,7 @@ impl Hub {
             return;
         }
         if let (Some(tcp), Some(address)) = (&self.tcp, &self.connects_to) {
-            tcp.connect(address.clone(), RETRY);
+            tcp.connect(address.clone(), RETRY_INTERVAL);
         }
     }
 
@@ -571,7 +581,7 @@ impl Hub {
         for peer in self.peers.values_mut() {
             if peer.identity.gets(&message, robot) && !peer.try_send(message.clone(), matters) {
                 slow.push(peer.title());
-                peer.cut();
+                peer.disconnect();
             }
         }
         slow
@@ -590,7 +600,7 @@ impl Hub {
         if self.terms.waits {
             peer.send(message);
         } else if !peer.try_send(message, true) {
-            peer.cut();
+            peer.disconnect();
         }
     }
 
@@ -601,7 +611,7 @@ impl Hub {
 
     /// Whether any queue is full.
     pub fn is_full(&self) -> bool {
-        self.queued() >= QUEUE
+        self.queued() >= QUEUE_CAPACITY
     }
 
     /// Whether any queue is more than half full, so that only necessary messages should be added.
@@ -639,11 +649,11 @@ impl Hub {
         self.peers.values_mut().for_each(Peer::finish_writing);
     }
 
-    /// Writes the remaining messages and closes all connections, within `patience`.
+    /// Writes the remaining messages and closes all connections, within `timeout`.
     ///
     /// # Errors
     /// A write has failed, if that is known by then.
-    pub fn close(mut self, patience: Duration) -> Result<()> {
+    pub fn close(mut self, timeout: Duration) -> Result<()> {
         let needs_token = self.needs_token();
         let unknown = self.peers.iter();
         let unknown = unknown.filter(|(_, peer)| !needs_token && peer.unknown_for().is_some());
@@ -651,13 +661,13 @@ impl Hub {
         for number in unknown {
             self.release(number);
         }
-        let until = Instant::now() + patience;
+        let until = Instant::now() + timeout;
         for (_, peer) in std::mem::take(&mut self.peers) {
             peer.close(until.saturating_duration_since(Instant::now()));
         }
         let mut left = self.inbox.try_iter();
         match left.find_map(|heard| match heard {
-            Heard::Failed(error) => Some(error),
+            TransportEvent::Failed(error) => Some(error),
             _ => None,
         }) {
             Some(error) => Err(error),
@@ -676,7 +686,7 @@ fn robot_of(message: &Message, robots: &[String]) -> Option<usize> {
 }
 
 fn refusal(reason: &str) -> Message {
-    Message::from(Answer {
+    Message::from(HelloAnswer {
         accepted: false,
         reason: Some(reason.to_owned()),
         robots: Vec::new(),

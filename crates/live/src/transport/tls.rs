@@ -6,16 +6,16 @@ use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::TcpStream;
 
 /// A bidirectional connection.
-pub trait Wire: AsyncRead + AsyncWrite + Send + Unpin {}
+pub trait ByteStream: AsyncRead + AsyncWrite + Send + Unpin {}
 
-impl<S: AsyncRead + AsyncWrite + Send + Unpin> Wire for S {}
+impl<S: AsyncRead + AsyncWrite + Send + Unpin> ByteStream for S {}
 
 /// A connection, encrypted or not.
-pub type Stream = Box<dyn Wire>;
+pub type Stream = Box<dyn ByteStream>;
 
 /// The files for TLS (PEM).
 #[derive(Debug, Clone, Default)]
-pub struct Files {
+pub struct TlsFiles {
     /// Certificate of this side, with the chain to its authority.
     pub certificate: Option<PathBuf>,
     /// Private key of that certificate.
@@ -24,7 +24,7 @@ pub struct Files {
     pub authorities: Option<PathBuf>,
 }
 
-impl Files {
+impl TlsFiles {
     /// Whether any file is given.
     pub fn is_any(&self) -> bool {
         self.certificate.is_some() || self.key.is_some() || self.authorities.is_some()
@@ -70,7 +70,7 @@ mod with_rustls {
         ///
         /// # Errors
         /// A file is missing, or contains no certificate or no matching key.
-        pub fn listening(files: &Files) -> Result<Self> {
+        pub fn listening(files: &TlsFiles) -> Result<Self> {
             let (Some(certificate), Some(key)) = (&files.certificate, &files.key) else {
                 return Err(Error::input(
                     "--tls-cert",
@@ -109,7 +109,7 @@ mod with_rustls {
         ///
         /// # Errors
         /// A file is missing, or contains no certificate or no matching key.
-        pub fn connecting(files: &Files) -> Result<Self> {
+        pub fn connecting(files: &TlsFiles) -> Result<Self> {
             let Some(authorities) = &files.authorities else {
                 return Err(Error::input(
                     "--tls-ca",
@@ -235,7 +235,7 @@ mod without {
         ///
         /// # Errors
         /// Always.
-        pub fn listening(_: &Files) -> Result<Self> {
+        pub fn listening(_: &TlsFiles) -> Result<Self> {
             Err(Error::input(
                 "--tls-cert",
                 "this program was built without TLS",
@@ -247,7 +247,7 @@ mod without {
         ///
         /// # Errors
         /// Always.
-        pub fn connecting(files: &Files) -> Result<Self> {
+        pub fn connecting(files: &TlsFiles) -> Result<Self> {
             Self::listening(files)
         }
 

@@ -5,7 +5,7 @@ use crate::presentation::SettingNames;
 use crate::table::fixed;
 use pickline::decision::Figures;
 use pickline::experiment::CaseBound;
-use pickline::planning::bound::{Bound, StopReason, certified_percent};
+use pickline::planning::bound::{Bound, BoundStop, certified_percent};
 use pickline::stats::Interval;
 use serde::Serialize;
 
@@ -35,7 +35,7 @@ impl CertifiedReport {
             certified_percent: certified_percent(bound.earned(figures), bound.value),
             picking_rate_upper_bound_per_min: bound.rate,
             certified_rate_percent: bound.rate.map(|most| certified_percent(rate, most)),
-            cut_short: bound.coarse && bound.stop != StopReason::Optimal,
+            cut_short: bound.coarse && bound.stop != BoundStop::Optimal,
         }
     }
 

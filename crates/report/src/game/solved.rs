@@ -7,7 +7,7 @@ use super::report::{
 };
 use crate::provenance::Provenance;
 use pickline::optimize::game::{
-    Change, End, Equilibrium, LineGame, Payoff, PayoffKind, Play, Price, dominance, dominant,
+    Deviation, End, Equilibrium, LineGame, Payoff, PayoffKind, Play, Price, dominance, dominant,
     equilibria, equivalent, optimum, play, prices,
 };
 
@@ -98,7 +98,7 @@ impl SolvedGame<'_> {
     }
 
     /// The assignments after each of `changes`, `first` included.
-    fn path(&self, first: usize, changes: &[Change]) -> Vec<Vec<String>> {
+    fn path(&self, first: usize, changes: &[Deviation]) -> Vec<Vec<String>> {
         let after = changes.iter().map(|change| change.profile);
         let profiles = std::iter::once(first).chain(after);
         profiles.map(|profile| self.names(profile)).collect()

@@ -5,14 +5,14 @@
 use super::fields::{boxed, frame};
 use super::format::Format;
 use super::labels::frames_of;
-use super::lines::{Line, Lines, Row};
+use super::lines::{FileLine, FileLines, FileRow};
 use super::table;
 use crate::error::{Error, Result};
-use crate::pattern::tracking::options::{Boxes, Options};
+use crate::pattern::tracking::options::{Boxes, ImportOptions};
 use serde_json::Value;
 use std::collections::{HashMap, HashSet};
 
-pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
+pub(super) fn read(text: &str, name: &str, options: &ImportOptions) -> Result<FileLines> {
     let data: Value = serde_json::from_str(text).map_err(|error| {
         Error::input(
             format!("{name}:{}", error.line()),
@@ -20,6 +20,7 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
             "give COCO's list of detections, [{\"image_id\": 1, \"category_id\": 0, \
              \"bbox\": [left, top, width, height], \"score\": 0.9}, ...]",
         )
+        .caused_by(error)
     })?;
     // The JSON sink of supervision writes the rows of its CSV sink as objects.
     if let Some(first) = data.as_array().and_then(|list| list.first())
@@ -62,7 +63,7 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
     }
     // COCO boxes are sizes, but some programs write corners.
     let kind = options.boxes.unwrap_or_default();
-    let read = |entry: &Value| -> std::result::Result<Row, String> {
+    let read = |entry: &Value| -> std::result::Result<FileRow, String> {
         let image = entry.get("image_id").and_then(Value::as_i64);
         let image = image.ok_or("the image_id is not a whole number, so the frames are missing")?;
         let figures = entry.get("bbox").and_then(Value::as_array);
@@ -85,7 +86,7 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
         });
         Ok(row)
     };
-    let line = |(index, entry): (usize, &Value)| Line {
+    let line = |(index, entry): (usize, &Value)| FileLine {
         file: None,
         number: index + 1,
         filled: 1,
@@ -95,7 +96,7 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
     if !framed {
         remarks.push(order.to_owned());
     }
-    Ok(Lines {
+    Ok(FileLines {
         format: Format::Coco,
         boxes: kind,
         lines: boxes.iter().enumerate().map(line).collect(),
@@ -140,7 +141,7 @@ fn frames_by_name(images: &[Value]) -> Option<HashMap<i64, f64>> {
 }
 
 /// Reads a list of objects whose keys are the columns of a table.
-fn read_sink(data: &Value, name: &str, options: &Options) -> Result<Lines> {
+fn read_sink(data: &Value, name: &str, options: &ImportOptions) -> Result<FileLines> {
     let objects = || data.as_array().into_iter().flatten();
     let mut keys: Vec<&str> = Vec::new();
     for key in objects()

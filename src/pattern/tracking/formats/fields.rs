@@ -1,6 +1,6 @@
 //! Reads the fields of a line. Errors describe what is wrong with the line.
 
-use super::lines::Row;
+use super::lines::FileRow;
 use crate::error::{rounded, shown};
 use crate::pattern::tracking::options::Boxes;
 
@@ -73,8 +73,8 @@ pub(super) fn boxed(
     id: Option<i64>,
     [left, top, width, height]: [f64; 4],
     boxes: Boxes,
-) -> std::result::Result<Row, String> {
-    let row = |left: f64, top: f64, size: Option<(f64, f64)>| Row {
+) -> std::result::Result<FileRow, String> {
+    let row = |left: f64, top: f64, size: Option<(f64, f64)>| FileRow {
         frame,
         id,
         left,

@@ -1,23 +1,27 @@
 //! Boxes as fractions of the image size.
 
 use super::fields::number;
-use super::lines::{Lines, Row};
+use super::lines::{FileLines, FileRow};
 use crate::error::{Error, Result};
-use crate::pattern::tracking::options::Options;
+use crate::pattern::tracking::options::ImportOptions;
 
 /// Converts relative image coordinates to pixels in formats that usually contain pixels. Boxes that
 /// all lie within one pixel cannot be pixel coordinates.
-pub(super) fn scale_shares(lines: &mut Lines, name: &str, options: &Options) -> Result<()> {
+pub(super) fn scale_shares(
+    lines: &mut FileLines,
+    name: &str,
+    options: &ImportOptions,
+) -> Result<()> {
     /// How far a box may extend beyond the image, as a fraction of the image size.
     const PAST: f64 = 0.1;
     let rows = || lines.lines.iter().filter_map(|line| line.row.as_ref().ok());
-    let inside = |row: &Row| {
+    let inside = |row: &FileRow| {
         let (width, height) = row.size.unwrap_or_default();
         let ends = [row.left, row.top, row.left + width, row.top + height];
         let share = -PAST..=1.0 + PAST;
         ends.iter().all(|value| share.contains(value))
     };
-    let broken = |row: &Row| row.left.fract() != 0.0 || row.top.fract() != 0.0;
+    let broken = |row: &FileRow| row.left.fract() != 0.0 || row.top.fract() != 0.0;
     if !rows().any(broken) || !rows().all(inside) {
         return Ok(());
     }
@@ -34,7 +38,7 @@ pub(super) fn scale_shares(lines: &mut Lines, name: &str, options: &Options) -> 
 }
 
 /// The size of the image [px], which relative coordinates need.
-pub(super) fn image_size(name: &str, options: &Options) -> Result<(f64, f64)> {
+pub(super) fn image_size(name: &str, options: &ImportOptions) -> Result<(f64, f64)> {
     options.image_size.ok_or_else(|| {
         Error::input(
             name,

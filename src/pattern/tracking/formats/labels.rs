@@ -4,9 +4,9 @@
 use super::fields::{LAST_FRAME, boxed, class, frame, number, track_id};
 use super::format::Format;
 use super::fractions::{image_size, share};
-use super::lines::{Line, Lines, Row};
+use super::lines::{FileLine, FileLines, FileRow};
 use crate::error::{Error, Result};
-use crate::pattern::tracking::options::{Boxes, Options};
+use crate::pattern::tracking::options::{Boxes, ImportOptions};
 use std::path::Path;
 
 /// Reads every text file in a folder. The frame of a file is the number in its name that differs
@@ -189,8 +189,8 @@ fn sixth(files: &[(u32, String, String)]) -> Option<(Sixth, &'static str)> {
 pub(super) fn read(
     files: &[(u32, String, String)],
     name: &str,
-    options: &Options,
-) -> Result<Lines> {
+    options: &ImportOptions,
+) -> Result<FileLines> {
     let size = image_size(name, options)?;
     let kind = options.boxes_of(Boxes::Centres, "the Ultralytics format")?;
     let fields = |line: &str| line.split_whitespace().count();
@@ -213,7 +213,7 @@ pub(super) fn read(
                 continue;
             }
             let fields: Vec<&str> = line.split_whitespace().collect();
-            lines.push(Line {
+            lines.push(FileLine {
                 file: Some(file.clone()),
                 number: index + 1,
                 // Lines vary by design: the first boxes of a track have no id yet.
@@ -236,7 +236,7 @@ pub(super) fn read(
     if let Some((_, words)) = found {
         remarks.push(format!("the sixth column {words}"));
     }
-    Ok(Lines {
+    Ok(FileLines {
         format: Format::Ultralytics,
         boxes: kind,
         lines,
@@ -250,7 +250,7 @@ fn read_label(
     fields: &[&str],
     sixth: Sixth,
     size: (f64, f64),
-) -> std::result::Result<Row, String> {
+) -> std::result::Result<FileRow, String> {
     let field = |place: usize| fields.get(place).copied().unwrap_or_default();
     let share = |place: usize, what: &str| share(field(place), what);
     let (x, y) = (share(1, "xc")? * size.0, share(2, "yc")? * size.1);
@@ -284,7 +284,7 @@ pub(super) fn without_frames(name: &str) -> Error {
 }
 
 /// `frame class x1 y1 x2 y2 xc yc`.
-pub(super) fn read_yolo(text: &str, name: &str, options: &Options) -> Result<Lines> {
+pub(super) fn read_yolo(text: &str, name: &str, options: &ImportOptions) -> Result<FileLines> {
     let rows: Vec<(usize, Vec<&str>)> = text
         .trim_end()
         .lines()
@@ -312,7 +312,7 @@ pub(super) fn read_yolo(text: &str, name: &str, options: &Options) -> Result<Lin
     }
     let size = image_size(name, options)?;
     let kind = options.boxes_of(Boxes::Corners, "the YOLO tracker format")?;
-    let read = |fields: &[&str]| -> std::result::Result<Row, String> {
+    let read = |fields: &[&str]| -> std::result::Result<FileRow, String> {
         let field = |place: usize| fields.get(place).copied().unwrap_or_default();
         let frame = frame(number(field(0), "frame")?)?;
         let corners = [
@@ -325,13 +325,13 @@ pub(super) fn read_yolo(text: &str, name: &str, options: &Options) -> Result<Lin
         row.class = class(field(1));
         Ok(row)
     };
-    let line = |(number, fields): &(usize, Vec<&str>)| Line {
+    let line = |(number, fields): &(usize, Vec<&str>)| FileLine {
         file: None,
         number: *number,
         filled: fields.len(),
         row: read(fields),
     };
-    Ok(Lines {
+    Ok(FileLines {
         format: Format::Yolo,
         boxes: kind,
         lines: rows.iter().map(line).collect(),

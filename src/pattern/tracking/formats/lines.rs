@@ -5,7 +5,7 @@ use crate::pattern::tracking::options::Boxes;
 
 /// A box as given in the file.
 #[derive(Debug, Clone, PartialEq)]
-pub(in super::super) struct Row {
+pub(in super::super) struct FileRow {
     /// Frame number, in the counting of the file.
     pub frame: u32,
     /// Id of the track; `None` for a detection.
@@ -21,7 +21,7 @@ pub(in super::super) struct Row {
 
 /// A line of a file.
 #[derive(Debug)]
-pub(in super::super) struct Line {
+pub(in super::super) struct FileLine {
     /// Name of the file within a folder; `None` for a single file.
     pub file: Option<String>,
     /// Line number, from 1.
@@ -29,16 +29,16 @@ pub(in super::super) struct Line {
     /// Number of fields that are filled.
     pub filled: usize,
     /// The box, or what is wrong with the line.
-    pub row: std::result::Result<Row, String>,
+    pub row: std::result::Result<FileRow, String>,
 }
 
 /// The lines of a file, and how they were interpreted.
 #[derive(Debug)]
-pub(in super::super) struct Lines {
+pub(in super::super) struct FileLines {
     pub format: Format,
     /// How the four numbers of the boxes were interpreted.
     pub boxes: Boxes,
-    pub lines: Vec<Line>,
+    pub lines: Vec<FileLine>,
     /// Notes on how the lines were interpreted, for the report.
     pub remarks: Vec<String>,
     /// The cure for a file with hardly any valid line.

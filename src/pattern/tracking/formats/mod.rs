@@ -11,10 +11,10 @@ mod recognise;
 mod table;
 
 pub use format::{FORMATS, Format};
-pub(super) use lines::{Lines, Row};
+pub(super) use lines::{FileLines, FileRow};
 pub use recognise::recognised;
 
-use super::options::Options;
+use super::options::ImportOptions;
 use crate::error::{Error, Result};
 use fractions::scale_shares;
 use recognise::{recognise, unread};
@@ -47,7 +47,11 @@ impl Recording {
 ///
 /// # Errors
 /// If the meaning of the numbers is uncertain; the error says why.
-pub(super) fn read(recording: &Recording, name: &str, options: &Options) -> Result<Lines> {
+pub(super) fn read(
+    recording: &Recording,
+    name: &str,
+    options: &ImportOptions,
+) -> Result<FileLines> {
     let text = match recording {
         Recording::Folder(files) => return labels::read(files, name, options),
         Recording::Text(text) => text.strip_prefix('\u{feff}').unwrap_or(text),

@@ -2,9 +2,9 @@
 
 use super::fields::{boxed, class, frame, number, track_id};
 use super::format::Format;
-use super::lines::{Line, Lines, Row};
+use super::lines::{FileLine, FileLines, FileRow};
 use crate::error::{Error, Result};
-use crate::pattern::tracking::options::{Boxes, Options};
+use crate::pattern::tracking::options::{Boxes, ImportOptions};
 
 /// Number of fields in the longest form; further fields are ignored.
 const FIELDS: usize = 10;
@@ -100,7 +100,7 @@ fn has_decimal_commas(text: &str) -> bool {
 /// Rejects a file whose first two columns are id and frame instead of frame and id. Read as frame
 /// and id, every track would consist of the boxes of one image, which are far apart, while boxes
 /// with the same number in column 1 belong to one object, which moves little by little.
-fn refuse_swapped(lines: &[Line], name: &str) -> Result<()> {
+fn refuse_swapped(lines: &[FileLine], name: &str) -> Result<()> {
     /// Minimum ratio of the two distances between boxes.
     const APART: f64 = 4.0;
     /// Minimum number of pairs of boxes for a conclusion.
@@ -144,7 +144,7 @@ fn refuse_swapped(lines: &[Line], name: &str) -> Result<()> {
     }
 }
 
-pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
+pub(super) fn read(text: &str, name: &str, options: &ImportOptions) -> Result<FileLines> {
     let mut remarks = Vec::new();
     let points;
     let text = if has_decimal_commas(text) {
@@ -167,13 +167,13 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
         .collect();
     let eighth = eighth(&lines);
     let boxes = options.boxes.unwrap_or_default();
-    let line = |&(number, filled, ref fields): &(usize, usize, [&str; FIELDS])| Line {
+    let line = |&(number, filled, ref fields): &(usize, usize, [&str; FIELDS])| FileLine {
         file: None,
         number,
         filled,
         row: read_box(fields, eighth == Eighth::Classes, boxes),
     };
-    let lines: Vec<Line> = lines.iter().map(line).collect();
+    let lines: Vec<FileLine> = lines.iter().map(line).collect();
     refuse_swapped(&lines, name)?;
     match eighth {
         Eighth::Nothing => {}
@@ -182,7 +182,7 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
             remarks.push(format!("column 8 is not a class: {cause}"));
         }
     }
-    Ok(Lines {
+    Ok(FileLines {
         format: Format::Mot,
         boxes,
         lines,
@@ -208,7 +208,7 @@ fn read_box(
     fields: &[&str; FIELDS],
     classes: bool,
     boxes: Boxes,
-) -> std::result::Result<Row, String> {
+) -> std::result::Result<FileRow, String> {
     let frame = frame(number(fields[0], "frame")?)?;
     let id = track_id(number(fields[1], "id")?)?;
     let left = number(fields[2], "left")?;

@@ -3,10 +3,10 @@
 
 use super::fields::{boxed, class, frame, number as parse_number, pixel, track_id};
 use super::format::Format;
-use super::lines::{Line, Lines, Row};
+use super::lines::{FileLine, FileLines, FileRow};
 use crate::csv_file::CsvFile;
-use crate::error::{Error, Result};
-use crate::pattern::tracking::options::{Boxes, Options};
+use crate::error::{Error, ErrorKind, Result};
+use crate::pattern::tracking::options::{Boxes, ImportOptions};
 
 /// Accepted column names.
 const FRAME: &[&str] = &[
@@ -27,7 +27,7 @@ const CONFIDENCE: &[&str] = &["confidence", "conf", "score"];
 const CLASS_NAME: &[&str] = &["class_name", "class", "label"];
 const CLASS_ID: &[&str] = &["class_id", "cls"];
 
-pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
+pub(super) fn read(text: &str, name: &str, options: &ImportOptions) -> Result<FileLines> {
     let mut file = CsvFile::new(text, name);
     let (header, header_line) = file.header()?;
     let place = |names: &[&str]| {
@@ -67,16 +67,12 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
         let number = match file.next(&mut record) {
             Ok(Some(number)) => number,
             Ok(None) => break,
-            Err(Error::Input { place, problem, .. }) => {
-                lines.push(Line {
+            Err(error) if error.kind() == ErrorKind::Input => {
+                lines.push(FileLine {
                     file: None,
-                    number: place
-                        .rsplit(':')
-                        .next()
-                        .and_then(|n| n.parse().ok())
-                        .unwrap_or(0),
+                    number: file.line(),
                     filled: record.len(),
-                    row: Err(problem),
+                    row: Err(error.problem()),
                 });
                 continue;
             }
@@ -89,7 +85,7 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
                 _ => parse_number(text, what).and(Err(format!("{what} `{text}` is not a number"))),
             }
         };
-        let row = (|| -> std::result::Result<Row, String> {
+        let row = (|| -> std::result::Result<FileRow, String> {
             let frame = frame(value(frames, "frame")?)?;
             let given = |place: &usize| record.get(*place).is_some_and(|text| !text.is_empty());
             let id = match id.filter(given) {
@@ -110,7 +106,7 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
             row.class = class_place.and_then(|place| class(record.get(place).unwrap_or_default()));
             Ok(row)
         })();
-        lines.push(Line {
+        lines.push(FileLine {
             file: None,
             number,
             filled: record.iter().filter(|field| !field.is_empty()).count(),
@@ -120,7 +116,7 @@ pub(super) fn read(text: &str, name: &str, options: &Options) -> Result<Lines> {
     // Optional columns may be empty in any line, including the last.
     lines.iter_mut().for_each(|line| line.filled = header.len());
     let source = class_name.or(class_id).and_then(|place| header.get(place));
-    Ok(Lines {
+    Ok(FileLines {
         format: Format::Table,
         boxes: kind,
         lines,

@@ -40,8 +40,8 @@ fn passing(item: u32, at: f64, (open, close): (f64, f64)) -> Candidate {
     }
 }
 
-fn network(dwell: f64, queue: &[Candidate], length: f64) -> Network {
-    Network::new(&station(dwell), 0, queue, Slots { length })
+fn network(dwell: f64, queue: &[Candidate], length: f64) -> SlotNetwork {
+    SlotNetwork::new(&station(dwell), 0, queue, Slots { length })
 }
 
 /// A time on a boundary belongs to the slot that begins there, however the quotient is rounded.
@@ -137,7 +137,7 @@ fn the_last_of_several_departures_with_one_arrival_is_kept() {
 #[test]
 fn the_size_covers_the_picks() {
     let queue = [passing(0, 3.0, (1.0, 4.0)), passing(1, 3.0, (2.0, 2.0))];
-    let size = |length| Network::size(&queue, Slots { length });
+    let size = |length| SlotNetwork::size(&queue, Slots { length });
     assert_eq!((size(1.0), size(0.5), size(8.0)), (7.0, 10.0, 4.375));
 }
 
@@ -223,7 +223,7 @@ proptest! {
         let network = network(dwell, &queue, length);
         let picks = picks(dwell, &queue, slots);
         prop_assert_eq!(network.arcs(), picks.len());
-        prop_assert!(network.arcs() as f64 <= Network::size(&queue, slots));
+        prop_assert!(network.arcs() as f64 <= SlotNetwork::size(&queue, slots));
         let best = |rewards: &[i64], slot| {
             best_from(&picks, rewards, (slot, 0), &mut HashMap::new())
         };

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::pattern::{Item, Pattern};
-use crate::planning::bound::Objective;
+use crate::planning::bound::BoundObjective;
 use crate::planning::bound::network::Slots;
 use crate::station::{Belt, Robot, Station};
 
@@ -31,7 +31,7 @@ fn scene(with: impl FnOnce(&Scene, &Dual)) {
     let item = |i: usize| Item::at(i.to_string(), -0.25 * i as f64, -0.25);
     let pattern = Pattern::new((0..5).map(item).collect()).unwrap();
     let scene = Scene::new(&station, &pattern).unwrap();
-    let dual = Dual::new(&scene, Objective::Picks, Slots { length: LENGTH });
+    let dual = Dual::new(&scene, BoundObjective::Picks, Slots { length: LENGTH });
     with(&scene, &dual);
 }
 
@@ -60,7 +60,7 @@ fn releases(scene: &Scene) -> Vec<f64> {
 #[test]
 fn no_item_earns_twice_or_before_it_can_be_released() {
     scene(|scene, dual| {
-        let profile = Profile::new(dual);
+        let profile = BoundProfile::new(dual);
         let unit = dual.units as i64;
         let releases = releases(scene);
         for (step, slot) in slots(dual).into_iter().enumerate() {
@@ -87,9 +87,9 @@ fn negative_prices_hold_until_their_item_leaves() {
             ([-part, part, 0, 0, part], 80.0),
             ([part, -part, -part, 0, 0], 82.0),
         ] {
-            let mut profile = Profile::new(dual);
+            let mut profile = BoundProfile::new(dual);
             let before = profile.best.clone();
-            let mut at = Evaluation::default();
+            let mut at = DualEvaluation::default();
             dual.evaluate(&prices, u64::MAX, &mut at);
             profile.enter(&belt, &prices, &at);
             let mut lower = [0, 0];
@@ -117,7 +117,7 @@ fn negative_prices_hold_until_their_item_leaves() {
 #[test]
 fn what_leaves_after_the_next_step_must_be_picked() {
     scene(|scene, dual| {
-        let (belt, profile) = (Leaving::new(scene, dual), Profile::new(dual));
+        let (belt, profile) = (Leaving::new(scene, dual), BoundProfile::new(dual));
         let slots = slots(dual);
         for (step, &slot) in slots.iter().enumerate().take(slots.len() - 1) {
             let next = slots[step + 1] as f64 * LENGTH;
@@ -154,7 +154,7 @@ fn ends(leaves: [f64; 4], best: [f64; 3], all: [f64; 3]) -> Ends {
     let mut found = None;
     scene(|_, dual| {
         let units = |values: [f64; 3]| values.map(|v| (v * dual.units) as i64).to_vec();
-        let profile = Profile {
+        let profile = BoundProfile {
             slots: vec![10, 20, 30],
             begins: vec![10.0, 20.0, 30.0, f64::INFINITY],
             best: units(best),

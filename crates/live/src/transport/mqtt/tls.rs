@@ -59,10 +59,10 @@ pub fn unusable(error: &TlsError, broker: &Broker) -> Error {
     Error::input(place, format!("no TLS with {broker}: {error}"), cure)
 }
 
-type Trouble = (&'static str, String, String);
+type TlsProblem = (&'static str, String, String);
 
 /// Explains what is wrong with the broker's certificate.
-fn certificate(reason: &CertificateError, broker: &Broker) -> Trouble {
+fn certificate(reason: &CertificateError, broker: &Broker) -> TlsProblem {
     let host = shown(&broker.host);
     let machine_clock = "or correct the clock of this machine, if it is wrong";
     match reason {
@@ -124,7 +124,7 @@ fn certificate(reason: &CertificateError, broker: &Broker) -> Trouble {
     }
 }
 
-fn other_name(names: &str, host: &str) -> Trouble {
+fn other_name(names: &str, host: &str) -> TlsProblem {
     (
         "--mqtt",
         format!("its certificate is for {names}, not for `{host}`"),
@@ -155,7 +155,7 @@ fn own_certificate(host: &str) -> String {
 }
 
 /// Explains a TLS alert from the broker.
-fn alerted(alert: Alert) -> Trouble {
+fn alerted(alert: Alert) -> TlsProblem {
     let own = "give a certificate that the broker trusts, and its key, with --mqtt-cert and \
                --mqtt-key";
     match alert {

@@ -34,11 +34,11 @@ pub enum Topic<'a> {
 
 /// The topics under one prefix.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Topics {
+pub struct MqttTopics {
     prefix: String,
 }
 
-impl Topics {
+impl MqttTopics {
     /// The topics under `prefix`.
     ///
     /// # Errors
@@ -116,7 +116,7 @@ mod tests {
 
     #[test]
     fn messages_have_their_topics() {
-        let topics = Topics::new("plant/line1").unwrap();
+        let topics = MqttTopics::new("plant/line1").unwrap();
         let cancel = |robot: &str| {
             Message::from(Outgoing::Cancel(Cancel {
                 stamp: 0.0,
@@ -151,7 +151,7 @@ mod tests {
     #[test]
     fn what_is_no_prefix_is_refused() {
         for prefix in ["", "/a", "a/", "a//b", "a+", "#", "$SYS", "a\nb"] {
-            let error = Topics::new(prefix).unwrap_err().to_string();
+            let error = MqttTopics::new(prefix).unwrap_err().to_string();
             assert!(error.contains("--mqtt-prefix"), "{error}");
         }
     }
