@@ -66,13 +66,8 @@ fn points_plots(
         plots.push(band(points, &colour));
     }
     if joined {
-        let style = dashes(ink).map_or(LineStyle::Solid, |dash| LineStyle::Custom(dash.into()));
-        let line = LinePlot::new()
-            .with_data(points.iter().map(place))
-            .with_color(colour.clone())
-            .with_stroke_width(1.6 + WIDER * under)
-            .with_line_style(style);
-        plots.push(Plot::Line(line));
+        let places = points.iter().map(place).collect();
+        plots.push(line(places, ink, &colour, 1.6 + WIDER * under));
     }
     if style == PointStyle::Bare {
         return plots;
@@ -101,6 +96,13 @@ fn points_plots(
     }
     plots.push(Plot::Scatter(dots));
     plots
+}
+
+/// A line through `places` in the dashes of `ink`, so wide [px].
+fn line(places: Vec<(f64, f64)>, ink: Ink, colour: &str, width: f64) -> Plot {
+    let style = dashes(ink).map_or(LineStyle::Solid, |dash| LineStyle::Custom(dash.into()));
+    let line = LinePlot::new().with_data(places).with_color(colour);
+    Plot::Line(line.with_stroke_width(width).with_line_style(style))
 }
 
 /// The intervals of `points` along y as one area.

@@ -135,6 +135,14 @@ impl ComparisonReport {
             .with_if(self.is_bounded(), "certified [%]", move |row| {
                 row.cell(|result| percent(result.certified_percent), none)
             });
+        self.with_paper_columns(columns)
+    }
+
+    /// The same columns, followed by the figures that the paper prints if they are shown.
+    fn with_paper_columns<'c>(
+        &self,
+        columns: TableColumns<'c, ComparisonTextRow<'c>, String>,
+    ) -> TableColumns<'c, ComparisonTextRow<'c>, String> {
         columns
             .with_if(self.with_paper, "paper: picked [%]", |row| {
                 row.paper(|paper| fixed(paper.picked_percent, 0))

@@ -57,27 +57,33 @@ fn value_words(report: &OptimumReport) -> String {
     format!("{} {}", report.risk, report.objective.replace('-', " "))
 }
 
+/// The assignments by how they stand to the best, and what the legend calls them.
+const GROUPS: [(Ink, &str); 3] = [
+    (Ink::Series(0), "the best"),
+    (
+        Ink::Series(1),
+        "tied with the best: the interval contains 0",
+    ),
+    (Ink::Faint, "proven below the best: the interval excludes 0"),
+];
+
+/// The place in [`GROUPS`] of the `i`-th assignment of the ranking.
+fn group_of(i: usize, line: &RankedReport) -> usize {
+    match (i, line.tied) {
+        (0, _) => 0,
+        (_, true) => 1,
+        (_, false) => 2,
+    }
+}
+
 /// How far each assignment is proven to be below the best.
 fn difference(report: &OptimumReport) -> Option<Chart> {
     let best = report.ranking.first()?;
     let digits = report.format().digits();
-    let groups = [
-        (Ink::Series(0), "the best"),
-        (
-            Ink::Series(1),
-            "tied with the best: the interval contains 0",
-        ),
-        (Ink::Faint, "proven below the best: the interval excludes 0"),
-    ];
     let mut layers = Vec::new();
     let mut legend = Vec::new();
     let mut ends = vec![0.0];
-    for (group, (ink, label)) in groups.into_iter().enumerate() {
-        let group_of = |i: usize, line: &RankedReport| match (i, line.tied) {
-            (0, _) => 0,
-            (_, true) => 1,
-            (_, false) => 2,
-        };
+    for (group, (ink, label)) in GROUPS.into_iter().enumerate() {
         let lines = named(report).iter().enumerate();
         let lines = lines.filter(|(i, line)| group_of(*i, line) == group);
         let points: Vec<ChartPoint> = lines
@@ -151,31 +157,14 @@ fn below_best(line: &RankedReport, i: usize, x: f64, digits: usize) -> ChartPoin
 
 /// Mean and worst pattern of each assignment, and the best one on fresh patterns.
 fn spread(report: &OptimumReport) -> Option<Chart> {
-    let digits = report.format().digits();
-    let mut all = Vec::new();
-    let mut layer = |ink, words: &str, of: fn(&RankedReport) -> f64| {
-        let point = |(i, line): (usize, &RankedReport)| {
-            all.push(of(line));
-            ChartPoint {
-                x: of(line),
-                y: i as f64,
-                tip: format!(
-                    "{}: {words} {}",
-                    bracketed(&line.assignment),
-                    fixed(of(line), digits)
-                ),
-                ..ChartPoint::default()
-            }
-        };
-        Layer::Points {
-            ink,
-            style: PointStyle::Dots,
-            points: named(report).iter().enumerate().map(point).collect(),
-        }
-    };
+    let lines = named(report);
+    let mut all: Vec<f64> = lines
+        .iter()
+        .flat_map(|line| [line.mean, line.worst])
+        .collect();
     let mut layers = vec![
-        layer(Ink::Series(0), "mean", |line| line.mean),
-        layer(Ink::Series(1), "worst pattern", |line| line.worst),
+        figure_layer(report, Ink::Series(0), "mean", |line| line.mean),
+        figure_layer(report, Ink::Series(1), "worst pattern", |line| line.worst),
     ];
     let entry = |label: &str, ink| LegendLine {
         label: label.into(),
@@ -215,6 +204,31 @@ fn spread(report: &OptimumReport) -> Option<Chart> {
         marks: Vec::new(),
         legend,
     })
+}
+
+/// A figure of every assignment that is named.
+fn figure_layer(
+    report: &OptimumReport,
+    ink: Ink,
+    words: &str,
+    of: fn(&RankedReport) -> f64,
+) -> Layer {
+    let digits = report.format().digits();
+    let point = |(i, line): (usize, &RankedReport)| ChartPoint {
+        x: of(line),
+        y: i as f64,
+        tip: format!(
+            "{}: {words} {}",
+            bracketed(&line.assignment),
+            fixed(of(line), digits)
+        ),
+        ..ChartPoint::default()
+    };
+    Layer::Points {
+        ink,
+        style: PointStyle::Dots,
+        points: named(report).iter().enumerate().map(point).collect(),
+    }
 }
 
 /// The best assignment's mean on fresh patterns.

@@ -1,6 +1,6 @@
 //! The charts of a sweep.
 
-use super::report::{BoundPoint, PointReport, SweepReport};
+use super::report::{BoundPoint, LimitReport, PointReport, SweepReport};
 use crate::bound::rounded_up;
 use crate::charts::{
     Chart, ChartAxis, ChartKind, ChartMark, ChartPoint, Ink, Layer, LegendLine, PointStyle, Swatch,
@@ -361,33 +361,7 @@ fn limits(report: &SweepReport) -> Option<Chart> {
     values.dedup();
     let layer = |j: usize| {
         let limit = &report.limits[j];
-        let count = limit.all_of_patterns.len();
-        let point = |&value: &f64| {
-            let below = limit.all_of_patterns.partition_point(|own| *own < value);
-            let interval = stats::share_interval(count - below, count);
-            let [y, low, high] = [
-                (count - below) as f64 / count as f64,
-                interval.low,
-                interval.high,
-            ]
-            .map(|share| 100.0 * share);
-            ChartPoint {
-                x: value + aside(j),
-                y,
-                along: Some(Interval { low, high }),
-                tip: format!(
-                    "{}: {} of {count} patterns picked completely up to {value} {}, {} %, \
-                     95 % interval {} to {} %",
-                    method_words(&limit.method),
-                    count - below,
-                    report.unit,
-                    fixed(y, 1),
-                    fixed(low, 1),
-                    fixed(high, 1)
-                ),
-                ..ChartPoint::default()
-            }
-        };
+        let point = |&value: &f64| limit_point(report, limit, value).moved(aside(j));
         Layer::Points {
             ink: Ink::Series(j),
             style,
@@ -415,4 +389,30 @@ fn limits(report: &SweepReport) -> Option<Chart> {
         }],
         legend,
     })
+}
+
+/// How many of the patterns a method picks completely up to `value`.
+fn limit_point(report: &SweepReport, limit: &LimitReport, value: f64) -> ChartPoint {
+    let count = limit.all_of_patterns.len();
+    let below = limit.all_of_patterns.partition_point(|own| *own < value);
+    let complete = count - below;
+    let percent = |share: f64| 100.0 * share;
+    let y = percent(complete as f64 / count as f64);
+    let interval = stats::share_interval(complete, count);
+    let (low, high) = (percent(interval.low), percent(interval.high));
+    ChartPoint {
+        x: value,
+        y,
+        along: Some(Interval { low, high }),
+        tip: format!(
+            "{}: {complete} of {count} patterns picked completely up to {value} {}, {} %, \
+             95 % interval {} to {} %",
+            method_words(&limit.method),
+            report.unit,
+            fixed(y, 1),
+            fixed(low, 1),
+            fixed(high, 1)
+        ),
+        ..ChartPoint::default()
+    }
 }

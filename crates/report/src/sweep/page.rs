@@ -244,8 +244,7 @@ impl PointRow<'_> {
 
 fn point_columns(report: &SweepReport) -> TableColumns<'_, PointRow<'_>, Cell> {
     let many = report.patterns > 1;
-    let bounded = report.bounds.is_some();
-    TableColumns::new()
+    let columns = TableColumns::new()
         .with(report.varied(), |row: &PointRow| match row.first {
             true => PageFigure::exact(row.path("value"), row.point.value).into(),
             false => Cell::empty(),
@@ -288,7 +287,17 @@ fn point_columns(report: &SweepReport) -> TableColumns<'_, PointRow<'_>, Cell> {
         .with_if(many, "to 99 % [%]", |row| {
             let share = row.point.nearly_complete_share;
             row.percent("nearly_complete_share", share).into()
-        })
+        });
+    with_bound_columns(report, columns)
+}
+
+/// The same columns, followed by those of the bound if it is known.
+fn with_bound_columns<'c>(
+    report: &SweepReport,
+    columns: TableColumns<'c, PointRow<'c>, Cell>,
+) -> TableColumns<'c, PointRow<'c>, Cell> {
+    let bounded = report.bounds.is_some();
+    columns
         .with_if(bounded, "certified [%]", |row| {
             row.optional("certified_percent", row.point.certified_percent)
         })
