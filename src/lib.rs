@@ -77,6 +77,7 @@ pub mod strategies;
 pub mod optimize;
 pub mod rl;
 pub mod experiment;
+pub mod study;
 
 pub use decision::{Outcome, Strategy};
 pub use dispatch::RuleAssignment;

@@ -46,6 +46,11 @@ impl Interval {
         }
     }
 
+    /// Whether the two ends differ.
+    pub fn is_wide(&self) -> bool {
+        self.low < self.high
+    }
+
     /// Whether `value` lies in the interval, ends included.
     pub fn contains(&self, value: f64) -> bool {
         self.low <= value && value <= self.high

@@ -3,8 +3,8 @@
 use crate::support::line::Line;
 use pickline::station::built_in;
 use pickline::strategies::read_alone;
-use pickline_live::protocol::{Incoming, Report};
-use pickline_live::protocol::{Outgoing, Place, Verdict};
+use pickline_live::protocol::{FoundPlace, Outgoing, Verdict};
+use pickline_live::protocol::{Incoming, ResultMessage};
 use pickline_live::{ClockKind, Config, Controller};
 
 /// What comes of 40 items on a belt of 0.3 m/s, seen by a camera that stamps its pictures
@@ -44,7 +44,7 @@ fn play(late: f64, camera_delay_ms: f64, says_where: bool) -> (usize, usize, Vec
         for (_, task, at, x, place) in due {
             let real = place + speed * (at - 100.0);
             let is_there = (real - x).abs() <= 0.02;
-            let found = says_where.then_some(Place { x: real, y: -0.2 });
+            let found = says_where.then_some(FoundPlace { x: real, y: -0.2 });
             missed += usize::from(!is_there);
             done += 1;
             let result = if is_there {
@@ -52,7 +52,7 @@ fn play(late: f64, camera_delay_ms: f64, says_where: bool) -> (usize, usize, Vec
             } else {
                 Verdict::Missed
             };
-            let report = Report {
+            let report = ResultMessage {
                 stamp,
                 task,
                 result,
@@ -101,7 +101,7 @@ fn a_run_of_misses_is_not_passed_over_in_silence() {
     let (done, missed, remarks) = play(0.15, 0.0, false);
     assert!(done >= 10 && missed == done);
     assert_eq!(remarks.len(), 1, "{remarks:?}");
-    assert!(remarks[0].contains("100 ms are 30 mm at this speed, and --camera-delay"));
+    assert!(remarks[0].contains("100 ms are 30 mm at this speed, and 'camera_delay'"));
 }
 
 #[test]
@@ -136,11 +136,11 @@ fn an_indexing_belt_shifts_items_by_its_speed_when_the_picture_was_taken() {
             .partition::<Vec<_>, _>(|(at, ..)| *at <= stamp);
         open = rest;
         for (_, task, x) in due {
-            let found = Some(Place {
+            let found = Some(FoundPlace {
                 x: x + speed * late,
                 y: -0.2,
             });
-            let report = Report {
+            let report = ResultMessage {
                 stamp,
                 task,
                 result: Verdict::Missed,

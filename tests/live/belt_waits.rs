@@ -6,7 +6,7 @@
 
 use crate::support::three::{Three, config};
 use pickline_live::protocol::Outgoing;
-use pickline_live::{Config, Controller, State};
+use pickline_live::{Config, Controller, LineState};
 
 const LOST: &str = "an item would leave the last robot's reach";
 const CLEAR: &str = "robots take tasks, and no item would be lost";
@@ -310,7 +310,7 @@ fn a_belt_that_waits_is_remembered_over_a_restart() {
     assert_eq!(line.requests().len(), 1);
     line.belt(100.2, 0.0);
     line.tick(100.3);
-    let mut state = State::default();
+    let mut state = LineState::default();
     state.apply(line.controller.whole());
     line.controller = Controller::restore(
         crate::support::three::station(),
@@ -355,7 +355,7 @@ fn when_a_request_is_due() {
     // After a restart nothing is due before the belt is heard.
     let mut before = line(may_stop(&[]), ["busy", "", ""], &[0.5]);
     before.tick(100.0);
-    let mut state = State::default();
+    let mut state = LineState::default();
     state.apply(before.controller.whole());
     let (station, strategy) = (
         crate::support::three::station(),

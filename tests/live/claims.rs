@@ -2,7 +2,7 @@
 //! an item has one claim at most.
 
 use crate::support::three::{ROBOTS, Three, config, station, strategy};
-use pickline_live::{Controller, State};
+use pickline_live::{Controller, LineState};
 use std::collections::BTreeMap;
 
 /// `delta-1` has acknowledged its task of item `a`, 1 m from the belt's start.
@@ -212,7 +212,7 @@ fn a_cancel_is_repeated_until_it_is_answered() {
 #[test]
 fn a_cancel_is_repeated_until_it_is_moot_and_over_a_restart() {
     let (mut line, task) = one_task(0.3);
-    let mut state = State::default();
+    let mut state = LineState::default();
     state.apply(line.controller.whole());
     line.robot(100.02, "delta-1", "fault");
     state.apply(line.controller.change(true).unwrap());

@@ -3,7 +3,7 @@
 
 use crate::support::three::{ROBOTS, Three, check_sums, config, station, strategy};
 use pickline_live::protocol::{Incoming, Outgoing};
-use pickline_live::{Controller, State};
+use pickline_live::{Controller, LineState};
 use proptest::prelude::*;
 use std::collections::BTreeSet;
 
@@ -40,7 +40,7 @@ fn ops() -> impl Strategy<Value = Vec<Op>> {
 /// A line in the hands of chance, with what it has promised so far.
 struct World {
     controller: Controller,
-    state: State,
+    state: LineState,
     now: f64,
     speed: f64,
     travel: f64,
@@ -53,7 +53,7 @@ struct World {
 impl World {
     fn new() -> Self {
         let mut controller = Controller::new(station(), strategy(), config());
-        let mut state = State::default();
+        let mut state = LineState::default();
         state.apply(controller.whole());
         let mut world = Self {
             controller,

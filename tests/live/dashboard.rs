@@ -5,12 +5,12 @@ use crate::common;
 use pickline::station::built_in;
 use pickline_dashboard::Dashboard;
 use pickline_live::protocol::Status;
-use pickline_live::{ItemView, TrendView, View};
+use pickline_live::{ItemView, LineView, TrendView};
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::net::{SocketAddr, TcpStream};
 use std::time::{Duration, Instant};
 
-fn view(stamp: f64, items: usize) -> View {
+fn view(stamp: f64, items: usize) -> LineView {
     let item = ItemView {
         id: "i".repeat(100),
         x: 0.5,
@@ -21,7 +21,7 @@ fn view(stamp: f64, items: usize) -> View {
         reason: None,
         robot: None,
     };
-    View {
+    LineView {
         status: Status {
             stamp,
             ..Status::default()

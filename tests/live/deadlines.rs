@@ -18,7 +18,7 @@ fn sent() -> (Three, Task) {
 }
 
 fn tell_open(line: &mut Three) -> Vec<String> {
-    line.controller.tell_open();
+    line.controller.send_open_tasks();
     line.said.extend(line.controller.take_output());
     line.told()
 }

@@ -7,7 +7,7 @@
 use crate::programs::{let_pass, wait_for};
 use pickline::pattern::{Pattern, poisson_disk, random_stream};
 use pickline::station::{Station, built_in};
-use pickline_live::emulator::{Emulator, Trouble};
+use pickline_live::emulator::{Emulator, InjectedFaults};
 use pickline_live::protocol::{
     BeltState, Incoming, Outgoing, Status, Task, Verdict, decode_outgoing, encode,
 };
@@ -184,12 +184,12 @@ fn killed_two_hundred_times_with_message_time() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let items = 1000;
     let (station, pattern) = line(0.05, items, 1);
-    let trouble = Trouble {
+    let trouble = InjectedFaults {
         grasp_failures: 0.1,
         duplicates: 0.1,
         out_of_order: 0.05,
         jitter: 0.05,
-        ..Trouble::default()
+        ..InjectedFaults::default()
     };
     let mut emulator = Emulator::new(station, pattern, trouble).unwrap();
     let mut luck = random_stream(1, 1);
@@ -316,9 +316,9 @@ fn by_the_clock(mishap: Mishap, least: usize) {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let (speed, items) = (0.4, 150);
     let (station, pattern) = line(speed, items, 2);
-    let trouble = Trouble {
+    let trouble = InjectedFaults {
         grasp_failures: 0.1,
-        ..Trouble::default()
+        ..InjectedFaults::default()
     };
     let mut emulator = Emulator::new(station, pattern, trouble).unwrap();
     let text = ["--belt-speed", "0.4", "--status-every", "0.05", "-q"];

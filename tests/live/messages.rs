@@ -5,7 +5,7 @@
 
 use crate::support::three::{Three, config, station, strategy};
 use pickline_live::protocol::{
-    BeltRequest, Cancel, Due, Outgoing, Point, RobotReport, SourceKind, Status, Task,
+    BeltPoint, BeltRequest, Cancel, Due, Outgoing, RobotCounts, SourceKind, Status, Task,
 };
 use pickline_live::{Config, Controller};
 
@@ -54,11 +54,11 @@ fn every_field_of_a_task() {
         revision: 0,
         robot: "scara-2".into(),
         item: "a".into(),
-        meet: Point {
+        meet: BeltPoint {
             x: task.meet.x,
             y: 0.1,
         },
-        bin: Point { x: 1.6, y: 0.45 },
+        bin: BeltPoint { x: 1.6, y: 0.45 },
         priority: 2.5,
         strategy: "rules:SPT,SPT,SPT".into(),
         class: Some("PET".into()),
@@ -148,8 +148,8 @@ fn every_field_of_a_belt_request() {
     assert_eq!(line.said, [Outgoing::BeltRequest(go)]);
 }
 
-fn robot(name: &str, state: &str, [picked, failed, missed]: [u64; 3]) -> RobotReport {
-    RobotReport {
+fn robot(name: &str, state: &str, [picked, failed, missed]: [u64; 3]) -> RobotCounts {
+    RobotCounts {
         name: name.into(),
         state: state.into(),
         picked,

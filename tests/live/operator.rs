@@ -3,7 +3,7 @@
 
 use crate::support::three::{Three, config, station, strategy};
 use pickline_live::protocol::{BeltRequest, Outgoing};
-use pickline_live::{Config, Controller, State};
+use pickline_live::{Config, Controller, LineState};
 
 #[test]
 fn item_data_reach_the_robot() {
@@ -103,7 +103,7 @@ fn a_paused_line_gives_no_task_until_it_is_resumed() {
         ((vec![], vec![]), "paused")
     );
     // It stays so over a restart.
-    let mut state = State::default();
+    let mut state = LineState::default();
     state.apply(line.controller.whole());
     line.controller = Controller::restore(station(), strategy(), config(), state, None).unwrap();
     line.say(r#""kind":"belt","stamp":102,"speed":0"#);

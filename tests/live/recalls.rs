@@ -435,7 +435,7 @@ fn until_when_a_cancel_is_repeated() {
         line.robot(100.02, "delta-1", "fault");
         line.tick(moot - early);
         line.told();
-        line.controller.tell_open();
+        line.controller.send_open_tasks();
         let said = line.controller.take_output();
         assert_eq!(said.len(), usize::from(is_open));
         // Its result counts even so.

@@ -5,7 +5,7 @@ use crate::programs::{feed, piped, wait_for};
 use pickline::pattern::grid;
 use pickline::station::built_in;
 use pickline::strategies::read_alone;
-use pickline_live::emulator::{Emulator, Trouble};
+use pickline_live::emulator::{Emulator, InjectedFaults};
 use pickline_live::protocol::{Outgoing, decode_outgoing, encode};
 use pickline_live::{ClockKind, Config, Controller};
 use std::io::{BufRead as _, BufReader, Write as _};
@@ -37,12 +37,12 @@ fn replay(arguments: &[&str]) -> (Vec<u8>, String) {
 fn stream() -> Vec<u8> {
     let station = built_in("paper").unwrap().station(Some(2)).unwrap();
     let pattern = grid(station.belt().width, 0.15, 60).unwrap();
-    let trouble = Trouble {
+    let trouble = InjectedFaults {
         grasp_failures: 0.1,
         lost_acks: 0.1,
         duplicates: 0.1,
         jitter: 0.05,
-        ..Trouble::default()
+        ..InjectedFaults::default()
     };
     let mut emulator = Emulator::new(station.clone(), pattern, trouble).unwrap();
     let config = Config {

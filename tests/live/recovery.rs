@@ -6,9 +6,9 @@ use pickline::pattern::{poisson_disk, random_stream};
 use pickline::station::{Station, built_in};
 use pickline::strategies::read_alone;
 use pickline_live::emulator::Emulator;
-use pickline_live::journal::{Found, Owner};
+use pickline_live::journal::{OpenedJournal, Owner};
 use pickline_live::protocol::{Incoming, Outgoing, Task, decode};
-use pickline_live::{Change, ClockKind, Config, Controller, State};
+use pickline_live::{ClockKind, Config, Controller, LineState, StateChange};
 use rand::RngExt as _;
 use std::path::Path;
 
@@ -28,18 +28,18 @@ fn new(station: &Station) -> Controller {
     Controller::new(station.clone(), strategy, config())
 }
 
-fn restore(station: &Station, state: State) -> Controller {
+fn restore(station: &Station, state: LineState) -> Controller {
     let strategy = read_alone("SPT,FIFO", 2).unwrap().make();
     Controller::restore(station.clone(), strategy, config(), state, None).unwrap()
 }
 
 /// As it is after it was written and read.
-fn through_text(change: &Change) -> Change {
+fn through_text(change: &StateChange) -> StateChange {
     serde_json::from_str(&serde_json::to_string(change).unwrap()).unwrap()
 }
 
-fn state_of(controller: &mut Controller) -> State {
-    let mut state = State::default();
+fn state_of(controller: &mut Controller) -> LineState {
+    let mut state = LineState::default();
     state.apply(controller.whole());
     state
 }
@@ -239,10 +239,10 @@ fn owner(station: &str, clock: ClockKind) -> Owner {
 }
 
 /// A journal of some hundred records, started over on the way if it was asked to be.
-fn write_journal(path: &Path, items: u32) -> State {
+fn write_journal(path: &Path, items: u32) -> LineState {
     let station = station();
     let mut line = new(&station);
-    let found = Found::open(path, &owner("a", ClockKind::Messages)).unwrap();
+    let found = OpenedJournal::open(path, &owner("a", ClockKind::Messages)).unwrap();
     assert!(found.reading.is_none());
     let mut journal = found.begin(&line.whole(), false).unwrap();
     let mut state = state_of(&mut line);
@@ -272,7 +272,7 @@ fn a_journal_stays_small_and_what_is_damaged_is_named() {
     let open = |bytes: &[u8], owner: &Owner| {
         let copy = folder.path().join("copy");
         std::fs::write(&copy, bytes).unwrap();
-        Found::open(&copy, owner).map(|found| found.reading.unwrap())
+        OpenedJournal::open(&copy, owner).map(|found| found.reading.unwrap())
     };
     let bytes = std::fs::read(&path).unwrap();
     // 600 items are known at a time; all 30,000 are 7 MB.
@@ -339,7 +339,7 @@ fn any_byte_that_changed_is_noticed() {
         let mut changed = bytes.clone();
         changed[at] ^= 1 << luck.random_range(0..8);
         std::fs::write(&path, &changed).unwrap();
-        match Found::open(&path, &mine) {
+        match OpenedJournal::open(&path, &mine) {
             Err(error) => assert!(error.to_string().contains("line "), "{error}"),
             // The end of the last line, or a 0 in it: as if it had never been written.
             Ok(found) => {

@@ -4,15 +4,15 @@
 use crate::support::three::{Three, config, station, strategy};
 use pickline::station::built_in;
 use pickline_live::protocol::{Incoming, Outgoing, decode};
-use pickline_live::{Change, ClockKind, Config, Controller, State};
+use pickline_live::{ClockKind, Config, Controller, LineState, StateChange};
 
-fn whole(line: &mut Three) -> State {
-    let mut state = State::default();
+fn whole(line: &mut Three) -> LineState {
+    let mut state = LineState::default();
     state.apply(line.controller.whole());
     state
 }
 
-fn take_up(state: State, config: Config, stamp: Option<f64>) -> Three {
+fn take_up(state: LineState, config: Config, stamp: Option<f64>) -> Three {
     let controller = Controller::restore(station(), strategy(), config, state, stamp).unwrap();
     Three::of(controller)
 }
@@ -168,7 +168,7 @@ fn a_change_names_what_has_changed() {
     let mut line = busy_line(config());
     line.controller.whole();
     assert!(line.controller.change(true).is_none());
-    let parts = |change: &Change| {
+    let parts = |change: &StateChange| {
         let json = serde_json::to_value(change).unwrap();
         let keys = json.as_object().unwrap().keys().cloned();
         let parts = keys.filter(|key| !["origin", "now"].contains(&key.as_str()));

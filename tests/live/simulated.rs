@@ -6,7 +6,7 @@ use pickline::pattern::{Pattern, grid, poisson_disk, random_stream};
 use pickline::sim::{Scene, simulate};
 use pickline::station::{Station, built_in};
 use pickline::strategies::{Blueprint, read_alone};
-use pickline_live::emulator::{Emulator, Trouble};
+use pickline_live::emulator::{Emulator, InjectedFaults};
 use pickline_live::protocol::{Incoming, Outgoing, Status, encode};
 use pickline_live::{ClockKind, Config, Controller};
 
@@ -31,7 +31,12 @@ struct Live {
     status: Status,
 }
 
-fn live(station: &Station, pattern: &Pattern, strategy: &Blueprint, trouble: Trouble) -> Live {
+fn live(
+    station: &Station,
+    pattern: &Pattern,
+    strategy: &Blueprint,
+    trouble: InjectedFaults,
+) -> Live {
     let mut emulator = Emulator::new(station.clone(), pattern.clone(), trouble).unwrap();
     let mut controller = controller(station, strategy);
     let (mut input, mut output) = (Vec::new(), Vec::new());
@@ -75,7 +80,7 @@ fn equals_simulation(station: &Station, pattern: &Pattern, text: &str) {
     let strategy = read_alone(text, station.robots().len()).unwrap();
     let scene = Scene::new(station, pattern).unwrap();
     let outcome = simulate(&scene, strategy.make().as_mut()).unwrap();
-    let run = live(station, pattern, &strategy, Trouble::default());
+    let run = live(station, pattern, &strategy, InjectedFaults::default());
     accounts(&run, pattern.len());
     let tasks = run.output.iter().filter_map(|message| match message {
         Outgoing::Task(task) => Some(task),
@@ -183,7 +188,7 @@ fn trouble_costs_picks_and_nothing_else() {
         let items = if text.starts_with("look") { 200 } else { 1000 };
         for (pattern, seed) in patterns(&station, items).into_iter().zip(1..) {
             let strategy = read_alone(text, robots).unwrap();
-            let plain = live(&station, &pattern, &strategy, Trouble::default());
+            let plain = live(&station, &pattern, &strategy, InjectedFaults::default());
             let run = live(&station, &pattern, &strategy, all_troubles(seed));
             accounts(&run, items);
             let (least, most) = (0.6 * plain.status.picked as f64, plain.status.picked + 30);

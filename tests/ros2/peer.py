@@ -69,7 +69,19 @@ while not all(end.get_publication_matched_status().current_count
               for end in (detections, belt, states, acks, results)) or not all(
         end.get_subscription_matched_status().current_count for end in (tasks, status)):
     time.sleep(0.05)
-time.sleep(0.5)
+
+
+def tell_robots(stamp):
+    for name in ROBOTS:
+        states.write(messages.RobotState(header=header(stamp), name=name, state=IDLE,
+                                         has_available_at=False, available_at=moment(0.0),
+                                         has_task=False, task=0))
+
+
+# The node may find a writer later than the writer finds it: it has to know the robots.
+while not any(all(robot.state == "idle" for robot in figures.robots) for figures in status.take(64)):
+    tell_robots(time.time())
+    time.sleep(0.05)
 
 origin = time.time()
 items = {f"i{i}": (-0.12 * i, 0.1 * (i % 5) - 0.2) for i in range(ITEMS)}
@@ -111,10 +123,7 @@ def tell_belt():
 
 
 tell_belt()
-for name in ROBOTS:
-    states.write(messages.RobotState(header=header(origin), name=name, state=IDLE,
-                                     has_available_at=False, available_at=moment(0.0),
-                                     has_task=False, task=0))
+tell_robots(origin)
 # Three that must be refused.
 detections.write(seen("i0", origin, frame="camera"))
 detections.write(seen("i0", origin, x=math.nan))

@@ -2,9 +2,12 @@
 
 use super::args::{AccessArgs, TransportArgs};
 use pickline::error::{Error, Result, shown};
-use pickline_live::transport::tls::{Files, Tls};
+use pickline_live::transport::tls::{Tls, TlsFiles};
 use pickline_live::transport::{Access, Side, Token};
 use std::net::ToSocketAddrs as _;
+
+/// A flag and its value, if it is given.
+type FlagValue<'a> = (&'static str, Option<&'a str>);
 
 impl AccessArgs {
     /// The token and TLS settings for peers that connect to this program.
@@ -24,22 +27,22 @@ impl AccessArgs {
         self.resolve(|files| files.is_any().then(|| Tls::connecting(files)))
     }
 
-    fn resolve(&self, tls: impl Fn(&Files) -> Option<Result<Tls>>) -> Result<Access> {
+    fn resolve(&self, tls: impl Fn(&TlsFiles) -> Option<Result<Tls>>) -> Result<Access> {
         Ok(Access {
             token: self.token.as_deref().map(Token::read).transpose()?,
             tls: tls(&self.files()).transpose()?,
         })
     }
 
-    fn files(&self) -> Files {
+    fn files(&self) -> TlsFiles {
         #[cfg(feature = "tls")]
-        let files = Files {
+        let files = TlsFiles {
             certificate: self.tls_cert.clone(),
             key: self.tls_key.clone(),
             authorities: self.tls_ca.clone(),
         };
         #[cfg(not(feature = "tls"))]
-        let files = Files::default();
+        let files = TlsFiles::default();
         files
     }
 
@@ -79,9 +82,21 @@ impl AccessArgs {
             let problem = "listening with TLS requires a certificate";
             return Err(Error::input("--tls-ca", problem, cure));
         }
-        if self.insecure {
-            return Ok(());
+        match self.insecure {
+            true => Ok(()),
+            false => self.check_reach(side, &files, listen, connect, dashboard),
         }
+    }
+
+    /// Checks that no address without authentication can be reached by other machines.
+    fn check_reach(
+        &self,
+        side: Side,
+        files: &TlsFiles,
+        listen: FlagValue,
+        connect: FlagValue,
+        dashboard: FlagValue,
+    ) -> Result<()> {
         let who_answers_is_checked = files.authorities.is_some();
         let who_connects_is_checked = who_answers_is_checked && files.certificate.is_some();
         let mut open = Vec::new();

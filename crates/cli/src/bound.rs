@@ -1,24 +1,23 @@
 //! `pickline bound`.
 
 use super::args::{BoundArgs, ObjectiveArg};
-use super::outputs::Outputs;
+use super::flags;
+use super::outputs::{Outputs, WHOLE};
 use super::progress::Bar;
 use super::session::Session;
-use super::settings::{NOTHING_FAILS, json, load_pattern};
+use super::settings::load_pattern;
 use pickline::checker;
 use pickline::error::{Error, Result};
 use pickline::optimize::Progress as _;
 use pickline::planning::bound::{Bound, BoundObjective, BoundOptions, upper_bound};
 use pickline::plausible::SLOT;
 use pickline::sim::{Conditions, Scene};
+use pickline::study::Note;
 use pickline_report::{BoundReport, Provenance};
 use std::path::Path;
 
 /// The highest accepted number of iterations; more are treated as a typing mistake.
 const MOST_ITERATIONS: usize = 1_000_000;
-
-/// The result files written to the `--out` folder.
-const FILES: [&str; 2] = ["bound.json", "prices.csv"];
 
 pub fn run(args: &BoundArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
@@ -33,7 +32,7 @@ pub fn run(args: &BoundArgs, session: &Session) -> Result<()> {
     }
     let pattern = args.pattern.as_deref().map(Path::new);
     let read = [args.station.file(), ("--pattern", pattern)];
-    common.check_outputs("bound", &FILES, &read, &[])?;
+    common.check_outputs::<BoundReport>("bound", &read, &[])?;
     let conditions = args.conditions.resolve(common)?;
     let station = args.station.load()?;
     args.conditions
@@ -51,7 +50,7 @@ pub fn run(args: &BoundArgs, session: &Session) -> Result<()> {
     let scene = Scene::under(&station, &pattern, conditions)
         .map_err(|error| error.inside(args.pattern.as_deref().unwrap_or(&pattern_name)))?;
     if conditions.disturbances.never_fails(pattern.items()) {
-        common.remark(NOTHING_FAILS);
+        common.remark(&flags::in_note(&Note::NothingFails));
     }
     let picks = bound(args, session, &scene, BoundObjective::Picks)?;
     let weight = match args.objective {
@@ -80,12 +79,7 @@ pub fn run(args: &BoundArgs, session: &Session) -> Result<()> {
                 .to_owned(),
         );
     }
-    let mut outputs = Outputs::default();
-    let whole = json(&report)?;
-    outputs.add_out(common, FILES[0], || whole);
-    outputs.add_out(common, FILES[1], || report.prices_csv());
-    let text = common.render(|| report.to_table(), || report.to_csv(), &report)?;
-    outputs.deliver(session, &text)
+    common.deliver(session, &report, &WHOLE, Outputs::default())
 }
 
 /// Notes for a bound under `conditions`.

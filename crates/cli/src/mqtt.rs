@@ -5,7 +5,7 @@ use pickline::error::{Error, Result};
 use pickline::files::read_text;
 use pickline_live::ClockKind;
 use pickline_live::transport::Side;
-use pickline_live::transport::mqtt::{Broker, Settings};
+use pickline_live::transport::mqtt::{Broker, MqttSettings};
 use std::path::{Path, PathBuf};
 
 /// The environment variable that holds the password.
@@ -16,7 +16,7 @@ impl MqttArgs {
     ///
     /// # Errors
     /// Invalid or contradictory arguments, or files that cannot be read.
-    pub fn resolve(&self, side: Side, clock: ClockKind) -> Result<Option<Settings>> {
+    pub fn resolve(&self, side: Side, clock: ClockKind) -> Result<Option<MqttSettings>> {
         let Some(url) = &self.mqtt else {
             return Ok(None);
         };
@@ -46,7 +46,7 @@ impl MqttArgs {
         let read = |file: &Option<PathBuf>| -> Result<Option<Vec<u8>>> {
             file.as_ref().map(|file| read_pem(file)).transpose()
         };
-        Ok(Some(Settings {
+        Ok(Some(MqttSettings {
             broker,
             prefix: self.mqtt_prefix.clone(),
             client_id: self.mqtt_client_id.clone(),

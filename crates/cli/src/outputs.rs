@@ -5,13 +5,28 @@
 //! output, none replaces a file that is not a result of the same verb without `--force`,
 //! and every folder is tested by writing to it.
 
-use super::args::Common;
+use super::args::{Common, OutputFormat};
 use super::session::Session;
 use pickline::error::{Error, Result};
 use pickline::files::{self, Named};
 use pickline::pattern::is_pattern_name;
-use pickline_report::is_result_of;
+use pickline_report::{Presentation, SettingNames, VerbReport, is_result_of, json_text};
 use std::path::{Path, PathBuf};
+
+/// The flags of the settings that reports refer to.
+pub const FLAGS: SettingNames = SettingNames {
+    top: "--top",
+    time_limit: "--time-limit",
+    max_runs: "--max-runs",
+    items: "--items",
+    slot: "--slot",
+};
+
+/// How reports are shown: the whole of them, and settings by their flags.
+pub const WHOLE: Presentation = Presentation {
+    top: usize::MAX,
+    settings: FLAGS,
+};
 
 /// Larger files are not results of this program [bytes].
 const LARGEST_RESULT: u64 = 1 << 30;
@@ -108,15 +123,14 @@ fn check_own(verb: &str, flag: &str, file: &Path) -> Result<()> {
 }
 
 impl Common {
-    /// Checks everything that a call of `verb` writes: `written`, and the files `names` in
-    /// the folder for result files.
+    /// Checks everything that a call of `verb` writes: `written`, and the result files of its
+    /// report `R` in the folder for them.
     ///
     /// # Errors
     /// As for [`check`]; a folder that cannot be created.
-    pub fn check_outputs(
+    pub fn check_outputs<R: VerbReport>(
         &self,
         verb: &str,
-        names: &[&str],
         read: &Named,
         written: &Named,
     ) -> Result<()> {
@@ -126,7 +140,7 @@ impl Common {
         // A folder that does not exist yet has no files to protect.
         let out = self.out.iter();
         let out: Vec<PathBuf> = out
-            .flat_map(|folder| names.iter().map(|name| folder.join(name)))
+            .flat_map(|folder| R::file_names().into_iter().map(|name| folder.join(name)))
             .collect();
         let there = out.iter().filter(|file| files::folder_of(file).exists());
         let there = there.map(|file| ("--out", Some(file.as_path())));
@@ -146,6 +160,57 @@ impl Common {
         let written: Vec<_> = written.chain(there).collect();
         check(verb, self.force, read, &written)
     }
+
+    /// Prints `report` in the chosen format, then writes its result files and `more`.
+    ///
+    /// # Errors
+    /// The first output that cannot be written; all others are written.
+    pub fn deliver<R: VerbReport>(
+        &self,
+        session: &Session,
+        report: &R,
+        shown: &Presentation,
+        more: Outputs,
+    ) -> Result<()> {
+        let text = rendered(report, self.format, shown)?;
+        self.deliver_as(session, &text, report, more)
+    }
+
+    /// The same with `text` printed instead of the report.
+    ///
+    /// # Errors
+    /// As for [`Common::deliver`].
+    pub fn deliver_as(
+        &self,
+        session: &Session,
+        text: &str,
+        report: &impl VerbReport,
+        mut more: Outputs,
+    ) -> Result<()> {
+        if let Some(folder) = &self.out {
+            more.folder = Some(folder.clone());
+            for (name, content) in report.files()? {
+                more.add(Some(&folder.join(name)), || content);
+            }
+        }
+        more.deliver(session, text)
+    }
+}
+
+/// `report` in `format`.
+///
+/// # Errors
+/// As for [`pickline_report::json_text`].
+pub fn rendered<R: VerbReport>(
+    report: &R,
+    format: OutputFormat,
+    shown: &Presentation,
+) -> Result<String> {
+    Ok(match format {
+        OutputFormat::Table => report.to_table(shown),
+        OutputFormat::Json => json_text(report)?,
+        OutputFormat::Csv => report.to_csv(),
+    })
 }
 
 /// The files of a call, until they are written.
@@ -153,6 +218,8 @@ impl Common {
 pub struct Outputs {
     files: Vec<(PathBuf, Vec<u8>)>,
     folder: Option<PathBuf>,
+    /// The first content that could not be made.
+    failure: Option<Error>,
 }
 
 impl Outputs {
@@ -163,11 +230,16 @@ impl Outputs {
         }
     }
 
-    /// Adds `content` as `name` in the folder for result files, if there is one.
-    pub fn add_out(&mut self, common: &Common, name: &str, content: impl FnOnce() -> String) {
-        let file = common.out.as_ref().map(|folder| folder.join(name));
-        self.folder.clone_from(&common.out);
-        self.add(file.as_deref(), content);
+    /// Adds `content` for `file`, unless that is `None`. If it cannot be made, the error is
+    /// returned after everything else is written.
+    pub fn try_add(&mut self, file: Option<&Path>, content: impl FnOnce() -> Result<String>) {
+        if file.is_none() {
+            return;
+        }
+        match content() {
+            Ok(content) => self.add(file, || content),
+            Err(error) => self.failure = self.failure.take().or(Some(error)),
+        }
     }
 
     /// Prints `text`, then writes the files, so that the result is visible even if the disk
@@ -183,7 +255,7 @@ impl Outputs {
     /// Writes the files.
     ///
     /// # Errors
-    /// The first file that cannot be written; all others are written.
+    /// The first file that cannot be written, or else made; all others are written.
     pub fn write(self) -> Result<()> {
         // The folder is created only now, so that a failed call leaves nothing behind.
         let made = self.folder.as_deref().map_or(Ok(()), files::make_folder);
@@ -193,5 +265,6 @@ impl Outputs {
         std::iter::once(made)
             .chain(written)
             .fold(Ok(()), Result::and)
+            .and(self.failure.map_or(Ok(()), Err))
     }
 }

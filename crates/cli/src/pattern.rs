@@ -1,13 +1,13 @@
 //! `pickline pattern`.
 
 use super::args::{
-    AxisArg, BoxesArg, DescribeArgs, Format, GenerateArgs, ImportCommand, PatternCommand,
-    PatternKind, StationChoice, TracksArgs,
+    AxisArg, BoxesArg, DescribeArgs, GenerateArgs, ImportCommand, PatternCommand, PatternKind,
+    StationChoice, TracksArgs,
 };
 use super::flags::flag;
 use super::outputs::{self, Outputs};
 use super::session::{Session, tell};
-use super::settings::{DEFAULT_GRID, json, load_pattern};
+use super::settings::load_pattern;
 use super::warnings::warn;
 use pickline::error::{Error, Result, counted, shown, shown_number, spell_settings};
 use pickline::files;
@@ -15,7 +15,8 @@ use pickline::pattern::{
     Feed, Feeder, Pattern, describe, grid, poisson_disk, random_stream, to_csv, tracking,
 };
 use pickline::plausible::{BELT_SPEED, BELT_WIDTH, MERGE_DISTANCE, SPLIT_DISTANCE};
-use pickline_report::{DescriptionReport, description_table, origin_comment};
+use pickline::study::DEFAULT_GRID;
+use pickline_report::{DescriptionReport, json_text, origin_comment};
 use rand::rngs::ChaCha8Rng;
 use serde::Serialize;
 use std::path::Path;
@@ -237,13 +238,8 @@ fn describe_pattern(args: &DescribeArgs, session: &Session) -> Result<()> {
         unlikely.into_iter().chain(pattern.warnings(named)),
     )?;
     let speed = belt.map(|belt| belt.speed).or(args.belt_speed);
-    let report = DescriptionReport::new(describe(&pattern), speed);
-    let table = description_table(&report);
-    let text = match args.format {
-        Format::Table => format!("{}pattern   {name}\n", table.render()),
-        Format::Json => json(&report)?,
-        Format::Csv => table.to_csv(),
-    };
+    let report = DescriptionReport::new(describe(&pattern), speed).named(name);
+    let text = outputs::rendered(&report, args.format, &outputs::WHOLE)?;
     session.print(text.as_bytes())
 }
 
@@ -368,7 +364,7 @@ fn import_tracks(args: &TracksArgs, session: &Session) -> Result<()> {
         tell(&format!("warning: {doubt}"));
     }
     let command = session.command();
-    let report = json(&Imported {
+    let report = json_text(&Imported {
         command: &command,
         report: &import.report,
     })?;

@@ -2,20 +2,24 @@
 
 use super::args::Pictures;
 use super::outputs::Outputs;
-use pickline::error::Result;
-use pickline_report::{ChartKind, Provenance};
+use pickline::error::{Error, Result};
+use pickline_report::{ChartKind, Presentation, VerbReport};
 use std::path::Path;
 
-/// Looks up the requested chart in `kinds`, before the work begins.
+/// Looks up the requested chart of the report `R`, before the work begins.
 ///
 /// # Errors
 /// An unknown chart.
-pub fn checked<R>(
-    pictures: &Pictures,
-    kinds: &'static [ChartKind<R>],
-) -> Result<&'static ChartKind<R>> {
-    ChartKind::named(kinds, pictures.chart.as_deref())
+pub fn checked<R: VerbReport>(pictures: &Pictures) -> Result<&'static ChartKind<R>> {
+    ChartKind::named(R::CHARTS, pictures.chart.as_deref()).map_err(|error| error.at(CHART))
 }
+
+/// The error for a report that lacks the data for `chart`.
+pub fn missing<R>(chart: &ChartKind<R>) -> Error {
+    chart.missing().at(CHART)
+}
+
+const CHART: &str = "--chart";
 
 impl Pictures {
     /// The flags and output files of the pictures.
@@ -26,23 +30,21 @@ impl Pictures {
         ]
     }
 
-    /// Adds the requested pictures of `report` to `outputs`.
-    ///
-    /// # Errors
-    /// A report without data for `chart`.
-    pub fn draw<R>(
+    /// The requested pictures of `report`.
+    pub fn draw<R: VerbReport>(
         &self,
-        outputs: &mut Outputs,
         chart: &ChartKind<R>,
         report: &R,
-        made: &Provenance,
-        page: impl FnOnce() -> String,
-    ) -> Result<()> {
-        outputs.add(self.html.as_deref(), page);
-        if self.svg.is_some() {
-            let svg = chart.svg(report, made)?;
-            outputs.add(self.svg.as_deref(), || svg);
+        shown: &Presentation,
+    ) -> Outputs {
+        let mut outputs = Outputs::default();
+        if let Some(page) = self.html.as_ref().and_then(|_| report.to_page(shown)) {
+            outputs.add(self.html.as_deref(), || page);
         }
-        Ok(())
+        outputs.try_add(self.svg.as_deref(), || {
+            let svg = chart.svg(report, report.provenance());
+            svg.map_err(|error| error.at(CHART))
+        });
+        outputs
     }
 }

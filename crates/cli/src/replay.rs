@@ -1,12 +1,13 @@
 //! `pickline run --replay`: repeats a recorded run.
 
 use super::args::RunArgs;
-use super::run::{allowance, blueprint};
+use super::live_strategy::{allowance, live_strategy};
 use super::session::Session;
 use pickline::error::{Error, Result, shown};
 use pickline::station::{Overrides, parse};
+use pickline::study::BlueprintOptions;
 use pickline_live::protocol::{Rejection, encode};
-use pickline_live::recording::{Ending, Entry, Event, Reader};
+use pickline_live::recording::{RecordedEvent, RecordingEnd, RecordingEntry, RecordingReader};
 use pickline_live::{ClockKind, Config, Controller};
 use serde_json::Value;
 use std::collections::VecDeque;
@@ -18,7 +19,7 @@ const BLOCK: usize = 1 << 16;
 /// Replays the recording in `file`, with its own settings unless others are given, and
 /// reports how far the output matches the recorded one.
 pub fn replay(args: &RunArgs, file: &Path, session: &Session) -> Result<()> {
-    let mut reader = Reader::open(file)?;
+    let mut reader = RecordingReader::open(file)?;
     let name = file.display().to_string();
     let heading = reader.heading.clone();
     let none = Overrides {
@@ -44,8 +45,12 @@ pub fn replay(args: &RunArgs, file: &Path, session: &Session) -> Result<()> {
     let recorded = args.strategy.is_none().then_some(heading.budget_ms);
     let allowance = allowance(args.budget_ms.or(recorded.flatten()), clock)?;
     let quiet = args.transport.quiet;
-    let strategy = blueprint(text, heading.seed, quiet, &station, session, allowance)?.make();
-    args.transport.remark(&format!(
+    let options = BlueprintOptions::default()
+        .with_seed(heading.seed)
+        .with_allowance(allowance);
+    let strategy = live_strategy(text, &options, quiet, &station, session)?.make();
+    let remarks = args.transport.remarks();
+    remarks.remark(&format!(
         "replaying {name}, recorded by {}: {}",
         heading.program, heading.command
     ));
@@ -90,7 +95,7 @@ pub fn replay(args: &RunArgs, file: &Path, session: &Session) -> Result<()> {
     for doubt in reader.doubts() {
         verdict += &format!("\n  {doubt}");
     }
-    args.transport.remark(&verdict);
+    remarks.remark(&verdict);
     Ok(())
 }
 
@@ -109,28 +114,28 @@ struct Replay {
 }
 
 impl Replay {
-    fn take(&mut self, entry: Entry) {
+    fn take(&mut self, entry: RecordingEntry) {
         match entry {
-            Entry::In(message, received) => {
+            RecordingEntry::In(message, received) => {
                 // A refused message is refused and counted again.
                 let _ = match self.clock {
                     ClockKind::System => self.controller.hear(message, received),
                     ClockKind::Messages => self.controller.handle(message),
                 };
             }
-            Entry::Out(line) => {
+            RecordingEntry::Out(line) => {
                 if self.difference.is_none() {
                     self.recorded.push_back(line);
                 }
             }
-            Entry::Event(event) => self.happen(&event),
+            RecordingEntry::Event(event) => self.happen(&event),
         }
         self.collect();
     }
 
-    fn happen(&mut self, event: &Event) {
+    fn happen(&mut self, event: &RecordedEvent) {
         match event {
-            Event::Step {
+            RecordedEvent::Step {
                 stamp,
                 held,
                 held_robots,
@@ -143,23 +148,23 @@ impl Replay {
                     self.controller.advance(*stamp);
                 }
             }
-            Event::Joined {} => self.controller.send_again(),
-            Event::Connected {} => self.controller.repeat(),
-            Event::Welcomed {} => self.controller.tell_open(),
-            Event::Spoken { robot } => {
+            RecordedEvent::Joined {} => self.controller.send_again(),
+            RecordedEvent::Connected {} => self.controller.repeat(),
+            RecordedEvent::Welcomed {} => self.controller.send_open_tasks(),
+            RecordedEvent::Spoken { robot } => {
                 // May be out of range in a recording that was edited.
                 if *robot < self.robots() {
                     self.controller.send_again_to(*robot);
                 }
             }
-            Event::Refused { reason } => {
+            RecordedEvent::Refused { reason } => {
                 if let Some(reason) = Rejection::named(reason) {
                     self.controller.count_rejected(reason);
                 }
             }
-            Event::Report { last, queued } => self.controller.report(*last, *queued),
-            Event::Finished {} => self.controller.finish(),
-            Event::Stopped {} => self.controller.stop(),
+            RecordedEvent::Report { last, queued } => self.controller.report(*last, *queued),
+            RecordedEvent::Finished {} => self.controller.finish(),
+            RecordedEvent::Stopped {} => self.controller.stop(),
         }
     }
 
@@ -197,7 +202,7 @@ impl Replay {
         Ok(())
     }
 
-    fn verdict(&self, ending: Ending) -> String {
+    fn verdict(&self, ending: RecordingEnd) -> String {
         let same = match self.same {
             1 => "1 message is".to_owned(),
             same => format!("{same} messages are"),
@@ -212,7 +217,7 @@ impl Replay {
                  recorded: {recorded}"
             ),
             // A truncated recording lacks the last answers.
-            (None, None) if !self.said.is_empty() && ending == Ending::Whole => {
+            (None, None) if !self.said.is_empty() && ending == RecordingEnd::Whole => {
                 let more = &self.said[0];
                 format!("{same} as recorded, then the replay has more\n  now:      {more}")
             }
@@ -220,9 +225,9 @@ impl Replay {
             (None, None) => format!("all {same} as recorded"),
         };
         let ending = match ending {
-            Ending::Whole => return text,
-            Ending::Open => "the recording was not finished and ends here",
-            Ending::Torn => "the recording ends within a record and is replayed up to there",
+            RecordingEnd::Whole => return text,
+            RecordingEnd::Open => "the recording was not finished and ends here",
+            RecordingEnd::Torn => "the recording ends within a record and is replayed up to there",
         };
         // On a separate line after a recorded line, which may be long.
         text += if text.contains('\n') { "\n  " } else { "; " };

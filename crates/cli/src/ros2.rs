@@ -4,7 +4,7 @@ use super::args::Ros2Args;
 use pickline::error::{Error, Result, shown};
 use pickline_live::ClockKind;
 use pickline_live::transport::Side;
-use pickline_live::transport::ros2::Settings;
+use pickline_live::transport::ros2::Ros2Settings;
 use std::net::{IpAddr, Ipv4Addr};
 
 /// The environment variable that sets the domain of all ROS 2 programs.
@@ -17,7 +17,7 @@ impl Ros2Args {
     ///
     /// # Errors
     /// An invalid domain.
-    pub fn resolve(&self, side: Side, clock: ClockKind) -> Result<Option<Settings>> {
+    pub fn resolve(&self, side: Side, clock: ClockKind) -> Result<Option<Ros2Settings>> {
         if !self.ros2 {
             return Ok(None);
         }
@@ -27,7 +27,7 @@ impl Ros2Args {
         } else {
             self.ros2_network.clone()
         };
-        Ok(Some(Settings {
+        Ok(Some(Ros2Settings {
             domain: self.domain()?,
             namespace,
             frame: self.ros2_frame.clone(),

@@ -4,6 +4,9 @@
 //! writes the view as JSON and sends it to all browsers. Each browser gets the newest view once it
 //! has received the previous one, so a slow browser skips views.
 
+// Units are in brackets, [m] or [s], which rustdoc would treat as links.
+#![allow(rustdoc::broken_intra_doc_links)]
+
 mod metrics;
 mod page;
 mod server;
@@ -14,7 +17,7 @@ pub use page::{DASHBOARD_PAGE, dashboard_line, dashboard_script, dashboard_style
 use hyper::body::Bytes;
 use pickline::error::{Error, Result};
 use pickline::station::Station;
-use pickline_live::View;
+use pickline_live::LineView;
 use pickline_live::transport::{Access, listen_at};
 use server::{Scraped, Texts};
 use std::net::SocketAddr;
@@ -28,7 +31,7 @@ use tokio::sync::watch;
 /// The dashboard of one line.
 #[derive(Debug)]
 pub struct Dashboard {
-    views: watch::Sender<Option<Arc<View>>>,
+    views: watch::Sender<Option<Arc<LineView>>>,
     /// Dropped when the server has ended.
     texts: Weak<Texts>,
     /// Whether a request is waiting for the next view.
@@ -51,10 +54,10 @@ impl Dashboard {
         strategy: &str,
         access: Access,
     ) -> Result<Self> {
-        let listener = listen_at("--dashboard", address)?;
+        let listener = listen_at("'dashboard'", address)?;
         let wrong = |error: std::io::Error| {
             Error::input(
-                "--dashboard",
+                "'dashboard'",
                 format!("{address}: {error}"),
                 "try again, or run without a dashboard",
             )
@@ -101,14 +104,14 @@ impl Dashboard {
     }
 
     /// Shows a view. A browser that lags behind may never get it.
-    pub fn show(&self, view: View) {
+    pub fn show(&self, view: LineView) {
         self.wanted.store(false, Ordering::Relaxed);
         self.views.send_replace(Some(Arc::new(view)));
     }
 
-    /// Stops the server once all browsers have the last view, or after `patience`.
-    pub fn close(self, patience: Duration) {
+    /// Stops the server once all browsers have the last view, or after `timeout`.
+    pub fn close(self, timeout: Duration) {
         drop(self.views);
-        let _ = self.ended.recv_timeout(patience);
+        let _ = self.ended.recv_timeout(timeout);
     }
 }

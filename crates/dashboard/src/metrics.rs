@@ -3,17 +3,17 @@
 //!
 //! Each metric is one row of [`metrics`]; `docs/protocol.md` has the table of them.
 
-use pickline_live::View;
-use pickline_live::protocol::SourceReport;
+use pickline_live::LineView;
+use pickline_live::protocol::{SourceReport, Status};
 use std::fmt::{Display, Write as _};
 
 /// The states of a robot, as named in a status.
 const ROBOT_STATES: [&str; 5] = ["idle", "busy", "fault", "silent", "unknown"];
 
 /// The page of metrics for `view`; `strategy` is the name of the line's strategy.
-pub fn metrics(view: &View, strategy: &str) -> String {
+pub fn metrics(view: &LineView, strategy: &str) -> String {
     let status = &view.status;
-    let mut page = Page::default();
+    let mut page = MetricsText::default();
     let version = env!("CARGO_PKG_VERSION");
     page.metric("pickline_info", "gauge", "Program and strategy; always 1.");
     page.sample(&[("version", version), ("strategy", strategy)], 1);
@@ -72,29 +72,7 @@ pub fn metrics(view: &View, strategy: &str) -> String {
     ] {
         page.single(name, "gauge", help, count);
     }
-    page.metric(
-        "pickline_robot_picks_total",
-        "counter",
-        "Successful picks of a robot.",
-    );
-    for robot in &status.robots {
-        page.sample(&[("robot", &robot.name)], robot.picked);
-    }
-    let help = "Failed attempts of a robot.";
-    page.metric("pickline_robot_failures_total", "counter", help);
-    for robot in &status.robots {
-        page.sample(&[("robot", &robot.name)], robot.failed);
-    }
-    let help = "1 for the state that a robot is in, 0 for the others.";
-    page.metric("pickline_robot_state", "gauge", help);
-    for robot in &status.robots {
-        let known = ROBOT_STATES.into_iter();
-        let other = Some(&*robot.state).filter(|state| !ROBOT_STATES.contains(state));
-        for state in known.chain(other) {
-            let labels = [("robot", &*robot.name), ("state", state)];
-            page.sample(&labels, u8::from(state == robot.state));
-        }
-    }
+    page.robots(status);
     page.sources(view);
     let help = "Messages that were refused, by reason.";
     page.metric("pickline_messages_rejected_total", "counter", help);
@@ -112,14 +90,41 @@ pub fn metrics(view: &View, strategy: &str) -> String {
 
 /// A page of metrics that is being written.
 #[derive(Default)]
-struct Page {
+struct MetricsText {
     text: String,
     /// The metric whose samples are being written.
     name: &'static str,
 }
 
 // Writing into a string never fails.
-impl Page {
+impl MetricsText {
+    /// The figures of each robot.
+    fn robots(&mut self, status: &Status) {
+        self.metric(
+            "pickline_robot_picks_total",
+            "counter",
+            "Successful picks of a robot.",
+        );
+        for robot in &status.robots {
+            self.sample(&[("robot", &robot.name)], robot.picked);
+        }
+        let help = "Failed attempts of a robot.";
+        self.metric("pickline_robot_failures_total", "counter", help);
+        for robot in &status.robots {
+            self.sample(&[("robot", &robot.name)], robot.failed);
+        }
+        let help = "1 for the state that a robot is in, 0 for the others.";
+        self.metric("pickline_robot_state", "gauge", help);
+        for robot in &status.robots {
+            let known = ROBOT_STATES.into_iter();
+            let other = Some(&*robot.state).filter(|state| !ROBOT_STATES.contains(state));
+            for state in known.chain(other) {
+                let labels = [("robot", &*robot.name), ("state", state)];
+                self.sample(&labels, u8::from(state == robot.state));
+            }
+        }
+    }
+
     /// Starts a metric: its help text and its type.
     fn metric(&mut self, name: &'static str, kind: &str, help: &str) {
         self.name = name;
@@ -149,9 +154,9 @@ impl Page {
     }
 
     /// Age, clock offset and silence of each source.
-    fn sources(&mut self, view: &View) {
-        type Figure = fn(&SourceReport) -> Option<f64>;
-        let figures: [(&str, &str, Figure); 3] = [
+    fn sources(&mut self, view: &LineView) {
+        type SourceFigure = fn(&SourceReport) -> Option<f64>;
+        let figures: [(&str, &str, SourceFigure); 3] = [
             (
                 "pickline_source_age_seconds",
                 "Time since the last message of a source [s].",
@@ -181,7 +186,7 @@ impl Page {
     }
 
     /// The histogram of the decision times.
-    fn histogram(&mut self, view: &View) {
+    fn histogram(&mut self, view: &LineView) {
         let times = &view.decision_times;
         let help = "Duration of decisions [s].";
         self.metric("pickline_decision_duration_seconds", "histogram", help);

@@ -40,12 +40,12 @@ struct LineData<'a> {
     program: String,
     station: &'a str,
     strategy: &'a str,
-    belt: BeltData,
+    belt: DashboardBelt,
     robots: Vec<RobotData<'a>>,
 }
 
 #[derive(Serialize)]
-struct BeltData {
+struct DashboardBelt {
     length: f64,
     width: f64,
 }
@@ -58,7 +58,7 @@ pub fn dashboard_line(station: &Station, named: &str, strategy: &str) -> String 
         program: format!("pickline {}", env!("CARGO_PKG_VERSION")),
         station: named,
         strategy,
-        belt: BeltData {
+        belt: DashboardBelt {
             length: belt.length,
             width: belt.width,
         },

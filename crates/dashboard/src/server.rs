@@ -19,7 +19,7 @@ use hyper::server::conn::http1;
 use hyper::service::service_fn;
 use hyper::{Method, Request, Response, StatusCode};
 use hyper_util::rt::{TokioIo, TokioTimer};
-use pickline_live::View;
+use pickline_live::LineView;
 use pickline_live::transport::tls::{Stream, Tls};
 use pickline_live::transport::{Access, Token, is_short_of_descriptors};
 use std::convert::Infallible;
@@ -41,11 +41,11 @@ const MOST_CONNECTIONS: u32 = 64;
 /// Browsers that can watch at a time; further ones get status 503.
 const MOST_WATCHERS: usize = 32;
 /// A request that is not complete after this time is dropped.
-const REQUEST_TIME: Duration = Duration::from_secs(10);
+const REQUEST_TIMEOUT: Duration = Duration::from_secs(10);
 /// How long a request for metrics waits for a view. A working line shows one at once.
-const VIEW_TIME: Duration = Duration::from_secs(2);
+const VIEW_TIMEOUT: Duration = Duration::from_secs(2);
 /// Pause after a failed accept, which means that too many files are open.
-const PAUSE: Duration = Duration::from_millis(100);
+const ACCEPT_RETRY_DELAY: Duration = Duration::from_millis(100);
 
 /// The content security policy: nothing from other sites, no inline script or style.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; \
@@ -55,7 +55,7 @@ const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; \
 /// The data for requests for metrics.
 pub struct Scraped {
     /// The newest view.
-    pub views: watch::Receiver<Option<Arc<View>>>,
+    pub views: watch::Receiver<Option<Arc<LineView>>>,
     /// Set to request the next view.
     pub wanted: Arc<AtomicBool>,
     /// Name of the line's strategy.
@@ -82,7 +82,7 @@ pub async fn serve(
     access: Access,
     line: String,
     scraped: Scraped,
-    views: watch::Receiver<Option<Arc<View>>>,
+    views: watch::Receiver<Option<Arc<LineView>>>,
     texts: Arc<Texts>,
 ) {
     let is_local = listener
@@ -115,7 +115,7 @@ pub async fn serve(
 }
 
 /// Formats every view as an event, once for all browsers.
-async fn write_texts(mut views: watch::Receiver<Option<Arc<View>>>, texts: &Texts) {
+async fn write_texts(mut views: watch::Receiver<Option<Arc<LineView>>>, texts: &Texts) {
     while views.changed().await.is_ok() {
         let view = views.borrow_and_update().clone();
         // Numbers and text always convert to JSON.
@@ -143,24 +143,26 @@ async fn accept_all(
             return;
         };
         let Ok((stream, _)) = listener.accept().await else {
-            tokio::time::sleep(PAUSE).await;
+            tokio::time::sleep(ACCEPT_RETRY_DELAY).await;
             continue;
         };
         if is_short_of_descriptors(&stream) {
             // The journal needs descriptors too.
             drop(stream);
-            tokio::time::sleep(PAUSE).await;
+            tokio::time::sleep(ACCEPT_RETRY_DELAY).await;
             continue;
         }
         let (site, tls) = (Arc::clone(&site), tls.clone());
         tokio::spawn(async move {
             let stream: Stream = match tls {
                 None => Box::new(stream),
-                Some(tls) => match tokio::time::timeout(REQUEST_TIME, tls.accept(stream)).await {
-                    Ok(Ok(stream)) => stream,
-                    // TLS itself tells a browser that its certificate is not trusted.
-                    Ok(Err(_)) | Err(_) => return,
-                },
+                Some(tls) => {
+                    match tokio::time::timeout(REQUEST_TIMEOUT, tls.accept(stream)).await {
+                        Ok(Ok(stream)) => stream,
+                        // TLS itself tells a browser that its certificate is not trusted.
+                        Ok(Err(_)) | Err(_) => return,
+                    }
+                }
             };
             let answer = service_fn(|request| {
                 let site = Arc::clone(&site);
@@ -171,7 +173,7 @@ async fn accept_all(
                 // One request per connection, so that no connection stays idle.
                 .keep_alive(false)
                 .timer(TokioTimer::new())
-                .header_read_timeout(REQUEST_TIME)
+                .header_read_timeout(REQUEST_TIMEOUT)
                 .serve_connection(TokioIo::new(stream), answer)
                 .await;
             drop(permit);
@@ -232,7 +234,7 @@ impl Site {
         views.mark_unchanged();
         self.scraped.wanted.store(true, Ordering::Relaxed);
         // When the line ends, its last view is used.
-        let waited = tokio::time::timeout(VIEW_TIME, views.changed()).await;
+        let waited = tokio::time::timeout(VIEW_TIMEOUT, views.changed()).await;
         let view = views.borrow().clone();
         match view.filter(|_| waited.is_ok()) {
             Some(view) => whole(

@@ -6,6 +6,7 @@
 //! Invariant: only the last [`KEPT`] results are kept.
 
 use super::protocol::Verdict;
+use crate::Setting;
 use pickline::error::{rounded, shown};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -27,7 +28,7 @@ const RUN: usize = 10;
 
 /// One `found` of a robot.
 #[derive(Debug, Clone, Copy)]
-struct Found {
+struct FoundOffset {
     robot: usize,
     /// From the place where it was sent to the place where it found the item, along and across [m].
     off: (f64, f64),
@@ -78,7 +79,7 @@ impl Grasps {
 /// The recent results of all robots.
 #[derive(Debug, Clone, Default)]
 pub struct Aim {
-    found: VecDeque<Found>,
+    found: VecDeque<FoundOffset>,
     /// The last grasps of all robots, and of each.
     grasps: Grasps,
     by_robot: BTreeMap<usize, Grasps>,
@@ -114,7 +115,7 @@ impl Aim {
         if self.found.len() == KEPT {
             self.found.pop_front();
         }
-        self.found.push_back(Found { robot, off, speed });
+        self.found.push_back(FoundOffset { robot, off, speed });
     }
 
     /// Notes an impossible `found` of `robot`. Returns whether it is its first.
@@ -224,9 +225,10 @@ impl Aim {
             (products.sum::<f64>() / squares, 0.0)
         };
         let (way, ms) = (if late < 0.0 { "early" } else { "late" }, 1e3 * late);
-        let flag = format!("--camera-delay {:.0}", 1e3 * delay + ms);
+        let setting = format!("{} {:.0}", Setting::CameraDelay, 1e3 * delay + ms);
         let ms = format!("{:.0} ms", ms.abs());
-        let stamped = format!("as if timestamps of pictures were {ms} {way}: {flag} corrects that");
+        let stamped =
+            format!("as if timestamps of pictures were {ms} {way}: {setting} corrects that");
         match tells {
             false => format!(
                 "{stamped}, unless the camera's x is off by {}; results at another belt speed \
@@ -245,7 +247,7 @@ impl Aim {
     /// have found at least `enough` items.
     fn odd_one(&self, enough: usize) -> Option<(usize, (f64, f64))> {
         let means = |is_its: &dyn Fn(usize) -> bool| {
-            let of = |side: fn(&Found) -> f64| {
+            let of = |side: fn(&FoundOffset) -> f64| {
                 let its = self.found.iter().filter(|found| is_its(found.robot));
                 mean(its.map(side).collect::<Vec<_>>().into_iter())
             };
@@ -310,7 +312,7 @@ impl Aim {
             ", or the grippers do not hold items"
         };
         let way = rounded(0.1 * speed.abs() * 1e3, 3);
-        let delay = rounded(1e3 * delay, 4);
+        let (setting, delay) = (Setting::CameraDelay, rounded(1e3 * delay, 4));
         let comes = camera.map_or(String::new(), |offset| {
             let ms = rounded(1e3 * offset, 2);
             format!(
@@ -320,7 +322,7 @@ impl Aim {
         });
         Some(format!(
             "{what}: items are not where they are expected{gripper}\n  most likely the timestamps \
-             of pictures are late: 100 ms are {way} mm at this speed, and --camera-delay MS, now \
+             of pictures are late: 100 ms are {way} mm at this speed, and {setting} MS, now \
              {delay}, subtracts them.{comes}\n  `found {{x, y}}` in results would show how many; \
              also check the camera's position and the belt's speed"
         ))
@@ -365,12 +367,12 @@ mod tests {
     fn a_late_stamp_is_told_of_with_what_cures_it() {
         let remarks = told((0..100).map(|i| (i % 2, 0.045 + jitter(i), jitter(i + 3), 0.3)));
         assert_eq!(remarks.len(), 1, "{remarks:?}");
-        let cure = remarks[0].contains("were 149 ms late: --camera-delay 169 corrects");
+        let cure = remarks[0].contains("were 149 ms late: 'camera_delay' 169 corrects");
         assert!(cure && remarks[0].contains("mm downstream"), "{remarks:?}");
         assert!(remarks[0].contains("unless the camera's x is off by 44.8 mm"));
         let remarks = told((0..100).map(|i| (i % 2, -0.03 + jitter(i), 0.0, 0.3)));
         assert!(
-            remarks[0].contains("101 ms early: --camera-delay -81"),
+            remarks[0].contains("101 ms early: 'camera_delay' -81"),
             "{remarks:?}"
         );
     }
@@ -447,7 +449,7 @@ mod tests {
         }
         assert_eq!(remarks.len(), 1, "{remarks:?}");
         let none = remarks[0].contains("none of the last 10 grasps");
-        assert!(none && remarks[0].contains("--camera-delay"), "{remarks:?}");
+        assert!(none && remarks[0].contains("'camera_delay'"), "{remarks:?}");
         assert!(remarks[0].contains("or the grippers"), "{remarks:?}");
         // One pick in ten: nothing is reported.
         let mut aim = Aim::default();
@@ -467,7 +469,7 @@ mod tests {
             remarks.extend(aim.remark(0.0, Some(0.004), 0.3, &NAMES));
         }
         assert_eq!(remarks.len(), 1);
-        assert!(remarks[0].contains("--camera-delay") && remarks[0].contains("30 mm"));
+        assert!(remarks[0].contains("'camera_delay'") && remarks[0].contains("30 mm"));
         assert!(remarks[0].contains("come 4 ms after"), "{remarks:?}");
         // Reported again after an improvement.
         for _ in 0..RUN / 2 {

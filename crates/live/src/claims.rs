@@ -211,10 +211,10 @@ impl Claim {
         }
     }
 
-    /// When the task becomes moot: `patience` [s] after both the last start and the robot's
+    /// When the task becomes moot: `result_timeout` [s] after both the last start and the robot's
     /// expected return.
-    pub fn moot_from(&self, patience: f64) -> f64 {
-        self.window.1.max(self.free_at) + patience
+    pub fn moot_from(&self, result_timeout: f64) -> f64 {
+        self.window.1.max(self.free_at) + result_timeout
     }
 
     /// Notes a cancel sent at `now`. The next one follows after `pause` [s], which doubles each

@@ -25,7 +25,7 @@ pub enum ClockKind {
 }
 
 impl ClockKind {
-    /// The value of `--clock` for this kind.
+    /// Its name.
     pub fn name(self) -> &'static str {
         match self {
             Self::System => "system",
@@ -33,7 +33,7 @@ impl ClockKind {
         }
     }
 
-    /// The kind for this value of `--clock`, if there is one.
+    /// The kind with this name, if there is one.
     pub fn named(name: &str) -> Option<Self> {
         let kinds = [Self::System, Self::Messages];
         kinds.into_iter().find(|kind| kind.name() == name)
@@ -42,7 +42,7 @@ impl ClockKind {
 
 /// How a timestamp is judged.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Belief {
+pub enum StampTrust {
     /// It is near enough to the present; its time [s].
     Certain(f64),
     /// With message time: it is far ahead, or the first. The next timestamp decides.
@@ -107,10 +107,10 @@ impl Clock {
     ///
     /// # Errors
     /// The timestamp is too far from the present to be accepted in any case.
-    pub fn judge(&mut self, stamp: f64, is_tick: bool) -> Result<Belief, Rejected> {
+    pub fn judge(&mut self, stamp: f64, is_tick: bool) -> Result<StampTrust, Rejected> {
         let ahead = match self.kind {
             ClockKind::System => AHEAD,
-            ClockKind::Messages if self.origin.is_none() => return Ok(Belief::Doubtful),
+            ClockKind::Messages if self.origin.is_none() => return Ok(StampTrust::Doubtful),
             ClockKind::Messages if is_tick => LEAP,
             ClockKind::Messages => DOUBTFUL,
         };
@@ -120,9 +120,9 @@ impl Clock {
             return Err(self.refuse(stamp, &format!("{ahead} s ahead")));
         }
         Ok(if is_ahead {
-            Belief::Doubtful
+            StampTrust::Doubtful
         } else {
-            Belief::Certain(time)
+            StampTrust::Certain(time)
         })
     }
 

@@ -4,7 +4,7 @@
 //! a warning now and then, because with them a line picks nothing. Impossible extra fields of a
 //! robot's state or result are removed; the rest of the message counts.
 
-use super::protocol::{BeltState, Detection, Incoming, Place};
+use super::protocol::{BeltState, Detection, FoundPlace, Incoming};
 use pickline::error::shown_number;
 use pickline::plausible::{
     BELT_SPEED, DEVIATION, ITEM_AREA, ITEM_PLACE, LENGTHS, SPEEDS, STAMPS, VARIANCES, Warning,
@@ -121,7 +121,7 @@ impl Doubts {
 }
 
 /// Removes an impossible `found`.
-fn take_out_place(found: &mut Option<Place>) -> Option<Warning> {
+fn take_out_place(found: &mut Option<FoundPlace>) -> Option<Warning> {
     let at = (*found)?;
     let sides = [("x", at.x), ("y", at.y)].into_iter();
     let mut wrong = sides.filter(|(_, value)| value.is_nan() || value.abs() > FURTHEST_FOUND);

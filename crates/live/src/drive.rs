@@ -19,7 +19,7 @@ const GAIN: f64 = 0.05;
 /// Why the belt is requested to stop or to restart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Cause {
+pub enum StopCause {
     /// No robot takes tasks.
     NoRobot,
     /// An item would leave the last robot's reach.
@@ -28,7 +28,7 @@ pub enum Cause {
     Clear,
 }
 
-impl Cause {
+impl StopCause {
     /// The text of the `reason` in a request.
     pub fn text(self) -> &'static str {
         match self {
@@ -45,13 +45,13 @@ pub struct Request {
     /// The requested speed [m/s].
     pub speed: f64,
     /// The reason for the request.
-    pub cause: Cause,
+    pub cause: StopCause,
 }
 
 /// The phase of a request. Speeds [m/s] are those from before the stop.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-enum Phase {
+enum DrivePhase {
     /// Nothing is requested.
     #[default]
     Idle,
@@ -70,9 +70,9 @@ enum Phase {
 /// The state of the requests to the drive.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Drive {
-    phase: Phase,
+    phase: DrivePhase,
     /// Reason of the last requested stop.
-    cause: Option<Cause>,
+    cause: Option<StopCause>,
     /// Time of the last request [s], and how often it was repeated.
     asked_at: f64,
     repeats: u32,
@@ -84,65 +84,70 @@ impl Drive {
     /// Speed of the belt before the requested stop [m/s]; none while no stop is requested.
     pub fn running(&self) -> Option<f64> {
         match self.phase {
-            Phase::Stopping(speed) | Phase::Stopped(speed) => Some(speed),
+            DrivePhase::Stopping(speed) | DrivePhase::Stopped(speed) => Some(speed),
             _ => None,
         }
     }
 
     /// When the open request is repeated if it is not followed [s].
     pub fn repeat_at(&self) -> Option<f64> {
-        let is_open = matches!(self.phase, Phase::Stopping(_) | Phase::Starting(_));
+        let is_open = matches!(
+            self.phase,
+            DrivePhase::Stopping(_) | DrivePhase::Starting(_)
+        );
         (is_open && self.repeats < MOST_REPEATS).then_some(self.asked_at + REPEAT)
     }
 
     /// The request to make at `now` [s], if the belt moves at `speed` [m/s] and there is a `reason`
     /// to stop it or none. Returns none if it has already been made.
-    pub fn ask(&mut self, now: f64, speed: f64, reason: Option<Cause>) -> Option<Request> {
+    pub fn ask(&mut self, now: f64, speed: f64, reason: Option<StopCause>) -> Option<Request> {
         let stands = speed == 0.0;
         self.lowest = self.lowest.min(speed);
         let gains = |running: f64| speed > self.lowest + GAIN * running;
         // What the belt has done since the last call.
         self.phase = match self.phase {
-            Phase::Stopping(running) if stands => Phase::Stopped(running),
-            Phase::Stopped(_) if !stands => Phase::Overruled,
-            Phase::Starting(running) if speed >= NEARLY * running => Phase::Idle,
-            Phase::Starting(running) if gains(running) => Phase::GainingSpeed(running),
-            Phase::GainingSpeed(running) if stands || speed >= NEARLY * running => Phase::Idle,
+            DrivePhase::Stopping(running) if stands => DrivePhase::Stopped(running),
+            DrivePhase::Stopped(_) if !stands => DrivePhase::Overruled,
+            DrivePhase::Starting(running) if speed >= NEARLY * running => DrivePhase::Idle,
+            DrivePhase::Starting(running) if gains(running) => DrivePhase::GainingSpeed(running),
+            DrivePhase::GainingSpeed(running) if stands || speed >= NEARLY * running => {
+                DrivePhase::Idle
+            }
             phase => phase,
         };
         match (reason, self.phase) {
-            (Some(cause), Phase::Idle | Phase::GainingSpeed(_)) if speed > 0.0 => {
+            (Some(cause), DrivePhase::Idle | DrivePhase::GainingSpeed(_)) if speed > 0.0 => {
                 let running = match self.phase {
-                    Phase::GainingSpeed(running) => running,
+                    DrivePhase::GainingSpeed(running) => running,
                     _ => speed,
                 };
-                Some(self.request(now, Phase::Stopping(running), cause))
+                Some(self.request(now, DrivePhase::Stopping(running), cause))
             }
             // The belt may be about to move.
-            (Some(cause), Phase::Starting(running)) => {
-                Some(self.request(now, Phase::Stopping(running), cause))
+            (Some(cause), DrivePhase::Starting(running)) => {
+                Some(self.request(now, DrivePhase::Stopping(running), cause))
             }
-            (None, Phase::Stopping(running) | Phase::Stopped(running)) => {
+            (None, DrivePhase::Stopping(running) | DrivePhase::Stopped(running)) => {
                 self.lowest = speed;
-                Some(self.request(now, Phase::Starting(running), Cause::Clear))
+                Some(self.request(now, DrivePhase::Starting(running), StopCause::Clear))
             }
-            (None, Phase::Overruled) => {
-                self.phase = Phase::Idle;
+            (None, DrivePhase::Overruled) => {
+                self.phase = DrivePhase::Idle;
                 None
             }
             _ => self.again(now),
         }
     }
 
-    fn request(&mut self, now: f64, phase: Phase, cause: Cause) -> Request {
+    fn request(&mut self, now: f64, phase: DrivePhase, cause: StopCause) -> Request {
         (self.phase, self.cause) = (phase, Some(cause));
         (self.asked_at, self.repeats) = (now, 0);
         self.standing(cause)
     }
 
-    fn standing(&self, cause: Cause) -> Request {
+    fn standing(&self, cause: StopCause) -> Request {
         let speed = match self.phase {
-            Phase::Starting(running) => running,
+            DrivePhase::Starting(running) => running,
             _ => 0.0,
         };
         Request { speed, cause }
@@ -162,7 +167,7 @@ impl Drive {
 mod tests {
     use super::*;
 
-    const LOST: Option<Cause> = Some(Cause::ItemLost);
+    const LOST: Option<StopCause> = Some(StopCause::ItemLost);
 
     fn speed(request: Option<Request>) -> Option<f64> {
         request.map(|request| request.speed)
@@ -176,15 +181,18 @@ mod tests {
         assert_eq!(drive.running(), Some(0.3));
         assert_eq!(drive.ask(1.5, 0.3, LOST), None);
         assert_eq!(drive.repeat_at(), Some(2.0));
-        assert_eq!(speed(drive.ask(2.0, 0.2, Some(Cause::NoRobot))), Some(0.0));
+        assert_eq!(
+            speed(drive.ask(2.0, 0.2, Some(StopCause::NoRobot))),
+            Some(0.0)
+        );
         assert_eq!(drive.ask(3.0, 0.0, LOST), None);
         let go = drive.ask(5.0, 0.0, None).unwrap();
-        assert_eq!((go.speed, go.cause), (0.3, Cause::Clear));
+        assert_eq!((go.speed, go.cause), (0.3, StopCause::Clear));
         assert_eq!(speed(drive.ask(6.0, 0.0, None)), Some(0.3));
         assert_eq!(drive.ask(7.0, 0.1, None), None);
         assert_eq!(drive.ask(9.0, 0.3, None), None);
         // A belt that the operator stops now is left alone.
-        assert_eq!(drive.ask(10.0, 0.0, Some(Cause::NoRobot)), None);
+        assert_eq!(drive.ask(10.0, 0.0, Some(StopCause::NoRobot)), None);
         assert_eq!(drive.ask(11.0, 0.0, None), None);
     }
 

@@ -1,6 +1,6 @@
 //! The fate of an item, as the figures count it.
 
-use super::items::{State, Tracked};
+use super::items::{ItemState, Tracked};
 use super::protocol::MissedCounts;
 use serde::{Deserialize, Serialize};
 
@@ -32,16 +32,16 @@ impl Fate {
     /// The fate of an item; `is_past` is whether it has left the belt.
     pub fn of(tracked: &Tracked, is_past: bool) -> Self {
         match tracked.state {
-            State::Picked(_) => Self::Picked,
-            State::Claimed(_) => Self::Claimed,
-            State::NoResult => Self::NoResult,
-            State::Free if !is_past => Self::OnBelt,
-            State::GivenUp | State::Free if tracked.failed_grasps > 0 => Self::GraspFailed,
-            State::GivenUp => Self::NotFound,
-            State::Free if tracked.attempts > 0 => Self::NotFound,
-            State::Free if tracked.offered => Self::PassedOver,
-            State::Free if tracked.windowed => Self::Busy,
-            State::Free => Self::Unreachable,
+            ItemState::Picked(_) => Self::Picked,
+            ItemState::Claimed(_) => Self::Claimed,
+            ItemState::NoResult => Self::NoResult,
+            ItemState::Free if !is_past => Self::OnBelt,
+            ItemState::GivenUp | ItemState::Free if tracked.failed_grasps > 0 => Self::GraspFailed,
+            ItemState::GivenUp => Self::NotFound,
+            ItemState::Free if tracked.attempts > 0 => Self::NotFound,
+            ItemState::Free if tracked.offered => Self::PassedOver,
+            ItemState::Free if tracked.windowed => Self::Busy,
+            ItemState::Free => Self::Unreachable,
         }
     }
 

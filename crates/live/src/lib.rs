@@ -1,8 +1,11 @@
 //! Live control: the node between the camera and the robots.
 //!
-//! The core takes messages and the time and gives messages. It has no clock, thread, file or
-//! socket, so that every behaviour can be tested exactly. [`transport`], [`journal`] and
+//! The [`Controller`] is sans-IO: it takes messages and the time and returns messages. It has no
+//! clock, thread, file or socket, so that every behaviour can be tested exactly. [`transport`], [`journal`] and
 //! [`recording`] add those.
+
+// Units are in brackets, [m] or [s], which rustdoc would treat as links.
+#![allow(rustdoc::broken_intra_doc_links)]
 
 mod aim;
 mod association;
@@ -21,12 +24,14 @@ pub mod journal;
 mod latency;
 pub mod layout;
 mod lifecycle;
+pub mod node;
 mod operation;
 pub mod protocol;
 pub mod recording;
 mod robots;
-mod sources;
+mod setting;
 mod sight;
+mod sources;
 mod stamps;
 mod state;
 mod steady;
@@ -39,11 +44,12 @@ mod windows;
 mod world;
 
 pub use clock::ClockKind;
-pub use controller::{Config, Controller, Taken};
+pub use controller::{Config, Controller, HandledAs};
 pub use decider::Stopwatch;
 pub use latency::DecisionTimes;
+pub use setting::Setting;
 pub use sources::Timeouts;
-pub use state::{Change, State};
-pub use steady::{Reading, SteadyClock};
+pub use state::{LineState, StateChange};
+pub use steady::{ClockReading, SteadyClock};
 pub use trend::{Trend, TrendView};
-pub use view::{ClaimView, ItemView, View};
+pub use view::{ClaimView, ItemView, LineView};

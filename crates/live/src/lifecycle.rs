@@ -46,7 +46,7 @@ impl Stage {
 
 /// An event of a task.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Event {
+pub enum TaskEvent {
     /// The robot has acknowledged it.
     Ack,
     /// The robot has the item in the bin.
@@ -97,47 +97,51 @@ pub enum Effect {
 }
 
 /// The stage after an event, none when the task is over, and the effect on the item.
-pub type Step = (Option<Stage>, Effect);
+pub type Transition = (Option<Stage>, Effect);
 
 impl Stage {
     /// The step that `event` causes at this stage; none if it changes nothing.
-    pub fn after(self, event: Event) -> Option<Step> {
+    pub fn after(self, event: TaskEvent) -> Option<Transition> {
         use Effect::{Attempt, Keep, Pick, Refuse, Return, Withhold, WriteOff};
         use Stage::{Acknowledged, Cancelling, Recalled, Sent};
         let over = |effect| Some((None, effect));
         let to = |stage, effect| Some((Some(stage), effect));
         match (event, self) {
-            (Event::Ack, Sent) => to(Acknowledged, Keep),
-            (Event::Ack, Acknowledged | Cancelling | Recalled) => None,
+            (TaskEvent::Ack, Sent) => to(Acknowledged, Keep),
+            (TaskEvent::Ack, Acknowledged | Cancelling | Recalled) => None,
 
-            (Event::Picked, _) => over(Pick),
-            (Event::GraspFailed | Event::NotFound, Sent | Acknowledged | Cancelling) => {
+            (TaskEvent::Picked, _) => over(Pick),
+            (TaskEvent::GraspFailed | TaskEvent::NotFound, Sent | Acknowledged | Cancelling) => {
                 over(Attempt)
             }
-            (Event::Refused, Sent | Acknowledged | Cancelling) => over(Refuse),
-            (Event::Dropped, Sent | Acknowledged) => over(Withhold),
-            (Event::Dropped, Cancelling) => over(Return),
-            (Event::GraspFailed | Event::NotFound | Event::Refused | Event::Dropped, Recalled) => {
-                over(Keep)
-            }
+            (TaskEvent::Refused, Sent | Acknowledged | Cancelling) => over(Refuse),
+            (TaskEvent::Dropped, Sent | Acknowledged) => over(Withhold),
+            (TaskEvent::Dropped, Cancelling) => over(Return),
+            (
+                TaskEvent::GraspFailed
+                | TaskEvent::NotFound
+                | TaskEvent::Refused
+                | TaskEvent::Dropped,
+                Recalled,
+            ) => over(Keep),
 
-            (Event::Unheard, Sent) => to(Sent, Keep),
-            (Event::Unheard, Acknowledged | Cancelling | Recalled) => None,
-            (Event::Impossible, Sent | Acknowledged) => to(Cancelling, Keep),
-            (Event::Impossible, Cancelling | Recalled) => None,
+            (TaskEvent::Unheard, Sent) => to(Sent, Keep),
+            (TaskEvent::Unheard, Acknowledged | Cancelling | Recalled) => None,
+            (TaskEvent::Impossible, Sent | Acknowledged) => to(Cancelling, Keep),
+            (TaskEvent::Impossible, Cancelling | Recalled) => None,
 
-            (Event::NoResult, Acknowledged | Cancelling) => over(WriteOff),
-            (Event::NoResult, Sent | Recalled) => None,
-            (Event::NoAnswer, Sent | Cancelling) => to(Recalled, Return),
-            (Event::NoAnswer, Acknowledged | Recalled) => None,
+            (TaskEvent::NoResult, Acknowledged | Cancelling) => over(WriteOff),
+            (TaskEvent::NoResult, Sent | Recalled) => None,
+            (TaskEvent::NoAnswer, Sent | Cancelling) => to(Recalled, Return),
+            (TaskEvent::NoAnswer, Acknowledged | Recalled) => None,
 
-            (Event::FaultBefore, Sent | Acknowledged | Cancelling) => to(Recalled, Return),
-            (Event::FaultAfter, Acknowledged | Cancelling) => to(Recalled, WriteOff),
-            (Event::FaultBefore, Recalled) | (Event::FaultAfter, Sent | Recalled) => None,
-            (Event::TakenByOther, Sent | Acknowledged | Cancelling) => to(Recalled, Keep),
-            (Event::TakenByOther, Recalled) => None,
-            (Event::Moot, Recalled) => over(Keep),
-            (Event::Moot, Sent | Acknowledged | Cancelling) => None,
+            (TaskEvent::FaultBefore, Sent | Acknowledged | Cancelling) => to(Recalled, Return),
+            (TaskEvent::FaultAfter, Acknowledged | Cancelling) => to(Recalled, WriteOff),
+            (TaskEvent::FaultBefore, Recalled) | (TaskEvent::FaultAfter, Sent | Recalled) => None,
+            (TaskEvent::TakenByOther, Sent | Acknowledged | Cancelling) => to(Recalled, Keep),
+            (TaskEvent::TakenByOther, Recalled) => None,
+            (TaskEvent::Moot, Recalled) => over(Keep),
+            (TaskEvent::Moot, Sent | Acknowledged | Cancelling) => None,
         }
     }
 }
@@ -156,7 +160,7 @@ mod tests {
         ];
     }
 
-    impl Event {
+    impl TaskEvent {
         /// All of them, in the order of the table.
         pub const ALL: [Self; 14] = [
             Self::Ack,
@@ -216,7 +220,7 @@ mod tests {
             "| event | sent | acknowledged | cancelling | recalled |".to_owned(),
             "|---|---|---|---|---|".to_owned(),
         ];
-        for event in Event::ALL {
+        for event in TaskEvent::ALL {
             let cells = Stage::ALL.map(|stage| match stage.after(event) {
                 None => "-".to_owned(),
                 Some((next, effect)) => {
@@ -241,7 +245,7 @@ mod tests {
 
     #[test]
     fn the_item_is_never_given_away_twice() {
-        for event in Event::ALL {
+        for event in TaskEvent::ALL {
             for stage in Stage::ALL {
                 let Some((next, effect)) = stage.after(event) else {
                     continue;
@@ -263,18 +267,18 @@ mod tests {
     fn every_task_comes_to_an_end() {
         for stage in Stage::ALL {
             let results = [
-                Event::Picked,
-                Event::GraspFailed,
-                Event::NotFound,
-                Event::Refused,
-                Event::Dropped,
+                TaskEvent::Picked,
+                TaskEvent::GraspFailed,
+                TaskEvent::NotFound,
+                TaskEvent::Refused,
+                TaskEvent::Dropped,
             ];
             for event in results {
                 assert!(matches!(stage.after(event), Some((None, _))));
             }
         }
         // If the robot never answers: unheard, cancelled, recalled, moot.
-        let steps = [Event::Impossible, Event::NoAnswer, Event::Moot];
+        let steps = [TaskEvent::Impossible, TaskEvent::NoAnswer, TaskEvent::Moot];
         let end = steps.iter().try_fold(Stage::Sent, |stage, event| {
             stage.after(*event).and_then(|(next, _)| next)
         });

@@ -1,6 +1,6 @@
 //! The state of each robot.
 
-use super::protocol::{RobotReport, Verdict};
+use super::protocol::{RobotCounts, Verdict};
 use serde::{Deserialize, Serialize};
 
 /// Number of tasks in a row that a robot drops before it gets a rest.
@@ -167,8 +167,8 @@ impl RobotInfo {
     }
 
     /// The robot's entry in a status at `now` [s].
-    pub fn report(&self, name: &str, now: f64) -> RobotReport {
-        RobotReport {
+    pub fn report(&self, name: &str, now: f64) -> RobotCounts {
+        RobotCounts {
             name: name.to_owned(),
             state: self.state(now).to_owned(),
             picked: self.picked,

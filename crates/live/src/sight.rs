@@ -6,7 +6,7 @@ use super::protocol::Detection;
 
 /// A detection of an item.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Sight {
+pub struct PlacedDetection {
     /// The camera, if it has a name.
     pub source: Option<String>,
     /// The tracker's id.
@@ -23,7 +23,7 @@ pub struct Sight {
     pub features: Features,
 }
 
-impl Sight {
+impl PlacedDetection {
     /// The sight from a detection at `time` [s], when the belt's travel was `travel` [m].
     pub fn of(detection: Detection, time: f64, travel: f64) -> Self {
         Self {

@@ -2,7 +2,7 @@
 //!
 //! Invariant: at most one message is held back, and none with the system clock.
 
-use super::clock::{Belief, Clock};
+use super::clock::{Clock, StampTrust};
 use super::protocol::{Incoming, Rejected};
 
 /// The controller's clock, and the message that it does not accept yet.
@@ -35,7 +35,7 @@ impl Stamps {
     ///
     /// # Errors
     /// As for [`Clock::judge`].
-    pub fn judge(&mut self, message: &Incoming) -> Result<Belief, Rejected> {
+    pub fn judge(&mut self, message: &Incoming) -> Result<StampTrust, Rejected> {
         let is_tick = matches!(message, Incoming::Tick { .. });
         self.clock.judge(message.stamp(), is_tick)
     }

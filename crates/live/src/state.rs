@@ -4,7 +4,7 @@
 //! Windows, plans and a strategy's own memory are not part of it. They follow from it or are
 //! rebuilt.
 
-use super::belt::{Motion, MotionChange};
+use super::belt::{BeltMotion, MotionChange};
 use super::claims::Claim;
 use super::drive::Drive;
 use super::items::{Numbers, Tracked};
@@ -28,10 +28,10 @@ pub(super) struct Counters {
 }
 
 /// How a state differs from an earlier one: the present value of every part that has changed.
-/// Applied in order to `State::default()`, the changes give the state.
+/// Applied in order to `LineState::default()`, the changes give the state.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct Change {
+pub struct StateChange {
     /// Timestamp of time 0 [s].
     pub(super) origin: Option<f64>,
     /// Controller time [s].
@@ -63,7 +63,7 @@ pub struct Change {
     pub(super) waiting: Option<Vec<(f64, Detection)>>,
 }
 
-impl Change {
+impl StateChange {
     /// Whether nothing but the time differs.
     pub(super) fn is_empty(&self) -> bool {
         self.items.is_empty()
@@ -80,7 +80,7 @@ impl Change {
 
 /// The state of a live line.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct State {
+pub struct LineState {
     pub(super) origin: Option<f64>,
     pub(super) now: f64,
     pub(super) items: BTreeMap<u32, Tracked>,
@@ -90,13 +90,13 @@ pub struct State {
     pub(super) counters: Counters,
     pub(super) operation: Operation,
     pub(super) drive: Drive,
-    pub(super) motion: Option<Motion>,
+    pub(super) motion: Option<BeltMotion>,
     pub(super) waiting: Vec<(f64, Detection)>,
 }
 
-impl State {
+impl LineState {
     /// Applies a change.
-    pub fn apply(&mut self, change: Change) {
+    pub fn apply(&mut self, change: StateChange) {
         self.origin = change.origin;
         self.now = change.now;
         for (item, tracked) in change.items {
@@ -123,7 +123,7 @@ impl State {
             self.counters = counters;
         }
         if let Some(change) = change.motion {
-            let motion = self.motion.get_or_insert_with(|| Motion::new(0.0));
+            let motion = self.motion.get_or_insert_with(|| BeltMotion::new(0.0));
             motion.apply(change);
         }
         if let Some(waiting) = change.waiting {

@@ -10,7 +10,7 @@ const STEP: f64 = 0.05;
 
 /// A reading of the steady clock.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Reading {
+pub struct ClockReading {
     /// Time since 1970 [s], starting from the machine's clock at the first reading.
     pub stamp: f64,
     /// By how much the machine's clock is ahead of `stamp` because it was set [s].
@@ -31,7 +31,7 @@ pub struct SteadyClock {
 impl SteadyClock {
     /// The steady clock's reading when the monotonic clock shows `monotonic` [s], from any zero,
     /// and the machine's clock `wall` [s since 1970].
-    pub fn read(&mut self, monotonic: f64, wall: f64) -> Reading {
+    pub fn read(&mut self, monotonic: f64, wall: f64) -> ClockReading {
         if let Some((before, wall_before)) = self.last {
             let gained = (wall - wall_before) - (monotonic - before);
             if gained.abs() > STEP {
@@ -39,7 +39,7 @@ impl SteadyClock {
             }
         }
         self.last = Some((monotonic, wall));
-        Reading {
+        ClockReading {
             stamp: wall - self.ahead,
             ahead: self.ahead,
         }

@@ -17,7 +17,7 @@ const REMEMBERED: f64 = super::clock::OLDEST;
 
 /// A task that is over.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Over {
+pub struct ClosedTask {
     /// Number of the item.
     pub item: u32,
     /// Index of the robot.
@@ -28,7 +28,7 @@ pub struct Over {
 
 /// A forgotten item whose tasks are still kept.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Gone {
+pub struct ForgottenItem {
     /// The fate that it was counted as.
     pub fate: Fate,
     tasks: Vec<u64>,
@@ -39,8 +39,8 @@ pub struct Gone {
 /// The tasks that are over, and their forgotten items.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PastTasks {
-    over: BTreeMap<u64, Over>,
-    gone: BTreeMap<u32, Gone>,
+    over: BTreeMap<u64, ClosedTask>,
+    gone: BTreeMap<u32, ForgottenItem>,
 }
 
 /// A change of the past tasks.
@@ -49,10 +49,10 @@ pub struct PastTasks {
 pub struct PastChange {
     /// Changed tasks by number; none for those that are forgotten.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    over: Vec<(u64, Option<Over>)>,
+    over: Vec<(u64, Option<ClosedTask>)>,
     /// Forgotten items by number; none for those whose tasks are forgotten too.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    gone: Vec<(u32, Option<Gone>)>,
+    gone: Vec<(u32, Option<ForgottenItem>)>,
 }
 
 impl PastChange {
@@ -177,7 +177,7 @@ impl Tasks {
 
     /// Closes a task that was taken out; `verdict` is the robot's result, if any.
     pub fn close(&mut self, claim: &Claim, verdict: Option<Verdict>) {
-        let over = Over {
+        let over = ClosedTask {
             item: claim.item,
             robot: claim.robot,
             verdict,
@@ -187,7 +187,7 @@ impl Tasks {
     }
 
     /// The task with this number, if it is over.
-    pub fn over(&self, task: u64) -> Option<Over> {
+    pub fn over(&self, task: u64) -> Option<ClosedTask> {
         self.past.over.get(&task).copied()
     }
 
@@ -212,7 +212,7 @@ impl Tasks {
         if tracked.tasks.is_empty() {
             return;
         }
-        let gone = Gone {
+        let gone = ForgottenItem {
             fate,
             tasks: tracked.tasks.clone(),
             until: now + REMEMBERED,
@@ -225,7 +225,7 @@ impl Tasks {
     pub fn forget_past(&mut self, now: f64) {
         // An item with an open task is kept until that task ends.
         let open = &self.open;
-        let is_past = |gone: &Gone| {
+        let is_past = |gone: &ForgottenItem| {
             gone.until <= now && !gone.tasks.iter().any(|task| open.contains_key(task))
         };
         if !self.past.gone.values().any(is_past) {

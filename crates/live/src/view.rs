@@ -7,7 +7,7 @@ use serde::Serialize;
 
 /// The line at one moment; positions in m, times in s.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct View {
+pub struct LineView {
     /// The figures, as in the status message of this moment.
     pub status: Status,
     /// Durations of decisions, with either clock.

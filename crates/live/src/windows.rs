@@ -6,34 +6,34 @@ use std::collections::{BTreeMap, HashMap};
 
 /// A number as a sort key; equal numbers are ordered by the second part, their order of insertion.
 #[derive(Debug, Clone, Copy)]
-pub struct Key(pub f64, pub u32);
+pub struct TimeKey(pub f64, pub u32);
 
-impl Ord for Key {
+impl Ord for TimeKey {
     fn cmp(&self, other: &Self) -> Ordering {
         self.0.total_cmp(&other.0).then(self.1.cmp(&other.1))
     }
 }
 
-impl PartialOrd for Key {
+impl PartialOrd for TimeKey {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }
 
-impl PartialEq for Key {
+impl PartialEq for TimeKey {
     fn eq(&self, other: &Self) -> bool {
         self.cmp(other) == Ordering::Equal
     }
 }
 
-impl Eq for Key {}
+impl Eq for TimeKey {}
 
 /// The windows of a robot. Each is considered from its opening until it closes or the item is
 /// taken, as in a simulation.
 #[derive(Debug, Clone, Default)]
 pub struct Windows {
     /// Windows that have not opened yet, by opening time.
-    later: BTreeMap<Key, Candidate>,
+    later: BTreeMap<TimeKey, Candidate>,
     /// Windows that have opened.
     open: Vec<Candidate>,
     /// Opening time of the window of each item [s].
@@ -53,13 +53,13 @@ impl Windows {
         self.remove(candidate.item);
         self.opens.insert(candidate.item, candidate.open);
         self.later
-            .insert(Key(candidate.open, candidate.item), candidate);
+            .insert(TimeKey(candidate.open, candidate.item), candidate);
     }
 
     /// Removes the window of `item`, if there is one.
     pub fn remove(&mut self, item: u32) {
         if let Some(open) = self.opens.remove(&item)
-            && self.later.remove(&Key(open, item)).is_none()
+            && self.later.remove(&TimeKey(open, item)).is_none()
         {
             self.open.retain(|c| c.item != item);
         }
@@ -90,7 +90,7 @@ impl Windows {
 
     /// When the first window opens after `time` [s].
     pub fn next_opening_after(&self, time: f64) -> Option<f64> {
-        let after = Key(time, u32::MAX);
+        let after = TimeKey(time, u32::MAX);
         let range = (std::ops::Bound::Excluded(after), std::ops::Bound::Unbounded);
         let later = self.later.range(range).next().map(|(key, _)| key.0);
         let open = self.open.iter().map(|c| c.open).filter(|open| *open > time);

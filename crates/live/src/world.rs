@@ -6,12 +6,12 @@
 //! the belt, has not closed. All changes of an item or the belt go through this module, which keeps
 //! the two consistent.
 
-use super::belt::{Change, Motion};
+use super::belt::{BeltChange, BeltMotion};
 use super::fate::Fate;
-use super::items::{Items, News, State, Tracked};
+use super::items::{IdNews, ItemState, Items, Tracked};
 use super::protocol::BeltState;
 use super::robots::Fleet;
-use super::sight::Sight;
+use super::sight::PlacedDetection;
 use super::windows::Windows;
 use pickline::decision::{BeltItem, Candidate};
 use pickline::station::Station;
@@ -30,13 +30,13 @@ const LEAST_OVERLOOKED: i32 = -30;
 
 /// What has changed about an item that was seen again.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Again {
+pub struct Redetection {
     /// Whether the detection is older than what is known.
     pub is_late: bool,
     /// How far it has moved on the belt [m].
     pub moved: f64,
     /// What is new about its id.
-    pub news: News,
+    pub news: IdNews,
 }
 
 /// The belt, its items, and the windows that follow from both. Times are in controller time [s].
@@ -47,7 +47,7 @@ pub struct World {
     /// The station with the planned belt speed; none while no robot can work, because the belt runs
     /// backwards or is not slower than every arm.
     planning: Option<Station>,
-    motion: Motion,
+    motion: BeltMotion,
     items: Items,
     windows: Vec<Windows>,
     /// Whether the belt must be heard before anything is done, because it may have stopped in the
@@ -58,7 +58,7 @@ pub struct World {
 impl World {
     /// An empty belt with the speed in the station's file.
     pub fn new(station: Station) -> Self {
-        let motion = Motion::new(station.belt().speed);
+        let motion = BeltMotion::new(station.belt().speed);
         Self {
             planning: Some(station.clone()),
             windows: vec![Windows::default(); station.robots().len()],
@@ -71,7 +71,7 @@ impl World {
 
     /// Restores the belt and its items. If the belt was ever heard, it must be heard again before
     /// anything is done.
-    pub fn restore(station: Station, motion: Option<Motion>, items: Items) -> Self {
+    pub fn restore(station: Station, motion: Option<BeltMotion>, items: Items) -> Self {
         let mut world = Self::new(station);
         world.motion = motion.unwrap_or(world.motion);
         world.items = items;
@@ -91,7 +91,7 @@ impl World {
     }
 
     /// The belt's motion.
-    pub fn motion(&self) -> &Motion {
+    pub fn motion(&self) -> &BeltMotion {
         &self.motion
     }
 
@@ -112,9 +112,9 @@ impl World {
     }
 
     /// Handles a belt message at `time` [s]. Also returns whether the line was waiting for it.
-    pub fn hear_belt(&mut self, time: f64, belt: &BeltState) -> (Change, bool) {
+    pub fn hear_belt(&mut self, time: f64, belt: &BeltState) -> (BeltChange, bool) {
         let change = self.motion.hear(time, belt);
-        let awaited = change != Change::Late && std::mem::take(&mut self.awaits_belt);
+        let awaited = change != BeltChange::Late && std::mem::take(&mut self.awaits_belt);
         (change, awaited)
     }
 
@@ -161,7 +161,7 @@ impl World {
         let (Some(station), Some(tracked)) = (&self.planning, self.items.get(item)) else {
             return;
         };
-        if tracked.state != State::Free {
+        if tracked.state != ItemState::Free {
             return;
         }
         let mut windowed = tracked.windowed;
@@ -249,7 +249,13 @@ impl World {
     }
 
     /// Adds an item that is seen for the first time.
-    pub fn add(&mut self, sight: &Sight, barred: bool, now: f64, fleet: &mut Fleet) -> u32 {
+    pub fn add(
+        &mut self,
+        sight: &PlacedDetection,
+        barred: bool,
+        now: f64,
+        fleet: &mut Fleet,
+    ) -> u32 {
         let item = self.items.add(sight);
         if barred && let Some(tracked) = self.items.get_mut(item) {
             tracked.barred = true;
@@ -262,10 +268,10 @@ impl World {
     pub fn see_again(
         &mut self,
         item: u32,
-        sight: &Sight,
+        sight: &PlacedDetection,
         now: f64,
         fleet: &mut Fleet,
-    ) -> Option<Again> {
+    ) -> Option<Redetection> {
         let tracked = self.items.get(item)?;
         let is_late = sight.time < tracked.measured;
         let is_newer = tracked
@@ -283,7 +289,7 @@ impl World {
         if weighs || moved > 0.0 {
             self.open_windows(item, now, fleet);
         }
-        Some(Again {
+        Some(Redetection {
             is_late,
             moved,
             news,
@@ -292,7 +298,7 @@ impl World {
 
     /// A picture shows an item twice: features of the second detection count if the first lacks
     /// them.
-    pub fn see_double(&mut self, item: u32, sight: &Sight, now: f64, fleet: &mut Fleet) {
+    pub fn see_double(&mut self, item: u32, sight: &PlacedDetection, now: f64, fleet: &mut Fleet) {
         let (_, weighs) = self.hear_more(item, sight, false);
         if weighs {
             self.open_windows(item, now, fleet);
@@ -301,7 +307,7 @@ impl World {
 
     /// Adopts the features of an item from a detection. Returns what is new about its id, and
     /// whether its weight has changed.
-    fn hear_more(&mut self, item: u32, sight: &Sight, is_newer: bool) -> (News, bool) {
+    fn hear_more(&mut self, item: u32, sight: &PlacedDetection, is_newer: bool) -> (IdNews, bool) {
         let news = self.items.sight(item, sight, is_newer);
         let Some(tracked) = self.items.get_mut(item) else {
             return (news, false);
@@ -339,7 +345,7 @@ impl World {
         let (Some(tracked), Some(shown)) = (self.items.get(item), self.items.get(other)) else {
             return false;
         };
-        let is_untouched = |t: &Tracked| t.state == State::Free && t.tasks.is_empty();
+        let is_untouched = |t: &Tracked| t.state == ItemState::Free && t.tasks.is_empty();
         if tracked.seen_at(source).is_none() || !is_untouched(tracked) {
             return false;
         }
@@ -376,7 +382,7 @@ impl World {
     /// Reserves an item for `task`.
     pub fn claim(&mut self, item: u32, task: u64) {
         if let Some(tracked) = self.items.get_mut(item) {
-            tracked.state = State::Claimed(task);
+            tracked.state = ItemState::Claimed(task);
             tracked.tasks.push(task);
         }
         self.close_windows(item);
@@ -385,7 +391,7 @@ impl World {
     /// Marks an item as picked at `time` [s], so that it is no longer offered.
     pub fn pick(&mut self, item: u32, time: f64) {
         if let Some(tracked) = self.items.get_mut(item) {
-            tracked.state = State::Picked(time);
+            tracked.state = ItemState::Picked(time);
         }
         self.close_windows(item);
     }
@@ -393,7 +399,7 @@ impl World {
     /// Writes off the item of `task`, whose fate is unknown.
     pub fn write_off(&mut self, item: u32, task: u64) {
         if let Some(tracked) = self.claimed_by(item, task) {
-            tracked.state = State::NoResult;
+            tracked.state = ItemState::NoResult;
         }
     }
 
@@ -426,7 +432,11 @@ impl World {
     pub fn give_back(&mut self, item: u32, task: u64, most: u32, now: f64, fleet: &mut Fleet) {
         if let Some(tracked) = self.claimed_by(item, task) {
             let again = tracked.attempts < most;
-            tracked.state = if again { State::Free } else { State::GivenUp };
+            tracked.state = if again {
+                ItemState::Free
+            } else {
+                ItemState::GivenUp
+            };
             self.open_windows(item, now, fleet);
         }
     }

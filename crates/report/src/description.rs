@@ -1,6 +1,11 @@
 //! Figures that describe a pattern.
 
-use super::table::{Table, fixed};
+use super::columns::TableColumns;
+use super::csv_rows::CsvRows;
+use super::presentation::Presentation;
+use super::provenance::Provenance;
+use super::table::fixed;
+use super::verb_report::{ResultFile, VerbReport};
 use pickline::pattern::Description;
 use serde::Serialize;
 
@@ -14,6 +19,9 @@ pub struct DescriptionReport {
     pub belt_speed: Option<f64>,
     /// Items per minute that pass a fixed point at that speed [1/min].
     pub flow_per_min: Option<f64>,
+    /// Where the pattern comes from.
+    #[serde(skip)]
+    name: String,
 }
 
 impl DescriptionReport {
@@ -24,73 +32,85 @@ impl DescriptionReport {
             flow_per_min: belt_speed.and_then(flow),
             belt_speed,
             pattern,
+            name: String::new(),
         }
+    }
+
+    /// The same; `name` says where the pattern comes from.
+    pub fn named(self, name: String) -> Self {
+        Self { name, ..self }
     }
 }
 
-/// The figures as a table.
-pub fn description_table(report: &DescriptionReport) -> Table {
-    let d = &report.pattern;
-    let optional = |value: Option<f64>| value.map_or("-".into(), |v| fixed(v, 4));
-    let mut table = Table::new(&["<figure", "value", "<unit"]);
-    table.row(["items".to_owned(), d.items.to_string(), String::new()]);
-    table.row([
-        "length along the belt".into(),
-        fixed(d.length_m, 4),
-        "m".into(),
-    ]);
-    table.row([
-        "width across the belt".into(),
-        fixed(d.width_m, 4),
-        "m".into(),
-    ]);
-    table.row([
-        "across the belt, from the centre line".to_owned(),
-        format!(
-            "{} to {}",
-            fixed(d.y_range_m[0], 4),
-            fixed(d.y_range_m[1], 4)
-        ),
-        "m".into(),
-    ]);
-    table.row([
-        "density".into(),
-        optional(d.items_per_m),
-        "items/m".to_owned(),
-    ]);
-    if let Some(speed) = report.belt_speed {
-        table.row([
-            format!("flow at {speed} m/s"),
-            optional(report.flow_per_min),
-            "items/min".into(),
-        ]);
+/// A figure as shown.
+#[derive(Default, Serialize)]
+struct FigureLine {
+    figure: String,
+    value: String,
+    unit: &'static str,
+}
+
+impl DescriptionReport {
+    fn lines(&self) -> Vec<FigureLine> {
+        let d = &self.pattern;
+        let mut lines = Vec::new();
+        let mut line = |figure: &str, value: String, unit| {
+            lines.push(FigureLine {
+                figure: figure.to_owned(),
+                value,
+                unit,
+            });
+        };
+        let optional = |value: Option<f64>| value.map_or("-".into(), |v| fixed(v, 4));
+        line("items", d.items.to_string(), "");
+        line("length along the belt", fixed(d.length_m, 4), "m");
+        line("width across the belt", fixed(d.width_m, 4), "m");
+        let [low, high] = d.y_range_m.map(|y| fixed(y, 4));
+        let across = "across the belt, from the centre line";
+        line(across, format!("{low} to {high}"), "m");
+        line("density", optional(d.items_per_m), "items/m");
+        if let Some(speed) = self.belt_speed {
+            let flow = optional(self.flow_per_min);
+            line(&format!("flow at {speed} m/s"), flow, "items/min");
+        }
+        let nearest = optional(d.nearest_min_m);
+        line("nearest neighbour, minimum", nearest, "m");
+        line("nearest neighbour, mean", optional(d.nearest_mean_m), "m");
+        let [low, mean, high] = d.reward.map(|r| fixed(r, 4));
+        let reward = format!("{low} / {mean} / {high}");
+        line("reward, minimum / mean / maximum", reward, "");
+        for (name, count) in [
+            ("with an area", d.with_area),
+            ("with a detection probability", d.with_p_detection),
+            ("with a grasp probability", d.with_p_grasp),
+            ("with an explicit weight", d.with_weight),
+        ] {
+            line(name, count.to_string(), "items");
+        }
+        for (class, count) in &d.classes {
+            line(&format!("class {class}"), count.to_string(), "items");
+        }
+        lines
     }
-    table.row([
-        "nearest neighbour, minimum".into(),
-        optional(d.nearest_min_m),
-        "m".to_owned(),
-    ]);
-    table.row([
-        "nearest neighbour, mean".into(),
-        optional(d.nearest_mean_m),
-        "m".to_owned(),
-    ]);
-    let [low, mean, high] = d.reward.map(|r| fixed(r, 4));
-    table.row([
-        "reward, minimum / mean / maximum".into(),
-        format!("{low} / {mean} / {high}"),
-        String::new(),
-    ]);
-    for (name, count) in [
-        ("with an area", d.with_area),
-        ("with a detection probability", d.with_p_detection),
-        ("with a grasp probability", d.with_p_grasp),
-        ("with an explicit weight", d.with_weight),
-    ] {
-        table.row([name.to_owned(), count.to_string(), "items".into()]);
+}
+
+impl VerbReport for DescriptionReport {
+    const FILES: &'static [ResultFile<Self>] = &[];
+
+    fn provenance(&self) -> Option<&Provenance> {
+        None
     }
-    for (class, count) in &d.classes {
-        table.row([format!("class {class}"), count.to_string(), "items".into()]);
+
+    fn to_table(&self, _: &Presentation) -> String {
+        let table = TableColumns::new()
+            .with("<figure", |line: &FigureLine| line.figure.clone())
+            .with("value", |line| line.value.clone())
+            .with("<unit", |line| line.unit.to_owned())
+            .table(self.lines());
+        format!("{table}pattern   {}\n", self.name)
     }
-    table
+
+    fn to_csv(&self) -> String {
+        CsvRows::of(self.lines()).plain_text()
+    }
 }

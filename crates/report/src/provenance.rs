@@ -2,9 +2,9 @@
 //! that equal inputs give equal bytes.
 
 use pickline::error::counted;
-use pickline::files::{csv_comment, csv_text, fingerprint};
+use pickline::files::csv_comment;
 use pickline::sim::Conditions;
-use pickline::station::{Station, to_toml};
+use pickline::station::{Station, station_hash};
 use serde::Serialize;
 
 /// Where a result comes from. No date, no machine, no thread count.
@@ -65,15 +65,6 @@ impl Provenance {
         self
     }
 
-    /// `rows` as a CSV file that begins with comment lines about its provenance.
-    pub fn csv<R, F>(&self, rows: impl IntoIterator<Item = R>) -> String
-    where
-        R: IntoIterator<Item = F>,
-        F: AsRef<[u8]>,
-    {
-        self.csv_comment() + &csv_text(rows)
-    }
-
     /// The comment lines at the top of a CSV file, one fact each. The command comes first, to
     /// show which subcommand wrote the file.
     pub fn csv_comment(&self) -> String {
@@ -116,9 +107,4 @@ impl Provenance {
             self.station, self.station_hash, self.patterns, self.program, self.command
         )
     }
-}
-
-/// Hash of a station's resolved values, independent of how they were given.
-pub fn station_hash(station: &Station) -> String {
-    fingerprint(to_toml(station))
 }

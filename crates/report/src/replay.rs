@@ -45,13 +45,13 @@ struct Data<'a> {
     /// Where the camera looks at the belt, if there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     camera: Option<f64>,
-    belt: BeltData,
+    belt: ReplayBelt,
     robots: Vec<RobotData<'a>>,
     items: Vec<ItemData<'a>>,
 }
 
 #[derive(Serialize)]
-struct BeltData {
+struct ReplayBelt {
     speed: f64,
     length: f64,
     width: f64,
@@ -85,7 +85,7 @@ pub fn check_replay(pattern: &Pattern) -> Result<()> {
         return Ok(());
     }
     Err(Error::input(
-        "--html",
+        "the page",
         format!("{} items are too many for a page", pattern.len()),
         format!("replay a pattern of at most {MOST_ITEMS} items"),
     ))
@@ -139,7 +139,7 @@ fn data<'a>(scene: &Scene<'a>, name: &'a str, report: &'a RunReport) -> Data<'a>
         clearance: None,
         station: name,
         camera: scene.conditions().camera_x,
-        belt: BeltData {
+        belt: ReplayBelt {
             speed: belt.speed,
             length: belt.length,
             width: belt.width,
@@ -185,6 +185,6 @@ mod tests {
         let message = check_replay(&pattern(MOST_ITEMS + 1))
             .unwrap_err()
             .to_string();
-        assert!(message.contains("--html"), "{message}");
+        assert!(message.contains("the page"), "{message}");
     }
 }

@@ -1,12 +1,12 @@
 //! Tables for the terminal: plain characters, readable without colour.
 
 use comfy_table::{Cell, CellAlignment, ContentArrangement};
+use pickline::stats::Interval;
 
 /// A table, built row by row.
 #[derive(Debug)]
 pub struct Table {
     table: comfy_table::Table,
-    rows: Vec<Vec<String>>,
 }
 
 impl Table {
@@ -28,25 +28,13 @@ impl Table {
                 });
             }
         }
-        let names = header
-            .iter()
-            .map(|name| name.trim_start_matches('<').to_owned());
-        Self {
-            table,
-            rows: vec![names.collect()],
-        }
+        Self { table }
     }
 
     /// Adds a row.
     pub fn row<T: Into<String>>(&mut self, cells: impl IntoIterator<Item = T>) {
-        let cells: Vec<String> = cells.into_iter().map(Into::into).collect();
-        self.table.add_row(cells.iter().map(Cell::new));
-        self.rows.push(cells);
-    }
-
-    /// The table as CSV.
-    pub fn to_csv(&self) -> String {
-        pickline::files::csv_text(&self.rows)
+        self.table
+            .add_row(cells.into_iter().map(|cell| Cell::new(cell.into())));
     }
 
     /// The finished table, ending with a line break.
@@ -67,8 +55,8 @@ pub fn fixed(value: f64, digits: usize) -> String {
 }
 
 /// An interval with `digits` decimals; a dash for `None`.
-pub fn interval(ends: Option<(f64, f64)>, digits: usize) -> String {
-    ends.map_or("-".to_owned(), |(low, high)| {
+pub fn interval(interval: Option<Interval>, digits: usize) -> String {
+    interval.map_or("-".to_owned(), |Interval { low, high }| {
         format!("{} to {}", fixed(low, digits), fixed(high, digits))
     })
 }
@@ -83,24 +71,6 @@ pub fn column(figure: &str, unit: &str) -> String {
         _ => "",
     };
     format!("{figure}{suffix}")
-}
-
-/// The rows of a CSV file, header first, without columns that are empty in every row.
-pub fn without_empty_columns(rows: impl IntoIterator<Item = Vec<String>>) -> Vec<Vec<String>> {
-    let mut rows: Vec<Vec<String>> = rows.into_iter().collect();
-    let columns = rows.first().map_or(0, Vec::len);
-    let given = |c: usize| rows.len() < 2 || rows[1..].iter().any(|row| !row[c].is_empty());
-    let given: Vec<bool> = (0..columns).map(given).collect();
-    for row in &mut rows {
-        let mut given = given.iter();
-        row.retain(|_| *given.next().unwrap_or(&true));
-    }
-    rows
-}
-
-/// A number as a field of a CSV file; `None` gives an empty field.
-pub fn cell(value: Option<f64>) -> String {
-    value.map_or(String::new(), |value| value.to_string())
 }
 
 #[cfg(test)]

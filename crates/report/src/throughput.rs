@@ -1,6 +1,7 @@
 //! Throughput as shown in the reports of all commands.
 
-use super::table::{cell, fixed, interval};
+use super::csv_rows::{Displayed, OptionalNumber, high, low};
+use super::table::{fixed, interval};
 use pickline::stats::Interval;
 use pickline::throughput::Throughput;
 use serde::Serialize;
@@ -10,10 +11,9 @@ use serde::Serialize;
 pub struct ThroughputReport {
     /// Mean picks per minute in the steady state; `None` without a steady state.
     pub throughput_per_min: Option<f64>,
-    /// Lower end of its 95 % interval.
-    pub throughput_low: Option<f64>,
-    /// Upper end of its 95 % interval.
-    pub throughput_high: Option<f64>,
+    /// 95 % interval of the throughput [1/min].
+    #[serde(flatten, serialize_with = "crate::ends::throughput")]
+    pub interval: Option<Interval>,
     /// Items that arrive per minute.
     pub flow_per_min: Option<f64>,
     /// For each robot, upstream first: the share of the time it is busy while the items of the
@@ -33,18 +33,18 @@ pub struct ThroughputReport {
     pub(crate) note: Option<String>,
 }
 
-impl ThroughputReport {
-    /// The column names in CSV files.
-    pub const COLUMNS: [&'static str; 4] = [
-        "throughput_per_min",
-        "throughput_low_per_min",
-        "throughput_high_per_min",
-        "flow_per_min",
-    ];
+/// Throughput in CSV files.
+#[derive(Debug, Default, Serialize)]
+pub(crate) struct ThroughputColumns {
+    throughput_per_min: OptionalNumber,
+    throughput_low_per_min: OptionalNumber,
+    throughput_high_per_min: OptionalNumber,
+    flow_per_min: OptionalNumber,
+}
 
+impl ThroughputReport {
     /// The report of `throughput`.
     pub fn new(throughput: &Throughput) -> Self {
-        let (throughput_low, throughput_high) = Interval::ends(throughput.interval);
         let reason = throughput.missing.as_ref();
         let missing = reason.map(|reason| match throughput.runs {
             1 => reason.to_string(),
@@ -70,8 +70,7 @@ impl ThroughputReport {
         let note = (!note.is_empty()).then(|| note.join("; "));
         Self {
             throughput_per_min: throughput.mean,
-            throughput_low,
-            throughput_high,
+            interval: throughput.interval,
             flow_per_min: throughput.flow,
             utilisation_steady: throughput.utilisation.clone(),
             steady_patterns: throughput.steady,
@@ -81,20 +80,14 @@ impl ThroughputReport {
         }
     }
 
-    /// Both ends of the 95 % interval.
-    pub(crate) fn ends(&self) -> Option<(f64, f64)> {
-        self.throughput_low.zip(self.throughput_high)
-    }
-
-    /// The cells of [`ThroughputReport::COLUMNS`].
-    pub(crate) fn cells(&self) -> [String; 4] {
-        [
-            self.throughput_per_min,
-            self.throughput_low,
-            self.throughput_high,
-            self.flow_per_min,
-        ]
-        .map(cell)
+    /// The figures in CSV files.
+    pub(crate) fn columns(&self) -> ThroughputColumns {
+        ThroughputColumns {
+            throughput_per_min: self.throughput_per_min.map(Displayed),
+            throughput_low_per_min: low(self.interval),
+            throughput_high_per_min: high(self.interval),
+            flow_per_min: self.flow_per_min.map(Displayed),
+        }
     }
 
     /// The figure in a table; a dash for `None`.
@@ -104,8 +97,8 @@ impl ThroughputReport {
     }
 
     /// The 95 % interval in a table.
-    pub(crate) fn interval(&self, digits: usize) -> String {
-        interval(self.ends(), digits)
+    pub(crate) fn shown_interval(&self, digits: usize) -> String {
+        interval(self.interval, digits)
     }
 
     /// The flow in a table.
@@ -114,18 +107,12 @@ impl ThroughputReport {
         value.map_or("-".to_owned(), |value| fixed(value, digits))
     }
 
-    /// The cells of a table: throughput, its interval and the flow.
-    pub(crate) fn table_cells(&self, digits: usize) -> [String; 3] {
-        [self.shown(digits), self.interval(digits), self.flow(digits)]
-    }
-
     /// One line for the terminal.
     pub(crate) fn line(&self) -> String {
         let flow = self.flow_per_min.map(|flow| fixed(flow, 1));
         match (self.throughput_per_min, &self.no_throughput) {
             (Some(throughput), _) => {
-                let ends = self.ends();
-                let interval = ends.map_or(String::new(), |ends| {
+                let interval = self.interval.map_or(String::new(), |ends| {
                     format!(" (95 % interval {})", interval(Some(ends), 1))
                 });
                 format!(

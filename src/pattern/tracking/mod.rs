@@ -4,10 +4,10 @@
 //! `frame,id,left,top,width,height,conf[,x,y,z]`, in pixels and with frames from 1 (Milan et al.
 //! 2016, "MOT16: A Benchmark for Multi-Object Tracking", arXiv:1603.00831). The other supported
 //! formats, [`FORMATS`], are equivalent. Items do not slide and the belt runs at a constant speed
-//! V, so all boxes of a track agree: with its centre at s [m] along the travel at time t = (frame -
-//! 1) / fps [s], the item was at x0 = s - V t [m] at time 0. An item's position is the median over
-//! its boxes, which is robust to a few bad boxes. Finally the whole pattern is shifted along x so
-//! that the item furthest downstream is at x0 = 0.
+//! V, so all boxes of a track agree: with its centre at s [m] along the travel at time
+//! `t = (frame - 1) / fps` [s], the item was at x0 = s - V t [m] at time 0. An item's position is
+//! the median over its boxes, which is robust to a few bad boxes. Finally the whole pattern is
+//! shifted along x so that the item furthest downstream is at x0 = 0.
 //!
 //! # Frame
 //! The camera looks down on the belt and the image is not mirrored: image x points to the right,
@@ -29,10 +29,10 @@
 //! 0. Boxes without a track id are linked to tracks by the belt's motion.
 //! 1. Lines that cannot be read are dropped; of a repeated (frame, id), the first is kept.
 //! 2. A track whose position jumps against the belt's motion consists of several objects with the
-//! same id: it is split into `ID`, `ID.2`, ... Gaps that fit the motion are not jumps.
+//!    same id: it is split into `ID`, `ID.2`, ... Gaps that fit the motion are not jumps.
 //! 3. Tracks that clearly do not ride on the belt are dropped.
 //! 4. Tracks that follow each other in time at the same place on the belt are a single object whose
-//! id changed: they are merged under the first id.
+//!    id changed: they are merged under the first id.
 //! 5. Objects that are then seen in too few frames, or are too slow, are dropped.
 //!
 //! The tracks also show the belt's direction and speed. If they contradict the options, the report

@@ -7,11 +7,11 @@ use pickline::pattern::random_stream;
 use pickline::station::built_in;
 use pickline::strategies::read_alone;
 use pickline_live::protocol::Incoming;
-use pickline_live::{Change, ClockKind, Config, Controller, State};
+use pickline_live::{ClockKind, Config, Controller, LineState, StateChange};
 
 /// The same line after a restart of the node.
 fn restore(line: &mut Line) -> Line {
-    let mut state = State::default();
+    let mut state = LineState::default();
     let change = serde_json::to_string(&line.0.whole()).unwrap();
     state.apply(serde_json::from_str(&change).unwrap());
     let station = built_in("paper").unwrap().station(Some(2)).unwrap();
@@ -99,13 +99,13 @@ fn a_node_that_is_killed_now_and_then_knows_the_same_items() {
         clock: ClockKind::Messages,
         ..Config::default()
     };
-    let through_text = |change: &Change| -> Change {
+    let through_text = |change: &StateChange| -> StateChange {
         serde_json::from_str(&serde_json::to_string(change).unwrap()).unwrap()
     };
     let world = World::dense(150, 0.03, station.belt().speed, 5);
     let mut tracker = Tracker::new(&world, Camera::Area, Mistakes::BAD_DAY, random_stream(5, 2));
     let mut lines = [(); 2].map(|()| Controller::new(station.clone(), strategy(), config.clone()));
-    let mut state = State::default();
+    let mut state = LineState::default();
     state.apply(through_text(&lines[1].whole()));
     let mut kills = 0;
     for number in 0..(world.end() / PERIOD) as usize {
@@ -123,7 +123,7 @@ fn a_node_that_is_killed_now_and_then_knows_the_same_items() {
         if number % 20 == 7 {
             kills += 1;
             let whole = lines[1].whole();
-            let mut at_once = State::default();
+            let mut at_once = LineState::default();
             at_once.apply(whole);
             assert_eq!(at_once, state, "{number}");
             lines[1] = Controller::restore(
@@ -134,7 +134,7 @@ fn a_node_that_is_killed_now_and_then_knows_the_same_items() {
                 None,
             )
             .unwrap();
-            let mut again = State::default();
+            let mut again = LineState::default();
             again.apply(lines[1].whole());
             assert_eq!(again, state, "{number}");
         }

@@ -3,7 +3,7 @@
 use super::truth::{Fate, Found, Truth};
 use pickline::station;
 use pickline_live::protocol::{
-    Ack, Incoming, Outgoing, Report, RobotState, RobotStatus, Task, Verdict,
+    Ack, Incoming, Outgoing, ResultMessage, RobotState, RobotStatus, Task, Verdict,
 };
 use rand::{Rng, RngExt as _};
 use std::collections::BTreeMap;
@@ -89,7 +89,7 @@ pub struct Robot<R> {
     /// When it is at its bin again [s].
     rests_from: f64,
     /// Results that it has given.
-    done: BTreeMap<u64, Report>,
+    done: BTreeMap<u64, ResultMessage>,
     last_task: Option<u64>,
     /// What it did and knew of, for its state word: since when, state, task.
     words: Vec<(f64, RobotState, Option<u64>)>,
@@ -211,7 +211,7 @@ impl<R: Rng> Robot<R> {
         verdict: Verdict,
         available_at: Option<f64>,
     ) -> Incoming {
-        let report = Report {
+        let report = ResultMessage {
             stamp: now,
             task,
             result: verdict,
@@ -255,7 +255,7 @@ impl<R: Rng> Robot<R> {
     /// What came of a task that is not at work.
     fn say_again(&mut self, now: f64, task: u64) -> Incoming {
         match self.done.get(&task) {
-            Some(report) => Incoming::Result(Report {
+            Some(report) => Incoming::Result(ResultMessage {
                 stamp: now,
                 available_at: None,
                 ..*report

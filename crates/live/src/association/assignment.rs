@@ -13,7 +13,7 @@ const STEP: f64 = 1e-6;
 
 /// A detection and an item that it may show.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pair {
+pub struct CandidatePair {
     /// Index of the detection in its picture.
     pub detection: usize,
     /// Number of the item.
@@ -28,8 +28,8 @@ pub struct Pair {
 /// Each group of detections that compete for the same items is solved separately by the Hungarian
 /// method (Kuhn, *The Hungarian method for the assignment problem*, Naval Research Logistics
 /// Quarterly 2, 1955, doi:10.1002/nav.3800020109).
-pub fn assign(pairs: &[Pair], alone: &[f64]) -> Vec<Option<u32>> {
-    let mut pairs: Vec<Pair> = pairs
+pub fn assign(pairs: &[CandidatePair], alone: &[f64]) -> Vec<Option<u32>> {
+    let mut pairs: Vec<CandidatePair> = pairs
         .iter()
         .filter(|pair| pair.cost < alone[pair.detection])
         .copied()
@@ -60,7 +60,7 @@ pub fn assign(pairs: &[Pair], alone: &[f64]) -> Vec<Option<u32>> {
 }
 
 /// The pairs in groups that share no detection and no item.
-fn groups(pairs: &[Pair], detections: usize) -> Vec<Vec<Pair>> {
+fn groups(pairs: &[CandidatePair], detections: usize) -> Vec<Vec<CandidatePair>> {
     let mut leader: Vec<usize> = (0..detections).collect();
     fn lead(leader: &mut [usize], mut detection: usize) -> usize {
         while leader[detection] != detection {
@@ -78,7 +78,7 @@ fn groups(pairs: &[Pair], detections: usize) -> Vec<Vec<Pair>> {
         }
     }
     let mut place = vec![usize::MAX; detections];
-    let mut groups: Vec<Vec<Pair>> = Vec::new();
+    let mut groups: Vec<Vec<CandidatePair>> = Vec::new();
     for pair in pairs {
         let leads = lead(&mut leader, pair.detection);
         if place[leads] == usize::MAX {
@@ -90,7 +90,7 @@ fn groups(pairs: &[Pair], detections: usize) -> Vec<Vec<Pair>> {
     groups
 }
 
-fn assign_group(pairs: &[Pair], alone: &[f64], found: &mut [Option<u32>]) {
+fn assign_group(pairs: &[CandidatePair], alone: &[f64], found: &mut [Option<u32>]) {
     // Sorted by detection, then by cost.
     let mut rows: Vec<usize> = pairs.iter().map(|pair| pair.detection).collect();
     rows.dedup();
@@ -125,7 +125,7 @@ fn assign_group(pairs: &[Pair], alone: &[f64], found: &mut [Option<u32>]) {
     }
 }
 
-fn assign_greedily(pairs: &[Pair], free: &mut Vec<u32>, found: &mut [Option<u32>]) {
+fn assign_greedily(pairs: &[CandidatePair], free: &mut Vec<u32>, found: &mut [Option<u32>]) {
     let mut pairs = pairs.to_vec();
     pairs.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     for pair in pairs {
@@ -144,8 +144,8 @@ mod tests {
     use pickline::pattern::random_stream;
     use rand::RngExt as _;
 
-    fn pair(detection: usize, item: u32, cost: f64) -> Pair {
-        Pair {
+    fn pair(detection: usize, item: u32, cost: f64) -> CandidatePair {
+        CandidatePair {
             detection,
             item,
             cost,
@@ -153,7 +153,12 @@ mod tests {
     }
 
     /// The least cost of all assignments, tried one by one.
-    fn least(pairs: &[Pair], alone: &[f64], detection: usize, taken: &mut Vec<u32>) -> f64 {
+    fn least(
+        pairs: &[CandidatePair],
+        alone: &[f64],
+        detection: usize,
+        taken: &mut Vec<u32>,
+    ) -> f64 {
         if detection == alone.len() {
             return 0.0;
         }
@@ -191,7 +196,7 @@ mod tests {
             taken.dedup();
             assert_eq!(taken.len(), count);
             let cost = |(detection, item): (usize, &Option<u32>)| {
-                let its = |p: &&Pair| p.detection == detection && Some(p.item) == *item;
+                let its = |p: &&CandidatePair| p.detection == detection && Some(p.item) == *item;
                 pairs.iter().find(its).map_or(alone[detection], |p| p.cost)
             };
             let cost: f64 = found.iter().enumerate().map(cost).sum();
@@ -218,7 +223,7 @@ mod tests {
             let near = d.max(3) - 3..(d + 4).min(400);
             near.map(move |item| pair(d, item as u32, (d as f64 - item as f64).abs()))
         });
-        let pairs: Vec<Pair> = pairs.collect();
+        let pairs: Vec<CandidatePair> = pairs.collect();
         let found = assign(&pairs, &[10.5; 400]);
         assert!(
             found

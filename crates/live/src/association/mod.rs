@@ -12,7 +12,7 @@
 mod assignment;
 mod picture;
 
-use assignment::{Pair, assign};
+use assignment::{CandidatePair, assign};
 pub use picture::{Association, Match, associate};
 
 /// A covariance of a position, `[xx, xy, yy]` [m^2].
@@ -52,13 +52,13 @@ pub enum Number {
 
 /// How far from an item its detections may lie.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Gate {
+pub struct AssociationGate {
     /// Three standard deviations of the errors that no covariance includes [m].
     tolerance: f64,
 }
 
-impl Gate {
-    /// The gate for this `--tolerance` [m].
+impl AssociationGate {
+    /// The gate for this tolerance [m].
     pub fn new(tolerance: f64) -> Self {
         Self {
             tolerance: tolerance.max(SAME),
@@ -157,7 +157,7 @@ mod tests {
     use super::*;
 
     fn distance(off: [f64; 2], seen: Option<Covariance>, way: f64) -> f64 {
-        let gate = Gate::new(0.02);
+        let gate = AssociationGate::new(0.02);
         gate.squared_distance(off, seen, None, way).sqrt()
     }
 
@@ -166,7 +166,7 @@ mod tests {
         assert!((distance([0.02, 0.0], None, 0.0) - 3.0).abs() < 1e-12);
         assert!((distance([0.012, 0.016], None, 0.0) - 3.0).abs() < 1e-12);
         // With zero tolerance, the same position.
-        let exact = Gate::new(0.0);
+        let exact = AssociationGate::new(0.0);
         assert!(exact.squared_distance([1e-5, 0.0], None, None, 0.0) < 1.0);
         assert!(exact.squared_distance([1e-3, 0.0], None, None, 0.0) > 9.0);
     }
@@ -191,7 +191,7 @@ mod tests {
 
     #[test]
     fn whatever_is_in_the_gate_is_within_reach() {
-        let gate = Gate::new(0.02);
+        let gate = AssociationGate::new(0.02);
         for seen in [None, Some([4e-4, 1e-4, 1e-3]), Some([1.0, 0.9, 1.0])] {
             for known in [None, Some([9e-4, 0.0, 1e-5])] {
                 let reach = gate.reach(seen, largest_variance(known));

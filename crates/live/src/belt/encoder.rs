@@ -1,6 +1,6 @@
 //! The encoder: its zero, which may change, and whether it confirms the speed.
 
-use super::history::Stretch;
+use super::history::SpeedSegment;
 use super::speed::Spread;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
@@ -64,7 +64,7 @@ pub struct Since {
 
 /// What is known of the encoder. It survives a restart.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Encoder {
+pub struct BeltEncoder {
     /// What it shows when the travel is 0 [m].
     zero: Option<f64>,
     /// How often the zero has changed.
@@ -83,7 +83,7 @@ pub struct Encoder {
 
 /// One reading, and what it is compared with.
 #[derive(Debug, Clone, Copy)]
-pub struct Reading {
+pub struct EncoderReading {
     /// What the encoder shows [m].
     pub position: f64,
     /// When [s].
@@ -93,7 +93,7 @@ pub struct Reading {
     /// The encoder's last reading, and the reports since.
     pub since: Option<Since>,
     /// The belt's motion as known before this reading.
-    pub before: Stretch,
+    pub before: SpeedSegment,
     /// The speed in the same message [m/s].
     pub speed: f64,
     /// The speed in the station file [m/s].
@@ -102,7 +102,7 @@ pub struct Reading {
 
 /// How a reading was interpreted.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Found {
+pub enum EncoderFinding {
     /// Travel since time 0 [m].
     Travel(f64),
     /// Travel since time 0 [m], but the encoder counts from another zero; the travel since the last
@@ -110,7 +110,7 @@ pub enum Found {
     Reset(f64, f64),
 }
 
-impl Found {
+impl EncoderFinding {
     /// Travel since time 0 [m].
     pub fn travel(&self) -> f64 {
         match self {
@@ -119,7 +119,7 @@ impl Found {
     }
 }
 
-impl Encoder {
+impl BeltEncoder {
     /// How often its zero has changed.
     pub fn resets(&self) -> u64 {
         self.resets
@@ -159,8 +159,8 @@ impl Encoder {
     }
 
     /// Interprets `reading`.
-    pub fn read(&mut self, reading: &Reading) -> Found {
-        let Reading {
+    pub fn read(&mut self, reading: &EncoderReading) -> EncoderFinding {
+        let EncoderReading {
             position,
             time,
             before,
@@ -169,7 +169,7 @@ impl Encoder {
         let expected = before.travel(time);
         let Some(zero) = self.zero else {
             self.zero = Some(position - expected);
-            return Found::Travel(expected);
+            return EncoderFinding::Travel(expected);
         };
         // A restored state may lack the last reading; then use the last message.
         let (last, said) = reading.heard.unwrap_or((time, before.speed));
@@ -192,7 +192,7 @@ impl Encoder {
         let moved = position - zero - stood;
         if (low * (1.0 + SHARE) - JUMP..=high * (1.0 + SHARE) + JUMP).contains(&moved) {
             self.doubt = None;
-            return Found::Travel(position - zero);
+            return EncoderFinding::Travel(position - zero);
         }
         let shown = if gap > 0.0 {
             moved / gap
@@ -210,7 +210,7 @@ impl Encoder {
             if (0.5..=2.0).contains(&alike) {
                 (self.zero, self.doubt) = (Some(doubt.zero), None);
                 self.resets = self.resets.saturating_sub(1);
-                return Found::Travel(position - doubt.zero);
+                return EncoderFinding::Travel(position - doubt.zero);
             }
         }
         // The speed may have changed at any moment since the last message; the travel up to that
@@ -224,13 +224,13 @@ impl Encoder {
         self.doubt = is_possible.then_some(Doubt { zero, speed: shown });
         self.zero = Some(position - travel);
         self.resets += 1;
-        Found::Reset(travel, (0.5 * change * unknown).abs())
+        EncoderFinding::Reset(travel, (0.5 * change * unknown).abs())
     }
 }
 
 /// A moment to compare with: sums over all previous readings, without the resets.
 #[derive(Debug, Clone, Copy, Default)]
-struct Mark {
+struct EncoderMark {
     /// Time [s].
     time: f64,
     /// Travel by the encoder [m].
@@ -241,8 +241,8 @@ struct Mark {
 
 /// The readings of the last second, to compare the encoder with the speeds.
 #[derive(Debug, Clone, Default)]
-pub struct Comparison {
-    marks: VecDeque<Mark>,
+pub struct SpeedCheck {
+    marks: VecDeque<EncoderMark>,
     /// Deviations of single readings from the expected travel [m].
     steps: Spread,
     /// Resets in a row.
@@ -251,7 +251,7 @@ pub struct Comparison {
     changed: bool,
 }
 
-impl Comparison {
+impl SpeedCheck {
     /// Typical deviation of a single reading [m].
     pub fn noise(&self) -> f64 {
         self.steps.level()
@@ -268,7 +268,7 @@ impl Comparison {
     }
 
     /// Notes that the speed has changed in a message without a position.
-    pub fn change(&mut self, encoder: &mut Encoder) {
+    pub fn change(&mut self, encoder: &mut BeltEncoder) {
         self.changed = true;
         if matches!(encoder.slip, Some(Slip::Speed(_))) {
             encoder.slip = None;
@@ -279,15 +279,15 @@ impl Comparison {
     /// `dead` [m/s] the belt is stationary.
     pub fn note(
         &mut self,
-        encoder: &mut Encoder,
-        reading: &Reading,
-        found: Found,
+        encoder: &mut BeltEncoder,
+        reading: &EncoderReading,
+        found: EncoderFinding,
         (mean, changed, dead): (f64, bool, f64),
     ) {
         let changed = std::mem::take(&mut self.changed) || changed;
         let mut now = self.marks.back().copied().unwrap_or_default();
         match (reading.since, found) {
-            (Some(since), Found::Travel(travel)) => {
+            (Some(since), EncoderFinding::Travel(travel)) => {
                 let moved = travel - since.travel;
                 now.time += reading.time - since.time;
                 now.travel += moved;
@@ -312,11 +312,11 @@ impl Comparison {
         self.compare(encoder, mean, dead);
     }
 
-    fn compare(&mut self, encoder: &mut Encoder, mean: f64, dead: f64) {
+    fn compare(&mut self, encoder: &mut BeltEncoder, mean: f64, dead: f64) {
         let (Some(first), Some(now)) = (self.marks.front(), self.marks.back()) else {
             return;
         };
-        let since = |mark: &Mark| {
+        let since = |mark: &EncoderMark| {
             let span = now.time - mark.time;
             (span, now.travel - mark.travel, now.driven - mark.driven)
         };

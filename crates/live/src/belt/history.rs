@@ -14,7 +14,7 @@ const SAME: f64 = 1e-9;
 
 /// A stretch of constant speed: from `from` on, the belt's travel is `travel + speed (t - from)`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Stretch {
+pub struct SpeedSegment {
     /// Start time [s].
     pub from: f64,
     /// Travel at the start [m].
@@ -23,7 +23,7 @@ pub struct Stretch {
     pub speed: f64,
 }
 
-impl Stretch {
+impl SpeedSegment {
     /// Travel at `time` [m].
     pub fn travel(&self, time: f64) -> f64 {
         self.travel + self.speed * (time - self.from)
@@ -37,7 +37,7 @@ impl Stretch {
 /// door trending: adaptive trend recording?, ISA National Conference, 1990, pp. 749-754).
 #[derive(Debug, Clone, Default)]
 pub struct History {
-    points: VecDeque<Stretch>,
+    points: VecDeque<SpeedSegment>,
     /// Range of slopes [m/s] from the last point that pass all points omitted since.
     door: Option<(f64, f64)>,
 }
@@ -45,7 +45,7 @@ pub struct History {
 impl History {
     /// Adds `previous`, which `next` follows, unless it can be omitted. Returns whether it was
     /// added.
-    pub fn push(&mut self, previous: Stretch, next: &Stretch) -> bool {
+    pub fn push(&mut self, previous: SpeedSegment, next: &SpeedSegment) -> bool {
         let Some(last) = self.points.back() else {
             self.add(previous);
             return true;
@@ -67,13 +67,13 @@ impl History {
         true
     }
 
-    fn add(&mut self, point: Stretch) {
+    fn add(&mut self, point: SpeedSegment) {
         self.points.push_back(point);
         self.door = None;
     }
 
     /// Adds the points of another history, and keeps the newest `kept` points.
-    pub fn extend(&mut self, new: Vec<Stretch>, kept: usize) {
+    pub fn extend(&mut self, new: Vec<SpeedSegment>, kept: usize) {
         self.points.extend(new);
         let surplus = self.points.len().saturating_sub(kept);
         self.points.drain(..surplus);
@@ -94,7 +94,7 @@ impl History {
     }
 
     /// The newest `count` points.
-    pub fn newest(&self, count: usize) -> Vec<Stretch> {
+    pub fn newest(&self, count: usize) -> Vec<SpeedSegment> {
         let old = self.points.len().saturating_sub(count);
         self.points.range(old..).copied().collect()
     }
@@ -105,7 +105,7 @@ impl History {
     }
 
     /// Travel at `time` [m], before `newest` began.
-    pub fn travel(&self, time: f64, newest: &Stretch) -> f64 {
+    pub fn travel(&self, time: f64, newest: &SpeedSegment) -> f64 {
         let after = self.points.partition_point(|point| point.from <= time);
         let Some(held) = after.checked_sub(1).map(|held| self.points[held]) else {
             return self.points.front().unwrap_or(newest).travel(time);
@@ -123,9 +123,9 @@ impl History {
 mod tests {
     use super::*;
 
-    fn drive(hz: f64, seconds: f64, travel: impl Fn(f64) -> f64) -> (History, Stretch) {
+    fn drive(hz: f64, seconds: f64, travel: impl Fn(f64) -> f64) -> (History, SpeedSegment) {
         let mut history = History::default();
-        let at = |time: f64| Stretch {
+        let at = |time: f64| SpeedSegment {
             from: time,
             travel: travel(time),
             speed: 0.0,

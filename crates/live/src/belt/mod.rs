@@ -5,8 +5,8 @@ mod history;
 mod speed;
 
 use super::protocol::BeltState;
-use encoder::{Comparison, Encoder, Found, Reading, Slip};
-use history::{History, Stretch};
+use encoder::{BeltEncoder, EncoderFinding, EncoderReading, Slip, SpeedCheck};
+use history::{History, SpeedSegment};
 use pickline::error::{rounded, shown_number};
 use serde::{Deserialize, Serialize};
 use speed::{FRESH, SpeedMean};
@@ -39,7 +39,7 @@ const UNSURE: f64 = 0.01;
 
 /// What a belt message has changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Change {
+pub enum BeltChange {
     /// Nothing that matters: plans remain valid.
     None,
     /// The belt is not at its planned position.
@@ -54,32 +54,32 @@ pub enum Change {
 /// of the last minute is within a fraction of a millimetre of the measurement; a speed within the
 /// dead band is 0.
 #[derive(Debug, Clone)]
-pub struct Motion {
+pub struct BeltMotion {
     /// The measured stretches before the newest one.
     history: History,
     /// Everything else that survives a restart.
-    plan: Plan,
+    plan: BeltPlan,
     /// What is learned again after a restart.
     learned: Learned,
 }
 
 /// What is known of the belt besides its history.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Plan {
+pub struct BeltPlan {
     /// Number of stretches ever added to the history.
     measured: u64,
     /// The speed in the station file [m/s].
     nominal: f64,
     /// The newest measured stretch.
-    newest: Stretch,
+    newest: SpeedSegment,
     /// Mean of the speed since it last changed [m/s].
     mean: f64,
     /// The stretch that plans are based on.
-    planned: Stretch,
+    planned: SpeedSegment,
     /// Whether the belt ran backwards when plans were made.
     backwards: bool,
     /// Its encoder.
-    encoder: Encoder,
+    encoder: BeltEncoder,
     /// Time [s] and speed [m/s] of the last message; none before the first.
     last: Option<(f64, f64)>,
 }
@@ -88,7 +88,7 @@ pub struct Plan {
 #[derive(Debug, Clone)]
 struct Learned {
     speed: SpeedMean,
-    comparison: Comparison,
+    comparison: SpeedCheck,
     /// Beyond this deviation [m] the belt is not at its planned position.
     drift: f64,
     /// Since when the encoder differs from the speed [s], and the share that was reported.
@@ -101,7 +101,7 @@ impl Learned {
     fn new(mean: f64, nominal: f64) -> Self {
         Self {
             speed: SpeedMean::new(mean, dead_band(nominal)),
-            comparison: Comparison::default(),
+            comparison: SpeedCheck::default(),
             drift: DRIFT,
             differs: None,
             told: None,
@@ -110,18 +110,18 @@ impl Learned {
     }
 }
 
-/// How the motion differs from an earlier one, identified by its [`Plan`].
+/// How the motion differs from an earlier one, identified by its [`BeltPlan`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MotionChange {
     /// Stretches added to the history since then.
-    new: Vec<Stretch>,
+    new: Vec<SpeedSegment>,
     /// Number of newest stretches that are kept now.
     kept: usize,
-    plan: Plan,
+    plan: BeltPlan,
 }
 
 /// What is learned again does not count when motions are compared.
-impl PartialEq for Motion {
+impl PartialEq for BeltMotion {
     fn eq(&self, other: &Self) -> bool {
         self.plan == other.plan && self.history.is_same(&other.history)
     }
@@ -132,37 +132,37 @@ fn dead_band(nominal: f64) -> f64 {
     (DEAD_SHARE * nominal.abs()).min(MOST_DEAD)
 }
 
-impl Motion {
+impl BeltMotion {
     /// A belt that moves at `speed` [m/s] until it reports otherwise.
     pub fn new(speed: f64) -> Self {
-        let stretch = Stretch {
+        let stretch = SpeedSegment {
             from: 0.0,
             travel: 0.0,
             speed,
         };
         Self {
             history: History::default(),
-            plan: Plan {
+            plan: BeltPlan {
                 measured: 0,
                 nominal: speed,
                 newest: stretch,
                 mean: speed,
                 planned: stretch,
                 backwards: speed < 0.0,
-                encoder: Encoder::default(),
+                encoder: BeltEncoder::default(),
                 last: None,
             },
             learned: Learned::new(speed, speed),
         }
     }
 
-    /// The present state, for a later comparison with [`Motion::change`].
-    pub fn plan(&self) -> Plan {
+    /// The present state, for a later comparison with [`BeltMotion::change`].
+    pub fn plan(&self) -> BeltPlan {
         self.plan
     }
 
     /// What has changed since the plan was `before`; everything if there was none.
-    pub fn change(&self, before: Option<Plan>) -> Option<MotionChange> {
+    pub fn change(&self, before: Option<BeltPlan>) -> Option<MotionChange> {
         if before == Some(self.plan) {
             return None;
         }
@@ -199,10 +199,10 @@ impl Motion {
     }
 
     /// Handles the message `belt`, measured at `time` [s].
-    pub fn hear(&mut self, time: f64, belt: &BeltState) -> Change {
+    pub fn hear(&mut self, time: f64, belt: &BeltState) -> BeltChange {
         let heard = self.plan.last;
         if heard.is_some_and(|(last, _)| time < last) {
-            return Change::Late;
+            return BeltChange::Late;
         }
         self.plan.last = Some((time, belt.speed));
         let dead = dead_band(self.plan.nominal);
@@ -216,7 +216,7 @@ impl Motion {
             self.plan.encoder.pass(time - last, said, before.speed);
         }
         if let Some(position) = belt.position {
-            let reading = Reading {
+            let reading = EncoderReading {
                 position,
                 time,
                 heard,
@@ -249,7 +249,7 @@ impl Motion {
         // If nothing has changed, the first stretch stays, so that rounding errors do not add up.
         let same = before.speed == speed && (travel - expected).abs() < 1e-9;
         if !same {
-            let next = Stretch {
+            let next = SpeedSegment {
                 from: time,
                 travel,
                 speed,
@@ -266,15 +266,15 @@ impl Motion {
             self.plan.encoder.mark(time, travel);
         }
         if self.is_off(time) {
-            Change::Plan
+            BeltChange::Plan
         } else {
-            Change::None
+            BeltChange::None
         }
     }
 
-    fn read(&mut self, reading: &Reading) -> Found {
+    fn read(&mut self, reading: &EncoderReading) -> EncoderFinding {
         let zeroed = self.plan.encoder.read(reading);
-        let is_reset = matches!(zeroed, Found::Reset(..));
+        let is_reset = matches!(zeroed, EncoderFinding::Reset(..));
         let (last, said) = reading.heard.unwrap_or((reading.time, reading.speed));
         let gap = rounded(reading.time - last, 3);
         let (from, to) = (rounded(said, 3), rounded(reading.speed, 3));
@@ -288,7 +288,7 @@ impl Motion {
                 shown_number(reading.position),
             ));
         }
-        if let Found::Reset(_, unsure) = zeroed
+        if let EncoderFinding::Reset(_, unsure) = zeroed
             && unsure > UNSURE
         {
             let unsure = rounded(unsure, 2);
@@ -369,7 +369,7 @@ impl Motion {
     pub fn plan_again(&mut self, time: f64) {
         let speed = self.estimate(time);
         self.plan.backwards = speed < 0.0;
-        self.plan.planned = Stretch {
+        self.plan.planned = SpeedSegment {
             from: time,
             travel: self.plan.newest.travel(time),
             speed: speed.max(STANDING),
@@ -424,12 +424,12 @@ mod tests {
 
     #[test]
     fn a_steady_belt_changes_no_bit() {
-        let mut motion = Motion::new(0.05);
+        let mut motion = BeltMotion::new(0.05);
         for i in 1..1000 {
             let time = 0.37 * f64::from(i);
             assert_eq!(
                 motion.hear(time, &belt(0.05, Some(3.0 + 0.05 * time))),
-                Change::None
+                BeltChange::None
             );
             assert_eq!(motion.travel(time), 0.05 * time);
         }
@@ -438,25 +438,28 @@ mod tests {
 
     #[test]
     fn stops_and_other_speeds_are_followed_back_in_time() {
-        let mut motion = Motion::new(0.1);
+        let mut motion = BeltMotion::new(0.1);
         motion.hear(1.0, &belt(0.1, None));
-        assert_eq!(motion.hear(10.0, &belt(0.0, None)), Change::Plan);
+        assert_eq!(motion.hear(10.0, &belt(0.0, None)), BeltChange::Plan);
         motion.plan_again(10.0);
-        assert_eq!(motion.hear(20.0, &belt(0.2, None)), Change::Plan);
+        assert_eq!(motion.hear(20.0, &belt(0.2, None)), BeltChange::Plan);
         motion.plan_again(20.0);
         for (time, travel) in [(5.0, 0.5), (10.0, 1.0), (15.0, 1.0), (25.0, 2.0)] {
             assert!((motion.travel(time) - travel).abs() < 1e-12, "{time}");
         }
         let planned = motion.planned_offset() + 0.2 * 25.0;
         assert!((planned - 2.0).abs() < 1e-12);
-        assert_eq!(motion.hear(19.0, &belt(0.1, None)), Change::Late);
+        assert_eq!(motion.hear(19.0, &belt(0.1, None)), BeltChange::Late);
     }
 
     #[test]
     fn the_encoder_corrects_the_travel_and_may_be_reset() {
-        let mut motion = Motion::new(0.1);
+        let mut motion = BeltMotion::new(0.1);
         motion.hear(0.0, &belt(0.1, Some(100.0)));
-        assert_eq!(motion.hear(10.0, &belt(0.1, Some(101.004))), Change::Plan);
+        assert_eq!(
+            motion.hear(10.0, &belt(0.1, Some(101.004))),
+            BeltChange::Plan
+        );
         assert!((motion.travel(10.0) - 1.004).abs() < 1e-12);
         motion.hear(20.0, &belt(0.1, Some(0.0)));
         assert_eq!(motion.encoder_resets(), 1);
@@ -471,8 +474,8 @@ mod tests {
 
     #[test]
     fn changes_add_up_to_the_motion() {
-        let mut motion = Motion::new(0.1);
-        let mut copy = Motion::new(7.0);
+        let mut motion = BeltMotion::new(0.1);
+        let mut copy = BeltMotion::new(7.0);
         copy.apply(motion.change(None).unwrap());
         assert_eq!(copy, motion);
         for i in 1..3 * 1000 {
@@ -498,7 +501,7 @@ mod tests {
     /// all that is known.
     #[test]
     fn after_a_silence_plans_go_by_the_last_word() {
-        let mut motion = Motion::new(0.3);
+        let mut motion = BeltMotion::new(0.3);
         for i in 1..=200 {
             let speed = if i % 2 == 0 { 0.303 } else { 0.297 };
             motion.hear(0.1 * f64::from(i), &belt(speed, None));

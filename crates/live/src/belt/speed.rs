@@ -52,12 +52,12 @@ impl Spread {
 
 /// A cumulative sum of deviations to one side, and its number of messages.
 #[derive(Debug, Clone, Copy, Default)]
-struct Side {
+struct DeviationSum {
     sum: f64,
     messages: u32,
 }
 
-impl Side {
+impl DeviationSum {
     fn note(&mut self, deviation: f64) -> bool {
         self.sum += deviation - ALLOWANCE;
         self.messages += 1;
@@ -83,8 +83,8 @@ pub struct SpeedMean {
     /// Speeds up to this are noise around 0 [m/s].
     dead: f64,
     count: u32,
-    up: Side,
-    down: Side,
+    up: DeviationSum,
+    down: DeviationSum,
     /// The last two speeds.
     before: [Option<f64>; 2],
     /// Second differences: a ramp has none.
@@ -101,8 +101,8 @@ impl SpeedMean {
             mean,
             dead,
             count: 1,
-            up: Side::default(),
-            down: Side::default(),
+            up: DeviationSum::default(),
+            down: DeviationSum::default(),
             before: [None; 2],
             bends: Spread::default(),
             level: 0.0,
@@ -145,7 +145,7 @@ impl SpeedMean {
             self.test(speed, noise, most)
         };
         if changed || is_apart {
-            (self.up, self.down) = (Side::default(), Side::default());
+            (self.up, self.down) = (DeviationSum::default(), DeviationSum::default());
         }
         if let [Some(last), Some(first)] = self.before {
             self.bends.note(speed - 2.0 * last + first);

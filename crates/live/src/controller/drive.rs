@@ -1,7 +1,7 @@
 //! When to request the drive to stop or restart the belt.
 
 use super::Controller;
-use crate::drive::Cause;
+use crate::drive::StopCause;
 use crate::protocol::{BeltRequest, Outgoing};
 use crate::robots::Service;
 
@@ -28,16 +28,16 @@ impl Controller {
     }
 
     /// Requests the drive to stop or restart the belt if there is a reason to.
-    pub(super) fn ask_drive(&mut self) {
+    pub(super) fn request_drive(&mut self) {
         if !self.config.may_stop_belt || self.world.awaits_belt() {
             return;
         }
         let (now, speed) = (self.stamps.now(), self.world.motion().speed());
         let running = self.drive.running().unwrap_or(speed);
         let reason = if self.is_nobody_at_work() {
-            Some(Cause::NoRobot)
+            Some(StopCause::NoRobot)
         } else if self.first_loss(running).is_some_and(|at| at <= now) {
-            Some(Cause::ItemLost)
+            Some(StopCause::ItemLost)
         } else {
             None
         };

@@ -55,7 +55,7 @@ impl Controller {
     pub(super) fn settle(&mut self, until: f64, included: bool) {
         let is_due = |time: f64| time < until || (included && time == until);
         // The messages since the last step may be a reason to stop the belt.
-        self.ask_drive();
+        self.request_drive();
         loop {
             if self.world.is_off(self.stamps.now()) {
                 self.plan_again();
@@ -79,14 +79,14 @@ impl Controller {
             }
             if let Some(time) = drive.filter(|time| *time <= first) {
                 self.stamps.clock.now = self.stamps.now().max(time);
-                self.ask_drive();
+                self.request_drive();
                 continue;
             }
             match (deadline, decision) {
                 (Some((at, task)), decision) if decision.is_none_or(|(time, _)| at <= time) => {
                     self.stamps.clock.now = self.stamps.now().max(at);
                     self.overdue(task);
-                    self.ask_drive();
+                    self.request_drive();
                 }
                 (_, Some((time, robot))) => {
                     self.stamps.clock.now = self.stamps.now().max(time);

@@ -1,13 +1,13 @@
 //! Incoming messages: which of them are accepted, and which code handles them.
 
 use super::Controller;
-use crate::clock::{Belief, ClockKind, LEAP};
+use crate::clock::{ClockKind, LEAP, StampTrust};
 use crate::operation::Mode;
 use crate::protocol::{Due, Incoming, Outgoing, Rejected};
 
 /// What happened to a message that was not refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Taken {
+pub enum HandledAs {
     /// It took effect.
     Accepted,
     /// It is held back until the next message confirms its timestamp or not.
@@ -20,7 +20,7 @@ impl Controller {
     ///
     /// # Errors
     /// The message is refused. It is counted, and nothing else changes.
-    pub fn handle(&mut self, mut message: Incoming) -> Result<Taken, Rejected> {
+    pub fn handle(&mut self, mut message: Incoming) -> Result<HandledAs, Rejected> {
         let is_doubtful = self.doubts.look(&mut message);
         let result = self.take(message);
         match &result {
@@ -34,7 +34,7 @@ impl Controller {
         result
     }
 
-    fn take(&mut self, mut message: Incoming) -> Result<Taken, Rejected> {
+    fn take(&mut self, mut message: Incoming) -> Result<HandledAs, Rejected> {
         if self.stamps.clock.kind == ClockKind::System {
             self.map_stamps(&mut message)?;
         }
@@ -44,8 +44,8 @@ impl Controller {
             self.resolve(held, confirmed);
             belief = self.stamps.judge(&message)?;
         }
-        if let Belief::Certain(time) = belief {
-            return self.act_on(time, message).map(|()| Taken::Accepted);
+        if let StampTrust::Certain(time) = belief {
+            return self.act_on(time, message).map(|()| HandledAs::Accepted);
         }
         let is_tick = matches!(message, Incoming::Tick { .. });
         if is_tick && self.stamps.clock.origin().is_none() {
@@ -54,7 +54,7 @@ impl Controller {
             self.output.push(Outgoing::Due(Due { stamp, next: None }));
         }
         self.stamps.hold_back(message);
-        Ok(Taken::Held)
+        Ok(HandledAs::Held)
     }
 
     /// Resolves the message held back, as no further message comes.

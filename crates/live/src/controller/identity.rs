@@ -1,8 +1,8 @@
 //! Events about the identity of items: counted, and reported the first time.
 
 use super::Controller;
-use crate::items::News;
-use crate::sight::Sight;
+use crate::items::IdNews;
+use crate::sight::PlacedDetection;
 use pickline::error::shown;
 
 impl Controller {
@@ -23,7 +23,7 @@ impl Controller {
     }
 
     /// A picture shows an item twice.
-    pub(super) fn note_doubled(&mut self, item: u32, sight: &Sight) {
+    pub(super) fn note_doubled(&mut self, item: u32, sight: &PlacedDetection) {
         self.note_and_remark("doubled", |line| {
             let tracked = line.world.items().get(item);
             let way = tracked.map_or(0.0, |tracked| sight.way(tracked.place, tracked.y));
@@ -47,18 +47,18 @@ impl Controller {
     }
 
     /// A known item was seen under a new id.
-    pub(super) fn note_news(&mut self, item: u32, sight: &Sight, news: News) {
+    pub(super) fn note_news(&mut self, item: u32, sight: &PlacedDetection, news: IdNews) {
         let id = sight.id().map(shown).unwrap_or_default();
         match news {
-            News::Nothing => {}
-            News::Renumbered => self.note_and_remark("renumbered", |line| {
+            IdNews::Nothing => {}
+            IdNews::Renumbered => self.note_and_remark("renumbered", |line| {
                 format!(
                     "the tracker has a new id for item {}, `{id}`: by its position it is the same \
                      item",
                     line.name_of(item),
                 )
             }),
-            News::Fused => self.note_and_remark("fused", |line| {
+            IdNews::Fused => self.note_and_remark("fused", |line| {
                 format!(
                     "another camera has an id for item {}, `{id}`: by its position it is the same \
                      item",
@@ -69,7 +69,13 @@ impl Controller {
     }
 
     /// The id of item `before` was seen on another one, `item`, either elsewhere or beside it.
-    pub(super) fn note_two(&mut self, before: u32, item: u32, sight: &Sight, is_split: bool) {
+    pub(super) fn note_two(
+        &mut self,
+        before: u32,
+        item: u32,
+        sight: &PlacedDetection,
+        is_split: bool,
+    ) {
         let id = sight.id().map(shown).unwrap_or_default();
         let tracked = self.world.items().get(before);
         let way = tracked.map_or(0.0, |tracked| sight.way(tracked.place, tracked.y));

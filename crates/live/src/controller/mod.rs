@@ -1,4 +1,4 @@
-//! The controller: it takes messages and the time, and gives messages.
+//! The controller, sans-IO: it takes messages and the time, and returns messages.
 //!
 //! It has no clock, thread or socket and prints nothing: its caller hands it messages and the time,
 //! and sends its output. It decides with the same code that a simulation runs.
@@ -11,9 +11,11 @@ mod hearing;
 mod identity;
 mod peers;
 mod operation;
+mod picture;
 mod pictures;
 mod plans;
 mod recovery;
+mod reported;
 mod results;
 mod sources;
 mod states;
@@ -28,7 +30,7 @@ use super::drive::Drive;
 use super::operation::Operation;
 use super::protocol::{Outgoing, Rejected, Rejection, SourceKind};
 use super::robots::Fleet;
-use super::sources::{Key, Sources, Timeouts};
+use super::sources::{SourceKey, Sources, Timeouts};
 use super::stamps::Stamps;
 use super::tally::Tally;
 use super::tasks::Tasks;
@@ -37,10 +39,10 @@ use crate::layout::layout_hash;
 use pickline::decision::Strategy;
 use pickline::plausible::Warning;
 use pickline::station::Station;
-use pictures::Picture;
-use recovery::Told;
+use picture::Picture;
+use reported::Reported;
 
-pub use hearing::Taken;
+pub use hearing::HandledAs;
 
 /// Settings of the controller beyond the model.
 #[derive(Debug, Clone, PartialEq)]
@@ -123,7 +125,7 @@ pub struct Controller {
     /// The sources of messages, and whether they are silent.
     sources: Sources,
     /// The source of each robot.
-    robot_keys: Vec<Key>,
+    robot_keys: Vec<SourceKey>,
     /// Arrival time of the message in progress [s since 1970], by the steady clock.
     received: Option<f64>,
     /// How far from the expected positions robots find items.
@@ -149,7 +151,7 @@ pub struct Controller {
     held: Vec<usize>,
     stopping: bool,
     /// The state reported last; none while no changes are requested.
-    told: Option<Told>,
+    reported: Option<Reported>,
 }
 
 impl Controller {
@@ -185,7 +187,7 @@ impl Controller {
             remarks: Vec::new(),
             held: Vec::new(),
             stopping: false,
-            told: None,
+            reported: None,
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::Controller;
 use crate::claims::Reason;
-use crate::lifecycle::Event;
+use crate::lifecycle::TaskEvent;
 use crate::operation::Mode;
 use crate::protocol::{Order, Rejected};
 
@@ -24,7 +24,7 @@ impl Controller {
             let open = open.filter(|c| c.acknowledged.is_none() || now < c.meet_at);
             let open: Vec<u64> = open.map(|claim| claim.task).collect();
             for task in open {
-                self.step(task, Event::Impossible, Some(Reason::Stopped));
+                self.step(task, TaskEvent::Impossible, Some(Reason::Stopped));
             }
         }
         // Others may have waited because this robot was to take their items, and items that it let

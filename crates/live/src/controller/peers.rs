@@ -7,7 +7,7 @@ use crate::protocol::Incoming;
 
 /// However often a robot's peer reconnects, a result is waited for at most this many result
 /// timeouts.
-const MOST_PATIENCE: f64 = 12.0;
+const MOST_RESULT_TIMEOUTS: f64 = 12.0;
 
 impl Controller {
     /// From now on these robots get no task, and none of theirs is sent again: no peer is there to
@@ -43,11 +43,11 @@ impl Controller {
 
     /// Sends all open tasks as they stand, for a peer that has just connected. Nothing changes,
     /// because it may speak for no robot.
-    pub fn tell_open(&mut self) {
+    pub fn send_open_tasks(&mut self) {
         for claim in self.tasks.table().clone().values() {
             match claim.stage {
                 Stage::Sent | Stage::Acknowledged => self.send(claim),
-                Stage::Cancelling | Stage::Recalled => self.say_cancel(claim),
+                Stage::Cancelling | Stage::Recalled => self.send_cancel(claim),
             }
         }
     }
@@ -56,7 +56,7 @@ impl Controller {
     /// Unacknowledged tasks are sent with updated times, the others as they stand. So lost answers
     /// and changes are repeated. The wait for results starts again.
     pub fn send_again(&mut self) {
-        self.be_patient();
+        self.extend_deadlines();
         self.repeat();
     }
 
@@ -70,7 +70,7 @@ impl Controller {
     /// Unacknowledged tasks are sent with updated times, cancels are repeated, and the wait for the
     /// robot's results starts again.
     pub fn send_again_to(&mut self, robot: usize) {
-        self.be_patient_where(|claim| claim.robot == robot);
+        self.extend_deadlines_where(|claim| claim.robot == robot);
         let is_meant = |claim: &Claim| claim.robot == robot && claim.stage != Stage::Acknowledged;
         self.repeat_where(is_meant);
     }
@@ -96,16 +96,16 @@ impl Controller {
     }
 
     /// Restarts the wait for the results of all open tasks, because none could come before.
-    pub(super) fn be_patient(&mut self) {
-        self.be_patient_where(|_| true);
+    pub(super) fn extend_deadlines(&mut self) {
+        self.extend_deadlines_where(|_| true);
     }
 
-    fn be_patient_where(&mut self, is_meant: impl Fn(&Claim) -> bool) {
+    fn extend_deadlines_where(&mut self, is_meant: impl Fn(&Claim) -> bool) {
         let until = self.stamps.now() + self.config.result_timeout;
         let open = self.tasks.iter_mut();
         for claim in open.filter(|c| c.stage != Stage::Sent && is_meant(c)) {
             // A robot that keeps reconnecting and reports nothing must not keep its item.
-            let latest = claim.free_at + MOST_PATIENCE * self.config.result_timeout;
+            let latest = claim.free_at + MOST_RESULT_TIMEOUTS * self.config.result_timeout;
             claim.deadline = claim.deadline.max(until.min(latest));
         }
     }

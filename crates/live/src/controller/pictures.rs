@@ -1,11 +1,11 @@
 //! Detections. Those of one picture are matched to the items together, once all of them are there.
 
 use super::Controller;
-use super::tasks::Cause;
-use crate::association::{Association, Gate, Match, associate};
+use super::tasks::RecheckCause;
+use crate::association::{Association, AssociationGate, Match, associate};
 use crate::operation::Mode;
 use crate::protocol::{Detection, Rejected, Rejection};
-use crate::sight::Sight;
+use crate::sight::PlacedDetection;
 use pickline::error::{shown, shown_number};
 use pickline::plausible::{LENGTHS, question};
 
@@ -13,38 +13,6 @@ use pickline::plausible::{LENGTHS, question};
 const BESIDE: f64 = 0.05;
 /// A task is sent again when its item has moved on the belt by more than this [m].
 const MOVED: f64 = 1e-3;
-/// Maximum number of detections that are matched together. A larger picture is split, and its parts
-/// know of each other.
-const MOST_TOGETHER: usize = 256;
-
-/// Detections of one picture that are not yet matched to items.
-#[derive(Debug, Default)]
-pub(super) struct Picture {
-    seen: Vec<Sight>,
-    /// Detections with their times [s], for which the belt's position is not yet known.
-    waiting: Vec<(f64, Detection)>,
-}
-
-impl Picture {
-    /// Whether a detection of `source` at `time` [s] belongs to this picture.
-    pub fn takes(&self, source: Option<&str>, time: f64) -> bool {
-        let is_same = |first: &Sight| first.time == time && first.source() == source;
-        self.seen.first().is_some_and(is_same) && self.seen.len() < MOST_TOGETHER
-    }
-
-    /// The detections that wait for the belt, with their times [s].
-    pub fn waiting(&self) -> &[(f64, Detection)] {
-        &self.waiting
-    }
-
-    /// A picture that holds only detections that wait for the belt.
-    pub fn restore(waiting: Vec<(f64, Detection)>) -> Self {
-        Self {
-            seen: Vec::new(),
-            waiting,
-        }
-    }
-}
 
 impl Controller {
     /// Takes a detection at `time` [s]. It is matched when the picture is complete.
@@ -56,7 +24,7 @@ impl Controller {
             return Ok(());
         }
         let travel = self.world.motion().travel(time);
-        let sight = Sight::of(detection, time, travel);
+        let sight = PlacedDetection::of(detection, time, travel);
         if !self.may_be_known(&sight) {
             self.check_along(&sight)?;
             self.check_room(self.picture.seen.len(), sight.id())?;
@@ -88,7 +56,7 @@ impl Controller {
         Err(off_belt("y", y, half, &expected))
     }
 
-    fn check_along(&self, sight: &Sight) -> Result<(), Rejected> {
+    fn check_along(&self, sight: &PlacedDetection) -> Result<(), Rejected> {
         let length = self.station().belt().length;
         let x = sight.place + self.world.motion().travel(self.stamps.now());
         if x <= length {
@@ -113,7 +81,7 @@ impl Controller {
     }
 
     /// Whether a known item is so near that the detection may show it.
-    fn may_be_known(&self, sight: &Sight) -> bool {
+    fn may_be_known(&self, sight: &PlacedDetection) -> bool {
         let items = self.world.items();
         let reach = self.gate().reach(sight.covariance, items.widest());
         let by_id = sight.id().and_then(|id| items.known_as(sight.source(), id));
@@ -122,8 +90,8 @@ impl Controller {
         is_near || items.around(sight.place, reach).next().is_some()
     }
 
-    fn gate(&self) -> Gate {
-        Gate::new(self.config.tolerance)
+    fn gate(&self) -> AssociationGate {
+        AssociationGate::new(self.config.tolerance)
     }
 
     /// Completes the picture and matches its detections to the items. Any other message, a step of
@@ -184,14 +152,14 @@ impl Controller {
     }
 
     /// Handles a detection of a known item.
-    fn see_again(&mut self, item: u32, sight: &Sight) {
+    fn see_again(&mut self, item: u32, sight: &PlacedDetection) {
         let now = self.stamps.now();
         let Some(again) = self.world.see_again(item, sight, now, &mut self.fleet) else {
             return;
         };
         let task = self.world.items().get(item).and_then(|t| t.claimed_by());
         if let Some(task) = task.filter(|_| again.moved > MOVED) {
-            self.follow(task, Cause::Item);
+            self.follow(task, RecheckCause::Item);
         }
         self.note_news(item, sight, again.news);
         self.note(if again.is_late {
@@ -202,7 +170,12 @@ impl Controller {
     }
 
     /// Handles a detection of a new item.
-    fn add_item(&mut self, sight: &Sight, seen: &[Sight], matches: &[Match]) -> Option<u32> {
+    fn add_item(
+        &mut self,
+        sight: &PlacedDetection,
+        seen: &[PlacedDetection],
+        matches: &[Match],
+    ) -> Option<u32> {
         let room = self.check_along(sight);
         if let Err(rejected) = room.and_then(|()| self.check_room(0, sight.id())) {
             self.count_rejected(rejected.reason);

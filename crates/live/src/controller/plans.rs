@@ -1,22 +1,22 @@
 //! The plan of the belt's motion, and what depends on it.
 
 use super::Controller;
-use super::tasks::Cause;
-use crate::belt::Change;
+use super::tasks::RecheckCause;
+use crate::belt::BeltChange;
 use crate::protocol::BeltState;
 
 impl Controller {
     pub(super) fn hear_belt(&mut self, time: f64, belt: &BeltState) {
         let resets = self.world.motion().encoder_resets();
         match self.world.hear_belt(time, belt) {
-            (Change::Late, _) => self.note("late_belt"),
+            (BeltChange::Late, _) => self.note("late_belt"),
             (_, true) => {
-                self.be_patient();
+                self.extend_deadlines();
                 self.plan_again();
                 self.place_waiting();
             }
-            (Change::None, false) => {}
-            (Change::Plan, false) => self.plan_again(),
+            (BeltChange::None, false) => {}
+            (BeltChange::Plan, false) => self.plan_again(),
         }
         if self.world.motion().encoder_resets() > resets {
             self.note("encoder_reset");
@@ -29,7 +29,7 @@ impl Controller {
         let now = self.stamps.now();
         self.world.plan_again(now);
         for task in self.tasks.numbers() {
-            self.follow(task, Cause::Belt);
+            self.follow(task, RecheckCause::Belt);
         }
         self.world.rebuild_windows(now, &mut self.fleet);
     }

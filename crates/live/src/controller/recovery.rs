@@ -1,36 +1,17 @@
 //! The state that survives a restart: its changes, and restoring it.
 
-use super::pictures::Picture;
+use super::picture::Picture;
+use super::reported::Reported;
 use super::{Config, Controller};
-use crate::belt::Plan;
-use crate::claims::Claim;
 use crate::clock::Clock;
-use crate::drive::Drive;
 use crate::items::Items;
-use crate::operation::Operation;
-use crate::robots::Fleet;
 use crate::stamps::Stamps;
-use crate::state::{Change, Counters, State};
+use crate::state::{Counters, LineState, StateChange};
 use crate::tasks::Tasks;
 use crate::world::World;
 use pickline::decision::Strategy;
 use pickline::error::{Error, Result};
 use pickline::station::Station;
-use std::collections::BTreeMap;
-
-/// The state reported last, to find later changes. The items track their changes themselves,
-/// because there are too many to compare.
-#[derive(Debug)]
-pub(super) struct Told {
-    claims: BTreeMap<u64, Claim>,
-    fleet: Fleet,
-    operation: Operation,
-    drive: Drive,
-    counters: Counters,
-    plan: Plan,
-    waiting: usize,
-    now: f64,
-}
 
 impl Controller {
     /// Restores the line from `state`; what happened since is unknown. If the belt was ever heard,
@@ -43,7 +24,7 @@ impl Controller {
         station: Station,
         strategy: Box<dyn Strategy>,
         config: Config,
-        state: State,
+        state: LineState,
         stamp: Option<f64>,
     ) -> Result<Self> {
         /// The machine's clock may have been set back by up to this much [s].
@@ -96,10 +77,10 @@ impl Controller {
 
     /// The whole state, as a change from nothing. From now on [`Controller::change`] reports what
     /// changes.
-    pub fn whole(&mut self) -> Change {
+    pub fn whole(&mut self) -> StateChange {
         self.world.watch();
         let items = self.world.items().iter();
-        let change = Change {
+        let change = StateChange {
             origin: self.origin(),
             now: self.stamps.now(),
             items: items.map(|(n, item)| (n, Some(item.clone()))).collect(),
@@ -118,22 +99,22 @@ impl Controller {
             counters: Some(self.counters()),
             past: self.tasks.watch(),
             motion: self.world.motion().change(None),
-            waiting: Some(self.picture.waiting().to_vec()),
+            waiting: Some(self.picture.waiting.clone()),
         };
-        self.told = Some(self.tell());
+        self.reported = Some(self.reported_now());
         change
     }
 
     /// What has changed since the last call. None if nothing changed, or only the time did and no
     /// message was `said`.
-    pub fn change(&mut self, said: bool) -> Option<Change> {
-        let before = self.told.take()?;
-        let mut change = Change {
+    pub fn change(&mut self, said: bool) -> Option<StateChange> {
+        let before = self.reported.take()?;
+        let mut change = StateChange {
             origin: self.origin(),
             now: self.stamps.now(),
             items: self.world.take_changed(),
             past: self.tasks.take_changed(),
-            ..Change::default()
+            ..StateChange::default()
         };
         for (task, claim) in self.tasks.table() {
             if before.claims.get(task) != Some(claim) {
@@ -154,14 +135,14 @@ impl Controller {
         change.counters = (counters != before.counters).then_some(counters);
         change.motion = self.world.motion().change(Some(before.plan));
         // The list only grows until it is emptied.
-        let waiting = self.picture.waiting();
-        change.waiting = (waiting.len() != before.waiting).then(|| waiting.to_vec());
+        let waiting = &self.picture.waiting;
+        change.waiting = (waiting.len() != before.waiting).then(|| waiting.clone());
         let later = said && before.now != change.now;
         if change.is_empty() && !later {
-            self.told = Some(before);
+            self.reported = Some(before);
             return None;
         }
-        self.told = Some(self.tell());
+        self.reported = Some(self.reported_now());
         Some(change)
     }
 
@@ -171,15 +152,15 @@ impl Controller {
         origin.map(|origin| origin + self.sources.ahead())
     }
 
-    fn tell(&self) -> Told {
-        Told {
+    fn reported_now(&self) -> Reported {
+        Reported {
             claims: self.tasks.table().clone(),
             fleet: self.fleet.clone(),
             operation: self.operation.clone(),
             drive: self.drive,
             counters: self.counters(),
             plan: self.world.motion().plan(),
-            waiting: self.picture.waiting().len(),
+            waiting: self.picture.waiting.len(),
             now: self.stamps.now(),
         }
     }

@@ -1,8 +1,8 @@
 //! Handles the robots' answers to tasks: acknowledgements and results, in time or late.
 
 use super::Controller;
-use crate::lifecycle::Event;
-use crate::protocol::{Rejected, Rejection, Report, Verdict};
+use crate::lifecycle::TaskEvent;
+use crate::protocol::{Rejected, Rejection, ResultMessage, Verdict};
 use crate::robots::Service;
 use nalgebra::Point2;
 use pickline::error::rounded;
@@ -36,12 +36,16 @@ impl Controller {
             self.note("late_ack");
             return Ok(());
         }
-        self.step(task, Event::Ack, None);
+        self.step(task, TaskEvent::Ack, None);
         Ok(())
     }
 
     /// Handles the result of a task at `time` [s].
-    pub(super) fn hear_result(&mut self, time: f64, report: &Report) -> Result<(), Rejected> {
+    pub(super) fn hear_result(
+        &mut self,
+        time: f64,
+        report: &ResultMessage,
+    ) -> Result<(), Rejected> {
         let task = report.task;
         let free = report
             .available_at
@@ -74,11 +78,11 @@ impl Controller {
         }
         self.note_dropping(robot, report.result == Verdict::Cancelled && !is_asked);
         let event = match report.result {
-            Verdict::Picked => Event::Picked,
-            Verdict::GraspFail => Event::GraspFailed,
-            Verdict::Missed => Event::NotFound,
-            Verdict::Rejected => Event::Refused,
-            Verdict::Cancelled => Event::Dropped,
+            Verdict::Picked => TaskEvent::Picked,
+            Verdict::GraspFail => TaskEvent::GraspFailed,
+            Verdict::Missed => TaskEvent::NotFound,
+            Verdict::Rejected => TaskEvent::Refused,
+            Verdict::Cancelled => TaskEvent::Dropped,
         };
         self.step_by_result(task, event, report.result, time);
         Ok(())
@@ -97,7 +101,12 @@ impl Controller {
 
     /// Learns from the `found` of a robot that was sent to `meet` [m]; the belt moved at `speed`
     /// [m/s] when the picture was taken.
-    fn take_aim(&mut self, (robot, meet): (usize, Point2<f64>), speed: f64, report: &Report) {
+    fn take_aim(
+        &mut self,
+        (robot, meet): (usize, Point2<f64>),
+        speed: f64,
+        report: &ResultMessage,
+    ) {
         let off = report.found.map(|at| (at.x - meet.x, at.y - meet.y));
         match off {
             Some((x, y)) if x.hypot(y) > ELSEWHERE => {
@@ -148,7 +157,12 @@ impl Controller {
 
     /// Handles the result of a task that is over: if the item was picked after all, it counts as
     /// picked.
-    fn hear_late_result(&mut self, time: f64, free: f64, report: &Report) -> Result<(), Rejected> {
+    fn hear_late_result(
+        &mut self,
+        time: f64,
+        free: f64,
+        report: &ResultMessage,
+    ) -> Result<(), Rejected> {
         let Some(over) = self.tasks.over(report.task) else {
             return Err(self.unknown_task(report.task));
         };

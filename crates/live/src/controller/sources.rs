@@ -2,10 +2,10 @@
 
 use super::Controller;
 use crate::protocol::{Incoming, Rejected, Rejection, RobotState, SourceKind};
-use crate::sources::{Key, Step};
+use crate::sources::{ClockStep, SourceKey};
 use pickline::error::{rounded, shown, shown_number};
 
-use super::hearing::Taken;
+use super::hearing::HandledAs;
 
 impl Controller {
     /// Handles a message, as [`Controller::handle`] does, that arrived at `received` [s since 1970]
@@ -13,7 +13,7 @@ impl Controller {
     ///
     /// # Errors
     /// As for [`Controller::handle`].
-    pub fn hear(&mut self, message: Incoming, received: f64) -> Result<Taken, Rejected> {
+    pub fn hear(&mut self, message: Incoming, received: f64) -> Result<HandledAs, Rejected> {
         self.received = Some(received);
         let result = self.handle(message);
         self.received = None;
@@ -40,7 +40,7 @@ impl Controller {
     }
 
     /// The source of a message; none for ticks, and for unknown robots and tasks.
-    fn source_of(&self, message: &Incoming) -> Option<Key> {
+    fn source_of(&self, message: &Incoming) -> Option<SourceKey> {
         let robot = |index: usize| self.robot_keys.get(index).cloned();
         let of_task = |task: u64| robot(self.tasks.get(task)?.robot);
         let named = |kind: SourceKind, name: &Option<String>| {
@@ -85,7 +85,7 @@ impl Controller {
             ));
         };
         message.shift(mapped.shift);
-        if let Some(Step { by, is_first }) = mapped.stepped {
+        if let Some(ClockStep { by, is_first }) = mapped.stepped {
             self.note("source_step");
             let (kind, name) = (key.0.name(), shown(&key.1));
             let (is_behind, by) = (by < 0.0, rounded(by.abs(), 4));

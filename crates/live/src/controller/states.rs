@@ -2,7 +2,7 @@
 
 use super::Controller;
 use crate::claims::Reason;
-use crate::lifecycle::Event;
+use crate::lifecycle::TaskEvent;
 use crate::protocol::{Rejected, Rejection, RobotState, RobotStatus};
 use crate::robots::{Service, Wait};
 use pickline::error::shown;
@@ -119,9 +119,9 @@ impl Controller {
             .collect();
         for (task, before) in its {
             let event = if before {
-                Event::FaultBefore
+                TaskEvent::FaultBefore
             } else {
-                Event::FaultAfter
+                TaskEvent::FaultAfter
             };
             self.step(task, event, Some(Reason::Fault));
         }

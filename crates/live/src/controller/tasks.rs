@@ -4,9 +4,9 @@
 use super::Controller;
 use crate::claims::{Claim, Reason};
 use crate::fate::Fate;
-use crate::items::State;
-use crate::lifecycle::{Effect, Event, Stage};
-use crate::protocol::{Cancel, Outgoing, Point, Task, Verdict};
+use crate::items::ItemState;
+use crate::lifecycle::{Effect, Stage, TaskEvent};
+use crate::protocol::{BeltPoint, Cancel, Outgoing, Task, Verdict};
 use crate::robots::Service;
 use pickline::error::shown;
 
@@ -15,7 +15,7 @@ const MOST_UNHEARD: u32 = 60;
 
 /// Why the plan of a task is checked again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Cause {
+pub(super) enum RecheckCause {
     /// The task was not acknowledged.
     Unheard,
     /// The belt does not move as planned.
@@ -41,11 +41,11 @@ impl Controller {
             earliest_start: stamp(claim.window.0),
             latest_start: stamp(claim.window.1),
             meet_at: stamp(claim.meet_at),
-            meet: Point {
+            meet: BeltPoint {
                 x: claim.meet.x,
                 y: claim.meet.y,
             },
-            bin: Point {
+            bin: BeltPoint {
                 x: robot.bin.x,
                 y: robot.bin.y,
             },
@@ -64,11 +64,11 @@ impl Controller {
     pub(super) fn cancel(&mut self, claim: &mut Claim) {
         let now = self.stamps.now();
         claim.note_cancel(now, self.config.ack_timeout);
-        self.say_cancel(claim);
+        self.send_cancel(claim);
     }
 
     /// Sends the `cancel` of a task.
-    pub(super) fn say_cancel(&mut self, claim: &Claim) {
+    pub(super) fn send_cancel(&mut self, claim: &Claim) {
         self.output.push(Outgoing::Cancel(Cancel {
             stamp: self.stamp_for(claim.robot, self.stamps.now()),
             task: claim.task,
@@ -105,9 +105,9 @@ impl Controller {
                 }
                 return;
             }
-            Stage::Recalled => Event::Moot,
-            _ if claim.acknowledged.is_some() => Event::NoResult,
-            _ => Event::NoAnswer,
+            Stage::Recalled => TaskEvent::Moot,
+            _ if claim.acknowledged.is_some() => TaskEvent::NoResult,
+            _ => TaskEvent::NoAnswer,
         };
         let robot = claim.robot;
         let info = self.fleet.get_mut(robot);
@@ -116,7 +116,7 @@ impl Controller {
             info.service = Service::Silent;
             let name = shown(&self.station().robots()[robot].name);
             let owed = match event {
-                Event::NoAnswer => "has not acknowledged its task",
+                TaskEvent::NoAnswer => "has not acknowledged its task",
                 _ => "has not reported the result of its task",
             };
             self.remarks.push(format!(
@@ -124,8 +124,8 @@ impl Controller {
             ));
         }
         match event {
-            Event::NoResult => self.note("result_timeout"),
-            Event::NoAnswer => self.note("ack_timeout"),
+            TaskEvent::NoResult => self.note("result_timeout"),
+            TaskEvent::NoAnswer => self.note("ack_timeout"),
             _ => {}
         }
         self.step(task, event, None);
@@ -139,15 +139,15 @@ impl Controller {
         };
         claim.unheard += 1;
         if claim.unheard < MOST_UNHEARD {
-            self.follow(task, Cause::Unheard);
+            self.follow(task, RecheckCause::Unheard);
         } else {
-            self.step(task, Event::Impossible, Some(Reason::NoAck));
+            self.step(task, TaskEvent::Impossible, Some(Reason::NoAck));
         }
     }
 
     /// Checks a task again with the present state: it was not acknowledged, or its item or the belt
     /// is not where it was expected. If it can no longer be done, it is cancelled.
-    pub(super) fn follow(&mut self, task: u64, cause: Cause) {
+    pub(super) fn follow(&mut self, task: u64, cause: RecheckCause) {
         let now = self.stamps.now();
         let Some(mut claim) = self.tasks.take(task) else {
             return;
@@ -170,7 +170,11 @@ impl Controller {
         });
         if !possible {
             self.tasks.put(claim);
-            self.step(task, Event::Impossible, Some(self.why_impossible(cause)));
+            self.step(
+                task,
+                TaskEvent::Impossible,
+                Some(self.why_impossible(cause)),
+            );
             return;
         }
         let info = self.fleet.get_mut(claim.robot);
@@ -183,38 +187,44 @@ impl Controller {
         };
         self.send(&claim);
         self.tasks.put(claim);
-        if cause == Cause::Unheard {
-            self.step(task, Event::Unheard, None);
+        if cause == RecheckCause::Unheard {
+            self.step(task, TaskEvent::Unheard, None);
         }
     }
 
-    fn why_impossible(&self, cause: Cause) -> Reason {
+    fn why_impossible(&self, cause: RecheckCause) -> Reason {
         let speed = self.world.motion().speed();
         match cause {
             _ if speed < 0.0 => Reason::BeltBackwards,
             _ if self.world.planning().is_none() => Reason::BeltTooFast,
-            Cause::Belt if self.world.motion().stands() => Reason::BeltStopped,
-            Cause::Belt => Reason::BeltSpeed,
-            Cause::Item => Reason::ItemMoved,
-            Cause::Unheard => Reason::NoAck,
+            RecheckCause::Belt if self.world.motion().stands() => Reason::BeltStopped,
+            RecheckCause::Belt => Reason::BeltSpeed,
+            RecheckCause::Item => Reason::ItemMoved,
+            RecheckCause::Unheard => Reason::NoAck,
         }
     }
 
     /// Applies the table's entry for `event`. `reason` is the reason if the task is cancelled.
-    pub(super) fn step(&mut self, task: u64, event: Event, reason: Option<Reason>) {
+    pub(super) fn step(&mut self, task: u64, event: TaskEvent, reason: Option<Reason>) {
         self.step_with(task, event, reason, None);
     }
 
     /// The same as [`Controller::step`] for a result `verdict` of the robot; a pick happened `at`
     /// [s].
-    pub(super) fn step_by_result(&mut self, task: u64, event: Event, verdict: Verdict, at: f64) {
+    pub(super) fn step_by_result(
+        &mut self,
+        task: u64,
+        event: TaskEvent,
+        verdict: Verdict,
+        at: f64,
+    ) {
         self.step_with(task, event, None, Some((verdict, at)));
     }
 
     fn step_with(
         &mut self,
         task: u64,
-        event: Event,
+        event: TaskEvent,
         reason: Option<Reason>,
         result: Option<(Verdict, f64)>,
     ) {
@@ -249,7 +259,7 @@ impl Controller {
     }
 
     /// Applies the effect of a step to the item of `claim`; a pick happened `at` [s].
-    fn affect(&mut self, claim: &Claim, event: Event, effect: Effect, at: f64) {
+    fn affect(&mut self, claim: &Claim, event: TaskEvent, effect: Effect, at: f64) {
         let (item, task, now) = (claim.item, claim.task, self.stamps.now());
         match effect {
             Effect::Keep => return,
@@ -257,7 +267,7 @@ impl Controller {
             Effect::WriteOff => return self.world.write_off(item, task),
             Effect::Return => {}
             Effect::Attempt => {
-                let grasp = event == Event::GraspFailed;
+                let grasp = event == TaskEvent::GraspFailed;
                 self.world.count_attempt(item, grasp);
             }
             Effect::Refuse => self.world.refuse(item, claim.robot),
@@ -279,8 +289,8 @@ impl Controller {
             return;
         };
         match state {
-            State::Picked(_) => return self.note("picked_twice"),
-            State::Claimed(other) if other != task => {
+            ItemState::Picked(_) => return self.note("picked_twice"),
+            ItemState::Claimed(other) if other != task => {
                 let robot = |task: u64| {
                     let open = self.tasks.get(task).map(|claim| claim.robot);
                     open.or_else(|| self.tasks.over(task).map(|over| over.robot))
@@ -290,7 +300,7 @@ impl Controller {
                 } else {
                     Reason::TakenByOther
                 };
-                self.step(other, Event::TakenByOther, Some(reason));
+                self.step(other, TaskEvent::TakenByOther, Some(reason));
             }
             _ => {}
         }

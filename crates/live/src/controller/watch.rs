@@ -5,20 +5,20 @@ use crate::clock::ClockKind;
 use crate::fate::Fate;
 use crate::items::Tracked;
 use crate::trend::TrendView;
-use crate::view::{ClaimView, ItemView, View};
+use crate::view::{ClaimView, ItemView, LineView};
 
 /// Maximum number of items in a view besides the claimed ones: a screen has no room for more, and
 /// the line must not wait for the view.
 const MOST_SHOWN: usize = 2000;
 /// How far before and after the belt items are shown [m].
-const ROOM: f64 = 0.5;
+const VIEW_MARGIN: f64 = 0.5;
 
 impl Controller {
     /// The present view of the line, without a trend. `queued` is the number of messages waiting to
     /// be sent.
-    pub fn view(&self, queued: u64) -> View {
+    pub fn view(&self, queued: u64) -> LineView {
         let travel = self.world.motion().travel(self.stamps.now());
-        let mut view = View {
+        let mut view = LineView {
             status: self.status(false, queued),
             latency: self.latency(),
             decision_times: self.decider.decision_times(),
@@ -30,11 +30,11 @@ impl Controller {
             claims: self.show_claims(),
             trend: TrendView::default(),
         };
-        let end = self.station().belt().length + ROOM;
+        let end = self.station().belt().length + VIEW_MARGIN;
         let near: Vec<_> = self
             .world
             .items()
-            .within(-ROOM - travel, end - travel)
+            .within(-VIEW_MARGIN - travel, end - travel)
             .collect();
         // Selected by number, so that a shown item stays shown while the count is similar.
         let every = near.len().div_ceil(MOST_SHOWN).max(1) as u32;

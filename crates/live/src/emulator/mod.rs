@@ -7,15 +7,17 @@
 mod robots;
 mod trouble;
 
-pub use trouble::Trouble;
+pub use trouble::InjectedFaults;
 
-use super::protocol::{BeltState, Detection, Incoming, Report, RobotState, RobotStatus, Task};
-use super::windows::Key;
+use super::protocol::{
+    BeltState, Detection, Incoming, ResultMessage, RobotState, RobotStatus, Task,
+};
+use super::windows::TimeKey;
 use pickline::error::Result;
 use pickline::pattern::{Item, Pattern};
 use pickline::station::Station;
 use std::collections::{BTreeMap, HashMap};
-use trouble::Draw;
+use trouble::FaultDraw;
 
 /// Interval between two belt messages [s].
 const BELT_PERIOD: f64 = 1.0;
@@ -31,7 +33,7 @@ const PAST_THE_END: f64 = 0.75;
 // Events are passed on one at a time.
 #[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone)]
-enum Event {
+enum EmulatorEvent {
     /// A message arrives at the node.
     Arrives(Incoming),
     /// The next belt message is due.
@@ -50,7 +52,7 @@ enum Event {
 
 /// An emulated robot.
 #[derive(Debug, Clone, Default)]
-struct Arm {
+struct EmulatedRobot {
     down: bool,
     task: Option<Task>,
     /// Whether it has already met the item.
@@ -62,18 +64,18 @@ struct Arm {
 pub struct Emulator {
     station: Station,
     pattern: Pattern,
-    trouble: Trouble,
+    trouble: InjectedFaults,
     /// Timestamp of the emulator's time 0 [s].
     origin: f64,
     now: f64,
-    events: BTreeMap<Key, Event>,
+    events: BTreeMap<TimeKey, EmulatorEvent>,
     sequence: u32,
-    arms: Vec<Arm>,
+    arms: Vec<EmulatedRobot>,
     numbers: HashMap<String, usize>,
     taken: Vec<bool>,
     attempts: Vec<u32>,
     /// The result of each task that is over.
-    results: HashMap<u64, Report>,
+    results: HashMap<u64, ResultMessage>,
     /// Start and end of the belt's stop [s].
     stop: (f64, f64),
     ended: bool,
@@ -89,7 +91,7 @@ impl Emulator {
     ///
     /// # Errors
     /// An item beside the belt, or invalid faults.
-    pub fn new(station: Station, pattern: Pattern, trouble: Trouble) -> Result<Self> {
+    pub fn new(station: Station, pattern: Pattern, trouble: InjectedFaults) -> Result<Self> {
         pattern.check_on(&station)?;
         trouble.check(station.robots().len())?;
         let items = pattern.len();
@@ -99,7 +101,7 @@ impl Emulator {
             .map_or((f64::INFINITY, f64::INFINITY), |(at, time)| (at, at + time));
         let mut emulator = Self {
             numbers: ids.zip(0..).collect(),
-            arms: vec![Arm::default(); station.robots().len()],
+            arms: vec![EmulatedRobot::default(); station.robots().len()],
             station,
             pattern,
             trouble,
@@ -133,17 +135,17 @@ impl Emulator {
     }
 
     fn begin(&mut self) {
-        self.plan(0.0, Event::Belt);
+        self.plan(0.0, EmulatorEvent::Belt);
         for robot in 0..self.arms.len() {
             self.tell_state(robot, RobotState::Idle);
         }
         if self.stop.0.is_finite() {
-            self.plan(self.stop.0, Event::BeltTurns);
-            self.plan(self.stop.1, Event::BeltTurns);
+            self.plan(self.stop.0, EmulatorEvent::BeltTurns);
+            self.plan(self.stop.1, EmulatorEvent::BeltTurns);
         }
         if let Some((robot, from, time)) = self.trouble.robot_down {
-            self.plan(from, Event::Down(robot, true));
-            self.plan(from + time, Event::Down(robot, false));
+            self.plan(from, EmulatorEvent::Down(robot, true));
+            self.plan(from + time, EmulatorEvent::Down(robot, false));
         }
         let camera = self.camera();
         let mut last = f64::INFINITY;
@@ -153,7 +155,7 @@ impl Emulator {
             self.see(index as u64, &item, camera);
         }
         let end = self.time_of(self.station.belt().length + PAST_THE_END - last);
-        self.plan(end, Event::End);
+        self.plan(end, EmulatorEvent::End);
     }
 
     /// The camera's x [m]: upstream of every point where a robot could leave for an item.
@@ -194,7 +196,7 @@ impl Emulator {
                 ..Detection::default()
             })
         };
-        let late = self.trouble.draw(Draw::Late, index);
+        let late = self.trouble.draw(FaultDraw::Late, index);
         let share = self.trouble.out_of_order;
         // Delays of the late share are uniform up to LATE.
         let delay = if late < share {
@@ -203,12 +205,12 @@ impl Emulator {
             0.0
         };
         let arrives = time + delay + self.jitter();
-        self.plan(arrives, Event::Arrives(detection(time, x)));
-        if self.trouble.draw(Draw::Twice, index) < self.trouble.duplicates {
+        self.plan(arrives, EmulatorEvent::Arrives(detection(time, x)));
+        if self.trouble.draw(FaultDraw::Twice, index) < self.trouble.duplicates {
             let again = time + 0.1;
             let x = item.x0 + self.travel(again);
             let arrives = again + self.jitter();
-            self.plan(arrives, Event::Arrives(detection(again, x)));
+            self.plan(arrives, EmulatorEvent::Arrives(detection(again, x)));
         }
     }
 
@@ -218,7 +220,7 @@ impl Emulator {
         if self.trouble.jitter == 0.0 {
             return 0.0;
         }
-        self.trouble.jitter * self.trouble.draw(Draw::Jitter, self.sent)
+        self.trouble.jitter * self.trouble.draw(FaultDraw::Jitter, self.sent)
     }
 
     /// The belt's travel at `time` [m].
@@ -238,16 +240,16 @@ impl Emulator {
         }
     }
 
-    fn plan(&mut self, time: f64, event: Event) {
+    fn plan(&mut self, time: f64, event: EmulatorEvent) {
         // Events at equal times happen in the order in which they were scheduled.
         self.sequence += 1;
-        self.events.insert(Key(time, self.sequence), event);
+        self.events.insert(TimeKey(time, self.sequence), event);
     }
 
     /// Sends a message to the node now, with the present timestamp.
     fn send(&mut self, message: Incoming) {
         let arrives = self.now + self.jitter();
-        self.plan(arrives, Event::Arrives(message));
+        self.plan(arrives, EmulatorEvent::Arrives(message));
     }
 
     fn tell_state(&mut self, robot: usize, state: RobotState) {
@@ -271,7 +273,7 @@ impl Emulator {
         if self.ended && !at_work {
             // Belt messages alone do not keep the run going.
             return events
-                .find(|(_, event)| !matches!(event, Event::Belt))
+                .find(|(_, event)| !matches!(event, EmulatorEvent::Belt))
                 .map(|(key, _)| key.0);
         }
         events.next().map(|(key, _)| key.0)
@@ -287,7 +289,7 @@ impl Emulator {
             let (key, event) = first.remove_entry();
             self.now = self.now.max(key.0);
             match event {
-                Event::Arrives(message) => arrived.push(self.stamped(message)),
+                EmulatorEvent::Arrives(message) => arrived.push(self.stamped(message)),
                 other => self.happen(other),
             }
         }
@@ -295,20 +297,20 @@ impl Emulator {
         arrived
     }
 
-    fn happen(&mut self, event: Event) {
+    fn happen(&mut self, event: EmulatorEvent) {
         match event {
-            Event::Arrives(_) => {}
-            Event::Belt => {
+            EmulatorEvent::Arrives(_) => {}
+            EmulatorEvent::Belt => {
                 self.tell_belt();
                 if !self.ended {
-                    self.plan(self.now + BELT_PERIOD, Event::Belt);
+                    self.plan(self.now + BELT_PERIOD, EmulatorEvent::Belt);
                 }
             }
-            Event::BeltTurns => self.tell_belt(),
-            Event::Down(robot, down) => self.break_down(robot, down),
-            Event::Meets(task, revision) => self.meet(task, revision),
-            Event::Back(robot, task) => self.come_back(robot, task),
-            Event::End => self.ended = true,
+            EmulatorEvent::BeltTurns => self.tell_belt(),
+            EmulatorEvent::Down(robot, down) => self.break_down(robot, down),
+            EmulatorEvent::Meets(task, revision) => self.meet(task, revision),
+            EmulatorEvent::Back(robot, task) => self.come_back(robot, task),
+            EmulatorEvent::End => self.ended = true,
         }
     }
 

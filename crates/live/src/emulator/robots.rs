@@ -1,8 +1,10 @@
 //! The emulated robots: they take tasks, meet items and report results.
 
-use super::trouble::Draw;
-use super::{Emulator, Event};
-use crate::protocol::{Ack, Cancel, Incoming, Outgoing, Point, Report, RobotState, Task, Verdict};
+use super::trouble::FaultDraw;
+use super::{Emulator, EmulatorEvent};
+use crate::protocol::{
+    Ack, BeltPoint, Cancel, Incoming, Outgoing, ResultMessage, RobotState, Task, Verdict,
+};
 use pickline::kinematics::{distance, meeting_range, travel_time};
 
 /// The gripper grasps an item within this distance of its centre [m].
@@ -86,7 +88,7 @@ impl Emulator {
     fn acknowledge(&mut self, task: &Task) {
         let luck = self
             .trouble
-            .draw(Draw::Ack, task.id << 16 | u64::from(task.revision));
+            .draw(FaultDraw::Ack, task.id << 16 | u64::from(task.revision));
         if luck >= self.trouble.lost_acks {
             let (stamp, task) = (self.now, task.id);
             self.send(Incoming::Ack(Ack { stamp, task }));
@@ -109,14 +111,14 @@ impl Emulator {
         let range = meeting_range(base.x, base.y, robot.reach, y, belt.length);
         task.start = self.now;
         task.meet_at = self.now + travel;
-        task.meet = Point { x, y };
+        task.meet = BeltPoint { x, y };
         let back = distance(x - robot.bin.x, dy) / robot.speed;
         task.free_at = task.meet_at + robot.grasp_time + back + robot.release_time;
         range.is_some_and(|(low, high)| (low..=high).contains(&x))
     }
 
     fn set_out(&mut self, robot: usize, task: Task) {
-        let event = Event::Meets(task.id, task.revision);
+        let event = EmulatorEvent::Meets(task.id, task.revision);
         self.plan(task.meet_at.max(self.now), event);
         let arm = &mut self.arms[robot];
         arm.task = Some(task);
@@ -125,7 +127,7 @@ impl Emulator {
 
     /// Ends a task and reports its result to the node.
     fn conclude(&mut self, task: u64, result: Verdict, available_at: Option<f64>) {
-        let report = Report {
+        let report = ResultMessage {
             stamp: self.now,
             task,
             result,
@@ -162,7 +164,7 @@ impl Emulator {
         let attempt = u64::from(self.attempts[item]);
         let luck = self
             .trouble
-            .draw(Draw::Grasp, (item as u64) << 16 | attempt);
+            .draw(FaultDraw::Grasp, (item as u64) << 16 | attempt);
         self.attempts[item] += 1;
         let verdict = if self.taken[item] || off > GRIP {
             Verdict::Missed
@@ -171,12 +173,12 @@ impl Emulator {
         } else {
             self.taken[item] = true;
             self.picked.push((robot, task.item.clone()));
-            self.plan(task.free_at.max(self.now), Event::Back(robot, id));
+            self.plan(task.free_at.max(self.now), EmulatorEvent::Back(robot, id));
             return;
         };
         // The robot knows the result once the gripper has closed, and is on its way back then.
         let known = self.now + self.station.robots()[robot].grasp_time;
-        let report = Report {
+        let report = ResultMessage {
             stamp: known,
             task: id,
             result: verdict,
@@ -185,7 +187,7 @@ impl Emulator {
         };
         self.results.insert(id, report);
         let arrives = known + self.jitter();
-        self.plan(arrives, Event::Arrives(Incoming::Result(report)));
+        self.plan(arrives, EmulatorEvent::Arrives(Incoming::Result(report)));
         self.arms[robot].task = None;
     }
 

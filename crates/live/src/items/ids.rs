@@ -3,8 +3,8 @@
 //! An item has one unique name, which messages use. Each camera may know it by its own ids, and
 //! each id of a camera belongs to one item at a time.
 
-use super::{Items, Sighting};
-use crate::sight::Sight;
+use super::{CameraRecord, Items};
+use crate::sight::PlacedDetection;
 
 /// Maximum number of ids of one camera that are kept for an item, for a tracker that alternates
 /// between ids.
@@ -12,7 +12,7 @@ const MOST_IDS: usize = 4;
 
 /// What an id has shown about an item.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum News {
+pub enum IdNews {
     /// Nothing new.
     Nothing,
     /// The tracker had another id for the item before.
@@ -79,7 +79,7 @@ impl Items {
 
     /// Notes which camera saw an item, and under which id. If this is newer than what is known, the
     /// id moves to this item; otherwise it stays with the item that has it.
-    pub fn sight(&mut self, item: u32, sight: &Sight, is_newer: bool) -> News {
+    pub fn sight(&mut self, item: u32, sight: &PlacedDetection, is_newer: bool) -> IdNews {
         let source = sight.source();
         let owner = sight.id().and_then(|id| self.known_as(source, id));
         let is_free = owner.is_none_or(|owner| owner == item || is_newer);
@@ -94,18 +94,18 @@ impl Items {
 
     /// Notes that `source` saw the item at `time` [s], under `id` if given, which no other item
     /// has.
-    fn adopt(&mut self, item: u32, source: Option<&str>, time: f64, id: Option<&str>) -> News {
+    fn adopt(&mut self, item: u32, source: Option<&str>, time: f64, id: Option<&str>) -> IdNews {
         self.note_change(item);
         let Some(tracked) = self.table.get_mut(&item) else {
-            return News::Nothing;
+            return IdNews::Nothing;
         };
         let is_named = tracked.sightings.iter().any(|s| !s.ids.is_empty());
         // Another item may have taken the item's only id.
         let lost_its_id = !is_named && !tracked.id.starts_with(UNNAMED) && Some(&*tracked.id) != id;
-        let its = |s: &Sighting| s.source.as_deref() == source;
+        let its = |s: &CameraRecord| s.source.as_deref() == source;
         let place = tracked.sightings.iter().position(its);
         let place = place.unwrap_or_else(|| {
-            tracked.sightings.push(Sighting {
+            tracked.sightings.push(CameraRecord {
                 source: source.map(str::to_owned),
                 at: time,
                 ids: Vec::new(),
@@ -115,13 +115,13 @@ impl Items {
         let its = &mut tracked.sightings[place];
         its.at = its.at.max(time);
         let Some(id) = id.filter(|id| its.ids.iter().all(|known| known != id)) else {
-            return News::Nothing;
+            return IdNews::Nothing;
         };
         let news = match (its.ids.is_empty(), is_named) {
-            (true, false) if lost_its_id => News::Renumbered,
-            (true, false) => News::Nothing,
-            (true, true) => News::Fused,
-            (false, _) => News::Renumbered,
+            (true, false) if lost_its_id => IdNews::Renumbered,
+            (true, false) => IdNews::Nothing,
+            (true, true) => IdNews::Fused,
+            (false, _) => IdNews::Renumbered,
         };
         its.ids.push(id.to_owned());
         let surplus = its.ids.len().saturating_sub(MOST_IDS);
@@ -189,8 +189,8 @@ mod tests {
     use super::*;
     use crate::features::Features;
 
-    fn sight(source: Option<&str>, id: Option<&str>, time: f64) -> Sight {
-        Sight {
+    fn sight(source: Option<&str>, id: Option<&str>, time: f64) -> PlacedDetection {
+        PlacedDetection {
             source: source.map(str::to_owned),
             id: id.map(str::to_owned),
             time,
@@ -236,7 +236,7 @@ mod tests {
         let b = items.add(&sight(None, Some("b"), 0.0));
         assert_eq!(
             items.sight(a, &sight(None, Some("b"), 1.0), true),
-            News::Renumbered
+            IdNews::Renumbered
         );
         assert_eq!(items.known_as(None, "b"), Some(a));
         assert!(!items.get(b).unwrap().is_named_by(None));
@@ -246,11 +246,11 @@ mod tests {
         let other = Some("other");
         assert_eq!(
             items.sight(a, &sight(other, Some("7"), 1.0), true),
-            News::Fused
+            IdNews::Fused
         );
         assert_eq!(
             items.sight(a, &sight(other, Some("7"), 2.0), true),
-            News::Nothing
+            IdNews::Nothing
         );
         for number in 0..10 {
             items.sight(a, &sight(None, Some(&number.to_string()), 2.0), true);

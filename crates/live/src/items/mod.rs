@@ -4,17 +4,17 @@ mod ids;
 
 use super::association::{Covariance, largest_variance};
 use super::features::Features;
-use super::sight::Sight;
-use super::windows::Key;
+use super::sight::PlacedDetection;
+use super::windows::TimeKey;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-pub use ids::News;
+pub use ids::IdNews;
 
 /// The state of an item.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum State {
+pub enum ItemState {
     /// No task is about it.
     Free,
     /// It is reserved for this task.
@@ -48,12 +48,12 @@ pub struct Tracked {
     pub covariance: Option<Covariance>,
     /// The cameras that have seen it, and their ids for it.
     #[serde(default)]
-    pub sightings: Vec<Sighting>,
+    pub sightings: Vec<CameraRecord>,
     /// Number of pictures that show another item in its place, minus those that show both.
     #[serde(default)]
     pub overlooked: i32,
     /// Its state.
-    pub state: State,
+    pub state: ItemState,
     /// Whether any robot ever had a window for it.
     pub windowed: bool,
     /// Whether it was ever a candidate of a decision.
@@ -91,7 +91,7 @@ const LONGEST_PAUSE: f64 = 60.0;
 
 /// A camera's record of an item.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Sighting {
+pub struct CameraRecord {
     /// The camera, if it has a name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source: Option<String>,
@@ -112,7 +112,7 @@ impl Tracked {
         self.sighting(source).is_some_and(|s| !s.ids.is_empty())
     }
 
-    fn sighting(&self, source: Option<&str>) -> Option<&Sighting> {
+    fn sighting(&self, source: Option<&str>) -> Option<&CameraRecord> {
         let mut sightings = self.sightings.iter();
         sightings.find(|sighting| sighting.source.as_deref() == source)
     }
@@ -142,7 +142,7 @@ impl Tracked {
 
     /// Whether it is free and may be offered.
     pub fn is_admitted(&self) -> bool {
-        self.state == State::Free && !self.barred
+        self.state == ItemState::Free && !self.barred
     }
 
     /// Whether it may be offered to `robot`.
@@ -153,7 +153,7 @@ impl Tracked {
     /// The task that it is reserved for.
     pub fn claimed_by(&self) -> Option<u64> {
         match self.state {
-            State::Claimed(task) => Some(task),
+            ItemState::Claimed(task) => Some(task),
             _ => None,
         }
     }
@@ -168,7 +168,7 @@ pub struct Items {
     by_id: HashMap<String, Vec<u32>>,
     /// The largest variance of a position so far [m^2].
     widest: f64,
-    by_place: BTreeSet<Key>,
+    by_place: BTreeSet<TimeKey>,
     numbers: Numbers,
     /// The items changed since the last [`Items::take_changed`]; none while changes are not
     /// tracked.
@@ -196,7 +196,7 @@ impl Items {
         };
         for (item, tracked) in &table {
             items.by_name.insert(tracked.id.clone(), *item);
-            items.by_place.insert(Key(tracked.place, *item));
+            items.by_place.insert(TimeKey(tracked.place, *item));
             let variance = largest_variance(tracked.covariance);
             items.widest = items.widest.max(variance);
             for id in tracked.sightings.iter().flat_map(|s| &s.ids) {
@@ -261,7 +261,7 @@ impl Items {
 
     /// The items within `reach` [m] of a place along the belt, upstream first.
     pub fn around(&self, place: f64, reach: f64) -> impl Iterator<Item = (u32, &Tracked)> {
-        let range = Key(place - reach, 0)..=Key(place + reach, u32::MAX);
+        let range = TimeKey(place - reach, 0)..=TimeKey(place + reach, u32::MAX);
         let found = self.by_place.range(range);
         found.map(|key| (key.1, &self.table[&key.1]))
     }
@@ -269,7 +269,7 @@ impl Items {
     /// Adds an item that is seen for the first time. Its name is its id; an item that has this name
     /// but no longer the id is renamed. Without an id, or if another camera uses the id for another
     /// item, it gets a new name.
-    pub fn add(&mut self, sight: &Sight) -> u32 {
+    pub fn add(&mut self, sight: &PlacedDetection) -> u32 {
         let (source, id) = (sight.source(), sight.id());
         if let Some(id) = id {
             if let Some(before) = self.known_as(source, id) {
@@ -289,7 +289,7 @@ impl Items {
         self.numbers.next_item = number.wrapping_add(1);
         self.note_change(number);
         self.by_name.insert(name.clone(), number);
-        self.by_place.insert(Key(sight.place, number));
+        self.by_place.insert(TimeKey(sight.place, number));
         self.widest = self.widest.max(largest_variance(sight.covariance));
         let tracked = Tracked {
             id: name,
@@ -301,7 +301,7 @@ impl Items {
             covariance: sight.covariance,
             sightings: Vec::new(),
             overlooked: 0,
-            state: State::Free,
+            state: ItemState::Free,
             windowed: false,
             offered: false,
             attempts: 0,
@@ -328,18 +328,18 @@ impl Items {
     pub fn place(&mut self, item: u32, place: f64, y: f64) {
         self.note_change(item);
         if let Some(tracked) = self.table.get_mut(&item) {
-            self.by_place.remove(&Key(tracked.place, item));
+            self.by_place.remove(&TimeKey(tracked.place, item));
             (tracked.place, tracked.y) = (place, y);
-            self.by_place.insert(Key(place, item));
+            self.by_place.insert(TimeKey(place, item));
         }
     }
 
     /// The items whose place is within `low..=high` [m], downstream first; equal places in order of
     /// arrival.
     pub fn within(&self, low: f64, high: f64) -> impl Iterator<Item = (u32, &Tracked)> {
-        let from = Key(low, 0);
-        let range = (low <= high).then(|| self.by_place.range(from..=Key(high, u32::MAX)));
-        let mut found: Vec<Key> = range.into_iter().flatten().copied().collect();
+        let from = TimeKey(low, 0);
+        let range = (low <= high).then(|| self.by_place.range(from..=TimeKey(high, u32::MAX)));
+        let mut found: Vec<TimeKey> = range.into_iter().flatten().copied().collect();
         found.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         found.into_iter().map(|key| (key.1, &self.table[&key.1]))
     }
@@ -352,7 +352,7 @@ impl Items {
         for id in tracked.sightings.iter().flat_map(|s| &s.ids) {
             self.unlist(id, item);
         }
-        self.by_place.remove(&Key(tracked.place, item));
+        self.by_place.remove(&TimeKey(tracked.place, item));
         Some(tracked)
     }
 }

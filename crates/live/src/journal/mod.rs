@@ -2,7 +2,7 @@
 //!
 //! A text file with one record per line, each with a checksum. The first names the station and the
 //! protocol, the second holds the whole state, and each further one holds what one step has changed
-//! ([`Change`]). It stores changes, not the messages that caused them, so that a decision stands
+//! ([`StateChange`]). It stores changes, not the messages that caused them, so that a decision stands
 //! and is not made again with another time budget, machine or version. A step is in the journal
 //! before any of its messages leaves the process. Once the file has grown enough, it is replaced
 //! with one that begins with the current state, so its size is bounded.
@@ -12,13 +12,13 @@ mod record;
 
 use super::ClockKind;
 use super::protocol::VERSION;
-use super::state::{Change, State};
+use super::state::{LineState, StateChange};
 use lock::Lock;
 pub use lock::lock_of;
 use pickline::error::{Error, Result};
 use pickline::files;
 use record::Header;
-pub use record::Reading;
+pub use record::JournalContents;
 use std::fs::File;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -53,12 +53,12 @@ impl Owner {
 
 /// A journal that is locked and read, but not yet written to.
 #[derive(Debug)]
-pub struct Found {
+pub struct OpenedJournal {
     path: PathBuf,
     lock: Lock,
     header: Header,
     /// The content; none for a new or empty file.
-    pub reading: Option<Reading>,
+    pub reading: Option<JournalContents>,
     /// Whether the file exists but is empty.
     pub is_empty: bool,
 }
@@ -77,7 +77,7 @@ pub struct Journal {
     sync: bool,
 }
 
-impl Found {
+impl OpenedJournal {
     /// Locks and reads the journal at `path`, which need not exist yet. The file is not changed,
     /// and no lock file is left if it is refused.
     ///
@@ -124,7 +124,7 @@ impl Found {
     ///
     /// # Errors
     /// The file cannot be written; its old content then stays.
-    pub fn begin(self, whole: &Change, sync: bool) -> Result<Journal> {
+    pub fn begin(self, whole: &StateChange, sync: bool) -> Result<Journal> {
         let written = write_from_start(&self.path, &self.header, whole);
         let (file, size) = written.map_err(|error| Error::write(&self.path, error))?;
         Ok(Journal {
@@ -145,7 +145,7 @@ impl Journal {
     ///
     /// # Errors
     /// The file cannot be written. The messages of the change must not be sent then.
-    pub fn append(&mut self, change: &Change) -> Result<bool> {
+    pub fn append(&mut self, change: &StateChange) -> Result<bool> {
         self.records += 1;
         let line = record::line(&record::numbered(self.records, change));
         let written = self.file.write_all(line.as_bytes());
@@ -166,7 +166,7 @@ impl Journal {
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn compact(&mut self, whole: &Change) -> Result<()> {
+    pub fn compact(&mut self, whole: &StateChange) -> Result<()> {
         match write_from_start(&self.path, &self.header, whole) {
             Ok((file, size)) => {
                 (self.file, self.size, self.records) = (file, size, 1);
@@ -196,7 +196,11 @@ fn is_out_of_descriptors(error: &std::io::Error) -> bool {
 
 /// Writes a journal with one state, atomically. Returns the file, open at its end, and its size
 /// [bytes].
-fn write_from_start(path: &Path, header: &Header, whole: &Change) -> std::io::Result<(File, u64)> {
+fn write_from_start(
+    path: &Path,
+    header: &Header,
+    whole: &StateChange,
+) -> std::io::Result<(File, u64)> {
     let text = record::line(header) + &record::line(&record::numbered(1, whole));
     let file = files::replace_and_go_on(path, text.as_bytes())?;
     // The name must be on the disk too before further records count.
@@ -219,17 +223,17 @@ mod tests {
         };
         for sync in [false, true] {
             let path = folder.path().join(format!("{sync}.journal"));
-            let found = Found::open(&path, &owner).unwrap();
-            let mut journal = found.begin(&Change::default(), sync).unwrap();
+            let found = OpenedJournal::open(&path, &owner).unwrap();
+            let mut journal = found.begin(&StateChange::default(), sync).unwrap();
             assert_eq!(journal.is_synced(), sync);
-            journal.append(&Change::default()).unwrap();
+            journal.append(&StateChange::default()).unwrap();
             let (_reader, writer) = std::io::pipe().unwrap();
             journal.file = File::from(std::os::fd::OwnedFd::from(writer));
-            let added = journal.append(&Change::default());
+            let added = journal.append(&StateChange::default());
             let told = added.err().map(|error| error.to_string());
             assert_eq!(told.is_some(), sync, "{told:?}");
             // After compaction the journal syncs as before.
-            journal.compact(&Change::default()).unwrap();
+            journal.compact(&StateChange::default()).unwrap();
             assert_eq!(journal.is_synced(), sync);
         }
     }

@@ -1,6 +1,6 @@
 //! The lines of a journal: a checksum, a space, one JSON object.
 
-use super::{Change, State};
+use super::{LineState, StateChange};
 use pickline::error::{Error, Result, shown};
 use pickline::files::fingerprint;
 use serde::de::DeserializeOwned;
@@ -34,9 +34,9 @@ struct Numbered<C> {
 
 /// The content of a journal.
 #[derive(Debug)]
-pub struct Reading {
+pub struct JournalContents {
     /// The state after the last record.
-    pub state: State,
+    pub state: LineState,
     /// Number of records read.
     pub records: u64,
     /// Size of an incomplete last record [bytes]. Its messages were never sent.
@@ -44,7 +44,7 @@ pub struct Reading {
 }
 
 /// The record with number `n`.
-pub fn numbered(n: u64, change: &Change) -> impl Serialize {
+pub fn numbered(n: u64, change: &StateChange) -> impl Serialize {
     Numbered { n, change }
 }
 
@@ -59,25 +59,25 @@ pub fn line(record: &impl Serialize) -> String {
 ///
 /// # Errors
 /// The journal is of another station, clock or version, or a line is damaged.
-pub fn read(bytes: &[u8], expected: &Header) -> Result<Reading> {
+pub fn read(bytes: &[u8], expected: &Header) -> Result<JournalContents> {
     let mut lines = bytes.split_inclusive(|byte| *byte == b'\n');
     let first = lines.next().unwrap_or_default();
     let header: Header = whole(first).ok_or_else(|| {
         Error::input(
             "line 1",
             "is not the beginning of a journal",
-            "give a journal written by `pickline run --journal`, or a file that does not exist yet",
+            "give a journal that `pickline run` wrote with 'journal', or a file that does not exist yet",
         )
     })?;
     check(&header, expected)?;
-    let mut reading = Reading {
-        state: State::default(),
+    let mut reading = JournalContents {
+        state: LineState::default(),
         records: 0,
         torn: 0,
     };
     let mut read = first.len();
     for (line, number) in lines.zip(2..) {
-        let record = whole::<Numbered<Change>>(line).filter(|r| r.n == reading.records + 1);
+        let record = whole::<Numbered<StateChange>>(line).filter(|r| r.n == reading.records + 1);
         let Some(record) = record else {
             if reading.records > 0 && is_torn(line, &bytes[read + line.len()..]) {
                 reading.torn = line.len();
@@ -138,7 +138,7 @@ fn check(header: &Header, expected: &Header) -> Result<()> {
         return other("station", &header.station, &expected.station, &cure);
     }
     if header.clock != expected.clock {
-        let cure = format!("give --clock {}, or {start_over}", shown(&header.clock));
+        let cure = format!("give 'clock' {}, or {start_over}", shown(&header.clock));
         return other("clock", &header.clock, &expected.clock, &cure);
     }
     Ok(())

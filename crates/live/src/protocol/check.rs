@@ -1,7 +1,7 @@
 //! Checks of values beyond their types: ranges of numbers, valid texts.
 
-use super::decode::{Rejected, Rejection};
 use super::incoming::{Detection, Incoming};
+use super::rejection::{Rejected, Rejection};
 use super::session::{Hello, Role};
 use pickline::error::shown_number;
 use pickline::names::check_name;
@@ -33,8 +33,14 @@ const LONGEST_DATA: usize = 4096;
 /// Present timestamps in seconds since 1970 [s], to recognize other units.
 const THESE_DAYS: std::ops::RangeInclusive<f64> = 1e9..=1e10;
 
-/// Checks the values of `message`.
-pub(super) fn check(message: &Incoming) -> Result<(), Rejected> {
+/// Checks the values of a message to the node that was not decoded from a line. [`decode`] checks
+/// those of a line.
+///
+/// [`decode`]: super::decode
+///
+/// # Errors
+/// A value is out of its range, or a text is not a valid name.
+pub fn check_values(message: &Incoming) -> Result<(), Rejected> {
     stamp("stamp", message.stamp())?;
     match message {
         Incoming::Detection(detection) => check_detection(detection),

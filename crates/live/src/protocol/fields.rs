@@ -16,9 +16,9 @@ pub struct Fields {
 
 impl<'de> Deserialize<'de> for Fields {
     fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
-        struct Reader;
+        struct FieldsVisitor;
 
-        impl<'de> Visitor<'de> for Reader {
+        impl<'de> Visitor<'de> for FieldsVisitor {
             type Value = Fields;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -37,6 +37,6 @@ impl<'de> Deserialize<'de> for Fields {
             }
         }
 
-        from.deserialize_map(Reader)
+        from.deserialize_map(FieldsVisitor)
     }
 }

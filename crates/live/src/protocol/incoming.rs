@@ -18,7 +18,7 @@ pub enum Incoming {
     /// A robot has understood a task and sets out.
     Ack(Ack),
     /// The result of a task.
-    Result(Report),
+    Result(ResultMessage),
     /// The operator orders that no new task is given, on the line or to one robot.
     Pause(Order),
     /// The operator orders the line, or one robot, to resume.
@@ -158,8 +158,9 @@ pub enum Verdict {
 
 /// A place in the belt frame.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Place {
+#[serde(deny_unknown_fields, expecting = "an object with x and y")]
+#[schemars(rename = "Place")]
+pub struct FoundPlace {
     /// Along the travel [m].
     pub x: f64,
     /// Across the belt [m].
@@ -169,7 +170,8 @@ pub struct Place {
 /// The result of a task.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Report {
+#[schemars(rename = "Report")]
+pub struct ResultMessage {
     /// Timestamp of the result [s].
     pub stamp: f64,
     /// Id of the task.
@@ -182,7 +184,7 @@ pub struct Report {
     /// Where the item would have been at the task's `meet_at` if it had stayed on the belt,
     /// according to the robot.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub found: Option<Place>,
+    pub found: Option<FoundPlace>,
 }
 
 /// An order of the operator.

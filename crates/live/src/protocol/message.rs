@@ -1,6 +1,6 @@
 //! A message in either direction, as a transport carries it.
 
-use super::session::{Answer, Hello};
+use super::session::{Hello, HelloAnswer};
 use super::{Incoming, Outgoing};
 use serde::Serialize;
 
@@ -15,7 +15,7 @@ pub enum Message {
     /// A hello to the node. Only streams carry it.
     Hello(Tagged<Hello>),
     /// The answer to a hello. Only streams carry it.
-    Answer(Tagged<Answer>),
+    Answer(Tagged<HelloAnswer>),
 }
 
 /// A message that is not a variant of a tagged enumeration, with its kind.
@@ -33,8 +33,8 @@ impl From<Hello> for Message {
     }
 }
 
-impl From<Answer> for Message {
-    fn from(message: Answer) -> Self {
+impl From<HelloAnswer> for Message {
+    fn from(message: HelloAnswer) -> Self {
         let kind = Hello::KIND;
         Self::Answer(Tagged { kind, message })
     }

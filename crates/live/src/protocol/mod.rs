@@ -10,24 +10,25 @@ mod fields;
 mod incoming;
 mod message;
 mod outgoing;
+mod rejection;
 mod schema;
 mod session;
 
-pub use check::LARGEST_STAMP;
+pub use check::{LARGEST_STAMP, check_values};
 pub use csv::{CsvLine, CsvReader, CsvWriter, LONGEST_CSV_LINE, check_station};
-pub use decode::{
-    LONGEST_LINE, Rejected, Rejection, Said, decode, decode_answer, decode_outgoing, decode_said,
-};
+pub use decode::{PeerMessage, decode, decode_answer, decode_outgoing, decode_said};
 pub use incoming::{
-    Ack, BeltState, Detection, Incoming, Order, Place, Report, RobotState, RobotStatus, Verdict,
+    Ack, BeltState, Detection, FoundPlace, Incoming, Order, ResultMessage, RobotState, RobotStatus,
+    Verdict,
 };
 pub use message::Message;
 pub use outgoing::{
-    BeltRequest, Cancel, Due, Latency, MissedCounts, Outgoing, Point, RobotReport, SourceKind,
+    BeltPoint, BeltRequest, Cancel, Due, Latency, MissedCounts, Outgoing, RobotCounts, SourceKind,
     SourceReport, Status, Task, encode,
 };
+pub use rejection::{LONGEST_LINE, Rejected, Rejection};
 pub use schema::{schema, schemas_of};
-pub use session::{Answer, Hello, Role};
+pub use session::{Hello, HelloAnswer, Role};
 
 /// Version of the protocol, the `v` of every message. It increases when a message changes in a way
 /// that an old reader would misread; fields may be added without a new version.

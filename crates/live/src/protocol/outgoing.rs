@@ -61,7 +61,8 @@ impl Outgoing {
 
 /// A place in the belt frame.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Point {
+#[schemars(rename = "Point")]
+pub struct BeltPoint {
     /// Along the travel [m].
     pub x: f64,
     /// Across the belt [m].
@@ -90,9 +91,9 @@ pub struct Task {
     /// When the robot meets the item [s].
     pub meet_at: f64,
     /// Where the robot meets the item.
-    pub meet: Point,
+    pub meet: BeltPoint,
     /// The bin for the item.
-    pub bin: Point,
+    pub bin: BeltPoint,
     /// When the robot is expected to be free again [s].
     pub free_at: f64,
     /// Object-specific reward of the item.
@@ -188,7 +189,7 @@ pub struct Status {
     /// Unusual events by kind, such as repeated detections and late results.
     pub noted: BTreeMap<String, u64>,
     /// Each robot, upstream first.
-    pub robots: Vec<RobotReport>,
+    pub robots: Vec<RobotCounts>,
     /// The sources that were heard, by kind and name; absent over ROS 2.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sources: Vec<SourceReport>,
@@ -230,7 +231,8 @@ impl MissedCounts {
 
 /// One robot in a status.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub struct RobotReport {
+#[schemars(rename = "RobotReport")]
+pub struct RobotCounts {
     /// Its name.
     pub name: String,
     /// `idle`, `busy`, `fault`, `silent` (its result is overdue), or `unknown` before its first
@@ -310,13 +312,13 @@ pub struct Latency {
 /// `message` as a line, with its line ending.
 pub fn encode<M: Serialize>(message: &M) -> String {
     #[derive(Serialize)]
-    struct Line<'a, M> {
+    struct VersionedMessage<'a, M> {
         v: u64,
         #[serde(flatten)]
         message: &'a M,
     }
     // The messages are plain structures with string keys, which always serialize.
-    let line = Line {
+    let line = VersionedMessage {
         v: VERSION,
         message,
     };

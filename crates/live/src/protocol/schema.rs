@@ -8,7 +8,8 @@ use schemars::{JsonSchema, SchemaGenerator};
 use serde_json::{Map, Value, json};
 
 /// JSON Schema (draft 2020-12) of every message: `$defs/Incoming` and `$defs/Outgoing`.
-/// Ranges of values are in `docs/protocol.md`.
+/// Ranges of values are in `docs/protocol.md`. The names in `$defs` are part of the format: a type
+/// that is renamed keeps its name there by `schemars(rename)`.
 pub fn schema() -> Value {
     let mut generator = SchemaGenerator::default();
     let mut incoming = kinds::<Incoming>(&mut generator);

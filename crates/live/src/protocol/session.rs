@@ -72,7 +72,8 @@ impl std::fmt::Debug for Hello {
 
 /// The node's answer to a hello, and its last message to a peer that it disconnects.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub struct Answer {
+#[schemars(rename = "Answer")]
+pub struct HelloAnswer {
     /// Whether the peer may stay.
     pub accepted: bool,
     /// The reason if it may not.
@@ -98,5 +99,5 @@ pub(super) enum ToNode {
 #[expect(dead_code, reason = "only its schema is made")]
 pub(super) enum FromNode {
     /// The answer to a hello, and the last message to a peer that is disconnected.
-    Hello(Answer),
+    Hello(HelloAnswer),
 }

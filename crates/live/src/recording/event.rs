@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// What happens to the controller besides messages. The order of both determines its output.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
-pub enum Event {
+pub enum RecordedEvent {
     /// With the system clock: the time was read, and what was due was done.
     Step {
         /// Timestamp [s since 1970].
@@ -52,7 +52,7 @@ pub enum Event {
     Stopped {},
 }
 
-impl Event {
+impl RecordedEvent {
     /// All values of `kind`.
     pub const KINDS: [&str; 9] = [
         "step",
@@ -108,7 +108,7 @@ pub struct Heading {
     pub station: String,
     /// Hash of the station.
     pub station_hash: String,
-    /// The value of `--strategy`.
+    /// The strategy, as it was given.
     pub strategy: String,
     /// Time budget for each decision of a look-ahead strategy [ms], if there was one.
     pub budget_ms: Option<f64>,

@@ -3,7 +3,7 @@
 //!
 //! Each kind of message has its own topic, such as `/in/detection` or `/out/task`, as JSON with its
 //! JSON Schema. Everything else that determines the controller's output, mainly the readings of the
-//! clock, is recorded as [`Event`]s on `/node/...`. The settings of the run and its initial state
+//! clock, is recorded as [`RecordedEvent`]s on `/node/...`. The settings of the run and its initial state
 //! are metadata. Log times are by the machine's clock, publish times are the messages' timestamps.
 
 mod event;
@@ -14,8 +14,8 @@ mod read;
 #[cfg(feature = "mcap")]
 mod write;
 
-pub use event::{Event, Heading, whole_microseconds};
+pub use event::{Heading, RecordedEvent, whole_microseconds};
 #[cfg(feature = "mcap")]
-pub use read::{Ending, Entry, Reader};
+pub use read::{RecordingEnd, RecordingEntry, RecordingReader};
 #[cfg(feature = "mcap")]
 pub use write::Recorder;

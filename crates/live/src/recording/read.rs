@@ -1,9 +1,9 @@
 //! Reads a recording, as far as it is intact.
 
 use super::inflate::Inflate;
-use super::{Event, Heading, whole_microseconds};
+use super::{Heading, RecordedEvent, whole_microseconds};
 use crate::protocol::{Incoming, VERSION, decode};
-use crate::state::{Change, State};
+use crate::state::{LineState, StateChange};
 use mcap::McapError;
 use mcap::records::Record;
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
@@ -21,18 +21,18 @@ const LONGEST: usize = 1 << 28;
 // Entries are passed on one at a time.
 #[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, PartialEq)]
-pub enum Entry {
+pub enum RecordingEntry {
     /// A message arrived, at this time [s since 1970].
     In(Incoming, f64),
     /// A message was sent: its line, without the line ending.
     Out(String),
     /// Something else happened.
-    Event(Event),
+    Event(RecordedEvent),
 }
 
 /// How a recording ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ending {
+pub enum RecordingEnd {
     /// Complete.
     Whole,
     /// It stops after a message: the run was killed or is still running.
@@ -42,7 +42,7 @@ pub enum Ending {
 }
 
 /// A recording that is being read.
-pub struct Reader {
+pub struct RecordingReader {
     name: String,
     file: Inflate<BufReader<File>>,
     reader: LinearReader,
@@ -52,16 +52,16 @@ pub struct Reader {
     /// Time of the last message [ns], and whether any message was earlier than its predecessor.
     last: u64,
     is_unordered: bool,
-    ending: Ending,
+    ending: RecordingEnd,
     entries: u64,
     /// The settings of the run.
     pub heading: Heading,
     /// The initial state of the run, if a journal held one.
-    pub state: Option<State>,
-    first: Option<Entry>,
+    pub state: Option<LineState>,
+    first: Option<RecordingEntry>,
 }
 
-impl Reader {
+impl RecordingReader {
     /// Opens a recording.
     ///
     /// # Errors
@@ -83,22 +83,22 @@ impl Reader {
             profile: String::new(),
             last: 0,
             is_unordered: false,
-            ending: Ending::Open,
+            ending: RecordingEnd::Open,
             entries: 0,
             heading: Heading::of(&crate::Config::default()),
             state: None,
             first: None,
         };
-        let strange = "give a file written by `pickline run --record`";
+        let strange = "give a file that `pickline run` wrote with 'record'";
         let place = reader.name.clone();
         let wrong = |problem: String| Error::input(place.clone(), problem, strange);
         let (name, fields) = match reader.part() {
-            Ok(Some(Part::Metadata(name, fields))) => (name, fields),
+            Ok(Some(McapPart::Metadata(name, fields))) => (name, fields),
             Err(_) if reader.profile.starts_with("ros") => return Err(ros_bag(&place)),
             Err(error) if reader.entries == 0 => return Err(error),
             // Messages come first, whether they are of the protocol or not.
             _ if reader.profile.starts_with("ros") => return Err(ros_bag(&place)),
-            Ok(Some(Part::Entry(_))) | Err(_) => return Err(without_heading(&place)),
+            Ok(Some(McapPart::Entry(_))) | Err(_) => return Err(without_heading(&place)),
             Ok(None) => return Err(wrong("is not a recording of pickline".into())),
         };
         if name == "rosbag2" || reader.profile.starts_with("ros") {
@@ -118,23 +118,23 @@ impl Reader {
         }
         reader.heading = heading;
         reader.first = match reader.part()? {
-            Some(Part::Metadata(name, fields)) if name == "state" => {
+            Some(McapPart::Metadata(name, fields)) if name == "state" => {
                 let text = fields.get("state").map_or("", String::as_str);
-                let change: Change = serde_json::from_str(text)
+                let change: StateChange = serde_json::from_str(text)
                     .map_err(|error| wrong(format!("has an invalid state: {error}")))?;
-                let mut state = State::default();
+                let mut state = LineState::default();
                 state.apply(change);
                 reader.state = Some(state);
                 None
             }
-            Some(Part::Entry(entry)) => Some(entry),
+            Some(McapPart::Entry(entry)) => Some(entry),
             _ => None,
         };
         Ok(reader)
     }
 
     /// How the recording ends; known once there is no further entry.
-    pub fn ending(&self) -> Ending {
+    pub fn ending(&self) -> RecordingEnd {
         self.ending
     }
 
@@ -154,70 +154,69 @@ impl Reader {
     ///
     /// # Errors
     /// The file cannot be read or is damaged, or a message is invalid.
-    pub fn next_entry(&mut self) -> Result<Option<Entry>> {
+    pub fn next_entry(&mut self) -> Result<Option<RecordingEntry>> {
         if let Some(entry) = self.first.take() {
             return Ok(Some(entry));
         }
         loop {
             match self.part()? {
                 None => return Ok(None),
-                Some(Part::Entry(entry)) => return Ok(Some(entry)),
-                Some(Part::Metadata(..)) => {}
+                Some(McapPart::Entry(entry)) => return Ok(Some(entry)),
+                Some(McapPart::Metadata(..)) => {}
             }
         }
     }
 
+    /// Where the reader is, for an error.
+    fn place(&self) -> String {
+        format!("{}, after message {}", self.name, self.entries)
+    }
+
+    fn damaged(&self, problem: &str) -> Error {
+        Error::input(self.place(), problem, "restore a copy of the file")
+    }
+
+    /// The error for a file that the parser cannot read on.
+    fn unreadable(&self, error: &McapError) -> Error {
+        if let McapError::UnsupportedCompression(name) = error {
+            let problem = format!(
+                "is an MCAP file whose chunks are compressed as `{}`; this program reads lz4 and \
+                 zstd",
+                shown(name)
+            );
+            let cure = "compress it with one of these, for example with `mcap compress`";
+            return Error::input(self.place(), problem, cure);
+        }
+        if matches!(error, McapError::BadMagic) || self.entries == 0 {
+            let problem = format!("is not an MCAP file: {error}");
+            let cure = "give a file that `pickline run` wrote with 'record'";
+            return Error::input(self.place(), problem, cure);
+        }
+        self.damaged(&format!("is damaged: {error}"))
+    }
+
     /// The next entry or metadata.
-    fn part(&mut self) -> Result<Option<Part>> {
-        let at = |entries: u64, name: &str| format!("{name}, after message {entries}");
+    fn part(&mut self) -> Result<Option<McapPart>> {
         loop {
             let event = match self.reader.next_event() {
                 None => {
-                    if self.ending == Ending::Open && self.file.is_torn() {
-                        self.ending = Ending::Torn;
+                    if self.ending == RecordingEnd::Open && self.file.is_torn() {
+                        self.ending = RecordingEnd::Torn;
                     }
                     return Ok(None);
                 }
                 Some(Err(McapError::UnexpectedEof)) if self.entries > 0 => {
-                    self.ending = Ending::Torn;
+                    self.ending = RecordingEnd::Torn;
                     return Ok(None);
                 }
-                Some(Err(McapError::UnsupportedCompression(name))) => {
-                    return Err(Error::input(
-                        at(self.entries, &self.name),
-                        format!(
-                            "is an MCAP file whose chunks are compressed as `{}`; this program \
-                             reads lz4 and zstd",
-                            shown(&name)
-                        ),
-                        "compress it with one of these, for example with `mcap compress`",
-                    ));
-                }
-                Some(Err(error)) => {
-                    let is_none = matches!(error, McapError::BadMagic) || self.entries == 0;
-                    let problem = if is_none {
-                        format!("is not an MCAP file: {error}")
-                    } else {
-                        format!("is damaged: {error}")
-                    };
-                    let cure = if is_none {
-                        "give a file written by `pickline run --record`"
-                    } else {
-                        "restore a copy of the file"
-                    };
-                    return Err(Error::input(at(self.entries, &self.name), problem, cure));
-                }
+                Some(Err(error)) => return Err(self.unreadable(&error)),
                 Some(Ok(event)) => event,
             };
             let record = match event {
                 LinearReadEvent::ReadRequest(need) => {
                     let read = self.file.read(self.reader.insert(need));
                     let read = read.map_err(|error| match error.kind() {
-                        ErrorKind::InvalidData => {
-                            let cure = "restore a copy of the file";
-                            let problem = format!("is damaged: {error}");
-                            Error::input(at(self.entries, &self.name), problem, cure)
-                        }
+                        ErrorKind::InvalidData => self.damaged(&format!("is damaged: {error}")),
                         _ => Error::read(Path::new(&self.name), error),
                     })?;
                     self.reader.notify_read(read);
@@ -225,17 +224,17 @@ impl Reader {
                 }
                 LinearReadEvent::Record { opcode, data } => mcap::parse_record(opcode, data),
             };
-            let record = record.map_err(|error| {
-                let cure = "restore a copy of the file";
-                Error::input(at(self.entries, &self.name), error.to_string(), cure)
-            })?;
+            let record = match record {
+                Ok(record) => record,
+                Err(error) => return Err(self.damaged(&error.to_string())),
+            };
             match record {
                 Record::Header(header) => self.profile = header.profile,
                 Record::Channel(channel) => {
                     self.topics.insert(channel.id, channel.topic);
                 }
                 Record::Metadata(metadata) => {
-                    return Ok(Some(Part::Metadata(metadata.name, metadata.metadata)));
+                    return Ok(Some(McapPart::Metadata(metadata.name, metadata.metadata)));
                 }
                 Record::Message { header, data } => {
                     self.entries += 1;
@@ -249,10 +248,10 @@ impl Reader {
                             },
                         )?
                     {
-                        return Ok(Some(Part::Entry(entry)));
+                        return Ok(Some(McapPart::Entry(entry)));
                     }
                 }
-                Record::Footer(_) => self.ending = Ending::Whole,
+                Record::Footer(_) => self.ending = RecordingEnd::Whole,
                 _ => {}
             }
         }
@@ -281,8 +280,8 @@ fn ros_bag(place: &str) -> Error {
     Error::input(
         place,
         "is a ROS bag, not a recording of pickline",
-        "give a file written by `pickline run --record`; to play a bag to a line, use `ros2 bag \
-         play` and `pickline run --ros2`",
+        "give a file that `pickline run` wrote with 'record'; to play a bag to a line, use `ros2 bag \
+         play` and `pickline run` with 'ros2'",
     )
 }
 
@@ -292,16 +291,16 @@ fn without_heading(place: &str) -> Error {
         place,
         "is an MCAP file with messages only: the station, strategy and settings at the start of a \
          recording are missing",
-        "give a file written by `pickline run --record`; to play the messages to a line, print \
-         those under /in/ as JSON, one per line, and pipe them to `pickline run --clock messages`",
+        "give a file that `pickline run` wrote with 'record'; to play the messages to a line, print \
+         those under /in/ as JSON, one per line, and pipe them to `pickline run` with 'clock' messages",
     )
 }
 
 // Entries are passed on one at a time.
 #[allow(clippy::large_enum_variant)]
-enum Part {
+enum McapPart {
     Metadata(String, BTreeMap<String, String>),
-    Entry(Entry),
+    Entry(RecordingEntry),
 }
 
 /// A log time [ns] in seconds, rounded as by [`whole_microseconds`].
@@ -310,24 +309,24 @@ fn received(log_time: u64) -> f64 {
 }
 
 /// A message as an entry; none for a topic that another program has added.
-fn entry(topic: &str, data: &[u8], log_time: u64) -> Result<Option<Entry>> {
+fn entry(topic: &str, data: &[u8], log_time: u64) -> Result<Option<RecordingEntry>> {
     let wrong = |problem: String| {
-        let cure = "restore the file as `pickline run --record` wrote it";
+        let cure = "restore the file as `pickline run` wrote it";
         Error::input(topic, problem, cure)
     };
     if topic.starts_with("/in/") {
         let message = decode(data).map_err(|rejected| wrong(rejected.message))?;
-        return Ok(Some(Entry::In(message, received(log_time))));
+        return Ok(Some(RecordingEntry::In(message, received(log_time))));
     }
     if topic.starts_with("/out/") {
         let line = String::from_utf8(data.to_vec());
         let line = line.map_err(|_| wrong("is not UTF-8 text".into()))?;
-        return Ok(Some(Entry::Out(line)));
+        return Ok(Some(RecordingEntry::Out(line)));
     }
     if topic.starts_with("/node/") {
         let event = serde_json::from_slice(data);
         let event = event.map_err(|error| wrong(shown(&error.to_string())))?;
-        return Ok(Some(Entry::Event(event)));
+        return Ok(Some(RecordingEntry::Event(event)));
     }
     Ok(None)
 }

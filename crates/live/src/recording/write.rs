@@ -1,8 +1,8 @@
 //! Writes a recording during a run.
 
-use super::{Event, Heading};
+use super::{Heading, RecordedEvent};
 use crate::protocol::{self, Incoming, Outgoing, VERSION};
-use crate::state::Change;
+use crate::state::StateChange;
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{McapError, McapResult, WriteOptions, Writer};
 use pickline::error::{Error, Result};
@@ -37,11 +37,11 @@ impl Recorder {
     ///
     /// # Errors
     /// The file already exists or cannot be created.
-    pub fn create(path: &Path, heading: &Heading, state: Option<&Change>) -> Result<Self> {
+    pub fn create(path: &Path, heading: &Heading, state: Option<&StateChange>) -> Result<Self> {
         let file = File::options().write(true).create_new(true).open(path);
         let file = file.map_err(|error| match error.kind() {
             ErrorKind::AlreadyExists => Error::input(
-                format!("--record {}", path.display()),
+                format!("'record' {}", path.display()),
                 "the file already exists, and a recording does not replace files",
                 "give another name, or move the file away",
             ),
@@ -68,7 +68,7 @@ impl Recorder {
         begun.map_err(|error| cannot_write(path, error))
     }
 
-    fn begin(&mut self, heading: &Heading, state: Option<&Change>) -> McapResult<()> {
+    fn begin(&mut self, heading: &Heading, state: Option<&StateChange>) -> McapResult<()> {
         self.writer.write_metadata(&Metadata {
             name: "pickline".into(),
             metadata: texts(heading),
@@ -84,7 +84,7 @@ impl Recorder {
         for (topics, schemas) in [
             ("/in/", protocol::schemas_of::<Incoming>()),
             ("/out/", protocol::schemas_of::<Outgoing>()),
-            ("/node/", protocol::schemas_of::<Event>()),
+            ("/node/", protocol::schemas_of::<RecordedEvent>()),
         ] {
             for (kind, schema) in schemas {
                 let (name, schema) = (format!("pickline.{kind}"), schema.to_string());
@@ -103,7 +103,7 @@ impl Recorder {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn heard(&mut self, message: &Incoming, now: f64) -> Result<()> {
+    pub fn record_incoming(&mut self, message: &Incoming, now: f64) -> Result<()> {
         let line = protocol::encode(message);
         self.write("/in/", message.kind(), &line, message.stamp(), now)
     }
@@ -112,7 +112,7 @@ impl Recorder {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn said(&mut self, message: &Outgoing, now: f64) -> Result<()> {
+    pub fn record_outgoing(&mut self, message: &Outgoing, now: f64) -> Result<()> {
         let line = protocol::encode(message);
         self.write("/out/", message.kind(), &line, message.stamp(), now)
     }
@@ -121,7 +121,7 @@ impl Recorder {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn happened(&mut self, event: &Event, now: f64) -> Result<()> {
+    pub fn record_event(&mut self, event: &RecordedEvent, now: f64) -> Result<()> {
         let line = protocol::encode(event);
         self.write("/node/", event.kind(), &line, now, now)
     }

@@ -7,7 +7,8 @@ mod offset;
 mod period;
 
 use super::protocol::{SourceKind, SourceReport};
-use offset::{Judged, Offset};
+use crate::Setting;
+use offset::{Offset, StampJudgement};
 use period::Period;
 use std::collections::BTreeMap;
 
@@ -30,7 +31,7 @@ const SAME: f64 = 5e-3;
 const SAME_SHARE: f64 = 0.1;
 
 /// The kind and the name of a source.
-pub type Key = (SourceKind, String);
+pub type SourceKey = (SourceKind, String);
 
 /// Times of silence after which sources are overdue [s]. 0 is never; without a value it follows
 /// from their periods.
@@ -59,7 +60,7 @@ struct Source {
 /// The states of all sources.
 #[derive(Debug, Clone)]
 pub struct Sources {
-    table: BTreeMap<Key, Source>,
+    table: BTreeMap<SourceKey, Source>,
     timeouts: Timeouts,
     /// By how much the machine's clock is ahead of the node's time because it was set [s].
     ahead: f64,
@@ -69,16 +70,16 @@ pub struct Sources {
 
 /// How a timestamp is mapped.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Mapped {
+pub struct MappedStamp {
     /// What is added to it [s].
     pub shift: f64,
     /// The step of the source's clock since its last message, if there was one.
-    pub stepped: Option<Step>,
+    pub stepped: Option<ClockStep>,
 }
 
 /// A step of a source's clock.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Step {
+pub struct ClockStep {
     /// By how much the clock is ahead of what was expected [s].
     pub by: f64,
     /// Whether this is the first message of the source, so that it is not known whether the clock
@@ -116,7 +117,7 @@ impl Sources {
         Some(step)
     }
 
-    fn entry(&mut self, key: &Key, now: f64) -> &mut Source {
+    fn entry(&mut self, key: &SourceKey, now: f64) -> &mut Source {
         let is_known = self.table.contains_key(key) || self.table.len() < MOST;
         let key = if is_known {
             key.clone()
@@ -136,26 +137,26 @@ impl Sources {
 
     /// Maps the timestamp `stamp` [s] of a message that arrived at `received` [s], both since 1970.
     /// None if it is in the future or too old, and no other messages confirm it.
-    pub fn map(&mut self, key: &Key, stamp: f64, received: f64) -> Option<Mapped> {
+    pub fn map(&mut self, key: &SourceKey, stamp: f64, received: f64) -> Option<MappedStamp> {
         // The time at which it was heard is noted once the message is accepted.
         let source = self.entry(key, f64::NEG_INFINITY);
         let stepped = match source.offset.judge(stamp, received) {
-            Judged::Fits => None,
-            Judged::Stepped(by) => Some(Step {
+            StampJudgement::Fits => None,
+            StampJudgement::Stepped(by) => Some(ClockStep {
                 by,
                 is_first: false,
             }),
-            Judged::Off(by) => Some(Step { by, is_first: true }),
-            Judged::Wild => return None,
+            StampJudgement::Off(by) => Some(ClockStep { by, is_first: true }),
+            StampJudgement::Wild => return None,
         };
-        Some(Mapped {
+        Some(MappedStamp {
             shift: source.offset.shift(),
             stepped,
         })
     }
 
     /// What is subtracted from the node's time for a timestamp by the clock of `key` [s].
-    pub fn shift(&self, key: &Key) -> f64 {
+    pub fn shift(&self, key: &SourceKey) -> f64 {
         let source = self.table.get(key);
         source.map_or(-self.ahead, |source| source.offset.shift())
     }
@@ -163,7 +164,7 @@ impl Sources {
     /// Notes that a source was heard at `time` [s]. `says` is the state that it reported, as a
     /// number; none for an answer. It repeats itself if it reports the same state again; a source
     /// that only reports changes has no period.
-    pub fn hear(&mut self, key: &Key, time: f64, says: Option<f64>) {
+    pub fn hear(&mut self, key: &SourceKey, time: f64, says: Option<f64>) {
         let source = self.entry(key, time);
         source.heard = source.heard.max(time);
         let Some(value) = says else {
@@ -204,7 +205,7 @@ impl Sources {
     }
 
     /// When a robot will be overdue if it stays silent [s].
-    pub fn robot_until(&self, key: &Key) -> f64 {
+    pub fn robot_until(&self, key: &SourceKey) -> f64 {
         let source = self.table.get(key);
         source.map_or(f64::INFINITY, |source| {
             self.limit(SourceKind::Robot, source)
@@ -255,16 +256,19 @@ impl Sources {
                     pickline::error::rounded(period, 2)
                 )
             });
+            let sets = |setting: Setting| {
+                format!("{setting} S sets how long it may be silent, 0 for ever")
+            };
             let what = match kind {
-                SourceKind::Belt => {
-                    "no task is given until it is heard\n  check that the belt reports; \
-                     --belt-timeout S sets how long it may be silent, 0 for ever"
-                }
-                SourceKind::Robot => {
-                    "it gets no task until it is heard\n  check that it reports; --robot-timeout S \
-                     sets how long it may be silent, 0 for ever"
-                }
-                SourceKind::Camera => "normal if no items pass it",
+                SourceKind::Belt => format!(
+                    "no task is given until it is heard\n  check that the belt reports; {}",
+                    sets(Setting::BeltTimeout)
+                ),
+                SourceKind::Robot => format!(
+                    "it gets no task until it is heard\n  check that it reports; {}",
+                    sets(Setting::RobotTimeout)
+                ),
+                SourceKind::Camera => "normal if no items pass it".to_owned(),
             };
             remarks.push(format!(
                 "{named} has been silent for {silence} s{usual}: {what}"
@@ -278,7 +282,7 @@ impl Sources {
     pub fn report(&self, now: f64) -> Vec<SourceReport> {
         let heard = self.table.iter();
         let heard = heard.filter(|(_, source)| source.heard > f64::NEG_INFINITY);
-        let report = |((kind, name), source): (&Key, &Source)| {
+        let report = |((kind, name), source): (&SourceKey, &Source)| {
             let delay = source.offset.delay().filter(|_| self.has_offsets);
             let mapped = source.offset.shift() + self.ahead;
             SourceReport {
@@ -299,7 +303,7 @@ impl Sources {
 mod tests {
     use super::*;
 
-    fn key(kind: SourceKind) -> Key {
+    fn key(kind: SourceKind) -> SourceKey {
         (kind, "x".to_owned())
     }
 

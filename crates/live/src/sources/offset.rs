@@ -61,7 +61,7 @@ struct Pending {
 
 /// How a timestamp is judged.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Judged {
+pub enum StampJudgement {
     /// With the present shift it is plausible or late.
     Fits,
     /// The source's clock was set by this much [s], and the shift has followed.
@@ -131,7 +131,7 @@ impl Offset {
 
     /// Judges a message with the timestamp `stamp` [s] that arrived at `received` [s], in the
     /// node's time.
-    pub fn judge(&mut self, stamp: f64, received: f64) -> Judged {
+    pub fn judge(&mut self, stamp: f64, received: f64) -> StampJudgement {
         let delay = received - (stamp + self.shift);
         let Some(floor) = self.floor.least() else {
             return self.judge_first(stamp, received, delay);
@@ -150,7 +150,7 @@ impl Offset {
         if delay < -DRIFT {
             return match self.confirm(received - stamp - floor, stamp, received, CONFIRMED) {
                 Some(shift) => self.step(shift, stamp, received),
-                None => Judged::Wild,
+                None => StampJudgement::Wild,
             };
         }
         let goes_back = self.newest.is_some_and(|newest| stamp < newest - BACK);
@@ -160,21 +160,21 @@ impl Offset {
             if let Some(shift) = self.confirm(shift, stamp, received, CONFIRMED_BACK) {
                 return self.step(shift, stamp, received);
             }
-            return Judged::Fits;
+            return StampJudgement::Fits;
         }
         self.fit(stamp, received, delay);
-        Judged::Fits
+        StampJudgement::Fits
     }
 
-    fn judge_first(&mut self, stamp: f64, received: f64, delay: f64) -> Judged {
+    fn judge_first(&mut self, stamp: f64, received: f64, delay: f64) -> StampJudgement {
         if !(-FIRST_AHEAD..=FIRST_BEHIND).contains(&delay) {
             return match self.confirm(received - stamp, stamp, received, CONFIRMED) {
                 Some(shift) => self.step(shift, stamp, received),
-                None => Judged::Wild,
+                None => StampJudgement::Wild,
             };
         }
         self.fit(stamp, received, delay);
-        Judged::Fits
+        StampJudgement::Fits
     }
 
     fn fit(&mut self, stamp: f64, received: f64, mut delay: f64) {
@@ -191,7 +191,7 @@ impl Offset {
         }
     }
 
-    fn step(&mut self, shift: f64, stamp: f64, received: f64) -> Judged {
+    fn step(&mut self, shift: f64, stamp: f64, received: f64) -> StampJudgement {
         let by = self.shift - shift;
         let is_first = self.newest.is_none();
         self.others.retain(|other| *other != shift);
@@ -199,9 +199,9 @@ impl Offset {
         (self.shift, self.newest, self.fits) = (shift, Some(stamp), 0);
         self.fit(stamp, received, received - (stamp + shift));
         if is_first {
-            Judged::Off(by)
+            StampJudgement::Off(by)
         } else {
-            Judged::Stepped(by)
+            StampJudgement::Stepped(by)
         }
     }
 
@@ -235,26 +235,26 @@ mod tests {
     use super::*;
 
     /// A source that sends every 50 ms, with a delay of 2 to 8 ms.
-    struct World {
+    struct SimulatedClocks {
         time: f64,
         offset: Offset,
         /// By how much its clock is ahead [s].
         ahead: f64,
     }
 
-    impl World {
+    impl SimulatedClocks {
         fn new() -> Self {
             let mut world = Self {
                 time: 100.0,
                 offset: Offset::new(0.0),
                 ahead: 0.0,
             };
-            assert_eq!(world.run(40), vec![Judged::Fits; 40]);
+            assert_eq!(world.run(40), vec![StampJudgement::Fits; 40]);
             world
         }
 
         /// Sends a message: how it is judged, and the error of its mapped timestamp [s].
-        fn say(&mut self) -> (Judged, f64) {
+        fn say(&mut self) -> (StampJudgement, f64) {
             self.time += 0.05;
             let way = 0.002 + 0.006 * (self.time * 37.0).fract();
             let stamp = self.time + self.ahead;
@@ -262,14 +262,14 @@ mod tests {
             (judged, stamp + self.offset.shift() - self.time)
         }
 
-        fn run(&mut self, messages: usize) -> Vec<Judged> {
+        fn run(&mut self, messages: usize) -> Vec<StampJudgement> {
             (0..messages).map(|_| self.say().0).collect()
         }
     }
 
     #[test]
     fn as_long_as_stamps_can_be_they_are_believed_as_they_are() {
-        let world = World::new();
+        let world = SimulatedClocks::new();
         assert_eq!(world.offset.shift(), 0.0);
         let delay = world.offset.delay().unwrap();
         assert!((0.002..0.004).contains(&delay), "{delay}");
@@ -277,35 +277,35 @@ mod tests {
         let mut slow = Offset::new(0.0);
         for i in 0..100 {
             let stamp = 0.05 * f64::from(i);
-            assert_eq!(slow.judge(stamp, stamp + 0.5), Judged::Fits);
+            assert_eq!(slow.judge(stamp, stamp + 0.5), StampJudgement::Fits);
         }
         assert_eq!(slow.shift(), 0.0);
-        assert_eq!(slow.judge(2.0, 5.45), Judged::Fits);
+        assert_eq!(slow.judge(2.0, 5.45), StampJudgement::Fits);
         assert!((slow.delay().unwrap() - 0.5).abs() < 1e-9);
     }
 
     #[test]
     fn with_the_nodes_clock_a_source_steps_at_once() {
         for step in [-5.0, 100.0, 0.2, -0.2] {
-            let mut world = World::new();
+            let mut world = SimulatedClocks::new();
             world.offset.follow(step);
             world.ahead += step;
             for _ in 0..50 {
                 let (judged, off) = world.say();
                 assert!(
-                    judged == Judged::Fits && off.abs() < 1e-9,
+                    judged == StampJudgement::Fits && off.abs() < 1e-9,
                     "{judged:?} {off}"
                 );
             }
             // A source with another clock does not step, from its first message on.
-            let mut other = World::new();
+            let mut other = SimulatedClocks::new();
             other.offset.follow(step);
             let (judged, off) = other.say();
             assert!(
-                matches!(judged, Judged::Stepped(_)) && off.abs() < 1e-9,
+                matches!(judged, StampJudgement::Stepped(_)) && off.abs() < 1e-9,
                 "{judged:?}"
             );
-            assert_eq!(other.run(50), vec![Judged::Fits; 50]);
+            assert_eq!(other.run(50), vec![StampJudgement::Fits; 50]);
             // There and back.
             other.offset.follow(-step);
             let (_, off) = other.say();
@@ -316,10 +316,12 @@ mod tests {
     #[test]
     fn a_source_that_steps_alone_is_followed_after_some_messages() {
         for step in [-5.0, 7.0, 1000.0] {
-            let mut world = World::new();
+            let mut world = SimulatedClocks::new();
             world.ahead += step;
             let judged = world.run(20);
-            let stepped = judged.iter().position(|j| matches!(j, Judged::Stepped(_)));
+            let stepped = judged
+                .iter()
+                .position(|j| matches!(j, StampJudgement::Stepped(_)));
             let expected = if step > 0.0 { 2 } else { 4 };
             assert_eq!(stepped, Some(expected), "{step}: {judged:?}");
             let (_, off) = world.say();
@@ -329,17 +331,17 @@ mod tests {
 
     #[test]
     fn one_wild_stamp_moves_nothing_and_a_burst_is_late() {
-        let mut world = World::new();
+        let mut world = SimulatedClocks::new();
         let time = world.time;
-        assert_eq!(world.offset.judge(time + 3.0, time), Judged::Wild);
-        assert_eq!(world.offset.judge(time - 20.0, time), Judged::Fits);
-        assert_eq!(world.run(5), vec![Judged::Fits; 5]);
+        assert_eq!(world.offset.judge(time + 3.0, time), StampJudgement::Wild);
+        assert_eq!(world.offset.judge(time - 20.0, time), StampJudgement::Fits);
+        assert_eq!(world.run(5), vec![StampJudgement::Fits; 5]);
         // The network delays two seconds of messages.
         let held = world.time;
         for i in 1..=40 {
             let stamp = held + 0.05 * f64::from(i);
             let judged = world.offset.judge(stamp, held + 2.0 + 1e-4 * f64::from(i));
-            assert_eq!(judged, Judged::Fits);
+            assert_eq!(judged, StampJudgement::Fits);
         }
         assert_eq!(world.offset.shift(), 0.0);
     }
@@ -347,12 +349,12 @@ mod tests {
     #[test]
     fn a_clock_that_is_ahead_is_mapped_to_now() {
         let mut offset = Offset::new(0.0);
-        assert_eq!(offset.judge(103.0, 100.0), Judged::Fits);
+        assert_eq!(offset.judge(103.0, 100.0), StampJudgement::Fits);
         assert_eq!(offset.shift(), -3.0);
         // A clock that is an hour ahead is mapped after three messages.
         let mut offset = Offset::new(0.0);
         let judged = [0.0, 0.1, 0.2].map(|t| offset.judge(3700.0 + t, 100.0 + t));
-        assert_eq!(judged[..2], [Judged::Wild; 2]);
+        assert_eq!(judged[..2], [StampJudgement::Wild; 2]);
         assert!((offset.shift() + 3600.0).abs() < 1e-9, "{judged:?}");
     }
 
@@ -360,18 +362,20 @@ mod tests {
     /// that was set back itself is found out, and one that is slow from then on is not.
     #[test]
     fn what_is_late_after_a_step_of_the_nodes_clock() {
-        let mut world = World::new();
+        let mut world = SimulatedClocks::new();
         world.offset.follow(100.0);
         world.ahead += 100.0 - 5.0;
         let judged = world.run(20);
-        let stepped = judged.iter().position(|j| matches!(j, Judged::Stepped(_)));
+        let stepped = judged
+            .iter()
+            .position(|j| matches!(j, StampJudgement::Stepped(_)));
         assert_eq!(stepped, Some(4), "{judged:?}");
-        let mut world = World::new();
+        let mut world = SimulatedClocks::new();
         world.offset.follow(-100.0);
         for _ in 0..20 {
             world.time += 0.05;
             let judged = world.offset.judge(world.time - 100.0, world.time + 0.5);
-            assert_eq!(judged, Judged::Fits);
+            assert_eq!(judged, StampJudgement::Fits);
         }
         assert_eq!(world.offset.shift(), 100.0);
     }

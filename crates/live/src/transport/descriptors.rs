@@ -4,7 +4,7 @@
 //! recording need some now and then.
 
 /// Maximum number of descriptors that connections leave free.
-const SPARE: u64 = 96;
+const SPARE_DESCRIPTORS: u64 = 96;
 
 /// Whether a connection with this `descriptor` takes one of the last ones. The system assigns the
 /// lowest free number, so it shows how many are in use.
@@ -13,7 +13,7 @@ pub fn is_short(socket: &impl std::os::fd::AsRawFd) -> bool {
     use nix::sys::resource::{Resource, getrlimit};
     let descriptor = u64::try_from(socket.as_raw_fd()).unwrap_or_default();
     getrlimit(Resource::RLIMIT_NOFILE)
-        .is_ok_and(|(most, _)| descriptor >= most.saturating_sub(SPARE.min(most / 4)))
+        .is_ok_and(|(most, _)| descriptor >= most.saturating_sub(SPARE_DESCRIPTORS.min(most / 4)))
 }
 
 /// Whether a connection takes one of the last descriptors. This is not known on this system.

@@ -1,13 +1,13 @@
 //! The dialect of a peer on a stream: JSON or csv.
 
-use super::lines::Line;
-use super::{Heard, Origin};
+use super::lines::InputLine;
+use super::{Origin, TransportEvent};
 use crate::protocol::{CsvLine, CsvReader, CsvWriter, Message, Rejected, encode};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Reads the time [s]; passed in by the caller, which knows the kind of clock.
-pub type Clock = fn() -> f64;
+pub type ReadClock = fn() -> f64;
 
 /// The format of lines.
 #[derive(Debug, Clone, Copy, Default)]
@@ -17,21 +17,21 @@ pub enum Dialect {
     Json,
     /// The csv dialect, with the clock for omitted times, if there is one. With a peer that begins
     /// in JSON, JSON is used.
-    Csv(Option<Clock>),
+    Csv(Option<ReadClock>),
 }
 
 impl Dialect {
     /// The reader and the writer for one peer.
-    pub fn of_a_peer(self) -> (Ear, Voice) {
-        let speaks_json = Arc::new(AtomicBool::new(matches!(self, Self::Json)));
-        let ear = Ear {
+    pub fn reader_and_writer(self) -> (DialectReader, DialectWriter) {
+        let is_json = Arc::new(AtomicBool::new(matches!(self, Self::Json)));
+        let reader = DialectReader {
             dialect: self,
-            speaks_json: Arc::clone(&speaks_json),
+            is_json: Arc::clone(&is_json),
             is_new: true,
             csv: CsvReader::default(),
         };
         let csv = CsvWriter::default();
-        (ear, Voice { speaks_json, csv })
+        (reader, DialectWriter { is_json, csv })
     }
 
     /// Whether a stream that begins with these bytes, ignoring blanks, may be from a peer, not from
@@ -48,27 +48,27 @@ impl Dialect {
 
 /// Reads the lines of a peer.
 #[derive(Debug)]
-pub struct Ear {
+pub struct DialectReader {
     dialect: Dialect,
-    speaks_json: Arc<AtomicBool>,
+    is_json: Arc<AtomicBool>,
     is_new: bool,
     csv: CsvReader,
 }
 
-impl Ear {
+impl DialectReader {
     /// The JSON of a line, and whether lines are missing before it.
-    fn hear(&mut self, line: Line) -> CsvLine {
+    fn read(&mut self, line: InputLine) -> CsvLine {
         let line = match line {
-            Line::Whole(line) => Ok(line),
-            Line::TooLong => Err(Rejected::too_long()),
+            InputLine::Whole(line) => Ok(line),
+            InputLine::TooLong => Err(Rejected::too_long()),
         };
         let is_new = std::mem::replace(&mut self.is_new, false);
         match (self.dialect, line) {
             (Dialect::Csv(clock), Ok(line)) => {
                 if is_new && line.trim_ascii_start().starts_with(b"{") {
-                    self.speaks_json.store(true, Ordering::Relaxed);
+                    self.is_json.store(true, Ordering::Relaxed);
                 }
-                if self.speaks_json.load(Ordering::Relaxed) {
+                if self.is_json.load(Ordering::Relaxed) {
                     return CsvLine::of(Ok(line));
                 }
                 self.csv.read(&line, clock.map(|clock| clock()))
@@ -78,12 +78,16 @@ impl Ear {
     }
 
     /// The contents of a line from `origin`, for the inbox.
-    pub fn heard(&mut self, origin: &Origin, line: Line) -> impl Iterator<Item = Heard> + use<> {
-        let CsvLine { gap, message } = self.hear(line);
-        let gap = gap.map(|gap| Heard::Refused(origin.clone(), gap));
+    pub fn events(
+        &mut self,
+        origin: &Origin,
+        line: InputLine,
+    ) -> impl Iterator<Item = TransportEvent> + use<> {
+        let CsvLine { gap, message } = self.read(line);
+        let gap = gap.map(|gap| TransportEvent::Refused(origin.clone(), gap));
         let message = match message {
-            Ok(line) => Heard::Line(origin.clone(), line),
-            Err(rejected) => Heard::Refused(origin.clone(), rejected),
+            Ok(line) => TransportEvent::Line(origin.clone(), line),
+            Err(rejected) => TransportEvent::Refused(origin.clone(), rejected),
         };
         gap.into_iter().chain([message])
     }
@@ -91,18 +95,18 @@ impl Ear {
 
 /// Writes messages to a peer.
 #[derive(Debug)]
-pub struct Voice {
-    speaks_json: Arc<AtomicBool>,
+pub struct DialectWriter {
+    is_json: Arc<AtomicBool>,
     csv: CsvWriter,
 }
 
-impl Voice {
+impl DialectWriter {
     /// A message as text, with its line endings.
     ///
     /// # Errors
     /// The message does not fit into the dialect; the error is a text for the user.
-    pub fn say(&mut self, message: &Message) -> Result<String, String> {
-        if self.speaks_json.load(Ordering::Relaxed) {
+    pub fn write(&mut self, message: &Message) -> Result<String, String> {
+        if self.is_json.load(Ordering::Relaxed) {
             return Ok(encode(message));
         }
         self.csv.write(message)
@@ -120,23 +124,24 @@ mod tests {
             stamp: 1.0,
             next: None,
         }));
-        let (mut ear, mut voice) = Dialect::Csv(None).of_a_peer();
-        assert!(voice.say(&due).unwrap().starts_with("U,0,1000,*"));
+        let (mut reader, mut writer) = Dialect::Csv(None).reader_and_writer();
+        assert!(writer.write(&due).unwrap().starts_with("U,0,1000,*"));
         let json = br#"{"kind":"tick","stamp":1}"#.to_vec();
         assert_eq!(
-            ear.hear(Line::Whole(json.clone())),
+            reader.read(InputLine::Whole(json.clone())),
             CsvLine::of(Ok(json.clone()))
         );
-        assert!(voice.say(&due).unwrap().starts_with('{'));
+        assert!(writer.write(&due).unwrap().starts_with('{'));
         // A peer that began in the other dialect must stay with it.
-        let (mut ear, mut voice) = Dialect::Csv(None).of_a_peer();
+        let (mut reader, mut writer) = Dialect::Csv(None).reader_and_writer();
         assert!(
-            ear.hear(Line::Whole(b"K,0,1000*1".to_vec()))
+            reader
+                .read(InputLine::Whole(b"K,0,1000*1".to_vec()))
                 .message
                 .is_err()
         );
-        assert!(ear.hear(Line::Whole(json)).message.is_err());
-        assert!(voice.say(&due).unwrap().starts_with("U,"));
+        assert!(reader.read(InputLine::Whole(json)).message.is_err());
+        assert!(writer.write(&due).unwrap().starts_with("U,"));
     }
 
     #[test]

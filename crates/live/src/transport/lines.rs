@@ -5,7 +5,7 @@ use std::io::{BufRead, ErrorKind, Result};
 
 /// A line, without its line ending.
 #[derive(Debug, PartialEq, Eq)]
-pub enum Line {
+pub enum InputLine {
     /// The line.
     Whole(Vec<u8>),
     /// It was too long and was skipped.
@@ -14,17 +14,17 @@ pub enum Line {
 
 /// Assembles lines from bytes that come in parts.
 #[derive(Debug, Default)]
-pub struct Splitter {
+pub struct LineSplitter {
     line: Vec<u8>,
     too_long: bool,
     /// Number of lines so far, including blank ones.
     number: u64,
 }
 
-impl Splitter {
+impl LineSplitter {
     /// Consumes bytes up to the end of the next non-blank line, and returns its number, from 1, and
     /// the line; none if the bytes end before. A line that is too long takes no extra memory.
-    pub fn next(&mut self, bytes: &mut &[u8]) -> Option<(u64, Line)> {
+    pub fn next(&mut self, bytes: &mut &[u8]) -> Option<(u64, InputLine)> {
         while !bytes.is_empty() {
             let end = bytes.iter().position(|byte| *byte == b'\n');
             let part = &bytes[..end.unwrap_or(bytes.len())];
@@ -45,27 +45,27 @@ impl Splitter {
     }
 
     /// Ends the line at the end of the stream; none if it is blank.
-    pub fn end(&mut self) -> Option<(u64, Line)> {
+    pub fn end(&mut self) -> Option<(u64, InputLine)> {
         self.number += 1;
         let line = std::mem::take(&mut self.line);
         if std::mem::take(&mut self.too_long) {
-            return Some((self.number, Line::TooLong));
+            return Some((self.number, InputLine::TooLong));
         }
-        (!line.trim_ascii().is_empty()).then_some((self.number, Line::Whole(line)))
+        (!line.trim_ascii().is_empty()).then_some((self.number, InputLine::Whole(line)))
     }
 }
 
 /// The lines of a stream.
 #[derive(Debug)]
-pub struct Lines<R> {
+pub struct LineReader<R> {
     stream: R,
-    splitter: Splitter,
+    splitter: LineSplitter,
 }
 
-impl<R: BufRead> Lines<R> {
+impl<R: BufRead> LineReader<R> {
     /// The lines of `stream`.
     pub fn new(stream: R) -> Self {
-        let splitter = Splitter::default();
+        let splitter = LineSplitter::default();
         Self { stream, splitter }
     }
 
@@ -73,7 +73,7 @@ impl<R: BufRead> Lines<R> {
     ///
     /// # Errors
     /// The stream cannot be read.
-    pub fn next(&mut self) -> Result<Option<(u64, Line)>> {
+    pub fn next(&mut self) -> Result<Option<(u64, InputLine)>> {
         loop {
             let bytes = match self.stream.fill_buf() {
                 Ok(bytes) => bytes,
@@ -102,13 +102,13 @@ mod tests {
     fn long_lines_are_skipped_and_the_stream_goes_on() {
         let long = "x".repeat(10_000_000);
         let text = format!("a\n\n{long}\r\nb\r\n{}\nlast", "y".repeat(LONGEST_LINE));
-        let mut lines = Lines::new(std::io::BufReader::new(text.as_bytes()));
+        let mut lines = LineReader::new(std::io::BufReader::new(text.as_bytes()));
         let mut next = || lines.next().unwrap();
-        assert_eq!(next(), Some((1, Line::Whole(b"a".to_vec()))));
-        assert_eq!(next(), Some((3, Line::TooLong)));
-        assert_eq!(next(), Some((4, Line::Whole(b"b\r".to_vec()))));
-        assert!(matches!(next(), Some((5, Line::Whole(line))) if line.len() == LONGEST_LINE));
-        assert_eq!(next(), Some((6, Line::Whole(b"last".to_vec()))));
+        assert_eq!(next(), Some((1, InputLine::Whole(b"a".to_vec()))));
+        assert_eq!(next(), Some((3, InputLine::TooLong)));
+        assert_eq!(next(), Some((4, InputLine::Whole(b"b\r".to_vec()))));
+        assert!(matches!(next(), Some((5, InputLine::Whole(line))) if line.len() == LONGEST_LINE));
+        assert_eq!(next(), Some((6, InputLine::Whole(b"last".to_vec()))));
         assert_eq!(next(), None);
     }
 }

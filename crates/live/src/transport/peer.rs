@@ -12,7 +12,7 @@ use tokio::sync::mpsc::error::{TryRecvError, TrySendError};
 use tokio::sync::{mpsc, watch};
 
 /// Maximum number of messages queued for a peer.
-pub const QUEUE: usize = 1024;
+pub const QUEUE_CAPACITY: usize = 1024;
 
 /// The queue of a peer, for the thread that writes to it.
 #[derive(Debug)]
@@ -37,14 +37,14 @@ impl Waiting {
 
 /// The means to disconnect a socket before everything is written.
 #[derive(Debug)]
-pub struct Socket {
+pub struct PeerSocket {
     /// Who is at the other end.
     pub address: Option<SocketAddr>,
     /// Becomes true to end the connection at once.
     pub cut: watch::Sender<bool>,
     /// Whether to wait for the peer if it reads nothing, because it is sent little and mainly
     /// sends.
-    pub is_patient: Arc<AtomicBool>,
+    pub waits_when_stalled: Arc<AtomicBool>,
 }
 
 /// Messages for a new peer while its identity is unknown.
@@ -65,14 +65,14 @@ pub struct Peer {
     /// small.
     overflow: VecDeque<Message>,
     /// Its socket, if it can be disconnected.
-    socket: Option<Socket>,
+    socket: Option<PeerSocket>,
     newcomer: Option<Newcomer>,
     /// Whether the other end is connected now.
     up: Arc<AtomicBool>,
     /// Notified when the writer has written everything and ended.
     written: std::sync::mpsc::Receiver<()>,
     /// An action at the end.
-    ending: Option<Ending>,
+    ending: Option<CloseAction>,
     /// When it connected.
     pub since: Instant,
     /// Whether any message from it was accepted.
@@ -80,13 +80,13 @@ pub struct Peer {
     /// Number of invalid or disallowed lines in a row.
     pub refused: u32,
     /// Whether it is being disconnected, so that its further messages are ignored.
-    is_deaf: bool,
+    is_dismissed: bool,
 }
 
 /// An action at the end.
-struct Ending(Box<dyn FnOnce() + Send>);
+struct CloseAction(Box<dyn FnOnce() + Send>);
 
-impl std::fmt::Debug for Ending {
+impl std::fmt::Debug for CloseAction {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str("Ending")
     }
@@ -96,7 +96,7 @@ impl Peer {
     /// Starts the thread of a peer that cannot be disconnected. It writes with `write` until the
     /// queue has ended.
     pub fn start(up: Arc<AtomicBool>, write: impl FnOnce(&mut Waiting) + Send + 'static) -> Self {
-        let (outbox, messages) = mpsc::channel(QUEUE);
+        let (outbox, messages) = mpsc::channel(QUEUE_CAPACITY);
         let (done, written) = std::sync::mpsc::sync_channel(1);
         let mut waiting = Waiting { messages };
         thread::spawn(move || {
@@ -112,11 +112,11 @@ impl Peer {
     }
 
     /// A peer on a socket, which another thread writes to. Its identity is unknown at first:
-    /// messages to it wait until it is [`Peer::known`].
+    /// messages to it wait until it is [`Peer::identify`].
     pub fn on_socket(
         outbox: mpsc::Sender<Message>,
         written: std::sync::mpsc::Receiver<()>,
-        socket: Socket,
+        socket: PeerSocket,
     ) -> Self {
         Self {
             socket: Some(socket),
@@ -145,20 +145,20 @@ impl Peer {
             since: Instant::now(),
             has_spoken: false,
             refused: 0,
-            is_deaf: false,
+            is_dismissed: false,
         }
     }
 
     /// The same peer, with an action at its end.
     #[cfg(any(feature = "mqtt", feature = "ros2"))]
     pub fn ending(self, end: impl FnOnce() + Send + 'static) -> Self {
-        let ending = Some(Ending(Box::new(end)));
+        let ending = Some(CloseAction(Box::new(end)));
         Self { ending, ..self }
     }
 
     /// Whether the other end is connected now.
     pub fn is_up(&self) -> bool {
-        self.up.load(Ordering::Relaxed) && !self.is_deaf
+        self.up.load(Ordering::Relaxed) && !self.is_dismissed
     }
 
     /// Whether it is on a socket, so that it can be disconnected.
@@ -167,8 +167,8 @@ impl Peer {
     }
 
     /// Whether its messages are ignored from now on.
-    pub fn is_deaf(&self) -> bool {
-        self.is_deaf
+    pub fn is_dismissed(&self) -> bool {
+        self.is_dismissed
     }
 
     /// Number of messages queued for it.
@@ -181,7 +181,7 @@ impl Peer {
 
     /// Whether its queue is more than half full, so that only necessary messages should be added.
     pub fn is_half_full(&self) -> bool {
-        self.queued() > QUEUE / 2
+        self.queued() > QUEUE_CAPACITY / 2
     }
 
     /// Its title in reports to the user.
@@ -206,10 +206,12 @@ impl Peer {
     }
 
     /// Its identity is known, or no longer waited for. Returns the messages held back for it.
-    pub fn known(&mut self) -> Vec<Message> {
+    pub fn identify(&mut self) -> Vec<Message> {
         if let Some(socket) = &self.socket {
-            let is_patient = self.identity.is_source();
-            socket.is_patient.store(is_patient, Ordering::Relaxed);
+            let waits_when_stalled = self.identity.is_source();
+            socket
+                .waits_when_stalled
+                .store(waits_when_stalled, Ordering::Relaxed);
         }
         self.newcomer.take().map_or(Vec::new(), |new| new.messages)
     }
@@ -229,14 +231,14 @@ impl Peer {
         self.flush();
         if let Some(new) = &mut self.newcomer {
             new.messages.push(message);
-            return new.messages.len() <= QUEUE;
+            return new.messages.len() <= QUEUE_CAPACITY;
         }
         // Unimportant messages must not take the space that tasks need, and are useless to a camera
         // that does not read.
         let most = if self.identity.is_source() {
             1
         } else {
-            QUEUE / 2
+            QUEUE_CAPACITY / 2
         };
         if !matters && (self.queued() >= most || !self.is_up()) {
             return true;
@@ -277,7 +279,7 @@ impl Peer {
     }
 
     /// Disconnects it at once. Its messages so far count.
-    pub fn cut(&mut self) {
+    pub fn disconnect(&mut self) {
         self.outbox = None;
         self.newcomer = None;
         self.up.store(false, Ordering::Relaxed);
@@ -291,15 +293,15 @@ impl Peer {
         self.newcomer = None;
         self.pass(last);
         self.outbox = None;
-        self.is_deaf = true;
+        self.is_dismissed = true;
     }
 
-    /// Writes the remaining messages and ends the stream, within `patience`.
-    pub fn close(mut self, patience: Duration) {
+    /// Writes the remaining messages and ends the stream, within `timeout`.
+    pub fn close(mut self, timeout: Duration) {
         self.flush();
         self.outbox = None;
-        let _ = self.written.recv_timeout(patience);
-        if let Some(Ending(end)) = self.ending.take() {
+        let _ = self.written.recv_timeout(timeout);
+        if let Some(CloseAction(end)) = self.ending.take() {
             end();
         }
     }

@@ -1,9 +1,9 @@
 //! JSON Lines over a pair of blocking byte streams: stdin and stdout.
 
-use super::dialect::{Dialect, Ear, Voice};
-use super::lines::Lines;
+use super::dialect::{Dialect, DialectReader, DialectWriter};
+use super::lines::LineReader;
 use super::peer::{Peer, Waiting};
-use super::{Heard, Origin};
+use super::{Origin, TransportEvent};
 use pickline::error::Error;
 use std::io::{BufReader, BufWriter, Read, Write};
 use std::sync::Arc;
@@ -17,15 +17,15 @@ pub fn start(
     reads: impl Read + Send + 'static,
     writes: impl Write + Send + 'static,
     dialect: Dialect,
-    inbox: SyncSender<Heard>,
+    inbox: SyncSender<TransportEvent>,
 ) -> Peer {
     let told = inbox.clone();
-    let (ear, voice) = dialect.of_a_peer();
-    thread::spawn(move || read_all(number, reads, ear, &inbox));
+    let (reader, writer) = dialect.reader_and_writer();
+    thread::spawn(move || read_all(number, reads, reader, &inbox));
     Peer::start(Arc::new(AtomicBool::new(true)), move |waiting| {
         // Report from another thread if the inbox is full, because its reader may be waiting for
         // this thread to finish.
-        if let Err(error) = write_all(BufWriter::new(writes), waiting, voice, &told)
+        if let Err(error) = write_all(BufWriter::new(writes), waiting, writer, &told)
             && let Err(TrySendError::Full(heard)) = told.try_send(unwritten(number, &error))
         {
             thread::spawn(move || told.send(heard));
@@ -34,10 +34,10 @@ pub fn start(
 }
 
 /// The event for a stdout that cannot be written: it has left if its reader has closed it.
-fn unwritten(number: u64, error: &std::io::Error) -> Heard {
+fn unwritten(number: u64, error: &std::io::Error) -> TransportEvent {
     match error.kind() {
-        std::io::ErrorKind::BrokenPipe => Heard::Left(number),
-        _ => Heard::Failed(Error::input(
+        std::io::ErrorKind::BrokenPipe => TransportEvent::Left(number),
+        _ => TransportEvent::Failed(Error::input(
             "stdout",
             error.to_string(),
             "redirect it to where it can be written",
@@ -45,37 +45,42 @@ fn unwritten(number: u64, error: &std::io::Error) -> Heard {
     }
 }
 
-fn read_all(peer: u64, reads: impl Read, mut ear: Ear, inbox: &SyncSender<Heard>) {
-    let mut lines = Lines::new(BufReader::new(reads));
+fn read_all(
+    peer: u64,
+    reads: impl Read,
+    mut reader: DialectReader,
+    inbox: &SyncSender<TransportEvent>,
+) {
+    let mut lines = LineReader::new(BufReader::new(reads));
     while let Ok(Some((number, line))) = lines.next() {
         let origin = Origin::Line {
             connection: peer,
             peer: None,
             number,
         };
-        for heard in ear.heard(&origin, line) {
+        for heard in reader.events(&origin, line) {
             if inbox.send(heard).is_err() {
                 return;
             }
         }
     }
-    let _ = inbox.send(Heard::Left(peer));
+    let _ = inbox.send(TransportEvent::Left(peer));
 }
 
 /// Writes messages as they come, and flushes when there are none at the moment.
 fn write_all(
     mut stream: impl Write,
     waiting: &mut Waiting,
-    mut voice: Voice,
-    told: &SyncSender<Heard>,
+    mut writer: DialectWriter,
+    told: &SyncSender<TransportEvent>,
 ) -> std::io::Result<()> {
     while let Some(first) = waiting.next() {
         let mut next = Some(first);
         while let Some(message) = next {
-            match voice.say(&message) {
+            match writer.write(&message) {
                 Ok(lines) => stream.write_all(lines.as_bytes())?,
                 // If there is no space, only this remark is lost.
-                Err(text) => drop(told.try_send(Heard::Remark(text))),
+                Err(text) => drop(told.try_send(TransportEvent::Remark(text))),
             }
             next = waiting.try_next().ok();
         }
@@ -87,7 +92,7 @@ fn write_all(
 #[cfg(test)]
 mod tests {
     use super::super::gate::Gate;
-    use super::super::peer::QUEUE;
+    use super::super::peer::QUEUE_CAPACITY;
     use super::*;
     use crate::protocol::{Ack, Incoming};
     use std::sync::mpsc::sync_channel;
@@ -102,7 +107,7 @@ mod tests {
         let (inbox, _heard) = sync_channel(1);
         let mut peer = start(0, std::io::empty(), gate.clone(), Dialect::Json, inbox);
         let mut all = Vec::new();
-        for i in 0..3 * QUEUE as u64 {
+        for i in 0..3 * QUEUE_CAPACITY as u64 {
             let matters = i % 3 == 0;
             // Until the queue is full there is space for everything.
             assert!(peer.try_send(message(i).into(), matters));
@@ -110,7 +115,7 @@ mod tests {
                 all.push(i);
             }
         }
-        assert!(peer.queued() >= QUEUE);
+        assert!(peer.queued() >= QUEUE_CAPACITY);
         gate.open();
         while peer.queued() > 0 {
             peer.flush();
@@ -130,6 +135,6 @@ mod tests {
         let mattering = numbers.iter().copied().filter(|i| i % 3 == 0);
         assert_eq!(mattering.collect::<Vec<u64>>(), all);
         // Half of the space is for messages that matter.
-        assert!(numbers.len() - all.len() <= QUEUE / 2);
+        assert!(numbers.len() - all.len() <= QUEUE_CAPACITY / 2);
     }
 }

@@ -3,12 +3,16 @@
 //! A peer takes one descriptor. All messages go into one inbox; if it is full, the peers wait in
 //! turn.
 
+use super::connection::Connection;
 use super::descriptors::is_short;
-use super::dialect::{Dialect, Ear, Voice};
-use super::lines::{Line, Splitter};
-use super::peer::{Peer, QUEUE, Socket};
+use super::dialect::{Dialect, DialectReader, DialectWriter};
+use super::event::TransportEvent;
+use super::lines::{InputLine, LineSplitter};
+use super::origin::Origin;
+use super::peer::{Peer, PeerSocket, QUEUE_CAPACITY};
 use super::tls::{Stream, Tls};
-use super::{Heard, INBOX, Origin, RETRY};
+use super::{INBOX_CAPACITY, RETRY_INTERVAL};
+use crate::Setting;
 use crate::protocol::Message;
 use pickline::error::{Error, Result, shown};
 use std::net::SocketAddr;
@@ -24,46 +28,32 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc, oneshot, watch};
 use tokio::time::timeout;
 
 /// A peer that reads nothing for this time is disconnected.
-pub const WRITE_TIME: Duration = Duration::from_secs(5);
+pub const WRITE_TIMEOUT: Duration = Duration::from_secs(5);
 /// Timeout for the TLS handshake.
-const HANDSHAKE_TIME: Duration = Duration::from_secs(5);
+const HANDSHAKE_TIMEOUT: Duration = Duration::from_secs(5);
 /// Time for sending a last message.
-pub const FAREWELL_TIME: Duration = Duration::from_millis(200);
+pub const CLOSE_TIMEOUT: Duration = Duration::from_millis(200);
 /// Maximum number of connections that are not yet admitted; further ones wait.
-const NEWCOMERS: usize = 64;
+const MOST_PENDING: usize = 64;
 /// Pause after a failed accept, which means that too many files are open.
-const PAUSE: Duration = Duration::from_millis(100);
+const ACCEPT_RETRY_DELAY: Duration = Duration::from_millis(100);
 /// Size of the system's send buffer for a peer [bytes].
 #[cfg(unix)]
-const BUFFER: usize = 1 << 16;
+const SEND_BUFFER_SIZE: usize = 1 << 16;
 /// Number of bytes that are read at once, and collected before a write if there are that many.
-const BLOCK: usize = 1 << 14;
-
-/// A connection that is not yet admitted.
-pub struct Connection {
-    stream: Stream,
-    /// Address of the other side.
-    pub address: Option<SocketAddr>,
-    _newcomer: OwnedSemaphorePermit,
-}
-
-impl std::fmt::Debug for Connection {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_tuple("Connection").field(&self.address).finish()
-    }
-}
+const READ_BLOCK_SIZE: usize = 1 << 14;
 
 /// A sender to the inbox for tasks that must not block.
 #[derive(Debug, Clone)]
-struct Gate {
-    inbox: SyncSender<Heard>,
+struct InboxSender {
+    inbox: SyncSender<TransportEvent>,
     /// Free space in the inbox.
     room: Arc<Semaphore>,
 }
 
-impl Gate {
+impl InboxSender {
     /// Sends an event as soon as there is space. Returns whether there is a receiver.
-    async fn send(&self, heard: Heard) -> bool {
+    async fn send(&self, heard: TransportEvent) -> bool {
         match self.room.acquire().await {
             Ok(permit) => permit.forget(),
             Err(_) => return false,
@@ -77,9 +67,9 @@ impl Gate {
 #[derive(Debug)]
 pub struct Tcp {
     handle: Handle,
-    gate: Gate,
+    gate: InboxSender,
     tls: Option<Tls>,
-    newcomers: Arc<Semaphore>,
+    pending: Arc<Semaphore>,
     dialect: Dialect,
     /// Ends the thread when dropped.
     _stop: oneshot::Sender<()>,
@@ -90,14 +80,18 @@ impl Tcp {
     ///
     /// # Errors
     /// The system cannot provide the thread or its files.
-    pub fn start(inbox: SyncSender<Heard>, tls: Option<Tls>, dialect: Dialect) -> Result<Self> {
+    pub fn start(
+        inbox: SyncSender<TransportEvent>,
+        tls: Option<Tls>,
+        dialect: Dialect,
+    ) -> Result<Self> {
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
             .build()
             .map_err(|error| {
                 let cure = "close other programs that have files open";
                 Error::input(
-                    "--listen",
+                    "'listen'",
                     format!("cannot set up the network: {error}"),
                     cure,
                 )
@@ -108,19 +102,19 @@ impl Tcp {
             let _ = runtime.block_on(stopped);
             runtime.shutdown_background();
         });
-        let room = Arc::new(Semaphore::new(INBOX));
+        let room = Arc::new(Semaphore::new(INBOX_CAPACITY));
         Ok(Self {
             handle,
-            gate: Gate { inbox, room },
+            gate: InboxSender { inbox, room },
             tls,
-            newcomers: Arc::new(Semaphore::new(NEWCOMERS)),
+            pending: Arc::new(Semaphore::new(MOST_PENDING)),
             dialect,
             _stop: stop,
         })
     }
 
     /// Notes that an event was taken out of the inbox.
-    pub fn taken(&self) {
+    pub fn free_inbox_slot(&self) {
         self.gate.room.add_permits(1);
     }
 
@@ -135,7 +129,7 @@ impl Tcp {
         let accepting = Accepting {
             gate: self.gate.clone(),
             tls: self.tls.clone(),
-            newcomers: Arc::clone(&self.newcomers),
+            pending: Arc::clone(&self.pending),
         };
         self.handle.spawn(accepting.run(listener));
         Ok(())
@@ -145,7 +139,7 @@ impl Tcp {
     /// and so is the connection that follows.
     pub fn connect(&self, address: String, pause: Duration) {
         let (gate, tls) = (self.gate.clone(), self.tls.clone());
-        let newcomers = Arc::clone(&self.newcomers);
+        let pending = Arc::clone(&self.pending);
         self.handle.spawn(async move {
             tokio::time::sleep(pause).await;
             let mut waits = false;
@@ -154,30 +148,30 @@ impl Tcp {
                     Ok((stream, peer)) => {
                         if waits {
                             let text = format!("connected to {}", shown(&address));
-                            gate.send(Heard::Remark(text)).await;
+                            gate.send(TransportEvent::Remark(text)).await;
                         }
-                        let Ok(permit) = newcomers.acquire_owned().await else {
+                        let Ok(permit) = pending.acquire_owned().await else {
                             return;
                         };
                         let connection = Connection {
                             stream,
                             address: peer,
-                            _newcomer: permit,
+                            pending: permit,
                         };
-                        gate.send(Heard::Joined(connection)).await;
+                        gate.send(TransportEvent::Joined(connection)).await;
                         return;
                     }
                     Err(error) if !waits => {
                         waits = true;
                         let at = shown(&address);
                         let text = format!("no connection to {at}: {error}; retrying");
-                        if !gate.send(Heard::Remark(text)).await {
+                        if !gate.send(TransportEvent::Remark(text)).await {
                             return;
                         }
                     }
                     Err(_) => {}
                 }
-                tokio::time::sleep(RETRY).await;
+                tokio::time::sleep(RETRY_INTERVAL).await;
             }
         });
     }
@@ -186,44 +180,49 @@ impl Tcp {
     /// reads nothing for the time `deadline`, if there is one.
     pub fn serve(&self, number: u64, connection: Connection, deadline: Option<Duration>) -> Peer {
         let (reads, writes) = tokio::io::split(connection.stream);
-        let (outbox, waiting) = mpsc::channel(QUEUE);
+        let (outbox, waiting) = mpsc::channel(QUEUE_CAPACITY);
         let (done, written) = sync_channel(1);
         let (cut, is_cut) = watch::channel(false);
-        let is_patient = Arc::new(AtomicBool::new(false));
-        let (ear, voice) = self.dialect.of_a_peer();
-        let reader = Reader {
+        let waits_when_stalled = Arc::new(AtomicBool::new(false));
+        let (reader, writer) = self.dialect.reader_and_writer();
+        let reader = ConnectionReader {
             dialect: self.dialect,
-            ear,
+            reader,
             number,
             address: connection.address,
             gate: self.gate.clone(),
             cut: is_cut.clone(),
         };
         self.handle.spawn(reader.run(reads));
-        let (gate, patient) = (self.gate.clone(), Arc::clone(&is_patient));
+        let (gate, waits) = (self.gate.clone(), Arc::clone(&waits_when_stalled));
         self.handle.spawn(async move {
             let stalled = tokio::select! {
                 biased;
                 () = cut_off(is_cut) => false,
-                stalled = write_all(writes, waiting, (voice, &gate), deadline, &patient) => stalled,
+                stalled = write_all(writes, waiting, (writer, &gate), deadline, &waits) => stalled,
             };
             let _ = done.try_send(());
             if stalled {
-                gate.send(Heard::Stalled(number)).await;
+                gate.send(TransportEvent::Stalled(number)).await;
             }
         });
-        let socket = Socket {
+        let socket = PeerSocket {
             address: connection.address,
             cut,
-            is_patient,
+            waits_when_stalled,
         };
         Peer::on_socket(outbox, written, socket)
     }
 
     /// Sends one message to a connection and closes it.
-    pub fn turn_away(&self, connection: Connection, word: &Message) {
+    pub fn reject(&self, connection: Connection, word: &Message) {
         // It has sent nothing yet, so its dialect is unknown.
-        let line = self.dialect.of_a_peer().1.say(word).unwrap_or_default();
+        let line = self
+            .dialect
+            .reader_and_writer()
+            .1
+            .write(word)
+            .unwrap_or_default();
         self.handle.spawn(async move {
             // The permit is held as long as the connection.
             let mut connection = connection;
@@ -236,7 +235,7 @@ impl Tcp {
                 while connection.stream.read(&mut rest).await? > 0 {}
                 std::io::Result::Ok(())
             };
-            let _ = timeout(FAREWELL_TIME, farewell).await;
+            let _ = timeout(CLOSE_TIMEOUT, farewell).await;
         });
     }
 }
@@ -252,7 +251,7 @@ async fn connect(
         return Ok((Box::new(stream), peer));
     };
     let host = address.rsplit_once(':').map_or(address, |(host, _)| host);
-    match timeout(HANDSHAKE_TIME, tls.connect(host, stream)).await {
+    match timeout(HANDSHAKE_TIMEOUT, tls.connect(host, stream)).await {
         Ok(stream) => Ok((stream?, peer)),
         Err(_) => Err(std::io::Error::other("it does not answer with TLS")),
     }
@@ -265,14 +264,15 @@ fn prepare(stream: &TcpStream) {
     // Messages in the system's buffer are not counted as queued and grow old; by default it holds
     // megabytes.
     #[cfg(unix)]
-    let _ = nix::sys::socket::setsockopt(stream, nix::sys::socket::sockopt::SndBuf, &BUFFER);
+    let _ =
+        nix::sys::socket::setsockopt(stream, nix::sys::socket::sockopt::SndBuf, &SEND_BUFFER_SIZE);
 }
 
 /// Accepts connections.
 struct Accepting {
-    gate: Gate,
+    gate: InboxSender,
     tls: Option<Tls>,
-    newcomers: Arc<Semaphore>,
+    pending: Arc<Semaphore>,
 }
 
 impl Accepting {
@@ -281,26 +281,27 @@ impl Accepting {
         let mut troubled = false;
         loop {
             // Only a few connections wait for admission; others wait to be accepted.
-            let Ok(permit) = Arc::clone(&self.newcomers).acquire_owned().await else {
+            let Ok(permit) = Arc::clone(&self.pending).acquire_owned().await else {
                 return;
             };
             let trouble = match listener.accept().await {
                 Ok((stream, address)) if is_short(&stream) => Some(format!(
                     "{address} was turned away: this process is almost out of file descriptors; \
-                     allow more with `ulimit -n`, or fewer peers with --max-peers"
+                     allow more with `ulimit -n`, or fewer peers with {}",
+                    Setting::MaxPeers
                 )),
                 Ok((stream, address)) => {
                     self.take(stream, address, permit);
                     None
                 }
                 Err(error) => {
-                    tokio::time::sleep(PAUSE).await;
+                    tokio::time::sleep(ACCEPT_RETRY_DELAY).await;
                     Some(format!("cannot accept connections: {error}; retrying"))
                 }
             };
             let was_troubled = std::mem::replace(&mut troubled, trouble.is_some());
             if let Some(text) = trouble.filter(|_| !was_troubled)
-                && !self.gate.send(Heard::Remark(text)).await
+                && !self.gate.send(TransportEvent::Remark(text)).await
             {
                 return;
             }
@@ -315,14 +316,14 @@ impl Accepting {
         tokio::spawn(async move {
             let stream: Stream = match tls {
                 None => Box::new(stream),
-                Some(tls) => match timeout(HANDSHAKE_TIME, tls.accept(stream)).await {
+                Some(tls) => match timeout(HANDSHAKE_TIMEOUT, tls.accept(stream)).await {
                     Ok(Ok(stream)) => stream,
                     Ok(Err(error)) => {
                         let text = format!(
                             "{address} was turned away: the TLS handshake failed: \
                                             {error}"
                         );
-                        gate.send(Heard::Remark(text)).await;
+                        gate.send(TransportEvent::Remark(text)).await;
                         return;
                     }
                     // A port scanner.
@@ -332,9 +333,9 @@ impl Accepting {
             let connection = Connection {
                 stream,
                 address: Some(address),
-                _newcomer: permit,
+                pending: permit,
             };
-            gate.send(Heard::Joined(connection)).await;
+            gate.send(TransportEvent::Joined(connection)).await;
         });
     }
 }
@@ -347,28 +348,28 @@ async fn cut_off(mut cut: watch::Receiver<bool>) {
 }
 
 /// Reads a peer.
-struct Reader {
+struct ConnectionReader {
     dialect: Dialect,
-    ear: Ear,
+    reader: DialectReader,
     number: u64,
     address: Option<SocketAddr>,
-    gate: Gate,
+    gate: InboxSender,
     cut: watch::Receiver<bool>,
 }
 
-impl Reader {
+impl ConnectionReader {
     async fn run(mut self, reads: ReadHalf<Stream>) {
         tokio::select! {
             biased;
             () = cut_off(self.cut.clone()) => {}
             () = self.read_all(reads) => {}
         }
-        self.gate.send(Heard::Left(self.number)).await;
+        self.gate.send(TransportEvent::Left(self.number)).await;
     }
 
     async fn read_all(&mut self, mut reads: ReadHalf<Stream>) {
-        let mut lines = Splitter::default();
-        let mut block = vec![0; BLOCK];
+        let mut lines = LineSplitter::default();
+        let mut block = vec![0; READ_BLOCK_SIZE];
         let mut is_new = true;
         loop {
             // A broken connection has ended too.
@@ -386,7 +387,9 @@ impl Reader {
                     // A browser, a scanner or TLS: nothing that it sends is meant for a line.
                     let start = String::from_utf8_lossy(&bytes[..bytes.len().min(40)]);
                     let start = start.lines().next().unwrap_or_default().to_owned();
-                    self.gate.send(Heard::Foreign(self.number, start)).await;
+                    self.gate
+                        .send(TransportEvent::Foreign(self.number, start))
+                        .await;
                     // Discard input until it is disconnected.
                     while reads.read(&mut block).await.unwrap_or(0) > 0 {}
                     return;
@@ -400,13 +403,13 @@ impl Reader {
         }
     }
 
-    async fn hand_on(&mut self, number: u64, line: Line) -> bool {
+    async fn hand_on(&mut self, number: u64, line: InputLine) -> bool {
         let origin = Origin::Line {
             connection: self.number,
             peer: self.address,
             number,
         };
-        for heard in self.ear.heard(&origin, line) {
+        for heard in self.reader.events(&origin, line) {
             if !self.gate.send(heard).await {
                 return false;
             }
@@ -416,24 +419,24 @@ impl Reader {
 }
 
 /// Writes messages as they come until there will be no more, and ends the stream. Returns whether
-/// the other side has stopped reading. If `patient` is set, it waits for such a peer.
+/// the other side has stopped reading. If `waits` is set, it waits for such a peer.
 async fn write_all(
     mut stream: WriteHalf<Stream>,
     mut waiting: mpsc::Receiver<Message>,
-    (mut voice, gate): (Voice, &Gate),
+    (mut writer, gate): (DialectWriter, &InboxSender),
     deadline: Option<Duration>,
-    patient: &AtomicBool,
+    waits: &AtomicBool,
 ) -> bool {
     let mut block = String::new();
     while let Some(message) = waiting.recv().await {
         block.clear();
         let mut next = Some(message);
         while let Some(message) = next {
-            match voice.say(&message) {
+            match writer.write(&message) {
                 Ok(lines) => block += &lines,
-                Err(text) => drop(gate.send(Heard::Remark(text)).await),
+                Err(text) => drop(gate.send(TransportEvent::Remark(text)).await),
             }
-            next = (block.len() < BLOCK)
+            next = (block.len() < READ_BLOCK_SIZE)
                 .then(|| waiting.try_recv().ok())
                 .flatten();
         }
@@ -444,7 +447,7 @@ async fn write_all(
                 // A connection that is gone is noticed when it is read.
                 Ok(Ok(0) | Err(_)) => return false,
                 Ok(Ok(count)) => rest = &rest[count..],
-                Err(_) if patient.load(Ordering::Relaxed) => {}
+                Err(_) if waits.load(Ordering::Relaxed) => {}
                 Err(_) => return true,
             }
         }
@@ -452,11 +455,11 @@ async fn write_all(
             match timeout(deadline.unwrap_or(Duration::MAX), stream.flush()).await {
                 Ok(Ok(())) => break,
                 Ok(Err(_)) => return false,
-                Err(_) if patient.load(Ordering::Relaxed) => {}
+                Err(_) if waits.load(Ordering::Relaxed) => {}
                 Err(_) => return true,
             }
         }
     }
-    let _ = timeout(FAREWELL_TIME, stream.shutdown()).await;
+    let _ = timeout(CLOSE_TIMEOUT, stream.shutdown()).await;
     false
 }

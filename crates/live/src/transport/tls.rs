@@ -6,16 +6,16 @@ use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::TcpStream;
 
 /// A bidirectional connection.
-pub trait Wire: AsyncRead + AsyncWrite + Send + Unpin {}
+pub trait ByteStream: AsyncRead + AsyncWrite + Send + Unpin {}
 
-impl<S: AsyncRead + AsyncWrite + Send + Unpin> Wire for S {}
+impl<S: AsyncRead + AsyncWrite + Send + Unpin> ByteStream for S {}
 
 /// A connection, encrypted or not.
-pub type Stream = Box<dyn Wire>;
+pub type Stream = Box<dyn ByteStream>;
 
 /// The files for TLS (PEM).
 #[derive(Debug, Clone, Default)]
-pub struct Files {
+pub struct TlsFiles {
     /// Certificate of this side, with the chain to its authority.
     pub certificate: Option<PathBuf>,
     /// Private key of that certificate.
@@ -24,7 +24,7 @@ pub struct Files {
     pub authorities: Option<PathBuf>,
 }
 
-impl Files {
+impl TlsFiles {
     /// Whether any file is given.
     pub fn is_any(&self) -> bool {
         self.certificate.is_some() || self.key.is_some() || self.authorities.is_some()
@@ -70,17 +70,17 @@ mod with_rustls {
         ///
         /// # Errors
         /// A file is missing, or contains no certificate or no matching key.
-        pub fn listening(files: &Files) -> Result<Self> {
+        pub fn listening(files: &TlsFiles) -> Result<Self> {
             let (Some(certificate), Some(key)) = (&files.certificate, &files.key) else {
                 return Err(Error::input(
-                    "--tls-cert",
+                    "'tls_cert'",
                     "the listening side needs a certificate and its key for TLS",
-                    "give --tls-cert and --tls-key; add --tls-ca to require certificates of peers",
+                    "give 'tls_cert' and 'tls_key'; add 'tls_ca' to require certificates of peers",
                 ));
             };
             let builder = ServerConfig::builder_with_provider(ring::default_provider().into())
                 .with_safe_default_protocol_versions()
-                .map_err(|error| unusable("--tls-cert", &error))?;
+                .map_err(|error| unusable("'tls_cert'", &error))?;
             let builder = match &files.authorities {
                 None => builder.with_no_client_auth(),
                 Some(file) => {
@@ -96,7 +96,7 @@ mod with_rustls {
             };
             let config = builder
                 .with_single_cert(certificates(certificate)?, private_key(key)?)
-                .map_err(|error| unusable("--tls-key", &error))?;
+                .map_err(|error| unusable("'tls_key'", &error))?;
             Ok(Self {
                 accepts: Some(TlsAcceptor::from(Arc::new(config))),
                 connects: None,
@@ -109,28 +109,28 @@ mod with_rustls {
         ///
         /// # Errors
         /// A file is missing, or contains no certificate or no matching key.
-        pub fn connecting(files: &Files) -> Result<Self> {
+        pub fn connecting(files: &TlsFiles) -> Result<Self> {
             let Some(authorities) = &files.authorities else {
                 return Err(Error::input(
-                    "--tls-ca",
+                    "'tls_ca'",
                     "the connecting side needs to know which certificates to trust",
-                    "give the certificate of the other side's authority with --tls-ca",
+                    "give the certificate of the other side's authority with 'tls_ca'",
                 ));
             };
             let builder = ClientConfig::builder_with_provider(ring::default_provider().into())
                 .with_safe_default_protocol_versions()
-                .map_err(|error| unusable("--tls-ca", &error))?
+                .map_err(|error| unusable("'tls_ca'", &error))?
                 .with_root_certificates(roots(authorities)?);
             let config = match (&files.certificate, &files.key) {
                 (None, None) => builder.with_no_client_auth(),
                 (Some(certificate), Some(key)) => builder
                     .with_client_auth_cert(certificates(certificate)?, private_key(key)?)
-                    .map_err(|error| unusable("--tls-key", &error))?,
+                    .map_err(|error| unusable("'tls_key'", &error))?,
                 _ => {
                     return Err(Error::input(
-                        "--tls-cert",
+                        "'tls_cert'",
                         "a certificate and its key belong together",
-                        "give both --tls-cert and --tls-key",
+                        "give both 'tls_cert' and 'tls_key'",
                     ));
                 }
             };
@@ -235,9 +235,9 @@ mod without {
         ///
         /// # Errors
         /// Always.
-        pub fn listening(_: &Files) -> Result<Self> {
+        pub fn listening(_: &TlsFiles) -> Result<Self> {
             Err(Error::input(
-                "--tls-cert",
+                "'tls_cert'",
                 "this program was built without TLS",
                 "build it with the feature `tls`",
             ))
@@ -247,7 +247,7 @@ mod without {
         ///
         /// # Errors
         /// Always.
-        pub fn connecting(files: &Files) -> Result<Self> {
+        pub fn connecting(files: &TlsFiles) -> Result<Self> {
             Self::listening(files)
         }
 

@@ -1,6 +1,7 @@
 //! The learning curve of a training run.
 
-use super::chart::{Chart, Entry, Ink, Layer, Mark, Point, Scale, Style, Swatch};
+use super::axis::ChartAxis;
+use super::chart::{Chart, ChartMark, ChartPoint, Ink, Layer, LegendLine, PointStyle, Swatch};
 use super::draw::for_paper;
 use crate::provenance::Provenance;
 use crate::table::fixed;
@@ -8,7 +9,7 @@ use pickline::rl::Curve;
 
 /// `curve` as an SVG file.
 pub fn curve_chart(curve: &Curve, made: &Provenance) -> String {
-    for_paper(&chart(curve), made)
+    for_paper(&chart(curve), Some(made))
 }
 
 fn chart(curve: &Curve) -> Chart {
@@ -19,7 +20,7 @@ fn chart(curve: &Curve) -> Chart {
         let point = |point: &pickline::rl::CurvePoint| {
             let y = 100.0 * point.shares[j];
             all.push(y);
-            Point {
+            ChartPoint {
                 x: point.decisions as f64 / 1000.0,
                 y,
                 tip: format!(
@@ -27,15 +28,15 @@ fn chart(curve: &Curve) -> Chart {
                     point.decisions,
                     fixed(y, 1)
                 ),
-                ..Point::default()
+                ..ChartPoint::default()
             }
         };
         layers.push(Layer::Points {
             ink: Ink::Series(j),
-            style: Style::Line,
+            style: PointStyle::Line,
             points: curve.points.iter().map(point).collect(),
         });
-        legend.push(Entry {
+        legend.push(LegendLine {
             label: format!(
                 "{station} ([SPT; FIFO]: {} %)",
                 fixed(100.0 * curve.robust[j], 1)
@@ -51,13 +52,13 @@ fn chart(curve: &Curve) -> Chart {
     Chart {
         title: "Learning curve".into(),
         caption: "Mean picking rate on the built-in cases of each station, as a share of \
-                  that of the best rules for every single pattern (greedy GT), under seeds \
-                  that no training sees."
+                  that of the best rules for every single pattern (greedy GT, game theory), under \
+                  seeds that no training sees."
             .into(),
-        x: Scale::around("decisions learned from [1000]", learned, true),
-        y: Scale::around("picking rate to greedy GT [%]", all, false),
+        x: ChartAxis::around("decisions learned from [1000]", learned, true),
+        y: ChartAxis::around("picking rate to greedy GT [%]", all, false),
         layers,
-        marks: vec![Mark {
+        marks: vec![ChartMark {
             at: 100.0,
             upright: false,
             ink: Ink::Text,

@@ -2,33 +2,25 @@
 //! intervals. What kuva lacks is added to its scene: a legend of dashed lines with markers, a
 //! grid behind horizontal bars, marks that avoid each other.
 
-use super::chart::{Bar, Chart, GROUP, Ink, Layer, Point, Scale, Style, beside, short};
+use super::axis::ChartAxis;
+use super::chart::{Chart, ChartBar, Ink, Layer, PointStyle, beside};
+use super::labels::{TEXT, WIDTH, clean, label, short, width};
+use super::layers::plots;
 use super::legend;
-use super::look::{Look, dark_style, dashes, marker};
+use super::look::{Look, dark_style};
 use super::marks;
 use crate::page::escape;
 use crate::provenance::Provenance;
 use kuva::backend::svg::SvgBackend;
-use kuva::plot::band::BandPlot;
-use kuva::plot::bar::BarPlot;
-use kuva::plot::line::{LinePlot, LineStyle};
-use kuva::plot::scatter::ScatterPlot;
 use kuva::render::color::Color;
 use kuva::render::layout::{ComputedLayout, Layout, TickFormat};
-use kuva::render::plots::Plot;
 use kuva::render::render::{Primitive, Scene, TextAnchor, render_multiple};
 
-/// Width of every chart [px]: shown across a printed page of 170 mm its text is 9 point.
-pub(super) const WIDTH: f64 = 720.0;
 /// Height between the axes if y is a number [px].
 const HEIGHT: f64 = 330.0;
 /// Height of one bar or one row of points, and of the space between two names [px].
 const ROW: f64 = 15.0;
 const GAP: f64 = 12.0;
-/// Size of all text [px].
-pub(super) const TEXT: u32 = 13;
-/// Radius of markers [px].
-const MARKER: f64 = 3.6;
 /// Maximum number of characters of a name beside the axis.
 const NAME: usize = 44;
 /// Height of a chart's own title [px], and its maximum number of characters.
@@ -38,8 +30,9 @@ const TITLE_CHARACTERS: usize = 84;
 const TO_NUMBERS: f64 = 8.0;
 
 /// The chart as a standalone SVG file that states how it was made.
-pub(crate) fn for_paper(chart: &Chart, made: &Provenance) -> String {
-    let about = format!("{} {}", chart.note(), made.one_line());
+pub(crate) fn for_paper(chart: &Chart, made: Option<&Provenance>) -> String {
+    let made = made.map_or(String::new(), |made| format!(" {}", made.one_line()));
+    let about = chart.note() + &made;
     svg(chart, Look::Paper, &about)
 }
 
@@ -76,6 +69,15 @@ fn svg(chart: &Chart, look: Look, about: &str) -> String {
     )
 }
 
+/// Inserts `elements` behind the data.
+fn insert_behind(scene: &mut Scene, elements: Vec<Primitive>) {
+    // The data start where kuva starts to clip.
+    let is_start = |element: &Primitive| matches!(element, Primitive::ClipStart { .. });
+    let data = scene.elements.iter().position(is_start);
+    let at = data.unwrap_or(scene.elements.len());
+    scene.elements.splice(at..at, elements);
+}
+
 /// Removes kuva's clip path. It would cut markers on the edges in half. Besides, kuva numbers
 /// its paths throughout the process, but equal charts must give equal bytes. The axes contain
 /// everything that is drawn anyway.
@@ -86,20 +88,10 @@ fn unclip(scene: &mut Scene) {
     scene.defs.retain(|text| !text.starts_with("<clipPath"));
 }
 
-/// Text that an XML file can contain: names come from users' files.
-fn clean(text: &str) -> String {
-    text.replace(char::is_control, " ")
-}
-
-/// Text that kuva does not interpret as mathematics between dollar signs.
-pub(super) fn label(text: &str) -> String {
-    clean(text).replace('$', "\\$")
-}
-
 fn scene(chart: &Chart, look: Look) -> Scene {
     let names = match &chart.y {
-        Scale::Names(names) => names.len(),
-        Scale::Numbers { .. } => 0,
+        ChartAxis::Names(names) => names.len(),
+        ChartAxis::Numbers { .. } => 0,
     };
     let inside = match names {
         0 => HEIGHT,
@@ -139,13 +131,7 @@ fn scene(chart: &Chart, look: Look) -> Scene {
         behind.extend(grid(chart, look, &computed));
     }
     behind.extend(marks::drawn(&chart.marks, &rows, look, &computed));
-    // The data start where kuva starts to clip.
-    let data = scene
-        .elements
-        .iter()
-        .position(|element| matches!(element, Primitive::ClipStart { .. }));
-    let at = data.unwrap_or(scene.elements.len());
-    scene.elements.splice(at..at, behind);
+    insert_behind(&mut scene, behind);
     unclip(&mut scene);
     if look == Look::Paper {
         scene.elements.push(heading(&chart.title));
@@ -177,7 +163,7 @@ fn heading(title: &str) -> Primitive {
     words(title, (0.5 * WIDTH, 18.0), TextAnchor::Middle, true)
 }
 
-fn bars(chart: &Chart) -> impl Iterator<Item = (usize, usize, usize, &Bar)> {
+fn bars(chart: &Chart) -> impl Iterator<Item = (usize, usize, usize, &ChartBar)> {
     let groups = chart.layers.iter().filter_map(|layer| match layer {
         Layer::Bars(groups) => Some(groups),
         Layer::Points { .. } => None,
@@ -194,17 +180,17 @@ fn bars(chart: &Chart) -> impl Iterator<Item = (usize, usize, usize, &Bar)> {
 /// Width of the numbers beside the bars [px]; 0 without bars.
 fn widest_number(chart: &Chart) -> f64 {
     bars(chart)
-        .map(|(.., bar)| legend::width(&bar.words))
+        .map(|(.., bar)| width(&bar.words))
         .fold(0.0, f64::max)
 }
 
 /// The value of each bar, in a column to the right of the axes where nothing is drawn.
 fn bar_numbers(chart: &Chart, computed: &ComputedLayout) -> Vec<Primitive> {
-    let Scale::Names(names) = &chart.y else {
+    let ChartAxis::Names(names) = &chart.y else {
         return Vec::new();
     };
     let right = WIDTH - 4.0;
-    let number = |(i, j, count, bar): (usize, usize, usize, &Bar)| {
+    let number = |(i, j, count, bar): (usize, usize, usize, &ChartBar)| {
         // kuva counts upwards.
         let y = computed.map_y((names.len() - i) as f64 - beside(j, count));
         words(label(&bar.words), (right, y + 4.5), TextAnchor::End, false)
@@ -282,9 +268,9 @@ fn rows_a_name(chart: &Chart) -> usize {
 }
 
 fn axes(chart: &Chart, look: Look) -> Layout {
-    let range = |scale: &Scale| match scale {
-        Scale::Numbers { low, high, .. } => (*low, *high),
-        Scale::Names(names) => (0.5, names.len() as f64 + 0.5),
+    let range = |scale: &ChartAxis| match scale {
+        ChartAxis::Numbers { low, high, .. } => (*low, *high),
+        ChartAxis::Names(names) => (0.5, names.len() as f64 + 0.5),
     };
     let (x, y) = (range(&chart.x), range(&chart.y));
     let mut layout = Layout::new(x, y)
@@ -297,7 +283,7 @@ fn axes(chart: &Chart, look: Look) -> Layout {
         .with_tick_size(TEXT)
         .with_label_size(TEXT)
         .with_body_size(TEXT);
-    if let Scale::Numbers { title, step, .. } = &chart.x {
+    if let ChartAxis::Numbers { title, step, .. } = &chart.x {
         layout = layout
             .with_x_label(label(title))
             // Closer to its ticks than to the legend.
@@ -306,11 +292,11 @@ fn axes(chart: &Chart, look: Look) -> Layout {
             .with_x_tick_format(TickFormat::Fixed(decimals(*step)));
     }
     match &chart.y {
-        Scale::Numbers { title, step, .. } => layout
+        ChartAxis::Numbers { title, step, .. } => layout
             .with_y_label(label(title))
             .with_y_tick_step(*step)
             .with_y_tick_format(TickFormat::Fixed(decimals(*step))),
-        Scale::Names(names) => {
+        ChartAxis::Names(names) => {
             // kuva counts upwards.
             let upwards = names.iter().rev();
             layout.with_y_categories(upwards.map(|name| label(&short(name, NAME))).collect())
@@ -326,7 +312,7 @@ fn decimals(step: f64) -> usize {
 /// The lines that kuva omits if an axis has names: upright ones at its ticks, and lines between
 /// names that have several rows.
 fn grid(chart: &Chart, look: Look, computed: &ComputedLayout) -> Vec<Primitive> {
-    let Scale::Numbers {
+    let ChartAxis::Numbers {
         low, high, step, ..
     } = chart.x
     else {
@@ -351,7 +337,7 @@ fn grid(chart: &Chart, look: Look, computed: &ComputedLayout) -> Vec<Primitive> 
         .map(|i| computed.map_x(low + f64::from(i) * step))
         .map(|x| line(x, top, x, bottom, None))
         .collect();
-    if let Scale::Names(names) = &chart.y
+    if let ChartAxis::Names(names) = &chart.y
         && rows_a_name(chart) > 1
     {
         let between = (1..names.len()).map(|i| computed.map_y(i as f64 + 0.5));
@@ -368,7 +354,7 @@ fn under(layers: &[Layer]) -> Vec<usize> {
         matches!(
             layer,
             Layer::Points {
-                style: Style::Line | Style::Area,
+                style: PointStyle::Line | PointStyle::Area,
                 ..
             }
         )
@@ -388,102 +374,4 @@ fn under(layers: &[Layer]) -> Vec<usize> {
         }
     })
     .collect()
-}
-
-/// How the layer is drawn. A line below others is wider and its markers are larger, so that
-/// lines which coincide all remain visible.
-fn plots(layer: &Layer, names: usize, look: Look, under: usize) -> Vec<Plot> {
-    match layer {
-        Layer::Bars(groups) => {
-            let mut plot = BarPlot::new().with_horizontal(true).with_width(GROUP);
-            let mut tips = Vec::new();
-            // kuva counts upwards.
-            for group in groups.iter().rev() {
-                let bars = group.iter().rev();
-                tips.extend(bars.clone().map(|bar| clean(&bar.tip)));
-                plot = plot.with_group("", bars.map(|bar| (bar.value, look.bar_colour(bar.ink))));
-            }
-            if look == Look::Page {
-                plot = plot.with_tooltip_labels(tips);
-            }
-            vec![Plot::Bar(plot)]
-        }
-        Layer::Points { ink, style, points } => {
-            points_plots(*ink, *style, points, names, look, under)
-        }
-    }
-}
-
-fn points_plots(
-    ink: Ink,
-    style: Style,
-    points: &[Point],
-    names: usize,
-    look: Look,
-    under: usize,
-) -> Vec<Plot> {
-    /// How much wider a line and its markers become for each line over it [px].
-    const WIDER: f64 = 1.4;
-    const LARGER: f64 = 1.2;
-    let under = under as f64;
-    let colour = look.colour(ink);
-    // Names are counted downwards from 0; kuva counts them upwards to their number.
-    let y = |point: &Point| match names {
-        0 => point.y,
-        _ => names as f64 - point.y,
-    };
-    let place = |point: &Point| (point.x, y(point));
-    let joined = matches!(style, Style::Line | Style::Area | Style::Bare);
-    let area = style == Style::Area;
-    let mut plots = Vec::new();
-    if area && points.len() > 1 {
-        let end = |point: &Point, upper: bool| {
-            let (low, high) = point.along.unwrap_or((point.y, point.y));
-            if upper { high } else { low }
-        };
-        let band = BandPlot::new(
-            points.iter().map(|point| point.x),
-            points.iter().map(|point| end(point, false)),
-            points.iter().map(|point| end(point, true)),
-        );
-        plots.push(Plot::Band(
-            band.with_color(colour.clone()).with_opacity(0.18),
-        ));
-    }
-    if joined {
-        let style = dashes(ink).map_or(LineStyle::Solid, |dash| LineStyle::Custom(dash.into()));
-        let line = LinePlot::new()
-            .with_data(points.iter().map(place))
-            .with_color(colour.clone())
-            .with_stroke_width(1.6 + WIDER * under)
-            .with_line_style(style);
-        plots.push(Plot::Line(line));
-    }
-    if style == Style::Bare {
-        return plots;
-    }
-    let mut dots = ScatterPlot::new()
-        .with_data(points.iter().map(place))
-        .with_color(colour)
-        .with_marker(marker(ink))
-        .with_size(match style {
-            Style::Dots => MARKER,
-            Style::Intervals => 0.0,
-            // Points on a line are close to each other.
-            Style::Line | Style::Area | Style::Bare => MARKER - 0.9 + LARGER * under,
-        });
-    for (dot, point) in dots.data.iter_mut().zip(points) {
-        let about = |centre: f64, interval: Option<(f64, f64)>| {
-            interval
-                .filter(|(low, high)| low < high)
-                .map(|(low, high)| (centre - low, high - centre))
-        };
-        dot.x_err = about(point.x, point.across);
-        dot.y_err = about(point.y, point.along.filter(|_| !area));
-    }
-    if look == Look::Page && points.iter().any(|point| !point.tip.is_empty()) {
-        dots = dots.with_tooltip_labels(points.iter().map(|point| clean(&point.tip)));
-    }
-    plots.push(Plot::Scatter(dots));
-    plots
 }

@@ -1,11 +1,11 @@
 //! The legend below a chart, in columns.
 
-use super::chart::{Entry, Ink, Swatch, short};
-use super::draw::{TEXT, WIDTH, label};
-use super::look::{Look, dashes, marker};
-use kuva::plot::legend::{LegendEntry, LegendShape};
+use super::chart::{LegendLine, Swatch};
+use super::labels::{TEXT, WIDTH, label, short, width};
+use super::look::{Look, dashes};
+use super::signs::{dash, sign};
 use kuva::render::color::Color;
-use kuva::render::render::{Primitive, Scene, TextAnchor, render_legend_at};
+use kuva::render::render::{Primitive, TextAnchor};
 
 /// Height of a line [px].
 const LINE: f64 = 21.0;
@@ -20,11 +20,16 @@ const WORDS: usize = 64;
 
 /// The legend of a chart that ends at `top` and whose axis begins at `left`, and the height it
 /// adds to the chart [px].
-pub(super) fn drawn(entries: &[Entry], look: Look, left: f64, top: f64) -> (Vec<Primitive>, f64) {
+pub(super) fn drawn(
+    entries: &[LegendLine],
+    look: Look,
+    left: f64,
+    top: f64,
+) -> (Vec<Primitive>, f64) {
     if entries.is_empty() {
         return (Vec::new(), 0.0);
     }
-    let long = |entry: &&Entry| matches!(entry.swatch, Swatch::Line | Swatch::Mark);
+    let long = |entry: &&LegendLine| matches!(entry.swatch, Swatch::Line | Swatch::Mark);
     let size = match entries.iter().any(|entry| long(&entry)) {
         true => LONG,
         false => SHORT,
@@ -36,7 +41,7 @@ pub(super) fn drawn(entries: &[Entry], look: Look, left: f64, top: f64) -> (Vec<
         let part = entries
             .iter()
             .filter(|e| (e.swatch == Swatch::Mark) == marks);
-        let part: Vec<(&Entry, String)> = part.map(|e| (e, short(&e.label, WORDS))).collect();
+        let part: Vec<(&LegendLine, String)> = part.map(|e| (e, short(&e.label, WORDS))).collect();
         let widest = part
             .iter()
             .map(|(_, words)| width(words))
@@ -65,20 +70,7 @@ pub(super) fn drawn(entries: &[Entry], look: Look, left: f64, top: f64) -> (Vec<
     (drawn, 8.0 + LINE * lines as f64)
 }
 
-/// Approximate width of `text` [px]. The reader's font is unknown, so this is a high estimate.
-pub(super) fn width(text: &str) -> f64 {
-    let per_character = |c: char| match c {
-        'i' | 'j' | 'l' | 't' | 'f' | 'r' | 'I' | ' ' | '.' | ',' | ';' | ':' | '[' | ']' | '('
-        | ')' => 0.38,
-        'm' | 'w' | 'M' | 'W' => 0.92,
-        'A'..='Z' => 0.70,
-        c if c.is_ascii() => 0.60,
-        _ => 1.0,
-    };
-    f64::from(TEXT) * text.chars().map(per_character).sum::<f64>()
-}
-
-fn swatch(entry: &Entry, look: Look, (x, y): (f64, f64), size: f64) -> Vec<Primitive> {
+fn swatch(entry: &LegendLine, look: Look, (x, y): (f64, f64), size: f64) -> Vec<Primitive> {
     let colour = || Color::from(look.colour(entry.ink));
     let line = |dash: Option<&str>, width: f64| Primitive::Line {
         x1: x,
@@ -108,38 +100,6 @@ fn swatch(entry: &Entry, look: Look, (x, y): (f64, f64), size: f64) -> Vec<Primi
             both
         }
         Swatch::Bare => vec![line(dashes(entry.ink), 1.6)],
-        Swatch::Mark => vec![line(Some(&super::marks::dash()), 1.3)],
+        Swatch::Mark => vec![line(Some(&dash()), 1.3)],
     }
-}
-
-/// The marker of `ink` around a position. kuva's legends draw the same markers, one shape after
-/// another, but not with a line through them.
-pub(super) fn sign(ink: Ink, look: Look, x: f64, y: f64) -> Vec<Primitive> {
-    // kuva centres a marker here in its legend.
-    const MIDDLE: (f64, f64) = (10.0, 6.0);
-    let only = LegendEntry {
-        label: String::new(),
-        color: look.colour(ink),
-        shape: LegendShape::Marker(marker(ink)),
-        dasharray: None,
-    };
-    let mut scene = Scene::new(0.0, 0.0);
-    let (x, y) = (x - MIDDLE.0, y - MIDDLE.1);
-    let theme = look.theme();
-    render_legend_at(
-        &[only],
-        None,
-        None,
-        false,
-        &mut scene,
-        x,
-        y,
-        0.0,
-        TEXT,
-        &theme,
-    );
-    let shapes = scene.elements.into_iter();
-    shapes
-        .filter(|element| !matches!(element, Primitive::Text { .. }))
-        .collect()
 }

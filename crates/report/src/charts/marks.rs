@@ -1,17 +1,14 @@
 //! Lines across a chart, with their labels above it in as many rows as needed to keep them
 //! apart.
 
-use super::chart::{Ink, Mark};
-use super::draw::{TEXT, WIDTH, label};
-use super::legend::{sign, width};
+use super::chart::{ChartMark, Ink};
+use super::labels::{TEXT, WIDTH, label, width};
 use super::look::Look;
+use super::signs::{dash, sign};
 use kuva::render::color::Color;
 use kuva::render::layout::ComputedLayout;
 use kuva::render::render::{Primitive, TextAnchor};
 
-/// Dash and gap of a mark [px].
-const ON: f64 = 5.0;
-const OFF: f64 = 3.0;
 /// Height of a row of labels, and space kept free above the chart [px].
 const ROW: f64 = 16.0;
 const TOP: f64 = 14.0;
@@ -27,11 +24,11 @@ const SIGN: f64 = 13.0;
 
 /// Position of a mark's label [px]; `None` without a label, or if another mark shows the same
 /// label at the same position.
-pub(super) type Place = Option<(f64, usize)>;
+pub(super) type LabelPlace = Option<(f64, usize)>;
 
 /// Places the labels from left to right, each in the lowest row with room.
-pub(super) fn rows(marks: &[Mark], x: impl Fn(f64) -> f64) -> Vec<Place> {
-    let alike = |a: &Mark, b: &Mark| a.at == b.at && a.label == b.label;
+pub(super) fn rows(marks: &[ChartMark], x: impl Fn(f64) -> f64) -> Vec<LabelPlace> {
+    let alike = |a: &ChartMark, b: &ChartMark| a.at == b.at && a.label == b.label;
     let mut order: Vec<usize> = (0..marks.len())
         .filter(|&i| marks[i].upright && !marks[i].label.is_empty())
         .filter(|&i| !marks[..i].iter().any(|before| alike(before, &marks[i])))
@@ -55,7 +52,7 @@ pub(super) fn rows(marks: &[Mark], x: impl Fn(f64) -> f64) -> Vec<Place> {
 
 /// The series whose marks share the position and label of the `i`-th; if there are several,
 /// their markers are drawn before the label.
-fn sharing(marks: &[Mark], i: usize) -> Vec<Ink> {
+fn sharing(marks: &[ChartMark], i: usize) -> Vec<Ink> {
     let alike = marks
         .iter()
         .filter(|m| m.at == marks[i].at && m.label == marks[i].label);
@@ -67,34 +64,29 @@ fn sharing(marks: &[Mark], i: usize) -> Vec<Ink> {
 }
 
 /// Half the width of the `i`-th mark's label and the markers before it [px].
-fn half_width(marks: &[Mark], i: usize) -> f64 {
+fn half_width(marks: &[ChartMark], i: usize) -> f64 {
     0.5 * (width(&marks[i].label) + SIGN * sharing(marks, i).len() as f64)
 }
 
 /// How far the `i`-th mark is moved aside [px]: marks at the same position are drawn side by
 /// side, so that all of them are visible.
-fn aside(marks: &[Mark], i: usize) -> f64 {
-    let same = |mark: &&Mark| mark.at == marks[i].at && mark.upright == marks[i].upright;
+fn aside(marks: &[ChartMark], i: usize) -> f64 {
+    let same = |mark: &&ChartMark| mark.at == marks[i].at && mark.upright == marks[i].upright;
     let before = marks[..i].iter().filter(same).count() as f64;
     let others = marks.iter().filter(same).count() as f64 - 1.0;
     BESIDE.min(SPREAD / others.max(1.0)) * (before - 0.5 * others)
 }
 
 /// Space that the labels need above the chart [px].
-pub(super) fn room(places: &[Place]) -> f64 {
+pub(super) fn room(places: &[LabelPlace]) -> f64 {
     let rows = places.iter().flatten().map(|(_, row)| row + 1).max();
     TOP + rows.map_or(0.0, |rows| ABOVE + ROW * (rows - 1) as f64)
 }
 
-/// The dashes of a standalone mark.
-pub(super) fn dash() -> String {
-    format!("{ON} {OFF}")
-}
-
 /// The marks and their labels.
 pub(super) fn drawn(
-    marks: &[Mark],
-    places: &[Place],
+    marks: &[ChartMark],
+    places: &[LabelPlace],
     look: Look,
     computed: &ComputedLayout,
 ) -> Vec<Primitive> {
@@ -136,36 +128,43 @@ pub(super) fn drawn(
             stroke_dasharray: Some(dash()),
         });
         if let Some((x, row)) = place {
-            // No line of another mark runs through the words.
-            let (half, base) = (half_width(marks, i), top - ABOVE - ROW * *row as f64);
-            let sharing = sharing(marks, i);
-            labels.push(Primitive::Rect {
-                x: x - half,
-                y: base - ROW + 4.0,
-                width: 2.0 * half,
-                height: ROW - 1.0,
-                fill: Color::from(look.ground()),
-                stroke: None,
-                stroke_width: None,
-                opacity: None,
-            });
-            for (place, ink) in sharing.iter().enumerate() {
-                let at = x - half + SIGN * (place as f64 + 0.5) - 2.0;
-                labels.extend(sign(*ink, look, at, base - 4.5));
-            }
-            labels.push(Primitive::Text {
-                x: x + 0.5 * SIGN * sharing.len() as f64,
-                y: base,
-                content: label(&mark.label),
-                size: TEXT,
-                anchor: TextAnchor::Middle,
-                rotate: None,
-                bold: false,
-                color: None,
-            });
+            let base = top - ABOVE - ROW * *row as f64;
+            labels.extend(mark_label(marks, i, look, (*x, base)));
         }
     }
     drawn.extend(labels);
+    drawn
+}
+
+/// The label of the `i`-th mark around a position, with the markers of all that share it.
+fn mark_label(marks: &[ChartMark], i: usize, look: Look, (x, base): (f64, f64)) -> Vec<Primitive> {
+    let half = half_width(marks, i);
+    let sharing = sharing(marks, i);
+    // No line of another mark runs through the words.
+    let mut drawn = vec![Primitive::Rect {
+        x: x - half,
+        y: base - ROW + 4.0,
+        width: 2.0 * half,
+        height: ROW - 1.0,
+        fill: Color::from(look.ground()),
+        stroke: None,
+        stroke_width: None,
+        opacity: None,
+    }];
+    for (place, ink) in sharing.iter().enumerate() {
+        let at = x - half + SIGN * (place as f64 + 0.5) - 2.0;
+        drawn.extend(sign(*ink, look, at, base - 4.5));
+    }
+    drawn.push(Primitive::Text {
+        x: x + 0.5 * SIGN * sharing.len() as f64,
+        y: base,
+        content: label(&marks[i].label),
+        size: TEXT,
+        anchor: TextAnchor::Middle,
+        rotate: None,
+        bold: false,
+        color: None,
+    });
     drawn
 }
 
@@ -175,7 +174,7 @@ mod tests {
 
     #[test]
     fn labels_make_way_for_each_other() {
-        let mark = |at| Mark {
+        let mark = |at| ChartMark {
             at,
             upright: true,
             ink: Ink::Text,

@@ -1,32 +1,36 @@
-//! Charts of results. Each report's file says what its charts show; `draw.rs` draws them and is
-//! the only file that uses the drawing library.
+//! Charts as data, and how they are drawn. What the charts of a report show is said beside the
+//! report.
 //!
 //! | file | what it is |
 //! |---|---|
-//! | `chart.rs` | a chart as data: axes, layers, marks, legend |
-//! | `comparison.rs`, `sweep.rs`, `optimum.rs`, `curve.rs` | the charts of each report |
+//! | `chart.rs`, `axis.rs` | a chart as data: axes, layers, marks, legend |
+//! | `kind.rs` | the kinds of charts of a report, by name |
+//! | `curve.rs` | the chart of a training run |
 //! | `draw.rs` | a chart as SVG |
-//! | `legend.rs`, `marks.rs` | what is below and above a chart |
+//! | `layers.rs`, `marks.rs`, `legend.rs` | what is inside, above and below the axes |
+//! | `labels.rs`, `signs.rs` | text and markers |
 //! | `look.rs` | colours and fonts, for a paper and for a page |
 
+mod axis;
 mod chart;
-mod comparison;
 #[cfg(feature = "onnx")]
 mod curve;
 mod draw;
+mod kind;
+mod labels;
+mod layers;
 mod legend;
 mod look;
 mod marks;
-mod optimum;
-mod sweep;
+mod signs;
 
-pub use chart::ChartKind;
-pub use comparison::COMPARISON_CHARTS;
 #[cfg(feature = "onnx")]
 pub use curve::curve_chart;
-pub use optimum::OPTIMUM_CHARTS;
-pub use sweep::SWEEP_CHARTS;
+pub use kind::ChartKind;
 
-pub(super) use chart::{Chart, short};
-pub(super) use draw::for_page;
-pub(super) use sweep::method_words;
+pub(crate) use axis::{ChartAxis, percent};
+pub(crate) use chart::{
+    Chart, ChartBar, ChartMark, ChartPoint, Ink, Layer, LegendLine, PointStyle, Swatch, beside,
+};
+pub(crate) use draw::for_page;
+pub(crate) use labels::short;

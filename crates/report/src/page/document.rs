@@ -15,7 +15,7 @@ const PAGE: &str = include_str!("report.html");
 const STYLE: &str = include_str!("report.css");
 
 /// The content of a page.
-pub(super) struct Page<'a> {
+pub(crate) struct ReportPage<'a> {
     /// A short title.
     pub title: String,
     /// The station.
@@ -23,13 +23,13 @@ pub(super) struct Page<'a> {
     /// The answer, one sentence per line, as HTML.
     pub answer: Vec<String>,
     /// Charts and tables from top to bottom.
-    pub sections: Vec<Section>,
+    pub sections: Vec<PageSection>,
     /// Where the result comes from.
     pub made: &'a Provenance,
 }
 
 /// A part of a page.
-pub(super) enum Section {
+pub(crate) enum PageSection {
     /// A chart; its name is unique on the page.
     Chart(&'static str, Chart),
     /// A table with its heading and a remark.
@@ -41,21 +41,21 @@ pub(super) enum Section {
 }
 
 /// All charts for which `report` has the data.
-pub(super) fn charts<R>(kinds: &[ChartKind<R>], report: &R) -> Vec<Section> {
+pub(crate) fn charts<R>(kinds: &[ChartKind<R>], report: &R) -> Vec<PageSection> {
     let charts = kinds.iter();
     charts
-        .filter_map(|kind| Some(Section::Chart(kind.name, (kind.chart)(report)?)))
+        .filter_map(|kind| Some(PageSection::Chart(kind.name, (kind.chart)(report)?)))
         .collect()
 }
 
-impl Page<'_> {
+impl ReportPage<'_> {
     /// The page as HTML, with `report` embedded as JSON.
     pub fn html(&self, report: &impl Serialize) -> String {
         // Reports can always be serialised as JSON.
         let data = serde_json::to_string(report).unwrap_or_default();
         let style = [BASE_STYLE, &series_css(), STYLE].concat();
         let answer = self.answer.iter().map(|line| format!("<p>{line}</p>\n"));
-        let sections = self.sections.iter().map(Section::html);
+        let sections = self.sections.iter().map(PageSection::html);
         let page = fill(
             PAGE,
             &[
@@ -63,7 +63,7 @@ impl Page<'_> {
                 ("/*style*/", &style),
                 ("/*heading*/", &escape(&self.title)),
                 ("/*subtitle*/", &escape(&self.subtitle)),
-                ("/*answer*/", &answer.collect::<String>()),
+                ("/*answer*/", &spelled_out(answer.collect())),
                 ("/*sections*/", &sections.collect::<String>()),
                 ("/*provenance*/", &provenance(self.made)),
                 ("/*data*/", &inert(&data)),
@@ -73,7 +73,7 @@ impl Page<'_> {
     }
 }
 
-impl Section {
+impl PageSection {
     fn html(&self) -> String {
         match self {
             Self::Chart(name, chart) => format!(
@@ -114,6 +114,24 @@ impl Section {
     }
 }
 
+/// `text` with the paper's "GT" spelled out where it first occurs.
+fn spelled_out(text: String) -> String {
+    let explained = "GT (game theory)";
+    let is_part = |c: char| c.is_alphanumeric();
+    let mut places = text.match_indices("GT");
+    let word = places.find(|(at, found)| {
+        let (before, after) = (&text[..*at], &text[at + found.len()..]);
+        !before.ends_with(is_part) && !after.starts_with(is_part)
+    });
+    match word {
+        Some((at, found)) if !text[at..].starts_with(explained) => {
+            let rest = &text[at + found.len()..];
+            format!("{}{explained}{rest}", &text[..at])
+        }
+        _ => text,
+    }
+}
+
 fn provenance(made: &Provenance) -> String {
     let Provenance {
         program,
@@ -148,6 +166,18 @@ fn provenance(made: &Provenance) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_first_gt_is_spelled_out() {
+        for (text, expected) in [
+            ("robust GT, greedy GT", "robust GT (game theory), greedy GT"),
+            ("a GT (game theory)", "a GT (game theory)"),
+            ("onnx:LGT.onnx; GT", "onnx:LGT.onnx; GT (game theory)"),
+            ("none", "none"),
+        ] {
+            assert_eq!(spelled_out(text.to_owned()), expected);
+        }
+    }
 
     #[test]
     fn the_page_has_every_marker_once_and_in_order() {

@@ -1,6 +1,6 @@
 //! Single fields: from text to a value of the message, and back.
 
-use super::table::{Field, Kind};
+use super::table::{Field, FieldKind};
 use serde_json::{Map, Number, Value};
 
 /// Timestamps are written modulo this [ms], about 11.6 days, to fit into 32 bits.
@@ -29,42 +29,42 @@ pub fn unwrapped(ms: f64, near: f64) -> f64 {
 /// The text is invalid; the error is what was expected.
 pub fn read(field: &Field, text: &str, stamp: f64) -> Result<Value, String> {
     match field.kind {
-        Kind::Stamp | Kind::After => {
+        FieldKind::Stamp | FieldKind::After => {
             let ms = number(text).ok_or("a time [ms]")?;
             match field.kind {
-                Kind::Stamp if !(0.0..TURN).contains(&ms) => {
+                FieldKind::Stamp if !(0.0..TURN).contains(&ms) => {
                     Err("a time from 0 to 999999999 [ms]".to_owned())
                 }
-                Kind::Stamp => Ok(json(unwrapped(ms, stamp))),
+                FieldKind::Stamp => Ok(json(unwrapped(ms, stamp))),
                 _ => Ok(json(stamp + ms / 1e3)),
             }
         }
-        Kind::Milli => Ok(json(number(text).ok_or("a number [mm, mm/s]")? / 1e3)),
-        Kind::Degrees => Ok(json(number(text).ok_or("an angle [deg]")?.to_radians())),
-        Kind::Number => Ok(json(number(text).ok_or("a number")?)),
-        Kind::Count => text
+        FieldKind::Milli => Ok(json(number(text).ok_or("a number [mm, mm/s]")? / 1e3)),
+        FieldKind::Degrees => Ok(json(number(text).ok_or("an angle [deg]")?.to_radians())),
+        FieldKind::Number => Ok(json(number(text).ok_or("a number")?)),
+        FieldKind::Count => text
             .parse::<u64>()
             .map(Value::from)
             .map_err(|_| "a whole number".to_owned()),
-        Kind::Text(most) if text.len() > most => Err(format!("at most {most} characters")),
-        Kind::Text(_) => Ok(Value::from(text)),
-        Kind::Choice(choices) => {
+        FieldKind::Text(most) if text.len() > most => Err(format!("at most {most} characters")),
+        FieldKind::Text(_) => Ok(Value::from(text)),
+        FieldKind::Choice(choices) => {
             let found = choices.iter().find(|(letter, _)| *letter == text);
             found.map(|(_, name)| Value::from(*name)).ok_or_else(|| {
                 let letters: Vec<&str> = choices.iter().map(|(letter, _)| *letter).collect();
                 format!("one of {}", letters.join(", "))
             })
         }
-        Kind::Flag => match text {
+        FieldKind::Flag => match text {
             "0" => Ok(Value::from(false)),
             "1" => Ok(Value::from(true)),
             _ => Err("0 or 1".to_owned()),
         },
-        Kind::Texts => Ok(text
+        FieldKind::Texts => Ok(text
             .split(';')
             .map(|part| Value::from(part.trim()))
             .collect()),
-        Kind::Sum => Err("nothing".to_owned()),
+        FieldKind::Sum => Err("nothing".to_owned()),
     }
 }
 
@@ -87,24 +87,24 @@ pub fn write(field: &Field, value: Option<&Value>, stamp: f64) -> String {
     };
     let number = value.as_f64().unwrap_or_default();
     match field.kind {
-        Kind::Stamp => decimal((1e3 * number).round().rem_euclid(TURN), 0),
-        Kind::After => decimal(1e3 * (number - stamp), 0),
-        Kind::Milli => decimal(1e3 * number, 1),
-        Kind::Degrees => decimal(number.to_degrees(), 1),
-        Kind::Number => decimal(number, 3),
-        Kind::Count => value.to_string(),
-        Kind::Text(most) => plain(value.as_str().unwrap_or_default(), most),
-        Kind::Choice(choices) => {
+        FieldKind::Stamp => decimal((1e3 * number).round().rem_euclid(TURN), 0),
+        FieldKind::After => decimal(1e3 * (number - stamp), 0),
+        FieldKind::Milli => decimal(1e3 * number, 1),
+        FieldKind::Degrees => decimal(number.to_degrees(), 1),
+        FieldKind::Number => decimal(number, 3),
+        FieldKind::Count => value.to_string(),
+        FieldKind::Text(most) => plain(value.as_str().unwrap_or_default(), most),
+        FieldKind::Choice(choices) => {
             let found = choices.iter().find(|(_, name)| value == name);
             found.map_or(String::new(), |(letter, _)| (*letter).to_owned())
         }
-        Kind::Flag => u8::from(value == &Value::Bool(true)).to_string(),
-        Kind::Texts => {
+        FieldKind::Flag => u8::from(value == &Value::Bool(true)).to_string(),
+        FieldKind::Texts => {
             let texts = value.as_array().into_iter().flatten();
             let texts = texts.filter_map(|text| Some(plain(text.as_str()?, 8)));
             texts.collect::<Vec<_>>().join(";")
         }
-        Kind::Sum => {
+        FieldKind::Sum => {
             let counts = value.as_object().into_iter().flat_map(Map::values);
             counts.filter_map(Value::as_u64).sum::<u64>().to_string()
         }

@@ -1,6 +1,6 @@
 //! The frame of every line: a checksum at its end and a sequence number.
 
-use super::super::decode::{Rejected, Rejection};
+use super::super::rejection::{Rejected, Rejection};
 use super::LONGEST_CSV_LINE;
 use pickline::error::shown;
 

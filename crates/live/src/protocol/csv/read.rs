@@ -1,9 +1,9 @@
 //! Converts a line of the dialect to the JSON of its message.
 
-use super::super::decode::{Rejected, Rejection};
+use super::super::rejection::{Rejected, Rejection};
 use super::fields;
 use super::frame::{Sequence, opened};
-use super::table::{Form, Kind, TO_NODE};
+use super::table::{FieldKind, Form, TO_NODE};
 use pickline::error::shown;
 use serde_json::{Map, Value};
 
@@ -85,7 +85,7 @@ impl CsvReader {
         for (field, text) in form.fields.iter().zip(texts) {
             let value = match (field.kind, now) {
                 // A sender without a clock reports events as they happen.
-                (Kind::Stamp, Some(now)) if text.is_empty() => Value::from(now),
+                (FieldKind::Stamp, Some(now)) if text.is_empty() => Value::from(now),
                 _ if text.is_empty() => continue,
                 _ => fields::read(field, text, stamp).map_err(|expected| {
                     let (kind, name, text) = (form.message, field.name, shown(text));
@@ -93,7 +93,7 @@ impl CsvReader {
                     Rejected::new(Rejection::Field, problem)
                 })?,
             };
-            if let (Kind::Stamp, Some(found)) = (field.kind, value.as_f64()) {
+            if let (FieldKind::Stamp, Some(found)) = (field.kind, value.as_f64()) {
                 stamp = found;
                 self.last = found;
             }

@@ -2,7 +2,7 @@
 
 /// The content of a field, in the line and in the message.
 #[derive(Debug, Clone, Copy)]
-pub enum Kind {
+pub enum FieldKind {
     /// A time [ms] modulo 10^9; a timestamp [s] in the message.
     Stamp,
     /// A time after the line's timestamp [ms]; a timestamp [s] in the message.
@@ -35,10 +35,10 @@ pub struct Field {
     /// Its path in the message.
     pub path: &'static str,
     /// Its content.
-    pub kind: Kind,
+    pub kind: FieldKind,
 }
 
-const fn field(name: &'static str, path: &'static str, kind: Kind) -> Field {
+const fn field(name: &'static str, path: &'static str, kind: FieldKind) -> Field {
     Field { name, path, kind }
 }
 
@@ -73,8 +73,8 @@ const ROLES: &[(&str, &str)] = &[
 ];
 
 const ORDER: &[Field] = &[
-    field("t", "stamp", Kind::Stamp),
-    field("robot", "robot", Kind::Text(8)),
+    field("t", "stamp", FieldKind::Stamp),
+    field("robot", "robot", FieldKind::Text(8)),
 ];
 
 /// Lines to the node.
@@ -84,10 +84,10 @@ pub const TO_NODE: &[Form] = &[
         message: "hello",
         about: "who the peer is",
         fields: &[
-            field("name", "name", Kind::Text(12)),
-            field("role", "role", Kind::Choice(ROLES)),
-            field("robots", "robots", Kind::Texts),
-            field("token", "token", Kind::Text(40)),
+            field("name", "name", FieldKind::Text(12)),
+            field("role", "role", FieldKind::Choice(ROLES)),
+            field("robots", "robots", FieldKind::Texts),
+            field("token", "token", FieldKind::Text(40)),
         ],
     },
     Form {
@@ -95,15 +95,15 @@ pub const TO_NODE: &[Form] = &[
         message: "detection",
         about: "the camera has seen an item",
         fields: &[
-            field("t", "stamp", Kind::Stamp),
-            field("x", "x", Kind::Milli),
-            field("y", "y", Kind::Milli),
-            field("id", "id", Kind::Text(12)),
-            field("class", "class", Kind::Text(8)),
-            field("area", "area_cm2", Kind::Number),
-            field("weight", "weight", Kind::Number),
-            field("angle", "angle", Kind::Degrees),
-            field("height", "height", Kind::Milli),
+            field("t", "stamp", FieldKind::Stamp),
+            field("x", "x", FieldKind::Milli),
+            field("y", "y", FieldKind::Milli),
+            field("id", "id", FieldKind::Text(12)),
+            field("class", "class", FieldKind::Text(8)),
+            field("area", "area_cm2", FieldKind::Number),
+            field("weight", "weight", FieldKind::Number),
+            field("angle", "angle", FieldKind::Degrees),
+            field("height", "height", FieldKind::Milli),
         ],
     },
     Form {
@@ -111,9 +111,9 @@ pub const TO_NODE: &[Form] = &[
         message: "belt",
         about: "how the belt moves",
         fields: &[
-            field("t", "stamp", Kind::Stamp),
-            field("speed", "speed", Kind::Milli),
-            field("position", "position", Kind::Milli),
+            field("t", "stamp", FieldKind::Stamp),
+            field("speed", "speed", FieldKind::Milli),
+            field("position", "position", FieldKind::Milli),
         ],
     },
     Form {
@@ -121,11 +121,11 @@ pub const TO_NODE: &[Form] = &[
         message: "robot",
         about: "what a robot is doing",
         fields: &[
-            field("t", "stamp", Kind::Stamp),
-            field("robot", "name", Kind::Text(8)),
-            field("state", "state", Kind::Choice(STATES)),
-            field("free", "available_at", Kind::After),
-            field("task", "task", Kind::Count),
+            field("t", "stamp", FieldKind::Stamp),
+            field("robot", "name", FieldKind::Text(8)),
+            field("state", "state", FieldKind::Choice(STATES)),
+            field("free", "available_at", FieldKind::After),
+            field("task", "task", FieldKind::Count),
         ],
     },
     Form {
@@ -133,8 +133,8 @@ pub const TO_NODE: &[Form] = &[
         message: "ack",
         about: "the robot has understood the task and sets out",
         fields: &[
-            field("t", "stamp", Kind::Stamp),
-            field("task", "task", Kind::Count),
+            field("t", "stamp", FieldKind::Stamp),
+            field("task", "task", FieldKind::Count),
         ],
     },
     Form {
@@ -142,12 +142,12 @@ pub const TO_NODE: &[Form] = &[
         message: "result",
         about: "the task is finished",
         fields: &[
-            field("t", "stamp", Kind::Stamp),
-            field("task", "task", Kind::Count),
-            field("result", "result", Kind::Choice(RESULTS)),
-            field("free", "available_at", Kind::After),
-            field("found_x", "found/x", Kind::Milli),
-            field("found_y", "found/y", Kind::Milli),
+            field("t", "stamp", FieldKind::Stamp),
+            field("task", "task", FieldKind::Count),
+            field("result", "result", FieldKind::Choice(RESULTS)),
+            field("free", "available_at", FieldKind::After),
+            field("found_x", "found/x", FieldKind::Milli),
+            field("found_y", "found/y", FieldKind::Milli),
         ],
     },
     Form {
@@ -178,7 +178,7 @@ pub const TO_NODE: &[Form] = &[
         letter: "K",
         message: "tick",
         about: "time has come this far",
-        fields: &[field("t", "stamp", Kind::Stamp)],
+        fields: &[field("t", "stamp", FieldKind::Stamp)],
     },
 ];
 
@@ -189,8 +189,8 @@ pub const FROM_NODE: &[Form] = &[
         message: "hello",
         about: "whether the peer may stay, and why not",
         fields: &[
-            field("accepted", "accepted", Kind::Flag),
-            field("reason", "reason", Kind::Text(48)),
+            field("accepted", "accepted", FieldKind::Flag),
+            field("reason", "reason", FieldKind::Text(48)),
         ],
     },
     Form {
@@ -198,14 +198,14 @@ pub const FROM_NODE: &[Form] = &[
         message: "task",
         about: "which item the task that follows is about, and where it goes",
         fields: &[
-            field("task", "id", Kind::Count),
-            field("item", "item", Kind::Text(12)),
-            field("class", "class", Kind::Text(8)),
-            field("weight", "priority", Kind::Number),
-            field("bin_x", "bin/x", Kind::Milli),
-            field("bin_y", "bin/y", Kind::Milli),
-            field("angle", "angle", Kind::Degrees),
-            field("height", "height", Kind::Milli),
+            field("task", "id", FieldKind::Count),
+            field("item", "item", FieldKind::Text(12)),
+            field("class", "class", FieldKind::Text(8)),
+            field("weight", "priority", FieldKind::Number),
+            field("bin_x", "bin/x", FieldKind::Milli),
+            field("bin_y", "bin/y", FieldKind::Milli),
+            field("angle", "angle", FieldKind::Degrees),
+            field("height", "height", FieldKind::Milli),
         ],
     },
     Form {
@@ -213,15 +213,15 @@ pub const FROM_NODE: &[Form] = &[
         message: "task",
         about: "pick the item",
         fields: &[
-            field("t", "decided_at", Kind::Stamp),
-            field("robot", "robot", Kind::Text(8)),
-            field("task", "id", Kind::Count),
-            field("revision", "revision", Kind::Count),
-            field("start", "start", Kind::After),
-            field("latest", "latest_start", Kind::After),
-            field("meet", "meet_at", Kind::After),
-            field("x", "meet/x", Kind::Milli),
-            field("y", "meet/y", Kind::Milli),
+            field("t", "decided_at", FieldKind::Stamp),
+            field("robot", "robot", FieldKind::Text(8)),
+            field("task", "id", FieldKind::Count),
+            field("revision", "revision", FieldKind::Count),
+            field("start", "start", FieldKind::After),
+            field("latest", "latest_start", FieldKind::After),
+            field("meet", "meet_at", FieldKind::After),
+            field("x", "meet/x", FieldKind::Milli),
+            field("y", "meet/y", FieldKind::Milli),
         ],
     },
     Form {
@@ -229,10 +229,10 @@ pub const FROM_NODE: &[Form] = &[
         message: "cancel",
         about: "drop the task",
         fields: &[
-            field("t", "stamp", Kind::Stamp),
-            field("robot", "robot", Kind::Text(8)),
-            field("task", "task", Kind::Count),
-            field("reason", "reason", Kind::Text(32)),
+            field("t", "stamp", FieldKind::Stamp),
+            field("robot", "robot", FieldKind::Text(8)),
+            field("task", "task", FieldKind::Count),
+            field("reason", "reason", FieldKind::Text(32)),
         ],
     },
     Form {
@@ -240,9 +240,9 @@ pub const FROM_NODE: &[Form] = &[
         message: "belt_request",
         about: "the belt should move at this velocity",
         fields: &[
-            field("t", "stamp", Kind::Stamp),
-            field("speed", "speed", Kind::Milli),
-            field("reason", "reason", Kind::Text(32)),
+            field("t", "stamp", FieldKind::Stamp),
+            field("speed", "speed", FieldKind::Milli),
+            field("reason", "reason", FieldKind::Text(32)),
         ],
     },
     Form {
@@ -250,13 +250,13 @@ pub const FROM_NODE: &[Form] = &[
         message: "status",
         about: "figures",
         fields: &[
-            field("t", "stamp", Kind::Stamp),
-            field("seen", "seen", Kind::Count),
-            field("picked", "picked", Kind::Count),
-            field("missed", "missed", Kind::Sum),
-            field("on_belt", "on_belt", Kind::Count),
-            field("claimed", "claimed", Kind::Count),
-            field("last", "last", Kind::Flag),
+            field("t", "stamp", FieldKind::Stamp),
+            field("seen", "seen", FieldKind::Count),
+            field("picked", "picked", FieldKind::Count),
+            field("missed", "missed", FieldKind::Sum),
+            field("on_belt", "on_belt", FieldKind::Count),
+            field("claimed", "claimed", FieldKind::Count),
+            field("last", "last", FieldKind::Flag),
         ],
     },
     Form {
@@ -264,8 +264,8 @@ pub const FROM_NODE: &[Form] = &[
         message: "due",
         about: "everything up to the tick is decided; when the next decision is due",
         fields: &[
-            field("t", "stamp", Kind::Stamp),
-            field("next", "next", Kind::After),
+            field("t", "stamp", FieldKind::Stamp),
+            field("next", "next", FieldKind::After),
         ],
     },
 ];

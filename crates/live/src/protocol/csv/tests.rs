@@ -1,12 +1,12 @@
 //! Tests of the dialect as a whole.
 
 use super::super::{
-    Ack, BeltState, Cancel, Detection, Due, Incoming, Order, Outgoing, Place, Point, Report,
-    RobotState, RobotStatus, Status, Task, Verdict, decode,
+    Ack, BeltPoint, BeltState, Cancel, Detection, Due, FoundPlace, Incoming, Order, Outgoing,
+    ResultMessage, RobotState, RobotStatus, Status, Task, Verdict, decode,
 };
 use super::fields;
 use super::frame::{checksum, framed, opened};
-use super::table::{FROM_NODE, Form, Kind, TO_NODE};
+use super::table::{FROM_NODE, FieldKind, Form, TO_NODE};
 use super::*;
 use proptest::prelude::*;
 use serde_json::{Map, Value};
@@ -88,12 +88,12 @@ fn incoming() -> impl Strategy<Value = Incoming> {
                 Verdict::Rejected,
                 Verdict::Cancelled,
             ];
-            Incoming::Result(Report {
+            Incoming::Result(ResultMessage {
                 stamp: 0.0,
                 task: task.into(),
                 result: results[result],
                 available_at: after.map(f64::from),
-                found: task.is_multiple_of(2).then_some(Place {
+                found: task.is_multiple_of(2).then_some(FoundPlace {
                     x: 1.2345,
                     y: -0.25,
                 }),
@@ -158,11 +158,11 @@ fn task(revision: u32, id: u64, after: [f64; 3], meet: (f64, f64)) -> Task {
         earliest_start: NOW,
         latest_start: NOW + after[1],
         meet_at: NOW + after[2],
-        meet: Point {
+        meet: BeltPoint {
             x: meet.0,
             y: meet.1,
         },
-        bin: Point { x: 1.3, y: -0.5 },
+        bin: BeltPoint { x: 1.3, y: -0.5 },
         free_at: NOW + 2.0,
         priority: 0.5,
         strategy: "rules:SPT,FIFO".into(),
@@ -181,11 +181,11 @@ fn read_back(line: &str, forms: &[Form], near: f64) -> Map<String, Value> {
     let mut stamp = near;
     let mut message = Map::new();
     for (field, text) in form.fields.iter().zip(&texts[2..]) {
-        if text.is_empty() || matches!(field.kind, Kind::Sum) {
+        if text.is_empty() || matches!(field.kind, FieldKind::Sum) {
             continue;
         }
         let value = fields::read(field, text, stamp).unwrap();
-        if matches!(field.kind, Kind::Stamp) {
+        if matches!(field.kind, FieldKind::Stamp) {
             stamp = value.as_f64().unwrap();
         }
         message.insert(field.path.into(), value);
@@ -419,7 +419,7 @@ fn stations_fit_or_are_refused() {
     ] {
         let error = station(name, length).unwrap_err().to_string();
         assert!(
-            error.starts_with("--dialect: ") && error.contains("cure: "),
+            error.starts_with("'dialect': ") && error.contains("cure: "),
             "{error}"
         );
     }
@@ -435,7 +435,7 @@ fn the_page_has_the_fields_as_they_are() {
         let row = format!("| `{}` | {} |", names.join(","), form.about);
         assert!(page.contains(&row), "docs/dialect-csv.md lacks {row}");
         for field in form.fields {
-            if let Kind::Choice(choices) = field.kind {
+            if let FieldKind::Choice(choices) = field.kind {
                 for (letter, name) in choices {
                     let choice = format!("`{letter}` {name}");
                     assert!(page.contains(&choice), "docs/dialect-csv.md lacks {choice}");

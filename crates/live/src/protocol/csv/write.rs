@@ -3,7 +3,7 @@
 use super::LONGEST_CSV_LINE;
 use super::fields;
 use super::frame::{NUMBERS, framed};
-use super::table::{FROM_NODE, Form, Kind, TO_NODE};
+use super::table::{FROM_NODE, FieldKind, Form, TO_NODE};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -61,7 +61,10 @@ impl CsvWriter {
 
     fn text(&self, form: &Form, message: &Value) -> String {
         let at = |path: &str| message.pointer(&format!("/{path}"));
-        let stamp = form.fields.iter().find(|f| matches!(f.kind, Kind::Stamp));
+        let stamp = form
+            .fields
+            .iter()
+            .find(|f| matches!(f.kind, FieldKind::Stamp));
         let stamp = stamp.and_then(|field| at(field.path)?.as_f64());
         // Later times are relative to the timestamp as it is written.
         let stamp = (1e3 * stamp.unwrap_or_default()).round() / 1e3;

@@ -1,8 +1,8 @@
 //! From the broker to the inbox: a thread that may block, so that the connection never has to.
 
-use super::topics::{Topic, Topics};
+use super::topics::{MqttTopics, Topic};
 use crate::protocol::{LONGEST_LINE, Rejected, Rejection};
-use crate::transport::{Heard, Origin, Side};
+use crate::transport::{Origin, Side, TransportEvent};
 use pickline::error::{Error, shown};
 use rumqttc::Publish;
 use serde::{Deserialize, Serialize};
@@ -14,7 +14,7 @@ use tokio::sync::watch;
 
 /// Events for the inbox, in order.
 #[derive(Debug)]
-pub enum News {
+pub enum ConnectionEvent {
     /// A message, and the connection (counted from 1) that brought it.
     Message(u64, Publish),
     /// Over this connection the broker has accepted the subscriptions and this side's presence.
@@ -29,7 +29,7 @@ pub enum News {
 
 /// What the connection must do in response to an event.
 #[derive(Debug)]
-pub enum Order {
+pub enum ConnectionCommand {
     /// Acknowledge a message, if this connection still exists.
     Acknowledge(u64, Box<Publish>),
     /// Publish the presence of this side again.
@@ -53,7 +53,7 @@ pub struct Inbound {
     /// Which side this is.
     pub side: Side,
     /// The topics.
-    pub topics: Topics,
+    pub topics: MqttTopics,
     /// This side's client id.
     pub client: String,
     /// Whether the peer is present.
@@ -61,37 +61,37 @@ pub struct Inbound {
     /// Whether it was ever present.
     pub ever_up: bool,
     /// The inbox.
-    pub inbox: SyncSender<Heard>,
+    pub inbox: SyncSender<TransportEvent>,
     /// Orders to the connection.
-    pub orders: UnboundedSender<Order>,
+    pub orders: UnboundedSender<ConnectionCommand>,
     /// The connection over which the peer is reachable.
     pub ready: watch::Sender<u64>,
 }
 
 impl Inbound {
     /// Passes on events until the connection or the receiver is gone.
-    pub fn run(mut self, mut news: Receiver<News>) {
+    pub fn run(mut self, mut news: Receiver<ConnectionEvent>) {
         while let Some(news) = news.blocking_recv() {
             let (heard, order) = match news {
-                News::Message(connection, mut publish) => {
+                ConnectionEvent::Message(connection, mut publish) => {
                     let heard = self.read(connection, &publish);
                     // The acknowledgement may have to wait, but the content need not be kept.
                     (publish.topic, publish.payload) = Default::default();
                     publish.properties = None;
-                    let order = Order::Acknowledge(connection, Box::new(publish));
+                    let order = ConnectionCommand::Acknowledge(connection, Box::new(publish));
                     (heard, Some(order))
                 }
-                News::Greeted(connection) if self.side == Side::Node => {
+                ConnectionEvent::Greeted(connection) if self.side == Side::Node => {
                     (self.rise(connection), None)
                 }
                 // The station waits for the node's presence.
-                News::Greeted(_) => (None, None),
-                News::Lost => {
+                ConnectionEvent::Greeted(_) => (None, None),
+                ConnectionEvent::Lost => {
                     let was_up = self.up.swap(false, Ordering::Relaxed);
-                    (was_up.then_some(Heard::Down(self.number)), None)
+                    (was_up.then_some(TransportEvent::Down(self.number)), None)
                 }
-                News::Remark(text) => (Some(Heard::Remark(text)), None),
-                News::Failed(error) => (Some(Heard::Failed(error)), None),
+                ConnectionEvent::Remark(text) => (Some(TransportEvent::Remark(text)), None),
+                ConnectionEvent::Failed(error) => (Some(TransportEvent::Failed(error)), None),
             };
             if heard.is_some_and(|heard| self.inbox.send(heard).is_err()) {
                 return;
@@ -103,20 +103,20 @@ impl Inbound {
         }
     }
 
-    fn rise(&mut self, connection: u64) -> Option<Heard> {
+    fn rise(&mut self, connection: u64) -> Option<TransportEvent> {
         self.ever_up = true;
         self.ready.send_replace(connection);
         let was_up = self.up.swap(true, Ordering::Relaxed);
-        (!was_up).then_some(Heard::Up(self.number))
+        (!was_up).then_some(TransportEvent::Up(self.number))
     }
 
-    fn read(&mut self, connection: u64, publish: &Publish) -> Option<Heard> {
+    fn read(&mut self, connection: u64, publish: &Publish) -> Option<TransportEvent> {
         let topic = String::from_utf8_lossy(&publish.topic);
         let origin = Origin::Topic(topic.as_ref().into());
         if topic.as_bytes() != &publish.topic[..] {
             let problem = "the topic is not valid UTF-8";
             let rejected = Rejected::new(Rejection::Syntax, problem);
-            return Some(Heard::Refused(origin, rejected));
+            return Some(TransportEvent::Refused(origin, rejected));
         }
         let kind = match self.topics.read(self.side, &topic) {
             Some(Topic::Presence(side)) => return self.hear_presence(connection, side, publish),
@@ -124,14 +124,14 @@ impl Inbound {
             None => return None,
         };
         if publish.payload.len() > LONGEST_LINE {
-            return Some(Heard::Refused(origin, Rejected::too_long()));
+            return Some(TransportEvent::Refused(origin, Rejected::too_long()));
         }
         #[derive(Deserialize)]
-        struct Kind {
+        struct MessageKind {
             kind: String,
         }
         // Topics may have permissions, so a message must be of its topic's kind.
-        if let Ok(said) = serde_json::from_slice::<Kind>(&publish.payload)
+        if let Ok(said) = serde_json::from_slice::<MessageKind>(&publish.payload)
             && said.kind != kind
         {
             let problem = format!(
@@ -139,12 +139,17 @@ impl Inbound {
                 shown(&said.kind)
             );
             let rejected = Rejected::new(Rejection::Kind, problem);
-            return Some(Heard::Refused(origin, rejected));
+            return Some(TransportEvent::Refused(origin, rejected));
         }
-        Some(Heard::Line(origin, publish.payload.to_vec()))
+        Some(TransportEvent::Line(origin, publish.payload.to_vec()))
     }
 
-    fn hear_presence(&mut self, connection: u64, side: Side, publish: &Publish) -> Option<Heard> {
+    fn hear_presence(
+        &mut self,
+        connection: u64,
+        side: Side,
+        publish: &Publish,
+    ) -> Option<TransportEvent> {
         let presence: Presence = serde_json::from_slice(&publish.payload).ok()?;
         let online = presence.state == "online";
         if side != self.side {
@@ -152,10 +157,12 @@ impl Inbound {
                 (Side::Node, true) => self.rise(connection),
                 (Side::Node, false) => {
                     let was_up = self.up.swap(false, Ordering::Relaxed);
-                    was_up.then_some(Heard::Ended(self.number))
+                    was_up.then_some(TransportEvent::Ended(self.number))
                 }
                 // A retained presence is about an earlier station.
-                (Side::Station, false) if !publish.retain => Some(Heard::Ended(self.number)),
+                (Side::Station, false) if !publish.retain => {
+                    Some(TransportEvent::Ended(self.number))
+                }
                 (Side::Station, _) => None,
             };
         }
@@ -165,18 +172,18 @@ impl Inbound {
         // Two nodes would give each item to two robots. The first one stays.
         let other = shown(&presence.client);
         if self.ever_up {
-            let _ = self.orders.send(Order::Present);
+            let _ = self.orders.send(ConnectionCommand::Present);
             return online.then(|| {
-                Heard::Remark(format!(
+                TransportEvent::Remark(format!(
                     "another node, `{other}`, has started under the same topics"
                 ))
             });
         }
         online.then(|| {
-            Heard::Failed(Error::input(
-                "--mqtt",
+            TransportEvent::Failed(Error::input(
+                "'mqtt'",
                 format!("another node, `{other}`, is running under the same topics"),
-                "stop it, or give this node another --mqtt-prefix; if it has crashed, the broker \
+                "stop it, or give this node another 'mqtt_prefix'; if it has crashed, the broker \
                  notices within a minute",
             ))
         })

@@ -9,70 +9,53 @@ mod outbound;
 mod probe;
 mod resume;
 mod session;
+mod settings;
 mod tls;
 mod topics;
 mod trouble;
 mod url;
 
+use super::TransportEvent;
 use super::peer::Peer;
-use super::{Heard, Side};
 use crate::ClockKind;
 use pickline::error::{Error, Result};
 use resume::Resume;
 use rumqttc::{MqttOptions, Transport};
-use session::Session;
+use session::{BrokerSession, RECEIVE_MAXIMUM, REQUEST_CAPACITY};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::SyncSender;
 use std::thread;
 use std::time::Duration;
-use topics::Topics;
+use topics::MqttTopics;
 
+pub use settings::MqttSettings;
 pub use url::Broker;
 
 /// Keep-alive interval [s]; the broker gives up a client after one and a half of them.
 const KEEP_ALIVE: u16 = 30;
-/// Maximum number of unhandled messages from the broker.
-const UNHEEDED: u16 = 512;
 /// Larger packets than this [bytes] are not delivered at all; shorter payloads that are too long
 /// for a line are refused and counted.
 const LARGEST_PACKET: u32 = 1 << 20;
-/// Size of the connection's request queue; small, because waiting messages are counted elsewhere.
-const REQUESTS: usize = 64;
 /// Time allowed for disconnecting from the broker.
-const FAREWELL: Duration = Duration::from_secs(1);
+const DISCONNECT_TIMEOUT: Duration = Duration::from_secs(1);
 /// How long the broker keeps messages for an absent client [s]; the node refuses older ones.
-const KEPT: u32 = crate::clock::OLDEST as u32;
-
-/// Settings of the connection to a broker.
-#[derive(Debug, Clone)]
-pub struct Settings {
-    /// The broker.
-    pub broker: Broker,
-    /// Prefix of all topics.
-    pub prefix: String,
-    /// Client id; if none, a new one for every run.
-    pub client_id: Option<String>,
-    /// Certificates of trusted authorities (PEM); if none, those of the machine.
-    pub authorities: Option<Vec<u8>>,
-    /// Certificate and key of this client (PEM).
-    pub certificate: Option<(Vec<u8>, Vec<u8>)>,
-    /// Which of the two programs this is.
-    pub side: Side,
-    /// The kind of clock.
-    pub clock: ClockKind,
-}
+const SESSION_EXPIRY: u32 = crate::clock::OLDEST as u32;
 
 /// Starts the connection to a broker, which is retried until it works.
 ///
 /// # Errors
 /// The settings cannot work.
-pub(super) fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) -> Result<Peer> {
-    let topics = Topics::new(&settings.prefix)?;
+pub fn start(
+    number: u64,
+    settings: &MqttSettings,
+    inbox: SyncSender<TransportEvent>,
+) -> Result<Peer> {
+    let topics = MqttTopics::new(&settings.prefix)?;
     let client = settings.client_id.clone().unwrap_or_else(own_id);
     let options = options(settings, &client)?;
     let up = Arc::new(AtomicBool::new(false));
-    let session = Session {
+    let session = BrokerSession {
         number,
         broker: settings.broker.clone(),
         side: settings.side,
@@ -90,7 +73,7 @@ pub(super) fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) 
         .build()
         .map_err(|error| {
             Error::resources(
-                "--mqtt",
+                "'mqtt'",
                 format!("cannot set up the network: {error}"),
                 "free some memory",
             )
@@ -113,7 +96,7 @@ pub(super) fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) 
     });
     Ok(peer.ending(move || {
         let _ = end.send(());
-        let _ = gone.recv_timeout(FAREWELL);
+        let _ = gone.recv_timeout(DISCONNECT_TIMEOUT);
     }))
 }
 
@@ -124,7 +107,7 @@ fn own_id() -> String {
     format!("pickline-{random:016x}")
 }
 
-fn options(settings: &Settings, client: &str) -> Result<MqttOptions> {
+fn options(settings: &MqttSettings, client: &str) -> Result<MqttOptions> {
     let broker = &settings.broker;
     let mut options = MqttOptions::new(client, (broker.host.clone(), broker.port));
     if let Some(user) = &broker.user {
@@ -138,14 +121,14 @@ fn options(settings: &Settings, client: &str) -> Result<MqttOptions> {
     }
     options
         .set_keep_alive(KEEP_ALIVE)
-        .set_receive_maximum(Some(UNHEEDED))
+        .set_receive_maximum(Some(RECEIVE_MAXIMUM))
         .set_max_packet_size(Some(LARGEST_PACKET))
-        .set_session_expiry_interval(Some(KEPT));
+        .set_session_expiry_interval(Some(SESSION_EXPIRY));
     options.set_ack_mode(rumqttc::AckMode::Manual);
     // The library allocates space for this many messages, by default 65,535.
-    options.set_outgoing_inflight_upper_limit(2 * outbound::WINDOW as u16);
+    options.set_outgoing_inflight_upper_limit(2 * outbound::IN_FLIGHT_MAXIMUM as u16);
     // Send acknowledgements in batches, or they could not keep up with incoming messages.
-    options.set_max_request_batch(REQUESTS);
+    options.set_max_request_batch(REQUEST_CAPACITY);
     // Messages are short and must not wait for further ones.
     let mut network = options.network_options();
     network.set_tcp_nodelay(true);
@@ -158,11 +141,11 @@ fn options(settings: &Settings, client: &str) -> Result<MqttOptions> {
     Ok(options)
 }
 
-fn transport(settings: &Settings) -> Result<Transport> {
-    let machines = "give the authority's certificate with --mqtt-ca";
+fn transport(settings: &MqttSettings) -> Result<Transport> {
+    let machines = "give the authority's certificate with 'mqtt_ca'";
     let Some(authorities) = settings.authorities.clone() else {
         return Transport::try_tls_with_default_config()
-            .map_err(|error| Error::input("--mqtt", error.to_string(), machines));
+            .map_err(|error| Error::input("'mqtt'", error.to_string(), machines));
     };
     Ok(Transport::tls(
         authorities,

@@ -1,9 +1,9 @@
 //! To the broker: every message is kept until the broker has acknowledged it.
 
-use super::inbound::News;
-use super::topics::Topics;
+use super::inbound::ConnectionEvent;
+use super::topics::MqttTopics;
 use crate::protocol::{Message, Outgoing, encode};
-use crate::transport::RETRY;
+use crate::transport::RETRY_INTERVAL;
 use rumqttc::{AsyncClient, PublishNoticeError, PublishOptions, PublishProperties};
 use std::collections::{BTreeSet, VecDeque};
 use std::pin::Pin;
@@ -12,16 +12,16 @@ use tokio::sync::mpsc::{Receiver, Sender};
 use tokio::sync::watch;
 
 /// Maximum number of messages that the broker has not acknowledged.
-pub const WINDOW: usize = 64;
+pub const IN_FLIGHT_MAXIMUM: usize = 64;
 /// The node refuses older messages [s], so the broker need not keep them.
-const OLD: u32 = crate::clock::OLDEST as u32;
+const MESSAGE_EXPIRY: u32 = crate::clock::OLDEST as u32;
 
 /// Resolves when the broker has acknowledged or refused a message.
 type Delivery = Pin<Box<dyn Future<Output = Result<(), PublishNoticeError>> + Send>>;
 
 /// A message ready to be published.
 #[derive(Debug, Clone)]
-struct Parcel {
+struct PendingPublish {
     topic: String,
     payload: String,
     /// Time after which it is obsolete [s].
@@ -33,11 +33,11 @@ pub struct Outbound {
     /// The client.
     pub client: AsyncClient,
     /// The topics.
-    pub topics: Topics,
+    pub topics: MqttTopics,
     /// Whether timestamps are by this machine's clock, so that messages can expire.
     pub ages: bool,
     /// Receiver of remarks.
-    pub news: Sender<News>,
+    pub news: Sender<ConnectionEvent>,
     /// The present connection; 0 for none.
     pub current: watch::Receiver<u64>,
     /// The connection over which the peer is reachable.
@@ -47,7 +47,7 @@ pub struct Outbound {
 impl Outbound {
     /// Publishes messages until there are no more and the broker has them all.
     pub async fn run(mut self, mut outbox: Receiver<Message>) {
-        let mut window: VecDeque<(Parcel, Delivery)> = VecDeque::new();
+        let mut window: VecDeque<(PendingPublish, Delivery)> = VecDeque::new();
         let mut told = BTreeSet::new();
         let mut open = true;
         while open || !window.is_empty() {
@@ -61,30 +61,30 @@ impl Outbound {
                         None => Ok(()),
                     }
                 }, if waits => {
-                    let Some((parcel, _)) = window.pop_front() else { continue };
+                    let Some((pending, _)) = window.pop_front() else { continue };
                     match result {
                         Ok(()) => {}
                         Err(PublishNoticeError::V5PubAck(reason)) => {
                             // Tasks and results are sent again, so this is not fatal.
-                            let text = format!("the broker refuses {}: {reason:?}", parcel.topic);
+                            let text = format!("the broker refuses {}: {reason:?}", pending.topic);
                             if told.insert(text.clone()) {
-                                let _ = self.news.send(News::Remark(text)).await;
+                                let _ = self.news.send(ConnectionEvent::Remark(text)).await;
                             }
                         }
                         // The connection was lost and the broker has forgotten this client.
                         Err(PublishNoticeError::SessionReset) => {
-                            window.extend(self.publish(parcel).await);
+                            window.extend(self.publish(pending).await);
                         }
                         Err(_) => {
-                            tokio::time::sleep(RETRY).await;
-                            window.extend(self.publish(parcel).await);
+                            tokio::time::sleep(RETRY_INTERVAL).await;
+                            window.extend(self.publish(pending).await);
                         }
                     }
                 }
-                message = outbox.recv(), if open && window.len() < WINDOW => match message {
+                message = outbox.recv(), if open && window.len() < IN_FLIGHT_MAXIMUM => match message {
                     Some(message) => {
-                        let parcel = self.parcel(&message);
-                        window.extend(self.publish(parcel).await);
+                        let pending = self.to_publish(&message);
+                        window.extend(self.publish(pending).await);
                     }
                     None => open = false,
                 },
@@ -92,10 +92,10 @@ impl Outbound {
         }
     }
 
-    fn parcel(&self, message: &Message) -> Parcel {
+    fn to_publish(&self, message: &Message) -> PendingPublish {
         let mut payload = encode(message);
         payload.truncate(payload.trim_end().len());
-        Parcel {
+        PendingPublish {
             topic: self.topics.of(message),
             payload,
             expires: self.ages.then(|| expiry(message)).flatten(),
@@ -103,7 +103,7 @@ impl Outbound {
     }
 
     /// Passes a message to the connection; none if that has ended.
-    async fn publish(&mut self, parcel: Parcel) -> Option<(Parcel, Delivery)> {
+    async fn publish(&mut self, pending: PendingPublish) -> Option<(PendingPublish, Delivery)> {
         // A restarted broker has no subscribers yet and would drop it.
         loop {
             let current = *self.current.borrow_and_update();
@@ -116,14 +116,14 @@ impl Outbound {
             }
         }
         let options = PublishOptions::at_least_once().properties(PublishProperties {
-            message_expiry_interval: parcel.expires,
+            message_expiry_interval: pending.expires,
             content_type: Some("application/json".into()),
             ..PublishProperties::default()
         });
-        let (topic, payload) = (parcel.topic.clone(), parcel.payload.clone());
+        let (topic, payload) = (pending.topic.clone(), pending.payload.clone());
         let notice = self.client.publish_tracked(topic, payload, options).await;
         let delivery: Delivery = Box::pin(notice.ok()?.wait_completion_async());
-        Some((parcel, delivery))
+        Some((pending, delivery))
     }
 }
 
@@ -137,7 +137,7 @@ fn expiry(message: &Message) -> Option<u32> {
         }
         // A request is repeated after a second if it still applies.
         Message::FromNode(Outgoing::BeltRequest(_)) => Some(1),
-        Message::FromNode(Outgoing::Status(_)) | Message::ToNode(_) => Some(OLD),
+        Message::FromNode(Outgoing::Status(_)) | Message::ToNode(_) => Some(MESSAGE_EXPIRY),
         // A robot that was away must still get it.
         Message::FromNode(Outgoing::Cancel(_) | Outgoing::Due(_))
         | Message::Hello(_)

@@ -11,11 +11,11 @@ use std::net::{TcpStream, ToSocketAddrs as _};
 use std::time::Duration;
 
 /// Timeout for an answer.
-const PATIENCE: Duration = Duration::from_secs(2);
+const PROBE_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// What the first bytes of an answer show.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Answer {
+enum ProbeAnswer {
     /// An answer of MQTT 3.1.1.
     Mqtt3,
     /// An answer of MQTT 5.
@@ -34,7 +34,7 @@ enum Answer {
 
 /// Why `broker` can never be used without TLS; none if it may still work.
 pub fn never(broker: &Broker) -> Option<Error> {
-    let wrong = |problem: String, cure: String| Some(Error::input("--mqtt", problem, cure));
+    let wrong = |problem: String, cure: String| Some(Error::input("'mqtt'", problem, cure));
     let old = || {
         wrong(
             format!("{broker} does not speak MQTT 5 but an older version, usually 3.1.1"),
@@ -44,34 +44,34 @@ pub fn never(broker: &Broker) -> Option<Error> {
         )
     };
     match ask(broker, 5) {
-        Answer::Mqtt3 => old(),
-        Answer::Closed if ask(broker, 4) == Answer::Mqtt3 => old(),
-        Answer::Tls => wrong(
+        ProbeAnswer::Mqtt3 => old(),
+        ProbeAnswer::Closed if ask(broker, 4) == ProbeAnswer::Mqtt3 => old(),
+        ProbeAnswer::Tls => wrong(
             format!("{broker} speaks TLS"),
             format!("write mqtts://{}:{}", broker.host, broker.port),
         ),
-        Answer::Http => wrong(
+        ProbeAnswer::Http => wrong(
             format!("a web server answers at {broker}, not an MQTT broker"),
             "give the broker's port for MQTT over TCP, usually 1883".into(),
         ),
-        Answer::Other => wrong(
+        ProbeAnswer::Other => wrong(
             format!("what answers at {broker} is not an MQTT broker"),
             "check host and port; MQTT usually uses port 1883".into(),
         ),
-        Answer::Mqtt5 | Answer::Closed | Answer::Nothing => None,
+        ProbeAnswer::Mqtt5 | ProbeAnswer::Closed | ProbeAnswer::Nothing => None,
     }
 }
 
 /// Sends a CONNECT with this version of the protocol; 4 is MQTT 3.1.1.
-fn ask(broker: &Broker, version: u8) -> Answer {
+fn ask(broker: &Broker, version: u8) -> ProbeAnswer {
     let connect = || -> std::io::Result<Vec<u8>> {
         let places = (broker.host.as_str(), broker.port).to_socket_addrs()?;
         let mut last = std::io::Error::from(std::io::ErrorKind::NotFound);
         for place in places {
-            match TcpStream::connect_timeout(&place, PATIENCE) {
+            match TcpStream::connect_timeout(&place, PROBE_TIMEOUT) {
                 Ok(mut stream) => {
-                    stream.set_read_timeout(Some(PATIENCE))?;
-                    stream.set_write_timeout(Some(PATIENCE))?;
+                    stream.set_read_timeout(Some(PROBE_TIMEOUT))?;
+                    stream.set_write_timeout(Some(PROBE_TIMEOUT))?;
                     stream.write_all(&request(version))?;
                     let mut bytes = vec![0; 4];
                     let mut known = 0;
@@ -93,8 +93,8 @@ fn ask(broker: &Broker, version: u8) -> Answer {
     };
     match connect() {
         Ok(bytes) => read(&bytes),
-        Err(error) if error.kind() == std::io::ErrorKind::ConnectionReset => Answer::Closed,
-        Err(_) => Answer::Nothing,
+        Err(error) if error.kind() == std::io::ErrorKind::ConnectionReset => ProbeAnswer::Closed,
+        Err(_) => ProbeAnswer::Nothing,
     }
 }
 
@@ -112,15 +112,15 @@ fn request(version: u8) -> Vec<u8> {
     packet
 }
 
-fn read(bytes: &[u8]) -> Answer {
+fn read(bytes: &[u8]) -> ProbeAnswer {
     match *bytes {
-        [] => Answer::Closed,
-        [0x20, 2, ..] => Answer::Mqtt3,
-        [0x20, length, ..] if length > 2 => Answer::Mqtt5,
-        [0xe0, ..] => Answer::Mqtt5,
-        [0x15 | 0x16, 3, ..] => Answer::Tls,
-        [b'H', b'T', b'T', b'P', ..] | [b'<', ..] => Answer::Http,
-        _ => Answer::Other,
+        [] => ProbeAnswer::Closed,
+        [0x20, 2, ..] => ProbeAnswer::Mqtt3,
+        [0x20, length, ..] if length > 2 => ProbeAnswer::Mqtt5,
+        [0xe0, ..] => ProbeAnswer::Mqtt5,
+        [0x15 | 0x16, 3, ..] => ProbeAnswer::Tls,
+        [b'H', b'T', b'T', b'P', ..] | [b'<', ..] => ProbeAnswer::Http,
+        _ => ProbeAnswer::Other,
     }
 }
 
@@ -131,12 +131,12 @@ mod tests {
     #[test]
     fn answers_tell_who_is_there() {
         for (bytes, answer) in [
-            (&[0x20, 2, 0, 1][..], Answer::Mqtt3),
-            (&[0x20, 3, 0, 0], Answer::Mqtt5),
-            (&[0x15, 3, 1, 0], Answer::Tls),
-            (b"HTTP", Answer::Http),
-            (b"SSH-", Answer::Other),
-            (&[], Answer::Closed),
+            (&[0x20, 2, 0, 1][..], ProbeAnswer::Mqtt3),
+            (&[0x20, 3, 0, 0], ProbeAnswer::Mqtt5),
+            (&[0x15, 3, 1, 0], ProbeAnswer::Tls),
+            (b"HTTP", ProbeAnswer::Http),
+            (b"SSH-", ProbeAnswer::Other),
+            (&[], ProbeAnswer::Closed),
         ] {
             assert_eq!(read(bytes), answer, "{bytes:?}");
         }

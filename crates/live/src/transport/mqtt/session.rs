@@ -1,13 +1,13 @@
 //! The connection to the broker: established, maintained, re-established.
 
-use super::inbound::{Inbound, News, Order, Presence};
+use super::inbound::{ConnectionCommand, ConnectionEvent, Inbound, Presence};
 use super::outbound::Outbound;
-use super::topics::Topics;
+use super::topics::MqttTopics;
 use super::url::Broker;
-use super::{REQUESTS, UNHEEDED, probe, trouble};
+use super::{probe, trouble};
 use crate::ClockKind;
 use crate::protocol::Message;
-use crate::transport::{Heard, RETRY, Side};
+use crate::transport::{RETRY_INTERVAL, Side, TransportEvent};
 use pickline::error::Error;
 use rumqttc::mqttbytes::QoS;
 use rumqttc::mqttbytes::v5::{LastWill, Packet, RetainForwardRule};
@@ -22,13 +22,17 @@ use std::thread;
 use tokio::sync::mpsc::{Receiver, Sender, UnboundedReceiver, channel, unbounded_channel};
 use tokio::sync::{oneshot, watch};
 
+/// Maximum number of unhandled messages from the broker.
+pub const RECEIVE_MAXIMUM: u16 = 512;
+/// Size of the connection's request queue; small, because waiting messages are counted elsewhere.
+pub const REQUEST_CAPACITY: usize = 64;
 /// Space for messages that need no acknowledgement, and for connection events.
-const SPARE: usize = 256;
+const SPARE_CAPACITY: usize = 256;
 /// The remark, given once, if there is no space for them.
 const FLOODED: &str = "messages with QoS 0 come faster than they can be handled; some are lost";
 
 /// A connection and its settings.
-pub struct Session {
+pub struct BrokerSession {
     /// The number of the peer.
     pub number: u64,
     /// The broker.
@@ -38,7 +42,7 @@ pub struct Session {
     /// The kind of clock.
     pub clock: ClockKind,
     /// The topics.
-    pub topics: Topics,
+    pub topics: MqttTopics,
     /// The client id.
     pub client: String,
     /// How to connect.
@@ -46,10 +50,10 @@ pub struct Session {
     /// Whether the peer is present.
     pub up: Arc<AtomicBool>,
     /// The inbox.
-    pub inbox: SyncSender<Heard>,
+    pub inbox: SyncSender<TransportEvent>,
 }
 
-impl Session {
+impl BrokerSession {
     /// Runs until all of `outbox` is sent and, for a node, its leaving is published. `done` is
     /// notified when everything is sent; a station then ends with `end`.
     pub async fn run(
@@ -66,9 +70,9 @@ impl Session {
             None,
         );
         self.options.set_last_will(will);
-        let builder = AsyncClient::builder(self.options.clone()).capacity(REQUESTS);
+        let builder = AsyncClient::builder(self.options.clone()).capacity(REQUEST_CAPACITY);
         let (client, connection) = builder.build();
-        let (news, heard) = channel(usize::from(UNHEEDED) + 2 * SPARE);
+        let (news, heard) = channel(usize::from(RECEIVE_MAXIMUM) + 2 * SPARE_CAPACITY);
         let (orders, todo) = unbounded_channel();
         // Number of the connection, from 1; 0 while there is none.
         let (number, current) = watch::channel(0);
@@ -118,7 +122,7 @@ impl Session {
         &self,
         mut connection: EventLoop,
         number: &watch::Sender<u64>,
-        news: &Sender<News>,
+        news: &Sender<ConnectionEvent>,
     ) {
         let mut connected = 0;
         let mut told = String::new();
@@ -133,26 +137,28 @@ impl Session {
                     number.send_replace(connected);
                     if !told.is_empty() {
                         let text = format!("connected to {}", self.broker);
-                        let _ = news.send(News::Remark(text)).await;
+                        let _ = news.send(ConnectionEvent::Remark(text)).await;
                         told.clear();
                     }
                 }
                 Ok(Event::Incoming(Packet::Publish(publish))) => {
                     // The broker does not limit messages that need no acknowledgement.
-                    let spare = news.capacity() > usize::from(UNHEEDED) + SPARE;
+                    let spare = news.capacity() > usize::from(RECEIVE_MAXIMUM) + SPARE_CAPACITY;
                     if publish.qos == QoS::AtMostOnce && !spare {
                         if !std::mem::replace(&mut flooded, true) {
-                            let _ = news.send(News::Remark(FLOODED.to_owned())).await;
+                            let _ = news.send(ConnectionEvent::Remark(FLOODED.to_owned())).await;
                         }
                         continue;
                     }
-                    let _ = news.send(News::Message(connected, publish)).await;
+                    let _ = news
+                        .send(ConnectionEvent::Message(connected, publish))
+                        .await;
                 }
                 Ok(_) => {}
                 Err(ConnectionError::RequestsDone) => return,
                 Err(error) => {
                     if number.send_replace(0) > 0 {
-                        let _ = news.send(News::Lost).await;
+                        let _ = news.send(ConnectionEvent::Lost).await;
                     }
                     let mut failed = trouble::taken_over(&error, &self.broker);
                     if connected == 0 {
@@ -162,7 +168,7 @@ impl Session {
                         }
                     }
                     if let Some(error) = failed {
-                        let _ = news.send(News::Failed(error)).await;
+                        let _ = news.send(ConnectionEvent::Failed(error)).await;
                         return;
                     }
                     let text = format!(
@@ -171,11 +177,11 @@ impl Session {
                         trouble::told(&error)
                     );
                     if text != told {
-                        let remark = News::Remark(format!("{text}; retrying"));
+                        let remark = ConnectionEvent::Remark(format!("{text}; retrying"));
                         let _ = news.send(remark).await;
                         told = text;
                     }
-                    tokio::time::sleep(RETRY).await;
+                    tokio::time::sleep(RETRY_INTERVAL).await;
                 }
             }
         }
@@ -193,7 +199,7 @@ impl Session {
         &self,
         client: &AsyncClient,
         mut current: watch::Receiver<u64>,
-        news: &Sender<News>,
+        news: &Sender<ConnectionEvent>,
     ) {
         loop {
             let connection = *current.borrow_and_update();
@@ -203,12 +209,12 @@ impl Session {
                     _ = current.changed() => continue,
                 };
                 if let Err(error) = result {
-                    let _ = news.send(News::Failed(error)).await;
+                    let _ = news.send(ConnectionEvent::Failed(error)).await;
                     return;
                 }
                 tokio::select! {
                     here = self.present(client, "online") => if here {
-                        let _ = news.send(News::Greeted(connection)).await;
+                        let _ = news.send(ConnectionEvent::Greeted(connection)).await;
                     },
                     _ = current.changed() => continue,
                 }
@@ -238,7 +244,7 @@ impl Session {
         };
         match notice.wait_completion_async().await {
             Err(SubscribeNoticeError::V5SubAckFailure(reasons)) => Err(Error::input(
-                "--mqtt-prefix",
+                "'mqtt_prefix'",
                 format!(
                     "{} refuses the subscriptions: {:?}",
                     self.broker, reasons[0]
@@ -275,14 +281,14 @@ impl Session {
         &self,
         client: &AsyncClient,
         mut current: watch::Receiver<u64>,
-        mut todo: UnboundedReceiver<Order>,
+        mut todo: UnboundedReceiver<ConnectionCommand>,
     ) {
         while let Some(order) = todo.recv().await {
             match order {
-                Order::Present => {
+                ConnectionCommand::Present => {
                     self.present(client, "online").await;
                 }
-                Order::Acknowledge(connection, publish) => {
+                ConnectionCommand::Acknowledge(connection, publish) => {
                     // It cannot be acknowledged over another connection; the broker sends it again.
                     if *current.borrow_and_update() == connection {
                         tokio::select! {

@@ -34,11 +34,11 @@ pub enum Topic<'a> {
 
 /// The topics under one prefix.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Topics {
+pub struct MqttTopics {
     prefix: String,
 }
 
-impl Topics {
+impl MqttTopics {
     /// The topics under `prefix`.
     ///
     /// # Errors
@@ -53,7 +53,7 @@ impl Topics {
             });
         }
         Err(Error::input(
-            "--mqtt-prefix",
+            "'mqtt_prefix'",
             format!("`{}` is not a valid topic prefix", shown(prefix)),
             "give words separated by /, without + and #, for example plant/line1",
         ))
@@ -116,7 +116,7 @@ mod tests {
 
     #[test]
     fn messages_have_their_topics() {
-        let topics = Topics::new("plant/line1").unwrap();
+        let topics = MqttTopics::new("plant/line1").unwrap();
         let cancel = |robot: &str| {
             Message::from(Outgoing::Cancel(Cancel {
                 stamp: 0.0,
@@ -151,8 +151,8 @@ mod tests {
     #[test]
     fn what_is_no_prefix_is_refused() {
         for prefix in ["", "/a", "a/", "a//b", "a+", "#", "$SYS", "a\nb"] {
-            let error = Topics::new(prefix).unwrap_err().to_string();
-            assert!(error.contains("--mqtt-prefix"), "{error}");
+            let error = MqttTopics::new(prefix).unwrap_err().to_string();
+            assert!(error.contains("'mqtt_prefix'"), "{error}");
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Checks of settings that cannot work, before anything is started.
 
-use super::Settings;
+use super::Ros2Settings;
 use pickline::error::{Error, Result, shown};
 use std::net::IpAddr;
 
@@ -8,12 +8,12 @@ use std::net::IpAddr;
 ///
 /// # Errors
 /// The namespace is not valid in ROS, or this machine is not in a given network.
-pub fn check(settings: &Settings) -> Result<()> {
+pub fn check(settings: &Ros2Settings) -> Result<()> {
     if let Some(problem) = wrong_namespace(&settings.namespace) {
         let problem = format!("`{}` {problem}", shown(&settings.namespace));
         let cure = "give names of letters, digits and single underscores, each beginning with a \
                     letter, separated by slashes: for example /plant/line1";
-        return Err(Error::input("--ros2-namespace", problem, cure));
+        return Err(Error::input("'ros2_namespace'", problem, cure));
     }
     // The interfaces as DDS sees them; DDS would silently ignore others.
     let interfaces = netdev::get_interfaces();
@@ -29,7 +29,7 @@ pub fn check(settings: &Settings) -> Result<()> {
             };
             let known: Vec<String> = here.iter().map(IpAddr::to_string).collect();
             let cure = format!("give one of {}", known.join(", "));
-            Err(Error::input("--ros2-network", problem, cure))
+            Err(Error::input("'ros2_network'", problem, cure))
         }
     }
 }

@@ -5,7 +5,9 @@ use super::messages::{
     ObjectHypothesisWithPose, Point, Pose, PoseWithCovariance, Quaternion, RobotState, TaskAck,
     TaskResult, Tick, Time, Vector3,
 };
-use crate::protocol::{self, Detection, Incoming, Rejected, Rejection, Report, Verdict};
+use crate::protocol::{
+    self, Detection, Incoming, Rejected, Rejection, ResultMessage, Verdict, check_values,
+};
 use pickline::error::shown;
 
 /// A message that was read, or its refusal.
@@ -51,6 +53,28 @@ fn entry<T: Copy>(table: &[T], number: u8, field: &str) -> Result<T, Rejected> {
     })
 }
 
+/// `value`, which must be a number.
+///
+/// # Errors
+/// It is infinite or NaN, for which JSON has no number either.
+pub fn finite(field: &str, value: f64) -> Result<f64, Rejected> {
+    if value.is_finite() {
+        return Ok(value);
+    }
+    let problem = format!("{field} = {value}; expected a number");
+    Err(Rejected::new(Rejection::Field, problem))
+}
+
+/// An optional value; one that is infinite or NaN counts as not given.
+fn if_finite(value: f64) -> Option<f64> {
+    Some(value).filter(|value| value.is_finite())
+}
+
+fn checked(message: Incoming) -> Read {
+    check_values(&message)?;
+    Ok(message)
+}
+
 fn known(has: bool, time: &Time) -> Option<f64> {
     has.then(|| time.stamp())
 }
@@ -87,26 +111,32 @@ fn read_detection(detection: &Detection3D, picture: &Header, frame: &str) -> Rea
     };
     let results = detection.results.iter();
     let best = results.max_by(|a, b| a.hypothesis.score.total_cmp(&b.hypothesis.score));
-    let covariance = best.map(|best| {
-        let rows = best.pose.covariance;
-        [rows[0][0], rows[0][1], rows[1][1]]
-    });
+    let covariance = best.map(|best| best.pose.covariance);
+    let covariance = covariance.map(|rows| [rows[0][0], rows[0][1], rows[1][1]]);
+    for value in covariance.into_iter().flatten() {
+        finite("covariance", value)?;
+    }
     let text = |text: &str| Some(text.to_owned()).filter(|text| !text.is_empty());
     let BoundingBox3D { center, size } = &detection.bbox;
-    let area = size.x * size.y / CM2;
-    Ok(Incoming::Detection(Detection {
+    let area = if_finite(size.x * size.y / CM2);
+    let height = if_finite(center.position.z + 0.5 * size.z);
+    let sides = Some([size.x, size.y]).filter(|sides| sides.iter().all(|side| *side > 0.0));
+    for side in sides.into_iter().flatten() {
+        finite("size", side)?;
+    }
+    checked(Incoming::Detection(Detection {
         stamp,
         id: text(&detection.id),
-        x: center.position.x,
-        y: center.position.y,
-        area_cm2: Some(area).filter(|area| *area > 0.0),
-        p_detection: best.map(|best| best.hypothesis.score),
+        x: finite("x", center.position.x)?,
+        y: finite("y", center.position.y)?,
+        area_cm2: area.filter(|area| *area > 0.0),
+        p_detection: best.and_then(|best| if_finite(best.hypothesis.score)),
         p_grasp: None,
         weight: None,
         class: best.and_then(|best| text(&best.hypothesis.class_id)),
-        angle: yaw(&center.orientation),
-        height: Some(center.position.z + 0.5 * size.z).filter(|height| *height > 0.0),
-        size: Some([size.x, size.y]).filter(|size| size.iter().all(|side| *side > 0.0)),
+        angle: yaw(&center.orientation).and_then(if_finite),
+        height: height.filter(|height| *height > 0.0),
+        size: sides,
         data: None,
         covariance: covariance.filter(|covariance| *covariance != [0.0; 3]),
         source: None,
@@ -174,10 +204,10 @@ pub fn detections(detection: &Detection, frame: &str) -> Detection3DArray {
 /// Reads the belt's motion, along the x of `frame`.
 pub fn read_belt(belt: &BeltState, frame: &str) -> Read {
     check_frame(&belt.header, frame)?;
-    Ok(Incoming::Belt(protocol::BeltState {
+    checked(Incoming::Belt(protocol::BeltState {
         stamp: belt.header.stamp.stamp(),
-        speed: belt.speed,
-        position: belt.has_position.then_some(belt.position),
+        speed: finite("speed", belt.speed)?,
+        position: if_finite(belt.position).filter(|_| belt.has_position),
         source: None,
     }))
 }
@@ -194,7 +224,7 @@ pub fn belt(belt: &protocol::BeltState, frame: &str) -> BeltState {
 
 /// Reads a robot's state.
 pub fn read_robot(robot: &RobotState) -> Read {
-    Ok(Incoming::Robot(protocol::RobotStatus {
+    checked(Incoming::Robot(protocol::RobotStatus {
         stamp: robot.header.stamp.stamp(),
         name: robot.name.clone(),
         state: entry(&STATES, robot.state, "state")?,
@@ -218,7 +248,7 @@ pub fn robot(robot: &protocol::RobotStatus, frame: &str) -> RobotState {
 
 /// Reads an acknowledgement of a task.
 pub fn read_ack(ack: &TaskAck) -> Read {
-    Ok(Incoming::Ack(protocol::Ack {
+    checked(Incoming::Ack(protocol::Ack {
         stamp: ack.header.stamp.stamp(),
         task: ack.task,
     }))
@@ -234,7 +264,7 @@ pub fn ack(ack: &protocol::Ack, frame: &str) -> TaskAck {
 
 /// Reads the result of a task.
 pub fn read_result(result: &TaskResult) -> Read {
-    Ok(Incoming::Result(Report {
+    checked(Incoming::Result(ResultMessage {
         stamp: result.header.stamp.stamp(),
         task: result.task,
         result: entry(&VERDICTS, result.result, "result")?,
@@ -244,7 +274,7 @@ pub fn read_result(result: &TaskResult) -> Read {
 }
 
 /// The result of a task as a ROS message.
-pub fn result(report: &Report, frame: &str) -> TaskResult {
+pub fn result(report: &ResultMessage, frame: &str) -> TaskResult {
     TaskResult {
         header: header(frame, report.stamp),
         task: report.task,
@@ -255,9 +285,9 @@ pub fn result(report: &Report, frame: &str) -> TaskResult {
 }
 
 /// Reads the end of the station's turn.
-pub fn read_tick(tick: &Tick) -> Incoming {
+pub fn read_tick(tick: &Tick) -> Read {
     let stamp = tick.header.stamp.stamp();
-    Incoming::Tick { stamp }
+    checked(Incoming::Tick { stamp })
 }
 
 /// The end of the station's turn of `messages` messages; without a `stamp` [s] it is the last turn.
@@ -269,5 +299,123 @@ pub fn tick(stamp: Option<f64>, messages: u32, frame: &str) -> Tick {
         },
         messages,
         last: stamp.is_none(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::protocol::{RobotStatus, decode, encode};
+
+    const STAMP: f64 = 1_795_000_000.25;
+
+    fn seen(change: impl FnOnce(&mut Detection3D)) -> Read {
+        let detection = Detection {
+            stamp: STAMP,
+            id: Some("a".into()),
+            x: 0.5,
+            y: -0.1,
+            p_detection: Some(0.9),
+            class: Some("PET".into()),
+            size: Some([0.25, 0.5]),
+            height: Some(0.125),
+            covariance: Some([1e-4, 0.0, 1e-4]),
+            ..Detection::default()
+        };
+        let mut array = detections(&detection, "belt");
+        change(&mut array.detections[0]);
+        read_detections(&array, "belt").remove(0)
+    }
+
+    fn place(x: f64) -> Read {
+        seen(|detection| detection.bbox.center.position.x = x)
+    }
+
+    /// The same values as a line of JSON.
+    fn as_line(message: &Incoming) -> Read {
+        decode(encode(message).trim_end().as_bytes())
+    }
+
+    #[test]
+    fn values_are_refused_as_in_a_line() {
+        let belt_at = |speed: f64| protocol::BeltState {
+            stamp: STAMP,
+            speed,
+            position: None,
+            source: None,
+        };
+        let robot_named = |name: &str| RobotStatus {
+            stamp: STAMP,
+            name: name.into(),
+            state: protocol::RobotState::Idle,
+            available_at: None,
+            task: None,
+        };
+        // Millimetres, millimetres per second, and a name that is too long.
+        let far = Detection {
+            stamp: STAMP,
+            x: -1300.0,
+            ..Detection::default()
+        };
+        let (fast, long) = (belt_at(250.0), robot_named(&"r".repeat(201)));
+        let pairs = [
+            (
+                read_detections(&detections(&far, "belt"), "belt").remove(0),
+                as_line(&Incoming::Detection(far)),
+            ),
+            (
+                read_belt(&belt(&fast, "belt"), "belt"),
+                as_line(&Incoming::Belt(fast)),
+            ),
+            (
+                read_robot(&robot(&long, "belt")),
+                as_line(&Incoming::Robot(long)),
+            ),
+        ];
+        for (read, line) in pairs {
+            assert_eq!(line.as_ref().unwrap_err().reason, Rejection::Value);
+            assert_eq!(read, line);
+        }
+    }
+
+    #[test]
+    fn what_is_valid_is_the_same_as_in_a_line() {
+        let read = place(0.5).unwrap();
+        assert_eq!(as_line(&read), Ok(read.clone()));
+        let Incoming::Detection(detection) = read else {
+            panic!("{read:?}");
+        };
+        assert_eq!((detection.x, detection.height), (0.5, Some(0.125)));
+        assert_eq!(detection.covariance, Some([1e-4, 0.0, 1e-4]));
+    }
+
+    #[test]
+    fn a_number_must_be_finite_where_it_is_needed() {
+        for x in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let rejected = place(x).unwrap_err();
+            assert_eq!(rejected.reason, Rejection::Field);
+            assert_eq!(rejected.message, format!("x = {x}; expected a number"));
+        }
+        let uncertain = seen(|detection| {
+            detection.results[0].hypothesis.score = f64::NAN;
+            detection.bbox.size.x = f64::NAN;
+        });
+        let Ok(Incoming::Detection(uncertain)) = uncertain else {
+            panic!("{uncertain:?}");
+        };
+        assert_eq!((uncertain.p_detection, uncertain.size), (None, None));
+    }
+
+    #[test]
+    fn states_and_frames_are_named() {
+        let rejected = read_robot(&RobotState {
+            state: 9,
+            ..RobotState::default()
+        });
+        let expected = "state = 9; expected 0 to 2";
+        assert_eq!(rejected.unwrap_err().message, expected);
+        let elsewhere = seen(|detection| detection.header.frame_id = "camera".into());
+        let expected = "frame_id `camera`; expected `belt`";
+        assert_eq!(elsewhere.unwrap_err().message, expected);
     }
 }

@@ -1,17 +1,18 @@
 //! The node in the ROS graph: it is created and spun, and its subscriptions are read.
 
 use super::messages::RosMessage;
-use super::rivals::{Stance, Watch};
+use super::other_nodes::{NodeWatcher, Precedence};
+use super::topics::{
+    NodeSubscriptions, Publishers, StationSubscriptions, TopicFactory, TopicSubscription,
+};
 use super::turns::{Endless, Sent, Turns};
-use super::wires::{Ear, Mouth, NodeEars, StationEars, Wires};
-use super::{Settings, incoming, outgoing};
-use crate::protocol::{Rejected, Rejection, encode};
+use super::{Ros2Settings, incoming, outgoing};
+use crate::protocol::{Message, Rejected, Rejection};
 use crate::transport::peer::{Peer, Waiting};
-use crate::transport::{Heard, Origin, Side};
+use crate::transport::{Origin, Side, TransportEvent};
 use pickline::error::{Error, Result, shown};
 use ros2_client::{Context, Node, NodeName, NodeOptions};
 use rustdds::DomainParticipantBuilder;
-use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -22,17 +23,32 @@ use std::time::Duration;
 use tokio::sync::oneshot;
 
 /// Interval of checks for other nodes.
-const GLANCE: Duration = Duration::from_millis(50);
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
 /// Number of consecutive checks that must find the other side, so that both ends have found each
 /// other.
-const STEADY: u32 = 10;
+const STEADY_POLLS: u32 = 10;
 /// Time for delivering the last messages; there is no notification of delivery.
-const LINGER: Duration = Duration::from_millis(500);
+const DELIVERY_TIME: Duration = Duration::from_millis(500);
 /// Pause before retrying a failed reader.
-const BREATH: Duration = Duration::from_millis(10);
+const READ_RETRY_DELAY: Duration = Duration::from_millis(10);
 
-/// Starts the node's threads.
-pub fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) -> Result<Peer> {
+/// The name of this program's node.
+fn node_name(side: Side) -> &'static str {
+    match side {
+        Side::Node => "pickline",
+        Side::Station => "pickline_station",
+    }
+}
+
+fn invalid_node(settings: &Ros2Settings, error: &str) -> Error {
+    let (namespace, name) = (shown(&settings.namespace), node_name(settings.side));
+    let problem = format!("{namespace}/{name} is not a valid node: {error}");
+    let cure = "give a namespace of letters, digits and underscores, for example /line1";
+    Error::input("'ros2_namespace'", problem, cure)
+}
+
+/// Joins the DDS domain and creates the node.
+fn create_node(settings: &Ros2Settings) -> Result<(Context, Node)> {
     let networks = settings.networks.clone();
     let participant = DomainParticipantBuilder::new(settings.domain)
         .with_only_networks(networks)
@@ -40,21 +56,10 @@ pub fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) -> Resu
         .map_err(|error| {
             let problem = format!("cannot start DDS in domain {}: {error}", settings.domain);
             let cure = "check the addresses and that the ports of the domain are free";
-            Error::input("--ros2", problem, cure)
+            Error::input("'ros2'", problem, cure)
         })?;
-    let name = match settings.side {
-        Side::Node => "pickline",
-        Side::Station => "pickline_station",
-    };
-    let failed = |error: String| {
-        let problem = format!(
-            "{}/{name} is not a valid node: {error}",
-            shown(&settings.namespace)
-        );
-        let cure = "give a namespace of letters, digits and underscores, for example /line1";
-        Error::input("--ros2-namespace", problem, cure)
-    };
-    let name = NodeName::new(&settings.namespace, name);
+    let failed = |error: String| invalid_node(settings, &error);
+    let name = NodeName::new(&settings.namespace, node_name(settings.side));
     let name = name.map_err(|error| failed(error.to_string()))?;
     let options = NodeOptions::new()
         .enable_rosout(false)
@@ -62,22 +67,35 @@ pub fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) -> Resu
     let context = Context::from_domain_participant(participant);
     let context = context.map_err(|error| failed(error.to_string()))?;
     let node = context.new_node(name, options);
-    let mut node = node.map_err(|error| failed(format!("{error:?}")))?;
-    let watch = Watch::new(&context, &settings.namespace);
-    let mut wires = Wires {
+    let node = node.map_err(|error| failed(format!("{error:?}")))?;
+    Ok((context, node))
+}
+
+/// Starts the node's threads.
+pub fn start(
+    number: u64,
+    settings: &Ros2Settings,
+    inbox: SyncSender<TransportEvent>,
+) -> Result<Peer> {
+    let (context, mut node) = create_node(settings)?;
+    let watch = NodeWatcher::new(&context, &settings.namespace);
+    let mut topics = TopicFactory {
         node: &mut node,
         settings,
     };
-    let failed = |error: ros2_client::error::CreateError| failed(error.to_string());
-    let mouth = Arc::new(wires.mouth().map_err(failed)?);
-    let ears = match settings.side {
-        Side::Node => Ears::Node(Box::new(wires.node_ears().map_err(failed)?)),
-        Side::Station => Ears::Station(Box::new(wires.station_ears().map_err(failed)?)),
+    let failed =
+        |error: ros2_client::error::CreateError| invalid_node(settings, &error.to_string());
+    let publishers = Arc::new(topics.publishers().map_err(failed)?);
+    let subscriptions = match settings.side {
+        Side::Node => Subscriptions::Node(Box::new(topics.node_subscriptions().map_err(failed)?)),
+        Side::Station => {
+            Subscriptions::Station(Box::new(topics.station_subscriptions().map_err(failed)?))
+        }
     };
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_time()
         .build()
-        .map_err(|error| Error::resources("--ros2", error.to_string(), "free some memory"))?;
+        .map_err(|error| Error::resources("'ros2'", error.to_string(), "free some memory"))?;
     let up = Arc::new(AtomicBool::new(false));
     let listener = Listener {
         number,
@@ -87,7 +105,7 @@ pub fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) -> Resu
         inbox,
     };
     let (end, ended) = oneshot::channel();
-    let mouth_too = Arc::clone(&mouth);
+    let same_publishers = Arc::clone(&publishers);
     let listening = thread::spawn(move || {
         runtime.block_on(async {
             let Ok(spinner) = node.spinner() else {
@@ -95,15 +113,15 @@ pub fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) -> Resu
             };
             tokio::select! {
                 _ = spinner.spin() => {}
-                () = listener.listen(&ears) => {}
-                () = listener.look_around(&node, &mouth_too, &ears, watch) => {}
+                () = listener.listen(&subscriptions) => {}
+                () = listener.monitor(&node, &same_publishers, &subscriptions, watch) => {}
                 _ = ended => {}
             }
         });
     });
     let (settings, there) = (settings.clone(), Arc::clone(&up));
     let peer = Peer::start(up, move |waiting| {
-        speak(waiting, &mouth, &settings, &there);
+        publish_all(waiting, &publishers, &settings, &there);
     });
     // Tell the others that this node leaves, so that they need not find out.
     Ok(peer.ending(move || {
@@ -113,82 +131,87 @@ pub fn start(number: u64, settings: &Settings, inbox: SyncSender<Heard>) -> Resu
 }
 
 /// Publishes the queued messages.
-fn speak(waiting: &mut Waiting, mouth: &Mouth, settings: &Settings, there: &AtomicBool) {
+fn publish_all(
+    waiting: &mut Waiting,
+    publishers: &Publishers,
+    settings: &Ros2Settings,
+    there: &AtomicBool,
+) {
     while let Some(message) = waiting.next() {
         // Messages of a station before the node is there would be lost.
         while settings.side == Side::Station && !there.load(Ordering::Relaxed) {
-            thread::sleep(GLANCE);
+            thread::sleep(POLL_INTERVAL);
         }
         // Only a message that cannot be serialized fails, and ours always can.
-        let _ = mouth.say(&message, &settings.frame);
+        let _ = publishers.publish(&message, &settings.frame);
     }
     if settings.turns {
-        mouth.end(&settings.frame);
+        publishers.end(&settings.frame);
     }
-    thread::sleep(LINGER);
+    thread::sleep(DELIVERY_TIME);
 }
 
 /// The error for a turn that no one ends.
 fn endless() -> Error {
     Error::input(
-        "--clock messages",
+        "'clock' messages",
         "no station that takes turns publishes on the topic `tick`",
-        "omit --clock messages, or let `pickline emulate --clock messages` play the station",
+        "omit 'clock' messages, or let `pickline emulate` with 'clock' messages play the station",
     )
 }
 
 /// The subscriptions of one side.
-enum Ears {
-    Node(Box<NodeEars>),
-    Station(Box<StationEars>),
+enum Subscriptions {
+    Node(Box<NodeSubscriptions>),
+    Station(Box<StationSubscriptions>),
 }
 
 /// Passes received messages to the inbox.
 struct Listener {
     number: u64,
-    settings: Settings,
+    settings: Ros2Settings,
     /// With message time, the messages held until a turn is over.
     turns: Option<RefCell<Turns>>,
     /// Whether the other side is there.
     up: Arc<AtomicBool>,
-    inbox: SyncSender<Heard>,
+    inbox: SyncSender<TransportEvent>,
 }
 
 impl Listener {
     /// Reads the subscriptions for ever.
-    async fn listen(&self, ears: &Ears) {
+    async fn listen(&self, subscriptions: &Subscriptions) {
         let frame = self.settings.frame.as_str();
-        match ears {
-            Ears::Node(ears) => {
+        match subscriptions {
+            Subscriptions::Node(subscriptions) => {
                 tokio::join!(
-                    self.follow(&ears.detections, |m| {
+                    self.follow(&subscriptions.detections, |m| {
                         let seen = incoming::read_detections(&m, frame).into_iter();
-                        let heard = seen.map(|message| heard(&ears.detections, message));
+                        let heard = seen.map(|message| event(&subscriptions.detections, message));
                         (None, heard.collect())
                     }),
-                    self.follow_one(&ears.belt, |m| incoming::read_belt(m, frame)),
-                    self.follow_one(&ears.robots, incoming::read_robot),
-                    self.follow_one(&ears.acks, incoming::read_ack),
-                    self.follow_one(&ears.results, incoming::read_result),
-                    self.follow(&ears.tick, |m| {
+                    self.follow_one(&subscriptions.belt, |m| incoming::read_belt(m, frame)),
+                    self.follow_one(&subscriptions.robots, incoming::read_robot),
+                    self.follow_one(&subscriptions.acks, incoming::read_ack),
+                    self.follow_one(&subscriptions.results, incoming::read_result),
+                    self.follow(&subscriptions.tick, |m| {
                         let heard = match m.last {
-                            true => Heard::Ended(self.number),
-                            false => heard(&ears.tick, Ok(incoming::read_tick(&m))),
+                            true => TransportEvent::Ended(self.number),
+                            false => event(&subscriptions.tick, incoming::read_tick(&m)),
                         };
                         (Some(m.messages), vec![heard])
                     }),
                 );
             }
-            Ears::Station(ears) => {
+            Subscriptions::Station(subscriptions) => {
                 tokio::join!(
-                    self.follow_one(&ears.tasks, |m| Ok(outgoing::read_task(m))),
-                    self.follow_one(&ears.cancels, |m| Ok(outgoing::read_cancel(m))),
-                    self.follow_one(&ears.status, |m| Ok(outgoing::read_status(m))),
-                    self.follow(&ears.due, |m| {
+                    self.follow_one(&subscriptions.tasks, outgoing::read_task),
+                    self.follow_one(&subscriptions.cancels, |m| Ok(outgoing::read_cancel(m))),
+                    self.follow_one(&subscriptions.status, outgoing::read_status),
+                    self.follow(&subscriptions.due, |m| {
                         // The node's last message is its status.
                         let heard = match m.last {
                             true => Vec::new(),
-                            false => vec![heard(&ears.due, Ok(outgoing::read_due(&m)))],
+                            false => vec![event(&subscriptions.due, Ok(outgoing::read_due(&m)))],
                         };
                         (Some(m.messages), heard)
                     }),
@@ -198,25 +221,28 @@ impl Listener {
     }
 
     /// Reads a topic whose messages stand for one message each and end no turn.
-    async fn follow_one<R, M: Serialize>(
+    async fn follow_one<R, M: Into<Message>>(
         &self,
-        ear: &Ear<R>,
+        topic: &TopicSubscription<R>,
         read: impl Fn(&R) -> std::result::Result<M, Rejected>,
     ) where
         R: RosMessage + DeserializeOwned + 'static,
     {
-        let one = |message: R| (None, vec![heard(ear, read(&message))]);
-        self.follow(ear, one).await;
+        let one = |message: R| (None, vec![event(topic, read(&message))]);
+        self.follow(topic, one).await;
     }
 
     /// Passes on the messages of a topic. For a message that ends a turn, `read` also returns how
     /// many came before it.
-    async fn follow<R>(&self, ear: &Ear<R>, read: impl Fn(R) -> (Option<u32>, Vec<Heard>))
-    where
+    async fn follow<R>(
+        &self,
+        topic: &TopicSubscription<R>,
+        read: impl Fn(R) -> (Option<u32>, Vec<TransportEvent>),
+    ) where
         R: RosMessage + DeserializeOwned + 'static,
     {
         loop {
-            let heard = match ear.subscription.async_take().await {
+            let heard = match topic.subscription.async_take().await {
                 Ok((message, info)) => {
                     let (end, heard) = read(message);
                     match &self.turns {
@@ -224,24 +250,24 @@ impl Listener {
                             let at = info.source_timestamp().map_or(0, |time| time.to_nanos());
                             let sent = Sent::new(info.publisher_gid().as_bytes(), at);
                             let taken = turns.borrow_mut().take(sent, heard, end);
-                            taken.unwrap_or_else(|Endless| vec![Heard::Failed(endless())])
+                            taken.unwrap_or_else(|Endless| vec![TransportEvent::Failed(endless())])
                         }
                         None => heard,
                     }
                 }
                 Err(error) => {
-                    tokio::time::sleep(BREATH).await;
+                    tokio::time::sleep(READ_RETRY_DELAY).await;
                     let problem = format!("cannot read a {}/{}: {error}", R::PACKAGE, R::TYPE);
                     let refused = Rejected::new(Rejection::Syntax, problem);
-                    vec![Heard::Refused(
-                        Origin::Topic(Arc::clone(&ear.topic)),
+                    vec![TransportEvent::Refused(
+                        Origin::Topic(Arc::clone(&topic.topic)),
                         refused,
                     )]
                 }
             };
             // A turn begins once both sides know of each other, or the first tasks would wait.
             while self.turns.is_some() && !heard.is_empty() && !self.up.load(Ordering::Relaxed) {
-                tokio::time::sleep(GLANCE).await;
+                tokio::time::sleep(POLL_INTERVAL).await;
             }
             for heard in heard {
                 // Waiting here blocks only this node, because DDS has its own threads.
@@ -253,27 +279,37 @@ impl Listener {
     }
 
     /// Reports when the other side comes or goes.
-    async fn look_around(&self, node: &Node, mouth: &Mouth, ears: &Ears, mut watch: Watch) {
+    async fn monitor(
+        &self,
+        node: &Node,
+        publishers: &Publishers,
+        subscriptions: &Subscriptions,
+        mut watch: NodeWatcher,
+    ) {
         let mut steady = 0;
         loop {
-            tokio::time::sleep(GLANCE).await;
-            let hears = match ears {
-                Ears::Node(_) => {
+            tokio::time::sleep(POLL_INTERVAL).await;
+            let hears = match subscriptions {
+                Subscriptions::Node(_) => {
                     let stance = watch.look(self.up.load(Ordering::Relaxed));
-                    let heard = self.tell_of_rivals(stance);
+                    let heard = self.report_other_node(stance);
                     if heard.is_some_and(|heard| self.inbox.send(heard).is_err()) {
                         return;
                     }
-                    matches!(stance, Stance::Stay | Stance::Warn)
+                    matches!(stance, Precedence::Stay | Precedence::Warn)
                 }
-                Ears::Station(ears) => ears.tasks.subscription.get_publisher_count(node) > 0,
+                Subscriptions::Station(subscriptions) => {
+                    subscriptions.tasks.subscription.get_publisher_count(node) > 0
+                }
             };
-            let there = hears && mouth.is_heard(node);
+            let there = hears && publishers.has_subscribers(node);
             steady = if there { steady + 1 } else { 0 };
             let heard = match (self.up.load(Ordering::Relaxed), there) {
-                (false, true) if steady >= STEADY => Heard::Up(self.number),
-                (true, false) if self.settings.side == Side::Node => Heard::Down(self.number),
-                (true, false) => Heard::Ended(self.number),
+                (false, true) if steady >= STEADY_POLLS => TransportEvent::Up(self.number),
+                (true, false) if self.settings.side == Side::Node => {
+                    TransportEvent::Down(self.number)
+                }
+                (true, false) => TransportEvent::Ended(self.number),
                 _ => continue,
             };
             self.up.store(there, Ordering::Relaxed);
@@ -283,29 +319,28 @@ impl Listener {
         }
     }
     /// The event for another node under the same namespace.
-    fn tell_of_rivals(&self, stance: Stance) -> Option<Heard> {
+    fn report_other_node(&self, stance: Precedence) -> Option<TransportEvent> {
         let problem = format!("another node sends tasks under {}", self.settings.namespace);
         match stance {
-            Stance::Stay | Stance::Wait => None,
-            Stance::Warn => Some(Heard::Remark(problem)),
-            Stance::GiveWay => Some(Heard::Failed(Error::input(
-                "--ros2",
+            Precedence::Stay | Precedence::Wait => None,
+            Precedence::Warn => Some(TransportEvent::Remark(problem)),
+            Precedence::GiveWay => Some(TransportEvent::Failed(Error::input(
+                "'ros2'",
                 problem,
-                "stop it, or give this node another --ros2-namespace",
+                "stop it, or give this node another 'ros2_namespace'",
             ))),
         }
     }
 }
 
 /// The inbox event for a message.
-fn heard<R, M: Serialize>(ear: &Ear<R>, message: std::result::Result<M, Rejected>) -> Heard {
-    let origin = Origin::Topic(Arc::clone(&ear.topic));
+fn event<R>(
+    topic: &TopicSubscription<R>,
+    message: std::result::Result<impl Into<Message>, Rejected>,
+) -> TransportEvent {
+    let origin = Origin::Topic(Arc::clone(&topic.topic));
     match message {
-        Ok(message) => {
-            let mut line = encode(&message).into_bytes();
-            line.truncate(line.trim_ascii_end().len());
-            Heard::Line(origin, line)
-        }
-        Err(rejected) => Heard::Refused(origin, rejected),
+        Ok(message) => TransportEvent::Message(origin, Box::new(message.into())),
+        Err(rejected) => TransportEvent::Refused(origin, rejected),
     }
 }

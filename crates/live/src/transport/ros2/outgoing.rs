@@ -1,14 +1,16 @@
 //! Conversion of messages from the node to and from ROS messages.
 
-use super::incoming::header;
+use super::incoming::{finite, header};
 use super::messages::{Count, Due, LineStatus, Point, RobotFigures, Task, TaskCancel, Time};
-use crate::protocol::{self, Cancel, Latency, MissedCounts, Outgoing, RobotReport, Status};
+use crate::protocol::{
+    self, Cancel, Latency, MissedCounts, Outgoing, Rejected, RobotCounts, Status,
+};
 use std::collections::BTreeMap;
 
 /// Milliseconds per second.
 const MS: f64 = 1e3;
 
-fn point(place: protocol::Point) -> Point {
+fn point(place: protocol::BeltPoint) -> Point {
     Point {
         x: place.x,
         y: place.y,
@@ -16,11 +18,11 @@ fn point(place: protocol::Point) -> Point {
     }
 }
 
-fn read_point(place: &Point) -> protocol::Point {
-    protocol::Point {
-        x: place.x,
-        y: place.y,
-    }
+fn read_point(field: &str, place: &Point) -> Result<protocol::BeltPoint, Rejected> {
+    Ok(protocol::BeltPoint {
+        x: finite(field, place.x)?,
+        y: finite(field, place.y)?,
+    })
 }
 
 /// A task as a ROS message.
@@ -54,8 +56,15 @@ pub fn task(task: &protocol::Task, frame: &str) -> Task {
 }
 
 /// Reads a task.
-pub fn read_task(task: &Task) -> Outgoing {
-    Outgoing::Task(protocol::Task {
+///
+/// # Errors
+/// A value that must be a number is infinite or NaN.
+pub fn read_task(task: &Task) -> Result<Outgoing, Rejected> {
+    let size = Some([task.length, task.width]).filter(|size| *size != [0.0; 2]);
+    for side in size.into_iter().flatten() {
+        finite("size", side)?;
+    }
+    Ok(Outgoing::Task(protocol::Task {
         id: task.id,
         revision: task.revision,
         robot: task.robot.clone(),
@@ -65,17 +74,17 @@ pub fn read_task(task: &Task) -> Outgoing {
         earliest_start: task.earliest_start.stamp(),
         latest_start: task.latest_start.stamp(),
         meet_at: task.meet_at.stamp(),
-        meet: read_point(&task.meet),
-        bin: read_point(&task.bin),
+        meet: read_point("meet", &task.meet)?,
+        bin: read_point("bin", &task.bin)?,
         free_at: task.free_at.stamp(),
-        priority: task.priority,
+        priority: finite("priority", task.priority)?,
         strategy: task.strategy.clone(),
         class: Some(task.item_class.clone()).filter(|class| !class.is_empty()),
-        angle: task.has_angle.then_some(task.angle),
-        height: Some(task.height).filter(|height| *height > 0.0),
-        size: Some([task.length, task.width]).filter(|size| *size != [0.0; 2]),
+        angle: Some(task.angle).filter(|angle| task.has_angle && angle.is_finite()),
+        height: Some(task.height).filter(|height| *height > 0.0 && height.is_finite()),
+        size,
         data: serde_json::from_str(&task.data).ok(),
-    })
+    }))
 }
 
 /// A cancel as a ROS message.
@@ -157,17 +166,26 @@ pub fn status(status: &Status, frame: &str) -> LineStatus {
 }
 
 /// Reads a status.
-pub fn read_status(status: &LineStatus) -> Outgoing {
+///
+/// # Errors
+/// A value that must be a number is infinite or NaN.
+pub fn read_status(status: &LineStatus) -> Result<Outgoing, Rejected> {
     let robots = status.robots.iter();
-    Outgoing::Status(Box::new(Status {
+    let latency = Latency {
+        decisions: status.decisions,
+        p50_ms: finite("latency_p50", status.latency_p50)? * MS,
+        p99_ms: finite("latency_p99", status.latency_p99)? * MS,
+        max_ms: finite("latency_max", status.latency_max)? * MS,
+    };
+    Ok(Outgoing::Status(Box::new(Status {
         stamp: status.header.stamp.stamp(),
         last: status.last,
         layout: None,
         mode: status.mode.clone(),
         seen: status.seen,
         picked: status.picked,
-        picked_share: status.picked_share,
-        picks_per_min: status.picks_per_min,
+        picked_share: finite("picked_share", status.picked_share)?,
+        picks_per_min: finite("picks_per_min", status.picks_per_min)?,
         missed: MissedCounts {
             unreachable: status.missed_unreachable,
             grasp_failed: status.missed_grasp_failed,
@@ -183,7 +201,7 @@ pub fn read_status(status: &LineStatus) -> Outgoing {
         rejected: read_counts(&status.rejected),
         noted: read_counts(&status.noted),
         robots: robots
-            .map(|robot| RobotReport {
+            .map(|robot| RobotCounts {
                 name: robot.name.clone(),
                 state: robot.state.clone(),
                 picked: robot.picked,
@@ -192,13 +210,8 @@ pub fn read_status(status: &LineStatus) -> Outgoing {
             })
             .collect(),
         sources: Vec::new(),
-        latency: Some(Latency {
-            decisions: status.decisions,
-            p50_ms: status.latency_p50 * MS,
-            p99_ms: status.latency_p99 * MS,
-            max_ms: status.latency_max * MS,
-        }),
-    }))
+        latency: Some(latency),
+    })))
 }
 
 /// The end of the node's turn of `messages` messages; without a `due` it is the last turn.

@@ -1,14 +1,14 @@
 //! Restores the sending order of messages over all topics, one turn at a time.
 //!
-//! DDS keeps the order within a topic but not between topics. With `--clock messages` node and
+//! DDS keeps the order within a topic but not between topics. With message time node and
 //! station take turns. A turn ends with a message that gives its number of messages. Messages are
 //! held until the turn is complete and then passed on in the order of their publication times in
 //! DDS.
 
-use crate::transport::Heard;
+use crate::transport::TransportEvent;
 
 /// Maximum number of held messages; a station that takes turns sends fewer in one turn.
-const MOST: usize = 100_000;
+const MOST_HELD: usize = 100_000;
 /// Length of the prefix of a writer's identity that all writers of a participant share [bytes].
 const PARTICIPANT: usize = 12;
 
@@ -35,7 +35,7 @@ impl Sent {
 /// The held messages.
 #[derive(Debug, Default)]
 pub struct Turns {
-    held: Vec<(Sent, Vec<Heard>)>,
+    held: Vec<(Sent, Vec<TransportEvent>)>,
     /// Ends of turns, each with the number of messages before it in the turn.
     ends: Vec<(Sent, usize)>,
 }
@@ -53,10 +53,10 @@ impl Turns {
     pub fn take(
         &mut self,
         sent: Sent,
-        heard: Vec<Heard>,
+        heard: Vec<TransportEvent>,
         end: Option<u32>,
-    ) -> Result<Vec<Heard>, Endless> {
-        if self.held.len() >= MOST {
+    ) -> Result<Vec<TransportEvent>, Endless> {
+        if self.held.len() >= MOST_HELD {
             return Err(Endless);
         }
         self.held.push((sent, heard));
@@ -92,16 +92,16 @@ mod tests {
         Sent::new(&[sender; 24], at)
     }
 
-    fn line(text: &str) -> Vec<Heard> {
-        vec![Heard::Line(
+    fn line(text: &str) -> Vec<TransportEvent> {
+        vec![TransportEvent::Line(
             Origin::Topic("t".into()),
             text.as_bytes().to_vec(),
         )]
     }
 
-    fn texts(heard: Vec<Heard>) -> String {
-        let text = |heard: Heard| match heard {
-            Heard::Line(_, text) => String::from_utf8(text).unwrap(),
+    fn texts(heard: Vec<TransportEvent>) -> String {
+        let text = |heard: TransportEvent| match heard {
+            TransportEvent::Line(_, text) => String::from_utf8(text).unwrap(),
             other => panic!("{other:?}"),
         };
         heard.into_iter().map(text).collect()
@@ -129,7 +129,7 @@ mod tests {
     #[test]
     fn what_never_ends_is_not_held_for_ever() {
         let mut turns = Turns::default();
-        for at in 0..MOST {
+        for at in 0..MOST_HELD {
             assert!(turns.take(sent(1, at as i64), Vec::new(), None).is_ok());
         }
         let last = turns.take(sent(1, 0), Vec::new(), None);

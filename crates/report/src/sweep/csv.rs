@@ -1,0 +1,76 @@
+//! A sweep as CSV.
+
+use super::report::SweepReport;
+use crate::csv_rows::{CsvRows, Displayed, OptionalNumber, high, low};
+use crate::table::column;
+use serde::Serialize;
+
+#[derive(Default, Serialize)]
+struct SweptMethod<'r> {
+    /// Named after the varied quantity.
+    value: Displayed<f64>,
+    method: &'r str,
+}
+
+#[derive(Default, Serialize)]
+struct PointFigures {
+    /// Only in a sweep of the number of robots.
+    added_per_robot_per_min: OptionalNumber,
+    picked_share: Displayed<f64>,
+    picked_share_low: OptionalNumber,
+    picked_share_high: OptionalNumber,
+    picking_rate_per_min: Displayed<f64>,
+    picking_rate_low_per_min: OptionalNumber,
+    picking_rate_high_per_min: OptionalNumber,
+    complete_share: Displayed<f64>,
+    nearly_complete_share: Displayed<f64>,
+    certified_percent: OptionalNumber,
+    picked_share_upper_bound: OptionalNumber,
+    picking_rate_upper_bound_per_min: OptionalNumber,
+    /// Only where items have attributes.
+    weighted_rate_per_min: OptionalNumber,
+}
+
+impl SweepReport {
+    /// Every point; columns without figures are left out.
+    pub(super) fn points_csv(&self) -> String {
+        let varied = match self.sweep {
+            "speed" => "belt_speed",
+            other => other,
+        };
+        let methods = self.limits.len();
+        let rows = self.points.iter().enumerate().map(|(i, point)| {
+            let bound = self.bounds.as_ref().map(|b| &b.points[i / methods]);
+            let of = SweptMethod {
+                value: Displayed(point.value),
+                method: point.method.as_str(),
+            };
+            let rate = bound.and_then(|bound| bound.picking_rate_per_min);
+            let figures = PointFigures {
+                added_per_robot_per_min: point.added_per_robot_per_min.map(Displayed),
+                picked_share: Displayed(point.picked_share),
+                picked_share_low: low(point.picked_share_interval),
+                picked_share_high: high(point.picked_share_interval),
+                picking_rate_per_min: Displayed(point.picking_rate_per_min),
+                picking_rate_low_per_min: low(point.picking_rate_interval),
+                picking_rate_high_per_min: high(point.picking_rate_interval),
+                complete_share: Displayed(point.complete_share),
+                nearly_complete_share: Displayed(point.nearly_complete_share),
+                certified_percent: point.certified_percent.map(Displayed),
+                picked_share_upper_bound: bound.map(|bound| Displayed(bound.picked_share)),
+                picking_rate_upper_bound_per_min: rate.map(Displayed),
+                weighted_rate_per_min: self
+                    .weighs
+                    .then_some(Displayed(point.weighted_rate_per_min)),
+            };
+            (of, point.throughput.columns(), figures)
+        });
+        CsvRows::of(rows)
+            .without_empty()
+            .renamed(|name| match name {
+                "value" => column(varied, self.unit),
+                name => name.to_owned(),
+            })
+            .text(&self.made)
+    }
+}

@@ -1,0 +1,333 @@
+//! A sweep: figures over one varied quantity, and up to which value everything is picked.
+
+use crate::presentation::SettingNames;
+use crate::provenance::Provenance;
+use crate::throughput::ThroughputReport;
+use pickline::experiment::{Axis, Limit, Sweep, SweepBound, SweepPoint, paper};
+use pickline::stats::{self, Interval};
+use pickline::throughput::UnsteadyReason;
+use serde::Serialize;
+
+/// A sweep as printed and written; the JSON field names are the product's format.
+#[derive(Debug, Clone, Serialize)]
+pub struct SweepReport {
+    /// The varied quantity.
+    pub sweep: &'static str,
+    /// Unit of the varied quantity.
+    pub unit: &'static str,
+    /// Number of patterns.
+    pub patterns: usize,
+    /// All points, ordered by value, then by method.
+    pub points: Vec<PointReport>,
+    /// Up to which value each method picks everything.
+    pub limits: Vec<LimitReport>,
+    /// What no strategy can exceed, for each value; omitted if not requested.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bounds: Option<BoundsReport>,
+    /// The paper's limits, if they are comparable with ours.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub paper: Option<PaperLimits>,
+    /// Remarks for the reader.
+    pub notes: Vec<String>,
+    /// Where the result comes from.
+    pub made: Provenance,
+    /// The values at which arms can meet.
+    pub arms_can_meet: Vec<f64>,
+    /// Number of planned values; more than were run if the user stopped the sweep.
+    #[serde(skip)]
+    pub(super) planned: usize,
+    #[serde(skip)]
+    pub(super) helps: bool,
+    #[serde(skip)]
+    pub(super) weighs: bool,
+}
+
+/// One method at one value.
+#[derive(Debug, Clone, Serialize)]
+pub struct PointReport {
+    /// The value.
+    pub value: f64,
+    /// The method's name in files.
+    pub method: String,
+    /// Its name in tables at this value.
+    pub title: String,
+    /// Picks per minute in the steady state.
+    #[serde(flatten)]
+    pub throughput: ThroughputReport,
+    /// Throughput minus that at the previous value, per robot; omitted unless robots are swept.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub added_per_robot_per_min: Option<f64>,
+    /// Mean share of the items picked.
+    pub picked_share: f64,
+    /// 95 % interval of that share; `None` for a single pattern, as for the rate.
+    #[serde(flatten, serialize_with = "crate::ends::picked_share")]
+    pub picked_share_interval: Option<Interval>,
+    /// Mean picks per minute.
+    pub picking_rate_per_min: f64,
+    /// 95 % interval of that rate [1/min].
+    #[serde(flatten, serialize_with = "crate::ends::picking_rate")]
+    pub picking_rate_interval: Option<Interval>,
+    /// Mean reward-weighted picks per minute.
+    pub weighted_rate_per_min: f64,
+    /// Share of the patterns that were picked completely.
+    pub complete_share: f64,
+    /// Share of the patterns of which at least 99 % was picked.
+    pub nearly_complete_share: f64,
+    /// Picks over all patterns as a proven share of the optimum [%]; omitted if not requested.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub certified_percent: Option<f64>,
+}
+
+/// What no strategy can exceed, along a sweep.
+#[derive(Debug, Clone, Serialize)]
+pub struct BoundsReport {
+    /// The values at which no strategy picks every item of every pattern (proven).
+    pub impossible: Vec<f64>,
+    /// One point per value.
+    pub points: Vec<BoundPoint>,
+}
+
+/// What no strategy can exceed at one value.
+#[derive(Debug, Clone, Serialize)]
+pub struct BoundPoint {
+    /// The value.
+    pub value: f64,
+    /// Mean of the most items that can be picked, as a share of the items.
+    pub picked_share: f64,
+    /// Mean of the highest possible rates [1/min]; `None` if some pattern has no finite bound.
+    pub picking_rate_per_min: Option<f64>,
+}
+
+impl BoundsReport {
+    fn new(bounds: &[SweepBound], values: &[f64]) -> Self {
+        let points = values.iter().zip(bounds);
+        Self {
+            impossible: points
+                .clone()
+                .filter(|(_, bound)| !bound.complete())
+                .map(|(&value, _)| value)
+                .collect(),
+            points: points
+                .map(|(&value, bound)| BoundPoint {
+                    value,
+                    picked_share: bound.picked_share,
+                    picking_rate_per_min: bound.picking_rate,
+                })
+                .collect(),
+        }
+    }
+}
+
+/// Up to which value one method picks everything.
+#[derive(Debug, Clone, Serialize)]
+pub struct LimitReport {
+    /// The method's name in files.
+    pub method: String,
+    /// Highest value up to which every item of every pattern is picked.
+    pub highest: Option<f64>,
+    /// First value at which an item is missed.
+    pub first_miss: Option<f64>,
+    /// Values above that at which everything is picked again.
+    pub again: Vec<f64>,
+    /// Lowest value from which every item of every pattern is picked.
+    pub lowest: Option<f64>,
+    /// Highest value up to which at least 99 % is picked of 95 % of the patterns.
+    pub highest_95_99: Option<f64>,
+    /// Minimum, median and maximum of the limits of single patterns; 0 is below the sweep.
+    pub of_patterns: [f64; 3],
+    /// The limits of single patterns in ascending order, if there are several.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub all_of_patterns: Vec<f64>,
+    /// Excess over the first method's limit [%].
+    pub benefit_percent: Option<f64>,
+    /// The recommended value; `None` in a sweep of the belt speed, without a throughput, and if
+    /// arms can meet at every value.
+    pub recommended: Option<f64>,
+}
+
+/// The paper's belt speed limits on the grid of 0.15 m.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct PaperLimits {
+    /// Robust GT [m/s].
+    pub robust_gt: f64,
+    /// The RL policy [m/s].
+    pub rl: f64,
+    /// Excess of the RL policy's limit over robust GT's [%].
+    pub benefit_percent: f64,
+}
+
+/// A note that limits on short patterns are not limits of the line, if there are any.
+fn short_limit(sweep: &Sweep, items: &str) -> Option<String> {
+    let mut points = sweep.points.iter().flatten();
+    let enough = points
+        .clone()
+        .filter_map(|point| match point.throughput.missing {
+            Some(UnsteadyReason::Short { items, .. }) => items,
+            _ => None,
+        });
+    let enough = match enough.max() {
+        Some(items) => format!("{items} items or more"),
+        None => "more items".to_owned(),
+    };
+    let short = |point: &SweepPoint| {
+        let missing = &point.throughput.missing;
+        point.throughput.mean.is_none() && matches!(missing, Some(UnsteadyReason::Short { .. }))
+    };
+    points.any(short).then(|| {
+        format!(
+            "a limit on patterns as short as these is that of the patterns: the line picks \
+             everything of a few items also where it cannot keep up with their flow for long; for the \
+             limit of the line give patterns of {enough} ({items})"
+        )
+    })
+}
+
+impl PointReport {
+    /// The report of a method at a value, given by their places; `id` is the method's name.
+    fn new(sweep: &Sweep, axis: Axis, (place, method): (usize, usize), id: &str) -> Self {
+        let point = &sweep.points[place][method];
+        let added = || {
+            let before = place.checked_sub(1).filter(|_| axis == Axis::Robots)?;
+            let robots = sweep.values[place] - sweep.values[before];
+            let (here, before) = (&point.throughput, &sweep.points[before][method].throughput);
+            // The flow differs only if other patterns have a steady state.
+            let share = here.share()? - before.share()?;
+            Some(share * here.flow? / robots)
+        };
+        Self {
+            value: sweep.values[place],
+            method: id.to_owned(),
+            title: point.title.clone(),
+            throughput: ThroughputReport::new(&point.throughput),
+            added_per_robot_per_min: added(),
+            picked_share: point.picked_share,
+            picked_share_interval: point.picked_share_interval,
+            picking_rate_per_min: point.picking_rate,
+            picking_rate_interval: point.picking_rate_interval,
+            weighted_rate_per_min: point.weighted_rate,
+            complete_share: point.complete_share,
+            nearly_complete_share: point.nearly_complete_share,
+            certified_percent: point.certified,
+        }
+    }
+}
+
+impl LimitReport {
+    /// The report of the limits of a method; `id` is its name.
+    fn new(sweep: &Sweep, axis: Axis, method: usize, id: &str) -> Self {
+        let first = sweep.complete(0).highest;
+        let Limit {
+            highest,
+            first_miss,
+            again,
+            lowest,
+        } = sweep.complete(method);
+        let mut of_patterns = sweep.limits(method);
+        of_patterns.sort_by(f64::total_cmp);
+        Self {
+            method: id.to_owned(),
+            highest,
+            first_miss,
+            again,
+            lowest,
+            highest_95_99: sweep.nearly_complete(method, 0.95).highest,
+            of_patterns: [0.0, 0.5, 1.0].map(|share| stats::quantile(&of_patterns, share)),
+            all_of_patterns: match of_patterns.len() {
+                1 => Vec::new(),
+                _ => of_patterns,
+            },
+            benefit_percent: first
+                .zip(highest)
+                .filter(|_| method > 0 && !axis.helps())
+                .map(|(first, this)| 100.0 * (this / first - 1.0)),
+            recommended: match axis {
+                Axis::Speed => None,
+                _ => sweep.recommended(method),
+            },
+        }
+    }
+}
+
+impl SweepReport {
+    /// The report of `sweep` over `axis`. `ids` are the methods' names in files; `with_paper`:
+    /// this is the paper's case; `names` are those that notes refer to settings by.
+    pub fn new(
+        sweep: &Sweep,
+        axis: Axis,
+        ids: &[String],
+        with_paper: bool,
+        notes: Vec<String>,
+        names: &SettingNames,
+        made: Provenance,
+    ) -> Self {
+        let places = 0..sweep.values.len();
+        let points = places.flat_map(|place| {
+            let methods = ids.iter().enumerate();
+            methods.map(move |(method, id)| PointReport::new(sweep, axis, (place, method), id))
+        });
+        let points: Vec<PointReport> = points.collect();
+        let throughputs = points.iter().map(|point| &point.throughput);
+        let mut notes = notes;
+        notes.extend(ThroughputReport::note(throughputs));
+        notes.extend(short_limit(sweep, names.items).filter(|_| axis == Axis::Speed));
+        let meet = sweep.values.iter().zip(&sweep.arms_meet);
+        let (robust_gt, rl) = paper::SPEED_LIMITS;
+        Self {
+            planned: sweep.planned,
+            helps: axis.helps(),
+            sweep: axis.name(),
+            unit: axis.unit(),
+            patterns: sweep.limits(0).len(),
+            points,
+            arms_can_meet: meet
+                .filter(|(_, meet)| **meet)
+                .map(|(value, _)| *value)
+                .collect(),
+            weighs: sweep.weighs,
+            limits: ids
+                .iter()
+                .enumerate()
+                .map(|(method, id)| LimitReport::new(sweep, axis, method, id))
+                .collect(),
+            bounds: sweep
+                .bounds
+                .as_ref()
+                .map(|bounds| BoundsReport::new(bounds, &sweep.values)),
+            paper: with_paper.then(|| PaperLimits {
+                robust_gt,
+                rl,
+                benefit_percent: 100.0 * (rl / robust_gt - 1.0),
+            }),
+            notes,
+            made,
+        }
+    }
+
+    /// The varied quantity with its unit, as the header of a table.
+    pub(super) fn varied(&self) -> String {
+        match self.unit {
+            "1" => self.sweep.to_owned(),
+            unit => format!("{} [{unit}]", self.sweep),
+        }
+    }
+
+    /// Whether there is a throughput at some point.
+    pub(super) fn is_steady(&self) -> bool {
+        let mut points = self.points.iter();
+        points.any(|point| point.throughput.throughput_per_min.is_some())
+    }
+
+    /// Whether it is known how much a further robot adds.
+    pub(super) fn adds(&self) -> bool {
+        let mut points = self.points.iter();
+        points.any(|point| point.added_per_robot_per_min.is_some())
+    }
+
+    /// The unit as written after a value.
+    pub(super) fn unit_word(&self) -> &'static str {
+        match self.unit {
+            "1" => self.sweep,
+            unit => unit,
+        }
+    }
+}
