@@ -26,11 +26,11 @@ fn scenes_are_checked() {
     for (made, words) in [
         (
             Scene::under(&station, &pattern, bad),
-            "--position-noise: -1",
+            "'position_noise': -1",
         ),
-        (scene().with_disturbances(bad_luck), "--position-noise: -1"),
-        (scene().with_update_hz(-1.0), "--update-hz: -1"),
-        (scene().with_camera_x(f64::NAN), "--camera-x: NaN"),
+        (scene().with_disturbances(bad_luck), "'position_noise': -1"),
+        (scene().with_update_hz(-1.0), "'update_hz': -1"),
+        (scene().with_camera_x(f64::NAN), "'camera_x': NaN"),
     ] {
         let message = made.unwrap_err().to_string();
         assert!(message.contains(words), "{message}");
