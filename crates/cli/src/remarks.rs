@@ -1,6 +1,9 @@
 //! What a live program has to say, and whether it may.
 
+use super::flags::flag;
 use super::log::{Log, LogLevel, Style, kind_of};
+use pickline::error::spell_settings;
+use pickline_live::Setting;
 use std::sync::Arc;
 
 /// Remarks for the operator; a quiet program makes none.
@@ -34,10 +37,20 @@ impl Remarks {
         self.say(LogLevel::Warning, &kind_of(text), text);
     }
 
-    /// A remark, unless quiet; repeated remarks of one `kind` are summed up.
+    /// A remark, unless quiet; repeated remarks of one `kind` are summed up. Settings are named by
+    /// their flags.
     pub fn say(&self, level: LogLevel, kind: &str, text: &str) {
         if !self.quiet {
-            self.log.say(level, kind, text);
+            self.log.say(level, &with_flags(kind), &with_flags(text));
         }
     }
+}
+
+/// A remark of the line with flags in place of its settings. What else stands in quotes may be a
+/// name that a peer has given.
+fn with_flags(text: &str) -> String {
+    spell_settings(text, |name| match Setting::named(name) {
+        Some(setting) => flag(setting.name()),
+        None => format!("'{name}'"),
+    })
 }

@@ -6,6 +6,7 @@
 mod bound;
 mod charts;
 mod clearance;
+mod columns;
 mod comparison;
 mod csv_rows;
 mod description;
