@@ -208,12 +208,24 @@ impl fmt::Debug for Blueprint {
 /// The part of a strategy that does not depend on the line: its parsed text, and its file,
 /// which is not read again.
 pub struct Parsed {
+    text: String,
     kind: &'static StrategyKind,
     make: Maker,
     remark: Option<String>,
 }
 
+impl fmt::Debug for Parsed {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.debug_tuple("Parsed").field(&self.text).finish()
+    }
+}
+
 impl Parsed {
+    /// The text from which it was read.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
     /// A remark about how it was read, if there is one.
     pub fn remark(&self) -> Option<&str> {
         self.remark.as_deref()
@@ -270,7 +282,12 @@ pub fn parse(text: &str) -> Result<Parsed> {
     };
     if let Some(kind) = STRATEGIES.iter().find(|kind| kind.name == name) {
         let (make, remark) = (kind.read)(rest)?;
-        return Ok(Parsed { kind, make, remark });
+        return Ok(Parsed {
+            text: text.to_owned(),
+            kind,
+            make,
+            remark,
+        });
     }
     if name == BOUND {
         return Err(Error::usage(

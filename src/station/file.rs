@@ -4,6 +4,7 @@ use super::builtin::built_in;
 use super::geometry::{Belt, Robot, Station, outruns};
 use super::line::Line;
 use crate::error::{Error, Result, nearest_file, shown};
+use crate::files::fingerprint;
 use crate::toml_file::{File, Section};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -280,6 +281,11 @@ fn read_line(line: &Section, overrides: Overrides) -> Result<Line> {
         grasp_time: line.number("grasp_time")?,
         release_time: line.number("release_time")?,
     })
+}
+
+/// Hash of a station's resolved values, independent of how they were given.
+pub fn station_hash(station: &Station) -> String {
+    fingerprint(to_toml(station))
 }
 
 /// The station as TOML with every value resolved. [`parse`] reads it back as an equal station.

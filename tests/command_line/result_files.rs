@@ -11,6 +11,10 @@ use pickline::optimize::{Environment, Progress};
 use pickline::pattern::grid;
 use pickline::sim::Conditions;
 use pickline::station::built_in;
+use pickline_report::{
+    BoundReport, ComparisonReport, GameReport, OptimumReport, RunReport, SweepReport,
+    VerbReport as _,
+};
 #[cfg(target_os = "linux")]
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -86,6 +90,44 @@ fn result_files_leave_the_input_alone() {
         "--out",
         &other,
     ]);
+}
+
+/// What a verb writes to a folder is what it has checked before the work.
+#[test]
+fn result_files_are_those_that_are_announced() {
+    let cases: [(&str, Vec<&str>); 6] = [
+        ("simulate --no-bound", RunReport::file_names()),
+        ("bound --iterations 2", BoundReport::file_names()),
+        (
+            "optimize --patterns grid:0.3 --items 9 --validate 0 --strategy rules:SPT,SPT",
+            OptimumReport::file_names(),
+        ),
+        (
+            "compare --robust SPT,FIFO --no-policy --no-greedy --no-bound --replicates 1",
+            ComparisonReport::file_names(),
+        ),
+        (
+            "sweep --robust SPT,FIFO --no-bound --from 0.05 --to 0.05",
+            SweepReport::file_names(),
+        ),
+        (
+            "game --patterns grid:0.3 --items 9",
+            GameReport::file_names(),
+        ),
+    ];
+    for (call, mut announced) in cases {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().join("out");
+        let out = out.to_str().unwrap();
+        let words: Vec<&str> = call.split(' ').chain(["-q", "--out", out]).collect();
+        text(&words);
+        let written = std::fs::read_dir(out).unwrap();
+        let written = written.map(|file| file.unwrap().file_name().into_string().unwrap());
+        let mut written: Vec<String> = written.collect();
+        written.sort();
+        announced.sort_unstable();
+        assert_eq!(written, announced, "{call}");
+    }
 }
 
 /// Asks to stop once so many patterns are done.

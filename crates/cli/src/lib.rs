@@ -11,20 +11,20 @@ mod dashboard;
 mod emulate;
 mod flags;
 mod game;
-mod kept;
 mod live;
+mod live_strategy;
 mod log;
 mod man;
+mod monitor;
 #[cfg(feature = "mqtt")]
 mod mqtt;
-mod node;
 mod notify;
 mod optimize;
 mod outputs;
 mod pattern;
-mod pattern_set;
 mod pictures;
 mod progress;
+mod remarks;
 #[cfg(feature = "mcap")]
 mod replay;
 #[cfg(feature = "ros2")]
@@ -37,10 +37,8 @@ mod settings;
 mod simulate;
 mod station;
 mod sweep;
-mod sweep_values;
 #[cfg(feature = "onnx")]
 mod train;
-mod training;
 mod warnings;
 
 use args::{Cli, Command};

@@ -7,7 +7,7 @@ use super::args::{
 use super::flags::flag;
 use super::outputs::{self, Outputs};
 use super::session::{Session, tell};
-use super::settings::{DEFAULT_GRID, load_pattern};
+use super::settings::load_pattern;
 use super::warnings::warn;
 use pickline::error::{Error, Result, counted, shown, shown_number, spell_settings};
 use pickline::files;
@@ -15,6 +15,7 @@ use pickline::pattern::{
     Feed, Feeder, Pattern, describe, grid, poisson_disk, random_stream, to_csv, tracking,
 };
 use pickline::plausible::{BELT_SPEED, BELT_WIDTH, MERGE_DISTANCE, SPLIT_DISTANCE};
+use pickline::study::DEFAULT_GRID;
 use pickline_report::{DescriptionReport, json_text, origin_comment};
 use rand::rngs::ChaCha8Rng;
 use serde::Serialize;

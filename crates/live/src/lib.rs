@@ -24,6 +24,7 @@ pub mod journal;
 mod latency;
 pub mod layout;
 mod lifecycle;
+pub mod node;
 mod operation;
 pub mod protocol;
 pub mod recording;

@@ -1,7 +1,7 @@
 //! How close arms come to each other, in a run and by the station's geometry.
 
 use super::table::fixed;
-use pickline::clearance::{Apart, Clearance, MARGIN, TOLERANCE};
+use pickline::clearance::{Apart, Clearance, MARGIN, Overlap, TOLERANCE};
 use pickline::error::{shown, shown_number};
 use pickline::station::Station;
 use serde::Serialize;
@@ -75,32 +75,9 @@ pub fn arms_apart(station: &Station, apart: &Apart) -> (String, Vec<String>) {
             name(other)
         )
     });
-    let mut warnings: Vec<String> = apart
-        .overlaps
-        .iter()
-        .take(MOST_PAIRS)
-        .map(|overlap| {
-            let [one, other] = overlap.robots.map(name);
-            let span =
-                |[low, high]: [f64; 2]| format!("x = {} to {} m", fixed(low, 3), fixed(high, 3));
-            let shared = match overlap.workspaces {
-                Some(shared) => format!(
-                    "their workspaces share {} m^2 of the belt, {}",
-                    fixed(shared.area, 3),
-                    span(shared.x)
-                ),
-                None => format!(
-                    "their paths to the bins intersect, {}",
-                    span(overlap.swept.x)
-                ),
-            };
-            let rest = match overlap.at_rest {
-                0.0 => "they cross".to_owned(),
-                distance => format!("they are {} m apart", fixed(distance, 3)),
-            };
-            format!("the arms of {one} and {other} can collide: {shared}; at rest {rest}")
-        })
-        .collect();
+    let overlaps = apart.overlaps.iter().take(MOST_PAIRS);
+    let overlaps = overlaps.map(|overlap| overlap_warning(overlap, overlap.robots.map(name)));
+    let mut warnings: Vec<String> = overlaps.collect();
     let near = apart.near.iter().take(MOST_PAIRS).map(|(distance, pair)| {
         let [one, other] = pair.map(name);
         format!(
@@ -125,4 +102,25 @@ pub fn arms_apart(station: &Station, apart: &Apart) -> (String, Vec<String>) {
         ));
     }
     (fine, warnings)
+}
+
+/// The warning about two arms, named, that can collide.
+fn overlap_warning(overlap: &Overlap, [one, other]: [String; 2]) -> String {
+    let span = |[low, high]: [f64; 2]| format!("x = {} to {} m", fixed(low, 3), fixed(high, 3));
+    let shared = match overlap.workspaces {
+        Some(shared) => format!(
+            "their workspaces share {} m^2 of the belt, {}",
+            fixed(shared.area, 3),
+            span(shared.x)
+        ),
+        None => format!(
+            "their paths to the bins intersect, {}",
+            span(overlap.swept.x)
+        ),
+    };
+    let rest = match overlap.at_rest {
+        0.0 => "they cross".to_owned(),
+        distance => format!("they are {} m apart", fixed(distance, 3)),
+    };
+    format!("the arms of {one} and {other} can collide: {shared}; at rest {rest}")
 }

@@ -121,21 +121,21 @@ mod tests {
     use super::*;
 
     #[derive(Serialize, Default)]
-    struct Name<'r> {
+    struct TestName<'r> {
         name: &'r str,
     }
 
     #[derive(Serialize, Default)]
-    struct Figures {
+    struct TestFigures {
         value: Displayed<f64>,
         low: OptionalNumber,
         count: Option<usize>,
     }
 
-    fn rows() -> Vec<(Name<'static>, Figures)> {
+    fn rows() -> Vec<(TestName<'static>, TestFigures)> {
         let row = |name, value, low| {
             let (value, count) = (Displayed(value), None);
-            (Name { name }, Figures { value, low, count })
+            (TestName { name }, TestFigures { value, low, count })
         };
         vec![
             row("a, b", 5.0, None),
@@ -163,19 +163,19 @@ mod tests {
             "NAME,VALUE\n\"a, b\",5\n\"#c\",0.0000001\n"
         );
         // Without rows, nothing is known to be empty.
-        let none = CsvRows::of(Vec::<(Name, Figures)>::new()).without_empty();
+        let none = CsvRows::of(Vec::<(TestName, TestFigures)>::new()).without_empty();
         assert_eq!(none.plain_text(), "name,value,low,count\n");
     }
 
     #[test]
     fn columns_of_a_number_known_only_later_have_names() {
         #[derive(Serialize, Default)]
-        struct Rate {
+        struct TestRate {
             rate: Displayed<f64>,
         }
         let row = |rates: usize| {
-            let rates: Vec<Rate> = (0..rates).map(|_| Rate::default()).collect();
-            (Name { name: "a" }, rates, Figures::default())
+            let rates: Vec<TestRate> = (0..rates).map(|_| TestRate::default()).collect();
+            (TestName { name: "a" }, rates, TestFigures::default())
         };
         let mut number = 0;
         let rows = CsvRows::like(&row(2), [row(2)]).renamed(|name| {

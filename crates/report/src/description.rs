@@ -1,9 +1,10 @@
 //! Figures that describe a pattern.
 
+use super::columns::TableColumns;
 use super::csv_rows::CsvRows;
 use super::presentation::Presentation;
 use super::provenance::Provenance;
-use super::table::{Table, fixed};
+use super::table::fixed;
 use super::verb_report::{ResultFile, VerbReport};
 use pickline::pattern::Description;
 use serde::Serialize;
@@ -101,11 +102,12 @@ impl VerbReport for DescriptionReport {
     }
 
     fn to_table(&self, _: &Presentation) -> String {
-        let mut table = Table::new(&["<figure", "value", "<unit"]);
-        for line in self.lines() {
-            table.row([line.figure, line.value, line.unit.to_owned()]);
-        }
-        format!("{}pattern   {}\n", table.render(), self.name)
+        let table = TableColumns::new()
+            .with("<figure", |line: &FigureLine| line.figure.clone())
+            .with("value", |line| line.value.clone())
+            .with("<unit", |line| line.unit.to_owned())
+            .table(self.lines());
+        format!("{table}pattern   {}\n", self.name)
     }
 
     fn to_csv(&self) -> String {

@@ -2,13 +2,14 @@
 
 use super::bound::CertifiedReport;
 use super::clearance::ClearanceReport;
+use super::columns::TableColumns;
 use super::csv_rows::{CsvRows, Displayed};
 use super::presentation::{Presentation, SettingNames};
 use super::provenance::Provenance;
-use super::table::{Table, fixed};
+use super::table::fixed;
 use super::throughput::ThroughputReport;
 use super::verb_report::{ResultFile, VerbReport};
-use pickline::decision::{MissReason, Outcome, Pick};
+use pickline::decision::{MissReason, Outcome, Pick, RobotFigures};
 use pickline::sim::Scene;
 use pickline::throughput::{Throughput, steady_state};
 use serde::Serialize;
@@ -116,6 +117,21 @@ pub struct MissReport {
     pub reason: &'static str,
 }
 
+impl RobotRunReport {
+    /// The report of what a robot `did` in a run that ended at `end` [s].
+    fn new(name: &str, did: &RobotFigures, end: f64, utilisation_steady: Option<f64>) -> Self {
+        Self {
+            name: name.to_owned(),
+            picked: did.picked,
+            weight: did.weight,
+            failed: did.failed,
+            busy_s: did.busy,
+            utilisation: if end > 0.0 { did.busy / end } else { 0.0 },
+            utilisation_steady,
+        }
+    }
+}
+
 impl RunReport {
     /// The report of `outcome`, a run on `scene`.
     pub fn new(strategy: String, scene: &Scene, outcome: &Outcome, made: Provenance) -> Self {
@@ -148,18 +164,9 @@ impl RunReport {
             weighted_rate_per_min: figures.weighted_rate(),
             robots: robots
                 .enumerate()
-                .map(|(place, (robot, did))| RobotRunReport {
-                    name: robot.name.clone(),
-                    picked: did.picked,
-                    weight: did.weight,
-                    failed: did.failed,
-                    busy_s: did.busy,
-                    utilisation: if figures.end > 0.0 {
-                        did.busy / figures.end
-                    } else {
-                        0.0
-                    },
-                    utilisation_steady: steady.utilisation.get(place).copied(),
+                .map(|(place, (robot, did))| {
+                    let busy_share = steady.utilisation.get(place).copied();
+                    RobotRunReport::new(&robot.name, did, figures.end, busy_share)
                 })
                 .collect(),
             picks: outcome.picks.iter().map(pick).collect(),
@@ -191,48 +198,21 @@ impl RunReport {
     /// The run as text for the terminal.
     fn text(&self, names: &SettingNames) -> String {
         let steady = self.throughput.throughput_per_min.is_some();
-        let mut header = vec!["<robot", "picked", "busy [s]", "utilisation [%]"];
-        header.extend(steady.then_some("in the steady state [%]"));
-        let mut robots = Table::new(&header);
-        for robot in &self.robots {
-            let mut row = vec![
-                robot.name.clone(),
-                robot.picked.to_string(),
-                fixed(robot.busy_s, 1),
-                fixed(100.0 * robot.utilisation, 1),
-            ];
-            row.extend(
-                robot
-                    .utilisation_steady
-                    .map(|share| fixed(100.0 * share, 1)),
-            );
-            robots.row(row);
-        }
-        let reasons: Vec<String> = self
-            .missed_by_reason
-            .iter()
-            .filter(|(_, count)| **count > 0)
-            .map(|(reason, count)| format!("{count} {reason}"))
-            .collect();
-        let missed = if reasons.is_empty() {
-            "nothing".to_owned()
-        } else {
-            reasons.join(", ")
-        };
+        let robots = TableColumns::new()
+            .with("<robot", |robot: &&RobotRunReport| robot.name.clone())
+            .with("picked", |robot| robot.picked.to_string())
+            .with("busy [s]", |robot| fixed(robot.busy_s, 1))
+            .with("utilisation [%]", |robot| {
+                fixed(100.0 * robot.utilisation, 1)
+            })
+            .with_if(steady, "in the steady state [%]", |robot| {
+                let share = robot.utilisation_steady;
+                share.map_or(String::new(), |share| fixed(100.0 * share, 1))
+            })
+            .table(&self.robots);
         let checked = match self.checked {
             Some(true) => "checked   confirmed by the independent checker\n",
             _ => "",
-        };
-        let failed = match self.failures.len() {
-            0 => String::new(),
-            count => {
-                let by_robot = self
-                    .robots
-                    .iter()
-                    .map(|r| format!("{} {}", r.name, r.failed));
-                let by_robot = by_robot.collect::<Vec<_>>().join(", ");
-                format!("failed    {count} attempts ({by_robot})\n")
-            }
         };
         let weighted = match self.weighs {
             true => format!(", weighted {} /min", fixed(self.weighted_rate_per_min, 2)),
@@ -241,15 +221,17 @@ impl RunReport {
         format!(
             "{}{}strategy  {}\npicked    {} of {} ({} %) in {} s\n\
              rate      {} picks/min over the whole run{weighted}\n\
-             missed    {missed}\n{failed}{checked}{}{}{}",
+             {}{}{checked}{}{}{}",
             self.throughput.line(),
-            robots.render(),
+            robots,
             self.strategy,
             self.picked,
             self.items,
             fixed(100.0 * self.picked_share, 1),
             fixed(self.end_s, 1),
             fixed(self.picking_rate_per_min, 2),
+            self.missed_line(),
+            self.failed_line(),
             self.clearance
                 .as_ref()
                 .map_or(String::new(), ClearanceReport::line),
@@ -258,6 +240,29 @@ impl RunReport {
                 .map_or(String::new(), |bound| bound.line(names)),
             self.made.lines(),
         )
+    }
+
+    /// How many items were missed for which reason.
+    fn missed_line(&self) -> String {
+        let reasons = self.missed_by_reason.iter();
+        let reasons = reasons.filter(|(_, count)| **count > 0);
+        let reasons: Vec<String> = reasons
+            .map(|(reason, count)| format!("{count} {reason}"))
+            .collect();
+        match reasons.len() {
+            0 => "missed    nothing\n".to_owned(),
+            _ => format!("missed    {}\n", reasons.join(", ")),
+        }
+    }
+
+    /// How many attempts of which robot failed, if any did.
+    fn failed_line(&self) -> String {
+        let robots = self.robots.iter();
+        let robots: Vec<String> = robots.map(|r| format!("{} {}", r.name, r.failed)).collect();
+        match self.failures.len() {
+            0 => String::new(),
+            count => format!("failed    {count} attempts ({})\n", robots.join(", ")),
+        }
     }
 
     /// The picks and failed attempts, one per line, in order of decision.

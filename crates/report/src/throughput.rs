@@ -97,7 +97,7 @@ impl ThroughputReport {
     }
 
     /// The 95 % interval in a table.
-    fn shown_interval(&self, digits: usize) -> String {
+    pub(crate) fn shown_interval(&self, digits: usize) -> String {
         interval(self.interval, digits)
     }
 
@@ -105,15 +105,6 @@ impl ThroughputReport {
     pub(crate) fn flow(&self, digits: usize) -> String {
         let value = self.flow_per_min;
         value.map_or("-".to_owned(), |value| fixed(value, digits))
-    }
-
-    /// The cells of a table: throughput, its interval and the flow.
-    pub(crate) fn table_cells(&self, digits: usize) -> [String; 3] {
-        [
-            self.shown(digits),
-            self.shown_interval(digits),
-            self.flow(digits),
-        ]
     }
 
     /// One line for the terminal.

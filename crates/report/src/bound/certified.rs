@@ -2,7 +2,7 @@
 
 use super::rounding::rounded_up;
 use crate::presentation::SettingNames;
-use crate::table::{fixed, interval};
+use crate::table::fixed;
 use pickline::decision::Figures;
 use pickline::experiment::CaseBound;
 use pickline::planning::bound::{Bound, BoundStop, certified_percent};
@@ -93,22 +93,5 @@ impl CaseBoundReport {
             difference: bound.difference,
             benefit_percent: bound.benefit.map(|benefit| 100.0 * benefit),
         }
-    }
-
-    /// Its row in a comparison of `columns` columns; `before` columns after the methods' names
-    /// stay empty.
-    pub(crate) fn row(&self, before: usize, columns: usize) -> Vec<String> {
-        let up = |value: Option<f64>| value.map_or(String::new(), |value| rounded_up(value, 1));
-        let mut row = vec![String::new(), "bound: no strategy beats".to_owned()];
-        row.resize(2 + before, String::new());
-        row.extend([
-            rounded_up(100.0 * self.picked_share, 1),
-            String::new(),
-            up(self.picking_rate_per_min),
-            interval(self.difference, 2),
-            up(self.benefit_percent),
-        ]);
-        row.resize(columns, String::new());
-        row
     }
 }

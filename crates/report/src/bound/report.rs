@@ -1,6 +1,7 @@
 //! A certified bound.
 
 use crate::provenance::Provenance;
+use pickline::decision::Figures;
 use pickline::pattern::Pattern;
 use pickline::planning::bound::{Bound, certified_percent};
 use serde::Serialize;
@@ -71,6 +72,20 @@ pub struct ScheduleReport {
     pub certified_percent: f64,
 }
 
+impl ScheduleReport {
+    /// The report of a schedule with these `figures`, found in the search for `bound`.
+    fn new(figures: &Figures, bound: &Bound) -> Self {
+        Self {
+            picked: figures.picked,
+            weight: figures.weight,
+            end_s: figures.end,
+            picking_rate_per_min: figures.picking_rate(),
+            weighted_rate_per_min: figures.weighted_rate(),
+            certified_percent: certified_percent(bound.earned(figures), bound.value),
+        }
+    }
+}
+
 impl BoundReport {
     /// The report of the bound on `picks` for `pattern`, with the bound on `weight` if it was
     /// requested.
@@ -116,14 +131,7 @@ impl BoundReport {
                 false => "no",
             },
             all_picked_end_lower_bound_s: Some(all_end).filter(|end| end.is_finite()),
-            schedule: schedule.map(|outcome| ScheduleReport {
-                picked: outcome.figures.picked,
-                weight: outcome.figures.weight,
-                end_s: outcome.figures.end,
-                picking_rate_per_min: outcome.figures.picking_rate(),
-                weighted_rate_per_min: outcome.figures.weighted_rate(),
-                certified_percent: certified_percent(main.earned(&outcome.figures), main.value),
-            }),
+            schedule: schedule.map(|outcome| ScheduleReport::new(&outcome.figures, main)),
             slot_s: main.slot_s,
             arcs: main.arcs,
             iterations: picks.iterations + weight.map_or(0, |bound| bound.iterations),

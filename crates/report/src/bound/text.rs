@@ -2,52 +2,13 @@
 
 use super::report::{BoundReport, ScheduleReport};
 use super::rounding::{rounded_down, rounded_up};
-use crate::table::{Table, fixed};
+use crate::columns::TableColumns;
+use crate::table::fixed;
 
 impl BoundReport {
     /// The bound as text for the terminal.
     pub(super) fn text(&self) -> String {
-        let up = |value: Option<f64>, digits: usize| {
-            value.map_or("-".to_owned(), |value| rounded_up(value, digits))
-        };
-        let of = |figure: &dyn Fn(&ScheduleReport) -> String| {
-            self.schedule.as_ref().map_or("-".to_owned(), figure)
-        };
-        let mut table = Table::new(&["<figure", "no strategy beats", "a schedule has", "<unit"]);
-        table.row([
-            "items picked, at most".to_owned(),
-            self.picks_upper_bound.to_string(),
-            of(&|s| s.picked.to_string()),
-            format!("of {}", self.items),
-        ]);
-        if self.weighs && self.weight_upper_bound.is_some() {
-            table.row([
-                "weight picked, at most".to_owned(),
-                up(self.weight_upper_bound, 3),
-                of(&|s| fixed(s.weight, 3)),
-                String::new(),
-            ]);
-        }
-        table.row([
-            "picking rate, at most".to_owned(),
-            up(self.picking_rate_upper_bound_per_min, 2),
-            of(&|s| fixed(s.picking_rate_per_min, 2)),
-            "1/min".into(),
-        ]);
-        if self.weighs && self.weighted_rate_upper_bound_per_min.is_some() {
-            table.row([
-                "weighted rate, at most".to_owned(),
-                up(self.weighted_rate_upper_bound_per_min, 2),
-                of(&|s| fixed(s.weighted_rate_per_min, 2)),
-                "1/min".into(),
-            ]);
-        }
-        table.row([
-            "end of the run, at least".to_owned(),
-            rounded_down(self.end_lower_bound_s, 1),
-            of(&|s| fixed(s.end_s, 1)),
-            "s".into(),
-        ]);
+        let table = self.figures();
         let all = match (self.all_picked, self.all_picked_end_lower_bound_s) {
             ("no", _) | (_, None) => "not everything can be picked (proven)".to_owned(),
             (all_picked, Some(end)) => format!(
@@ -69,7 +30,7 @@ impl BoundReport {
         format!(
             "{}{share}all       {all}\nreach     {} of {} items are within reach\n\
              search    {} steps, slots of {} s, {} picks in slots, {}\n{}{}",
-            table.render(),
+            table,
             self.reachable,
             self.items,
             self.iterations,
@@ -83,4 +44,68 @@ impl BoundReport {
             self.made.lines(),
         )
     }
+
+    /// The table of the figures.
+    fn figures(&self) -> String {
+        let up = |value: Option<f64>, digits: usize| {
+            value.map_or("-".to_owned(), |value| rounded_up(value, digits))
+        };
+        let of = |figure: &dyn Fn(&ScheduleReport) -> String| {
+            self.schedule.as_ref().map_or("-".to_owned(), figure)
+        };
+        let line = |figure, bound, schedule, unit: &str| BoundLine {
+            figure,
+            bound,
+            schedule,
+            unit: unit.to_owned(),
+        };
+        let mut lines = vec![line(
+            "items picked, at most",
+            self.picks_upper_bound.to_string(),
+            of(&|s| s.picked.to_string()),
+            &format!("of {}", self.items),
+        )];
+        if self.weighs && self.weight_upper_bound.is_some() {
+            lines.push(line(
+                "weight picked, at most",
+                up(self.weight_upper_bound, 3),
+                of(&|s| fixed(s.weight, 3)),
+                "",
+            ));
+        }
+        lines.push(line(
+            "picking rate, at most",
+            up(self.picking_rate_upper_bound_per_min, 2),
+            of(&|s| fixed(s.picking_rate_per_min, 2)),
+            "1/min",
+        ));
+        if self.weighs && self.weighted_rate_upper_bound_per_min.is_some() {
+            lines.push(line(
+                "weighted rate, at most",
+                up(self.weighted_rate_upper_bound_per_min, 2),
+                of(&|s| fixed(s.weighted_rate_per_min, 2)),
+                "1/min",
+            ));
+        }
+        lines.push(line(
+            "end of the run, at least",
+            rounded_down(self.end_lower_bound_s, 1),
+            of(&|s| fixed(s.end_s, 1)),
+            "s",
+        ));
+        TableColumns::new()
+            .with("<figure", |line: &BoundLine| line.figure.to_owned())
+            .with("no strategy beats", |line| line.bound.clone())
+            .with("a schedule has", |line| line.schedule.clone())
+            .with("<unit", |line| line.unit.clone())
+            .table(lines)
+    }
+}
+
+/// A line of the table of figures.
+struct BoundLine {
+    figure: &'static str,
+    bound: String,
+    schedule: String,
+    unit: String,
 }

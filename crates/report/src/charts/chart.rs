@@ -74,6 +74,16 @@ pub(crate) struct ChartPoint {
     pub tip: String,
 }
 
+impl ChartPoint {
+    /// The same point, moved to the right.
+    pub fn moved(self, by: f64) -> Self {
+        Self {
+            x: self.x + by,
+            ..self
+        }
+    }
+}
+
 /// A line from edge to edge.
 #[derive(Debug)]
 pub(crate) struct ChartMark {

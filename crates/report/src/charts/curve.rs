@@ -52,8 +52,8 @@ fn chart(curve: &Curve) -> Chart {
     Chart {
         title: "Learning curve".into(),
         caption: "Mean picking rate on the built-in cases of each station, as a share of \
-                  that of the best rules for every single pattern (greedy GT), under seeds \
-                  that no training sees."
+                  that of the best rules for every single pattern (greedy GT, game theory), under \
+                  seeds that no training sees."
             .into(),
         x: ChartAxis::around("decisions learned from [1000]", learned, true),
         y: ChartAxis::around("picking rate to greedy GT [%]", all, false),

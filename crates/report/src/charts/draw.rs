@@ -69,6 +69,15 @@ fn svg(chart: &Chart, look: Look, about: &str) -> String {
     )
 }
 
+/// Inserts `elements` behind the data.
+fn insert_behind(scene: &mut Scene, elements: Vec<Primitive>) {
+    // The data start where kuva starts to clip.
+    let is_start = |element: &Primitive| matches!(element, Primitive::ClipStart { .. });
+    let data = scene.elements.iter().position(is_start);
+    let at = data.unwrap_or(scene.elements.len());
+    scene.elements.splice(at..at, elements);
+}
+
 /// Removes kuva's clip path. It would cut markers on the edges in half. Besides, kuva numbers
 /// its paths throughout the process, but equal charts must give equal bytes. The axes contain
 /// everything that is drawn anyway.
@@ -122,13 +131,7 @@ fn scene(chart: &Chart, look: Look) -> Scene {
         behind.extend(grid(chart, look, &computed));
     }
     behind.extend(marks::drawn(&chart.marks, &rows, look, &computed));
-    // The data start where kuva starts to clip.
-    let data = scene
-        .elements
-        .iter()
-        .position(|element| matches!(element, Primitive::ClipStart { .. }));
-    let at = data.unwrap_or(scene.elements.len());
-    scene.elements.splice(at..at, behind);
+    insert_behind(&mut scene, behind);
     unclip(&mut scene);
     if look == Look::Paper {
         scene.elements.push(heading(&chart.title));

@@ -63,27 +63,11 @@ fn points_plots(
     let area = style == PointStyle::Area;
     let mut plots = Vec::new();
     if area && points.len() > 1 {
-        let end = |point: &ChartPoint, upper: bool| {
-            let Interval { low, high } = point.along.unwrap_or(Interval::point(point.y));
-            if upper { high } else { low }
-        };
-        let band = BandPlot::new(
-            points.iter().map(|point| point.x),
-            points.iter().map(|point| end(point, false)),
-            points.iter().map(|point| end(point, true)),
-        );
-        plots.push(Plot::Band(
-            band.with_color(colour.clone()).with_opacity(0.18),
-        ));
+        plots.push(band(points, &colour));
     }
     if joined {
-        let style = dashes(ink).map_or(LineStyle::Solid, |dash| LineStyle::Custom(dash.into()));
-        let line = LinePlot::new()
-            .with_data(points.iter().map(place))
-            .with_color(colour.clone())
-            .with_stroke_width(1.6 + WIDER * under)
-            .with_line_style(style);
-        plots.push(Plot::Line(line));
+        let places = points.iter().map(place).collect();
+        plots.push(line(places, ink, &colour, 1.6 + WIDER * under));
     }
     if style == PointStyle::Bare {
         return plots;
@@ -112,4 +96,22 @@ fn points_plots(
     }
     plots.push(Plot::Scatter(dots));
     plots
+}
+
+/// A line through `places` in the dashes of `ink`, so wide [px].
+fn line(places: Vec<(f64, f64)>, ink: Ink, colour: &str, width: f64) -> Plot {
+    let style = dashes(ink).map_or(LineStyle::Solid, |dash| LineStyle::Custom(dash.into()));
+    let line = LinePlot::new().with_data(places).with_color(colour);
+    Plot::Line(line.with_stroke_width(width).with_line_style(style))
+}
+
+/// The intervals of `points` along y as one area.
+fn band(points: &[ChartPoint], colour: &str) -> Plot {
+    let ends = |point: &ChartPoint| point.along.unwrap_or(Interval::point(point.y));
+    let band = BandPlot::new(
+        points.iter().map(|point| point.x),
+        points.iter().map(|point| ends(point).low),
+        points.iter().map(|point| ends(point).high),
+    );
+    Plot::Band(band.with_color(colour).with_opacity(0.18))
 }

@@ -128,36 +128,43 @@ pub(super) fn drawn(
             stroke_dasharray: Some(dash()),
         });
         if let Some((x, row)) = place {
-            // No line of another mark runs through the words.
-            let (half, base) = (half_width(marks, i), top - ABOVE - ROW * *row as f64);
-            let sharing = sharing(marks, i);
-            labels.push(Primitive::Rect {
-                x: x - half,
-                y: base - ROW + 4.0,
-                width: 2.0 * half,
-                height: ROW - 1.0,
-                fill: Color::from(look.ground()),
-                stroke: None,
-                stroke_width: None,
-                opacity: None,
-            });
-            for (place, ink) in sharing.iter().enumerate() {
-                let at = x - half + SIGN * (place as f64 + 0.5) - 2.0;
-                labels.extend(sign(*ink, look, at, base - 4.5));
-            }
-            labels.push(Primitive::Text {
-                x: x + 0.5 * SIGN * sharing.len() as f64,
-                y: base,
-                content: label(&mark.label),
-                size: TEXT,
-                anchor: TextAnchor::Middle,
-                rotate: None,
-                bold: false,
-                color: None,
-            });
+            let base = top - ABOVE - ROW * *row as f64;
+            labels.extend(mark_label(marks, i, look, (*x, base)));
         }
     }
     drawn.extend(labels);
+    drawn
+}
+
+/// The label of the `i`-th mark around a position, with the markers of all that share it.
+fn mark_label(marks: &[ChartMark], i: usize, look: Look, (x, base): (f64, f64)) -> Vec<Primitive> {
+    let half = half_width(marks, i);
+    let sharing = sharing(marks, i);
+    // No line of another mark runs through the words.
+    let mut drawn = vec![Primitive::Rect {
+        x: x - half,
+        y: base - ROW + 4.0,
+        width: 2.0 * half,
+        height: ROW - 1.0,
+        fill: Color::from(look.ground()),
+        stroke: None,
+        stroke_width: None,
+        opacity: None,
+    }];
+    for (place, ink) in sharing.iter().enumerate() {
+        let at = x - half + SIGN * (place as f64 + 0.5) - 2.0;
+        drawn.extend(sign(*ink, look, at, base - 4.5));
+    }
+    drawn.push(Primitive::Text {
+        x: x + 0.5 * SIGN * sharing.len() as f64,
+        y: base,
+        content: label(&marks[i].label),
+        size: TEXT,
+        anchor: TextAnchor::Middle,
+        rotate: None,
+        bold: false,
+        color: None,
+    });
     drawn
 }
 

@@ -275,18 +275,7 @@ fn difference(report: &ComparisonReport) -> Option<Chart> {
             points: report.cases.iter().enumerate().map(point).collect(),
         }
     };
-    let ends_of = |case: &CaseReport, result: &MethodResultReport| {
-        let x = difference_of(case, result);
-        {
-            let Interval { low, high } = result.difference.unwrap_or(Interval::point(x));
-            [low, high]
-        }
-    };
-    let ends_of = |case: &CaseReport| -> Vec<f64> {
-        let results = case.results[1..].iter();
-        results.flat_map(|result| ends_of(case, result)).collect()
-    };
-    let mut ends: Vec<f64> = report.cases.iter().flat_map(ends_of).collect();
+    let mut ends: Vec<f64> = report.cases.iter().flat_map(difference_ends).collect();
     ends.push(0.0);
     // The title names the first method; the name of a long line would not fit here.
     let axis = "picking rate minus that of the first method [1/min]".to_owned();
@@ -308,6 +297,16 @@ fn difference(report: &ComparisonReport) -> Option<Chart> {
         }],
         legend: methods_legend(report, 1, Swatch::Dot),
     })
+}
+
+/// The ends of all differences of a case [1/min].
+fn difference_ends(case: &CaseReport) -> Vec<f64> {
+    let ends = |result: &MethodResultReport| {
+        let x = difference_of(case, result);
+        let Interval { low, high } = result.difference.unwrap_or(Interval::point(x));
+        [low, high]
+    };
+    case.results[1..].iter().flat_map(ends).collect()
 }
 
 /// Excess over the first method's picking rate [1/min].

@@ -1,8 +1,11 @@
 //! The page of a comparison.
 
 use super::charts::CHARTS;
-use super::report::{CaseReport, ComparisonReport, MethodReport, MethodResultReport};
+use super::report::{CaseReport, ComparisonReport, MethodResultReport, PrintedReport};
+use crate::bound::CaseBoundReport;
+use crate::columns::TableColumns;
 use crate::page::{Cell, PageFigure, PageSection, PageTable, ReportPage, charts, escape};
+use pickline::stats::Interval;
 
 /// The page for `report`.
 pub(super) fn page(report: &ComparisonReport) -> String {
@@ -12,19 +15,41 @@ pub(super) fn page(report: &ComparisonReport) -> String {
     if let Some(place) = sections.iter().position(is_first) {
         sections[..=place].rotate_right(1);
     }
+    sections.extend(tables(report));
+    sections.push(PageSection::List("Notes".into(), report.notes.clone()));
+    let cases = report.cases.len();
+    let page = ReportPage {
+        title: format!(
+            "Comparison of {} on {cases} case{}",
+            match report.methods.len() {
+                1 => "one method".to_owned(),
+                methods => format!("{methods} methods"),
+            },
+            if cases == 1 { "" } else { "s" }
+        ),
+        subtitle: format!("Station {}", report.made.station),
+        answer: answer(report),
+        sections,
+        made: &report.made,
+    };
+    page.html(report)
+}
+
+/// The tables, from top to bottom.
+fn tables(report: &ComparisonReport) -> Vec<PageSection> {
     let counts = report.cases.iter();
     let counts = counts.map(|case| match case.patterns {
         1 => format!("one of {}", case.name),
         n => format!("{n} of {}", case.name),
     });
-    sections.push(PageSection::Table(
+    let mut sections = vec![PageSection::Table(
         "Figures".into(),
         figures(report),
         format!(
             "Means with their 95 % intervals over the patterns: {}.",
             counts.collect::<Vec<_>>().join("; ")
         ),
-    ));
+    )];
     if let [first, _, ..] = report.methods.as_slice() {
         sections.push(PageSection::Table(
             format!("Compared with {}", first.title),
@@ -51,269 +76,318 @@ pub(super) fn page(report: &ComparisonReport) -> String {
             "What Jermann et al. print in their Tables 2 and 3.".into(),
         ));
     }
-    sections.push(PageSection::List("Notes".into(), report.notes.clone()));
-    let cases = report.cases.len();
-    let page = ReportPage {
-        title: format!(
-            "Comparison of {} on {cases} case{}",
-            match report.methods.len() {
-                1 => "one method".to_owned(),
-                methods => format!("{methods} methods"),
-            },
-            if cases == 1 { "" } else { "s" }
-        ),
-        subtitle: format!("Station {}", report.made.station),
-        answer: answer(report),
-        sections,
-        made: &report.made,
-    };
-    page.html(report)
+    sections
 }
 
 /// How each method performs, summarised over the cases.
 fn answer(report: &ComparisonReport) -> Vec<String> {
-    let methods = report.methods.iter().enumerate();
-    let line = |(j, method): (usize, &MethodReport)| {
-        let title = escape(&method.title);
-        // The cases with the lowest and highest figure.
-        let ends = |of: &dyn Fn(&CaseReport) -> f64| {
-            let order =
-                |a: &usize, b: &usize| of(&report.cases[*a]).total_cmp(&of(&report.cases[*b]));
-            let all = || 0..report.cases.len();
-            (
-                all().min_by(order).unwrap_or(0),
-                all().max_by(order).unwrap_or(0),
-            )
-        };
-        let figure = |case: usize, field: &str, value: f64| {
-            PageFigure::new(format!("cases.{case}.results.{j}.{field}"), value, 1).html()
-        };
-        if j == 0 {
-            let rate = |case: &CaseReport| case.results[0].picking_rate_per_min;
-            let (least, most) = ends(&rate);
-            let shown =
-                |case: usize| figure(case, "picking_rate_per_min", rate(&report.cases[case]));
-            let rate = match least == most {
-                true => format!("a picking rate of {}/min", shown(least)),
-                false => format!(
-                    "a picking rate of {} to {}/min, depending on the case",
-                    shown(least),
-                    shown(most)
-                ),
-            };
-            let steady = report.cases.iter().enumerate().filter_map(|(i, case)| {
-                let throughput = case.results[0].throughput.throughput_per_min?;
-                Some((i, throughput))
-            });
-            let steady: Vec<(usize, f64)> = steady.collect();
-            let order = |a: &&(usize, f64), b: &&(usize, f64)| a.1.total_cmp(&b.1);
-            if let (Some(least), Some(most)) =
-                (steady.iter().min_by(order), steady.iter().max_by(order))
-            {
-                let shown = |of: &(usize, f64)| figure(of.0, "throughput_per_min", of.1);
-                let throughput = match least == most {
-                    true => format!("a throughput of {}/min", shown(least)),
-                    false => format!("a throughput of {} to {}/min", shown(least), shown(most)),
-                };
-                return format!("{title} has {throughput} and {rate}.");
-            }
-            return format!("{title} has {rate}.");
-        }
-        let benefit = |case: &CaseReport| case.results[j].benefit_percent;
-        let (least, most) = ends(&benefit);
-        let shown = |case: usize| figure(case, "benefit_percent", benefit(&report.cases[case]));
-        let range = match least == most {
-            true => format!("{} %", shown(least)),
-            false => format!("{} to {} %", shown(least), shown(most)),
-        };
-        let count = |holds: &dyn Fn(f64, f64) -> bool| {
-            let results = report.cases.iter();
-            let ends = results.filter_map(|case| {
-                let result = &case.results[j];
-                result.difference
-            });
-            ends.filter(|ends| holds(ends.low, ends.high)).count()
-        };
-        let better = count(&|low, _| low > 0.0);
-        let worse = count(&|_, high| high < 0.0);
-        let several = count(&|_, _| true);
-        let proven = match (several, better, worse) {
-            (0, _, _) => String::new(),
-            (n, 0, 0) => format!("; the difference is proven on none of the {n} random cases"),
-            (n, better, 0) => format!("; proven better on {better} of the {n} random cases"),
-            (n, 0, worse) => format!("; proven worse on {worse} of the {n} random cases"),
-            (n, better, worse) => {
-                format!("; proven better on {better} and worse on {worse} of the {n} random cases")
-            }
-        };
-        format!(
-            "{title} changes the picking rate by {range} compared with the first method{proven}."
-        )
-    };
-    methods.map(line).collect()
+    let methods = 0..report.methods.len();
+    methods
+        .map(|j| match j {
+            0 => first_answer(report),
+            _ => other_answer(report, j),
+        })
+        .collect()
 }
 
-/// One row per method from `first` on, case by case. `cells` gets the case, the method and the
-/// path of its figures, and returns `None` to omit the row.
+/// A figure of the `j`-th method as HTML, where it is lowest and where it is highest over the
+/// cases that have it; one of them if they are the same case.
+fn span(
+    report: &ComparisonReport,
+    j: usize,
+    field: &str,
+    of: impl Fn(&MethodResultReport) -> Option<f64>,
+) -> Option<(String, Option<String>)> {
+    let cases = report.cases.iter().enumerate();
+    let values = cases.filter_map(|(i, case)| Some((i, of(&case.results[j])?)));
+    let values: Vec<(usize, f64)> = values.collect();
+    let order = |a: &&(usize, f64), b: &&(usize, f64)| a.1.total_cmp(&b.1);
+    let least = values.iter().min_by(order)?;
+    let most = values.iter().max_by(order)?;
+    let shown = |&(case, value): &(usize, f64)| {
+        PageFigure::new(format!("cases.{case}.results.{j}.{field}"), value, 1).html()
+    };
+    Some((shown(least), (least != most).then(|| shown(most))))
+}
+
+/// The rates of the first method.
+fn first_answer(report: &ComparisonReport) -> String {
+    let title = escape(&report.methods[0].title);
+    let rate = span(report, 0, "picking_rate_per_min", |result| {
+        Some(result.picking_rate_per_min)
+    });
+    let rate = match rate.unwrap_or_default() {
+        (least, None) => format!("a picking rate of {least}/min"),
+        (least, Some(most)) => {
+            format!("a picking rate of {least} to {most}/min, depending on the case")
+        }
+    };
+    let throughput = span(report, 0, "throughput_per_min", |result| {
+        result.throughput.throughput_per_min
+    });
+    match throughput {
+        None => format!("{title} has {rate}."),
+        Some((least, None)) => format!("{title} has a throughput of {least}/min and {rate}."),
+        Some((least, Some(most))) => {
+            format!("{title} has a throughput of {least} to {most}/min and {rate}.")
+        }
+    }
+}
+
+/// How the `j`-th method differs from the first.
+fn other_answer(report: &ComparisonReport, j: usize) -> String {
+    let title = escape(&report.methods[j].title);
+    let benefit = span(report, j, "benefit_percent", |result| {
+        Some(result.benefit_percent)
+    });
+    let range = match benefit.unwrap_or_default() {
+        (least, None) => format!("{least} %"),
+        (least, Some(most)) => format!("{least} to {most} %"),
+    };
+    let cases = report.cases.iter();
+    let intervals: Vec<Interval> = cases
+        .filter_map(|case| case.results[j].difference)
+        .collect();
+    let better = intervals.iter().filter(|ends| ends.low > 0.0).count();
+    let worse = intervals.iter().filter(|ends| ends.high < 0.0).count();
+    let proven = match (intervals.len(), better, worse) {
+        (0, _, _) => String::new(),
+        (n, 0, 0) => format!("; the difference is proven on none of the {n} random cases"),
+        (n, better, 0) => format!("; proven better on {better} of the {n} random cases"),
+        (n, 0, worse) => format!("; proven worse on {worse} of the {n} random cases"),
+        (n, better, worse) => {
+            format!("; proven better on {better} and worse on {worse} of the {n} random cases")
+        }
+    };
+    format!("{title} changes the picking rate by {range} compared with the first method{proven}.")
+}
+
+/// A row of a table: a method on a case.
+struct MethodPageRow<'r> {
+    case: &'r CaseReport,
+    result: &'r MethodResultReport,
+    title: &'r str,
+    /// Places of the case and of the method.
+    places: (usize, usize),
+    /// Whether this is the first row of its case.
+    begins: bool,
+}
+
+impl MethodPageRow<'_> {
+    fn path(&self, field: &str) -> String {
+        let (case, method) = self.places;
+        format!("cases.{case}.results.{method}.{field}")
+    }
+
+    fn percent(&self, field: &str, share: f64) -> PageFigure {
+        PageFigure::percent(self.path(field), share)
+    }
+
+    fn figure(&self, field: &str, value: f64, digits: usize) -> PageFigure {
+        PageFigure::new(self.path(field), value, digits)
+    }
+
+    fn rate(&self, field: &str, value: f64) -> PageFigure {
+        self.figure(field, value, 2)
+    }
+}
+
+/// The rows of the methods from the `first` on for which `has` holds, case by case.
 fn rows(
     report: &ComparisonReport,
     first: usize,
-    cells: impl Fn(&CaseReport, &MethodResultReport, &dyn Fn(&str) -> String) -> Option<Vec<Cell>>,
-) -> Vec<(bool, Vec<Cell>)> {
+    has: impl Fn(&MethodResultReport) -> bool,
+) -> Vec<(bool, MethodPageRow<'_>)> {
     let mut rows = Vec::new();
     for (i, case) in report.cases.iter().enumerate() {
-        let mut begins = true;
-        for (j, result) in case.results.iter().enumerate().skip(first) {
-            let path = |field: &str| format!("cases.{i}.results.{j}.{field}");
-            let Some(cells) = cells(case, result, &path) else {
-                continue;
+        let results = case.results.iter().enumerate().skip(first);
+        let results = results.filter(|(_, result)| has(result));
+        for (place, (j, result)) in results.enumerate() {
+            let begins = place == 0;
+            let row = MethodPageRow {
+                case,
+                result,
+                title: &report.methods[j].title,
+                places: (i, j),
+                begins,
             };
-            let name = if begins { case.name.as_str() } else { "" };
-            let mut row = vec![
-                Cell::Words(name.into()),
-                Cell::Words(report.methods[j].title.clone()),
-            ];
-            row.extend(cells);
             rows.push((begins && i > 0, row));
-            begins = false;
         }
     }
     rows
 }
 
-fn table(header: &[&str], rows: Vec<(bool, Vec<Cell>)>) -> PageTable {
-    let header = ["<case", "<method"].iter().chain(header);
-    PageTable {
-        header: header.map(|&name| name.to_owned()).collect(),
-        rows,
-    }
+/// The first columns of every table.
+fn named<'c, 'r: 'c>() -> TableColumns<'c, MethodPageRow<'r>, Cell> {
+    TableColumns::new()
+        .with("<case", |row: &MethodPageRow| {
+            let name = if row.begins { &row.case.name } else { "" };
+            Cell::Words(name.to_owned())
+        })
+        .with("<method", |row| Cell::Words(row.title.to_owned()))
 }
 
 fn figures(report: &ComparisonReport) -> PageTable {
-    let (steady, weighs) = (report.is_steady(), report.weighs());
-    let cells = |_: &CaseReport, result: &MethodResultReport, path: &dyn Fn(&str) -> String| {
-        let percent = |field: &str, share| PageFigure::percent(path(field), share);
-        let rate = |field: &str, value| PageFigure::new(path(field), value, 2);
-        let mut cells = match steady {
-            true => Cell::throughput(&result.throughput, path),
-            false => Vec::new(),
-        };
-        cells.extend([
-            percent("picked_share", result.picked_share).into(),
-            Cell::interval(
-                ("picked_share_low", "picked_share_high"),
-                result.picked_share_interval,
-                percent,
-            ),
-            PageFigure::new(path("end_s"), result.end_s, 1).into(),
-            rate("picking_rate_per_min", result.picking_rate_per_min).into(),
-            Cell::interval(
-                ("picking_rate_low", "picking_rate_high"),
-                result.picking_rate_interval,
-                rate,
-            ),
-        ]);
-        let weighted = rate("weighted_rate_per_min", result.weighted_rate_per_min);
-        cells.extend(weighs.then(|| weighted.into()));
-        Some(cells)
-    };
-    let mut header = Vec::new();
-    header.extend(steady.then_some(Cell::THROUGHPUT).into_iter().flatten());
-    header.extend([
-        "picked [%]",
-        "95 %",
-        "time [s]",
-        "picking rate [1/min]",
-        "95 %",
-    ]);
-    header.extend(weighs.then_some("weighted [1/min]"));
-    table(&header, rows(report, 0, cells))
+    let columns = named()
+        .with_throughput(
+            report.is_steady(),
+            |row| &row.result.throughput,
+            MethodPageRow::path,
+        )
+        .with("picked [%]", |row| {
+            row.percent("picked_share", row.result.picked_share).into()
+        })
+        .with("95 %", |row| {
+            let names = ("picked_share_low", "picked_share_high");
+            let interval = row.result.picked_share_interval;
+            Cell::interval(names, interval, |field, value| row.percent(field, value))
+        })
+        .with("time [s]", |row| {
+            row.figure("end_s", row.result.end_s, 1).into()
+        })
+        .with("picking rate [1/min]", |row| {
+            row.rate("picking_rate_per_min", row.result.picking_rate_per_min)
+                .into()
+        })
+        .with("95 %", |row| {
+            let names = ("picking_rate_low", "picking_rate_high");
+            let interval = row.result.picking_rate_interval;
+            Cell::interval(names, interval, |field, value| row.rate(field, value))
+        })
+        .with_if(report.weighs(), "weighted [1/min]", |row| {
+            row.rate("weighted_rate_per_min", row.result.weighted_rate_per_min)
+                .into()
+        });
+    PageTable::of(&columns, rows(report, 0, |_| true))
 }
 
 fn differences(report: &ComparisonReport) -> PageTable {
-    let cells = |_: &CaseReport, result: &MethodResultReport, path: &dyn Fn(&str) -> String| {
-        Some(vec![
-            Cell::interval(
-                ("diff_low", "diff_high"),
-                result.difference,
-                |field, value| PageFigure::new(path(field), value, 2),
-            ),
-            PageFigure::new(path("benefit_percent"), result.benefit_percent, 1).into(),
-        ])
-    };
-    let header = [
-        "picking rate minus the first's, 95 % [1/min]",
-        "benefit [%]",
-    ];
-    table(&header, rows(report, 1, cells))
+    let columns = named()
+        .with("picking rate minus the first's, 95 % [1/min]", |row| {
+            let names = ("diff_low", "diff_high");
+            Cell::interval(names, row.result.difference, |field, value| {
+                row.rate(field, value)
+            })
+        })
+        .with("benefit [%]", |row| {
+            row.figure("benefit_percent", row.result.benefit_percent, 1)
+                .into()
+        });
+    PageTable::of(&columns, rows(report, 1, |_| true))
+}
+
+/// A row of the table of bounds: the bound of a case, or a method compared with it.
+enum BoundRow<'r> {
+    Bound(usize, &'r CaseReport, &'r CaseBoundReport),
+    Method(MethodPageRow<'r>),
+}
+
+impl BoundRow<'_> {
+    fn case(&self) -> Cell {
+        match self {
+            Self::Bound(_, case, _) => Cell::Words(case.name.clone()),
+            Self::Method(_) => Cell::Words(String::new()),
+        }
+    }
+
+    fn name(&self) -> Cell {
+        match self {
+            Self::Bound(..) => Cell::Words("bound".into()),
+            Self::Method(row) => Cell::Words(row.title.to_owned()),
+        }
+    }
+
+    fn picked(&self) -> Cell {
+        match self {
+            Self::Bound(i, _, bound) => {
+                let path = format!("cases.{i}.bound.picked_share");
+                PageFigure::percent(path, bound.picked_share).into()
+            }
+            Self::Method(row) => row.percent("picked_share", row.result.picked_share).into(),
+        }
+    }
+
+    fn rate(&self) -> Cell {
+        match self {
+            Self::Bound(i, _, bound) => {
+                let path = format!("cases.{i}.bound.picking_rate_per_min");
+                let rate = bound.picking_rate_per_min;
+                Cell::or_empty(rate.map(|rate| PageFigure::new(path, rate, 2)))
+            }
+            Self::Method(row) => row
+                .rate("picking_rate_per_min", row.result.picking_rate_per_min)
+                .into(),
+        }
+    }
+
+    /// A proven share of the optimum; empty for the bound itself.
+    fn certified(&self, field: &str, of: fn(&MethodResultReport) -> Option<f64>) -> Cell {
+        match self {
+            Self::Bound(..) => Cell::empty(),
+            Self::Method(row) => {
+                let percent = of(row.result);
+                Cell::or_empty(percent.map(|percent| row.figure(field, percent, 1)))
+            }
+        }
+    }
 }
 
 fn certified(report: &ComparisonReport) -> PageTable {
-    let mut rows = Vec::new();
+    let columns = TableColumns::new()
+        .with("<case", BoundRow::case)
+        .with("<method", BoundRow::name)
+        .with("picked [%]", BoundRow::picked)
+        .with("picking rate [1/min]", BoundRow::rate)
+        .with("certified: picks [%]", |row| {
+            row.certified("certified_percent", |result| result.certified_percent)
+        })
+        .with("rate [%]", |row| {
+            row.certified("certified_rate_percent", |result| {
+                result.certified_rate_percent
+            })
+        });
+    let mut methods = rows(report, 0, |_| true).into_iter().peekable();
+    let mut all = Vec::new();
     for (i, case) in report.cases.iter().enumerate() {
-        let Some(bound) = &case.bound else { continue };
-        let path = |field: &str| format!("cases.{i}.bound.{field}");
-        let rate = bound
-            .picking_rate_per_min
-            .map(|rate| PageFigure::new(path("picking_rate_per_min"), rate, 2));
-        let cells = vec![
-            Cell::Words(case.name.clone()),
-            Cell::Words("bound".into()),
-            PageFigure::percent(path("picked_share"), bound.picked_share).into(),
-            Cell::or_empty(rate),
-            Cell::empty(),
-            Cell::empty(),
-        ];
-        rows.push((i > 0, cells));
-        for (j, result) in case.results.iter().enumerate() {
-            let path = |field: &str| format!("cases.{i}.results.{j}.{field}");
-            let share = |field, percent: Option<f64>| {
-                Cell::or_empty(percent.map(|percent| PageFigure::new(path(field), percent, 1)))
-            };
-            let rate =
-                PageFigure::new(path("picking_rate_per_min"), result.picking_rate_per_min, 2);
-            rows.push((
-                false,
-                vec![
-                    Cell::Words(String::new()),
-                    Cell::Words(report.methods[j].title.clone()),
-                    PageFigure::percent(path("picked_share"), result.picked_share).into(),
-                    rate.into(),
-                    share("certified_percent", result.certified_percent),
-                    share("certified_rate_percent", result.certified_rate_percent),
-                ],
-            ));
+        if let Some(bound) = &case.bound {
+            all.push((i > 0, BoundRow::Bound(i, case, bound)));
+        }
+        while let Some((_, row)) = methods.next_if(|(_, row)| row.places.0 == i) {
+            if case.bound.is_some() {
+                all.push((false, BoundRow::Method(row)));
+            }
         }
     }
-    let header = [
-        "picked [%]",
-        "picking rate [1/min]",
-        "certified: picks [%]",
-        "rate [%]",
-    ];
-    table(&header, rows)
+    PageTable::of(&columns, all)
 }
 
 fn printed(report: &ComparisonReport) -> PageTable {
-    let cells = |_: &CaseReport, result: &MethodResultReport, path: &dyn Fn(&str) -> String| {
-        let paper = result.paper?;
-        let rate = |field, value| PageFigure::new(path(field), value, 1).into();
-        Some(vec![
-            PageFigure::percent(path("picked_share"), result.picked_share).into(),
-            PageFigure::new(path("paper.picked_percent"), paper.picked_percent, 0).into(),
-            rate("end_s", result.end_s),
-            rate("paper.time_s", paper.time_s),
-            rate("picking_rate_per_min", result.picking_rate_per_min),
-            rate("paper.picking_rate_per_min", paper.picking_rate_per_min),
-        ])
+    let paper = |row: &MethodPageRow, field: &str, digits, of: fn(&PrintedReport) -> f64| {
+        let value = row.result.paper.as_ref().map(of);
+        let path = row.path(&format!("paper.{field}"));
+        Cell::or_empty(value.map(|value| PageFigure::new(path, value, digits)))
     };
-    let header = [
-        "picked [%]: ours",
-        "paper",
-        "time [s]: ours",
-        "paper",
-        "picking rate [1/min]: ours",
-        "paper",
-    ];
-    table(&header, rows(report, 0, cells))
+    let columns = named()
+        .with("picked [%]: ours", |row| {
+            row.percent("picked_share", row.result.picked_share).into()
+        })
+        .with("paper", move |row| {
+            paper(row, "picked_percent", 0, |paper| paper.picked_percent)
+        })
+        .with("time [s]: ours", |row| {
+            row.figure("end_s", row.result.end_s, 1).into()
+        })
+        .with("paper", move |row| {
+            paper(row, "time_s", 1, |paper| paper.time_s)
+        })
+        .with("picking rate [1/min]: ours", |row| {
+            let rate = row.result.picking_rate_per_min;
+            row.figure("picking_rate_per_min", rate, 1).into()
+        })
+        .with("paper", move |row| {
+            paper(row, "picking_rate_per_min", 1, |paper| {
+                paper.picking_rate_per_min
+            })
+        });
+    PageTable::of(&columns, rows(report, 0, |result| result.paper.is_some()))
 }

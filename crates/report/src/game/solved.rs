@@ -7,7 +7,7 @@ use super::report::{
 };
 use crate::provenance::Provenance;
 use pickline::optimize::game::{
-    Deviation, End, Equilibrium, LineGame, Payoff, PayoffKind, Price, dominance, dominant,
+    Deviation, End, Equilibrium, LineGame, Payoff, PayoffKind, Play, Price, dominance, dominant,
     equilibria, equivalent, optimum, play, prices,
 };
 
@@ -17,69 +17,27 @@ impl GameReport {
         line: &LineGame,
         payoff: PayoffKind,
         expected: usize,
-        notes: Vec<String>,
+        mut notes: Vec<String>,
         made: Provenance,
     ) -> Self {
         let game = &line.game;
-        let found = equilibria(game);
-        let best = optimum(game);
-        let (anarchy, stability) = prices(game, &best, &found);
-        let played = play(game);
-        let mut notes = notes;
-        match anarchy {
-            Price::Ratio(_) => {}
-            Price::NoEquilibrium => notes.push(
-                "no pure equilibrium, so there is no price of anarchy or stability; \
-                 mixed equilibria are not searched for"
-                    .to_owned(),
-            ),
-            Price::Unbounded => notes.push(
-                "the price of anarchy is unbounded: some equilibrium picks nothing".to_owned(),
-            ),
-        }
-        let all = Reporter { line };
-        let title = format!("Dispatching rules of a line, payoff {}", payoff.name());
-        let partial = made.partial.iter().map(|partial| format!("{partial}; "));
-        let comment = format!(
-            "{}payoffs in picks per minute; station {} (hash {}); patterns {}; made by {}: {}",
-            partial.collect::<String>(),
-            made.station,
-            made.station_hash,
-            made.patterns,
-            made.program,
-            made.command
-        );
-        let kind_of = |profile: usize| {
-            let here = found.iter().find(|e| e.profile == profile);
-            here.map_or("", kind)
+        let equilibria = equilibria(game);
+        let highest = optimum(game);
+        let (anarchy, stability) = prices(game, &highest, &equilibria);
+        notes.extend(price_note(&anarchy));
+        let solved = SolvedGame {
+            line,
+            equilibria,
+            highest: (highest.welfare, highest.profiles),
+            played: play(game),
         };
-        let path = |first: usize, changes: &[Deviation]| {
-            let after = changes.iter().map(|change| change.profile);
-            std::iter::once(first)
-                .chain(after)
-                .map(|p| all.names(p))
-                .collect::<Vec<_>>()
-        };
-        let profile = |p: usize| ProfileReport {
-            assignment: all.names(p),
-            payoffs: game.payoffs(p).to_vec(),
-            rates: line.rates(p).to_vec(),
-            welfare: game.welfare(p),
-            equilibrium: kind_of(p),
-            leads_to: match played.ends[p] {
-                End::Equilibrium(end) => all.names(end),
-                End::Cycle(_) => Vec::new(),
-            },
-        };
+        let players = game.players();
         Self {
             payoff: payoff.name(),
             unit: "1/min",
             resolution: Payoff::RESOLUTION,
-            robots: game.players().iter().map(|p| p.name.clone()).collect(),
-            rules: game
-                .players()
-                .first()
-                .map_or(Vec::new(), |p| p.actions.clone()),
+            robots: players.iter().map(|p| p.name.clone()).collect(),
+            rules: players.first().map_or(Vec::new(), |p| p.actions.clone()),
             patterns: line.patterns,
             runs: line.runs(),
             stop_reason: if line.patterns == expected {
@@ -87,41 +45,31 @@ impl GameReport {
             } else {
                 "interrupted"
             },
-            equilibria: found
-                .iter()
-                .map(|e| all.equilibrium(e, played.basin(e.profile)))
-                .collect(),
-            social_optimum: SocialOptimum {
-                welfare: best.welfare,
-                assignments: best.profiles.iter().map(|&p| all.names(p)).collect(),
-                is_equilibrium: best.profiles.iter().any(|&p| !kind_of(p).is_empty()),
-            },
+            equilibria: solved.equilibria(),
+            social_optimum: solved.social_optimum(),
             price_of_anarchy: anarchy.ratio(),
             price_of_stability: stability.ratio(),
-            best_response: PlayReport {
-                order: "robots in turn, upstream first; among equally good rules, the current \
-                        one if possible, otherwise the first listed",
-                starts: game.profiles(),
-                to_equilibrium: played.to_equilibrium(),
-                to_cycle: game.profiles() - played.to_equilibrium(),
-                most_rounds: played.most_rounds,
-                most_changes: played.longest.1.len(),
-                longest: path(played.longest.0, &played.longest.1),
-                cycles: played
-                    .cycles
-                    .iter()
-                    .map(|cycle| CycleReport {
-                        rounds: cycle.rounds,
-                        assignments: path(cycle.first, &cycle.changes),
-                        basin: cycle.basin,
-                    })
-                    .collect(),
-            },
-            rules_of_robots: all.robots(),
-            profiles: (0..game.profiles()).map(profile).collect(),
+            best_response: solved.best_response(),
+            rules_of_robots: solved.robots(),
+            profiles: (0..game.profiles()).map(|p| solved.profile(p)).collect(),
             notes,
-            nfg: nfg_text(game, &title, &comment),
+            nfg: solved.nfg(payoff, &made),
             made,
+        }
+    }
+}
+
+/// Why there is no price of anarchy.
+fn price_note(anarchy: &Price) -> Option<String> {
+    match anarchy {
+        Price::Ratio(_) => None,
+        Price::NoEquilibrium => Some(
+            "no pure equilibrium, so there is no price of anarchy or stability; \
+             mixed equilibria are not searched for"
+                .to_owned(),
+        ),
+        Price::Unbounded => {
+            Some("the price of anarchy is unbounded: some equilibrium picks nothing".to_owned())
         }
     }
 }
@@ -134,17 +82,104 @@ fn kind(equilibrium: &Equilibrium) -> &'static str {
     }
 }
 
-struct Reporter<'a> {
+/// A line's game and what was found in it.
+struct SolvedGame<'a> {
     line: &'a LineGame,
+    equilibria: Vec<Equilibrium>,
+    /// The highest welfare, and the assignments that reach it.
+    highest: (Payoff, Vec<usize>),
+    played: Play,
 }
 
-impl Reporter<'_> {
+impl SolvedGame<'_> {
     fn names(&self, profile: usize) -> Vec<String> {
         let names = self.line.game.names(profile);
         names.into_iter().map(str::to_owned).collect()
     }
 
-    fn equilibrium(&self, equilibrium: &Equilibrium, basin: usize) -> EquilibriumReport {
+    /// The assignments after each of `changes`, `first` included.
+    fn path(&self, first: usize, changes: &[Deviation]) -> Vec<Vec<String>> {
+        let after = changes.iter().map(|change| change.profile);
+        let profiles = std::iter::once(first).chain(after);
+        profiles.map(|profile| self.names(profile)).collect()
+    }
+
+    /// How stable `profile` is, if it is an equilibrium; empty if not.
+    fn kind_of(&self, profile: usize) -> &'static str {
+        let mut equilibria = self.equilibria.iter();
+        let here = equilibria.find(|equilibrium| equilibrium.profile == profile);
+        here.map_or("", kind)
+    }
+
+    fn profile(&self, profile: usize) -> ProfileReport {
+        let game = &self.line.game;
+        ProfileReport {
+            assignment: self.names(profile),
+            payoffs: game.payoffs(profile).to_vec(),
+            rates: self.line.rates(profile).to_vec(),
+            welfare: game.welfare(profile),
+            equilibrium: self.kind_of(profile),
+            leads_to: match self.played.ends[profile] {
+                End::Equilibrium(end) => self.names(end),
+                End::Cycle(_) => Vec::new(),
+            },
+        }
+    }
+
+    fn social_optimum(&self) -> SocialOptimum {
+        let (welfare, profiles) = &self.highest;
+        SocialOptimum {
+            welfare: *welfare,
+            assignments: profiles.iter().map(|&p| self.names(p)).collect(),
+            is_equilibrium: profiles.iter().any(|&p| !self.kind_of(p).is_empty()),
+        }
+    }
+
+    fn best_response(&self) -> PlayReport {
+        let (played, starts) = (&self.played, self.line.game.profiles());
+        let (first, changes) = &played.longest;
+        let cycles = played.cycles.iter();
+        PlayReport {
+            order: "robots in turn, upstream first; among equally good rules, the current \
+                    one if possible, otherwise the first listed",
+            starts,
+            to_equilibrium: played.to_equilibrium(),
+            to_cycle: starts - played.to_equilibrium(),
+            most_rounds: played.most_rounds,
+            most_changes: changes.len(),
+            longest: self.path(*first, changes),
+            cycles: cycles
+                .map(|cycle| CycleReport {
+                    rounds: cycle.rounds,
+                    assignments: self.path(cycle.first, &cycle.changes),
+                    basin: cycle.basin,
+                })
+                .collect(),
+        }
+    }
+
+    /// The game in Gambit's format.
+    fn nfg(&self, payoff: PayoffKind, made: &Provenance) -> String {
+        let title = format!("Dispatching rules of a line, payoff {}", payoff.name());
+        let partial = made.partial.iter().map(|partial| format!("{partial}; "));
+        let comment = format!(
+            "{}payoffs in picks per minute; station {} (hash {}); patterns {}; made by {}: {}",
+            partial.collect::<String>(),
+            made.station,
+            made.station_hash,
+            made.patterns,
+            made.program,
+            made.command
+        );
+        nfg_text(&self.line.game, &title, &comment)
+    }
+
+    fn equilibria(&self) -> Vec<EquilibriumReport> {
+        let found = self.equilibria.iter();
+        found.map(|found| self.equilibrium(found)).collect()
+    }
+
+    fn equilibrium(&self, equilibrium: &Equilibrium) -> EquilibriumReport {
         let (game, profile) = (&self.line.game, equilibrium.profile);
         let mut deviations = Vec::new();
         for (i, player) in game.players().iter().enumerate() {
@@ -177,7 +212,7 @@ impl Reporter<'_> {
                     |d: &&DeviationReport| d.gain_interval.is_some_and(|gain| gain.high < 0.0);
                 deviations.iter().filter(loses).count()
             }),
-            basin,
+            basin: self.played.basin(profile),
             deviations,
         }
     }

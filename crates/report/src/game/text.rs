@@ -1,8 +1,9 @@
 //! A solved game as text for the terminal.
 
 use super::report::{EquilibriumReport, GameReport, RobotRulesReport};
+use crate::columns::TableColumns;
 use crate::presentation::Presentation;
-use crate::table::{Table, fixed};
+use crate::table::fixed;
 use pickline::optimize::game::Payoff;
 
 /// Decimals of rates [1/min].
@@ -43,40 +44,39 @@ fn equilibria(report: &GameReport, shown: &Presentation) -> String {
             report.profiles.len()
         );
     }
-    let mut header = vec!["#".to_owned(), "<equilibrium".into(), "<".into()];
-    header.extend(report.robots.iter().map(|name| format!("{name} [1/min]")));
-    header.extend(
-        [
-            "line [1/min]",
-            "of optimum [%]",
-            "least loss [1/min]",
-            "proven losses",
-            "reached from",
-        ]
-        .map(str::to_owned),
-    );
-    let mut table = Table::new(&header.iter().map(String::as_str).collect::<Vec<_>>());
     let optimum = report.social_optimum.welfare.value();
-    for (i, line) in report.equilibria.iter().take(shown.top).enumerate() {
-        let mut row = vec![(i + 1).to_string(), bracketed(&line.assignment), kind(line)];
-        row.extend(line.rates.iter().map(|&r| rate(r)));
-        row.extend([
-            rate(line.welfare),
-            match optimum > 0.0 {
-                true => fixed(100.0 * line.welfare.value() / optimum, 1),
-                false => String::new(),
-            },
-            line.margin_to_others
-                .map_or(String::new(), |m| fixed(m.value(), FINE)),
+    let mut columns = TableColumns::new()
+        .with("#", |(i, _): &(usize, &EquilibriumReport)| {
+            (i + 1).to_string()
+        })
+        .with("<equilibrium", |(_, line)| bracketed(&line.assignment))
+        .with("<", |(_, line)| kind(line));
+    for (robot, name) in report.robots.iter().enumerate() {
+        columns = columns.with(format!("{name} [1/min]"), move |(_, line)| {
+            rate(line.rates[robot])
+        });
+    }
+    let columns = columns
+        .with("line [1/min]", |(_, line)| rate(line.welfare))
+        .with("of optimum [%]", move |(_, line)| match optimum > 0.0 {
+            true => fixed(100.0 * line.welfare.value() / optimum, 1),
+            false => String::new(),
+        })
+        .with("least loss [1/min]", |(_, line)| {
+            let margin = line.margin_to_others;
+            margin.map_or(String::new(), |margin| fixed(margin.value(), FINE))
+        })
+        .with("proven losses", |(_, line)| {
             line.proven.map_or(String::new(), |proven| {
                 let others = line.deviations.iter().filter(|d| !d.equivalent);
                 format!("{proven} of {}", others.count())
-            }),
-            format!("{} of {}", line.basin, report.profiles.len()),
-        ]);
-        table.row(row);
-    }
-    let mut text = table.render();
+            })
+        })
+        .with("reached from", |(_, line)| {
+            format!("{} of {}", line.basin, report.profiles.len())
+        });
+    let lines = report.equilibria.iter().take(shown.top).enumerate();
+    let mut text = columns.table(lines);
     if report.equilibria.len() > shown.top {
         let more = report.equilibria.len() - shown.top;
         text += &format!(
@@ -183,16 +183,16 @@ fn best_response_lines(report: &GameReport, shown: &Presentation) -> String {
 
 /// What every rule is worth to every robot, whatever the others do.
 fn rules(report: &GameReport) -> String {
-    let mut header = vec!["<robot"];
-    let columns: Vec<String> = report.rules.iter().map(|rule| format!("<{rule}")).collect();
-    header.extend(columns.iter().map(String::as_str));
-    let mut table = Table::new(&header);
-    for robot in &report.rules_of_robots {
-        let mut row = vec![robot.robot.clone()];
-        row.extend(report.rules.iter().map(|rule| cell(robot, rule)));
-        table.row(row);
-    }
-    table.render()
+    let robot = |robot: &&RobotRulesReport| robot.robot.clone();
+    let columns = report.rules.iter().fold(
+        TableColumns::new().with("<robot", robot),
+        |columns, rule| {
+            columns.with(format!("<{rule}"), move |robot: &&RobotRulesReport| {
+                cell(robot, rule)
+            })
+        },
+    );
+    columns.table(&report.rules_of_robots)
         + "whatever the others do: < X always worse than rule X; <= X never better, sometimes \
            worse; = X equal; best: never worse than any\n"
 }

@@ -2,6 +2,7 @@
 
 use super::objective::bracketed;
 use super::report::{OptimumReport, RankedReport};
+use super::validation::ValidationReport;
 use crate::charts::{
     Chart, ChartAxis, ChartKind, ChartMark, ChartPoint, Ink, Layer, LegendLine, PointStyle, Swatch,
 };
@@ -56,53 +57,43 @@ fn value_words(report: &OptimumReport) -> String {
     format!("{} {}", report.risk, report.objective.replace('-', " "))
 }
 
+/// The assignments by how they stand to the best, and what the legend calls them.
+const GROUPS: [(Ink, &str); 3] = [
+    (Ink::Series(0), "the best"),
+    (
+        Ink::Series(1),
+        "tied with the best: the interval contains 0",
+    ),
+    (Ink::Faint, "proven below the best: the interval excludes 0"),
+];
+
+/// The place in [`GROUPS`] of the `i`-th assignment of the ranking.
+fn group_of(i: usize, line: &RankedReport) -> usize {
+    match (i, line.tied) {
+        (0, _) => 0,
+        (_, true) => 1,
+        (_, false) => 2,
+    }
+}
+
 /// How far each assignment is proven to be below the best.
 fn difference(report: &OptimumReport) -> Option<Chart> {
     let best = report.ranking.first()?;
     let digits = report.format().digits();
-    let groups = [
-        (Ink::Series(0), "the best", 0..1),
-        (
-            Ink::Series(1),
-            "tied with the best: the interval contains 0",
-            1..usize::MAX,
-        ),
-        (
-            Ink::Faint,
-            "proven below the best: the interval excludes 0",
-            1..usize::MAX,
-        ),
-    ];
     let mut layers = Vec::new();
     let mut legend = Vec::new();
     let mut ends = vec![0.0];
-    for (ink, label, places) in groups {
-        let tied = ink == Ink::Series(1);
-        let lines = named(report)
-            .iter()
-            .enumerate()
-            .filter(|(i, line)| places.contains(i) && (*i == 0 || line.tied == tied));
-        let point = |(i, line): (usize, &RankedReport)| {
-            let x = best.value - line.value;
-            let own = line.difference;
-            let Interval { low, high } = own.unwrap_or(Interval::point(x));
-            ends.extend([low, high]);
-            let words = own.map_or(String::new(), |own| {
-                format!(", 95 % interval {}", interval(Some(own), digits))
-            });
-            ChartPoint {
-                x,
-                y: i as f64,
-                across: own.filter(|_| i > 0),
-                tip: format!(
-                    "{}: {} below the best{words}",
-                    bracketed(&line.assignment),
-                    fixed(x, digits),
-                ),
-                ..ChartPoint::default()
-            }
-        };
-        let points: Vec<ChartPoint> = lines.map(point).collect();
+    for (group, (ink, label)) in GROUPS.into_iter().enumerate() {
+        let lines = named(report).iter().enumerate();
+        let lines = lines.filter(|(i, line)| group_of(*i, line) == group);
+        let points: Vec<ChartPoint> = lines
+            .map(|(i, line)| {
+                let x = best.value - line.value;
+                let own = line.difference.unwrap_or(Interval::point(x));
+                ends.extend([own.low, own.high]);
+                below_best(line, i, x, digits)
+            })
+            .collect();
         if points.is_empty() {
             continue;
         }
@@ -145,33 +136,35 @@ fn difference(report: &OptimumReport) -> Option<Chart> {
     })
 }
 
+/// The `i`-th assignment of the ranking at its distance `x` from the best.
+fn below_best(line: &RankedReport, i: usize, x: f64, digits: usize) -> ChartPoint {
+    let own = line.difference;
+    let words = own.map_or(String::new(), |own| {
+        format!(", 95 % interval {}", interval(Some(own), digits))
+    });
+    ChartPoint {
+        x,
+        y: i as f64,
+        across: own.filter(|_| i > 0),
+        tip: format!(
+            "{}: {} below the best{words}",
+            bracketed(&line.assignment),
+            fixed(x, digits),
+        ),
+        ..ChartPoint::default()
+    }
+}
+
 /// Mean and worst pattern of each assignment, and the best one on fresh patterns.
 fn spread(report: &OptimumReport) -> Option<Chart> {
-    let digits = report.format().digits();
-    let mut all = Vec::new();
-    let mut layer = |ink, words: &str, of: fn(&RankedReport) -> f64| {
-        let point = |(i, line): (usize, &RankedReport)| {
-            all.push(of(line));
-            ChartPoint {
-                x: of(line),
-                y: i as f64,
-                tip: format!(
-                    "{}: {words} {}",
-                    bracketed(&line.assignment),
-                    fixed(of(line), digits)
-                ),
-                ..ChartPoint::default()
-            }
-        };
-        Layer::Points {
-            ink,
-            style: PointStyle::Dots,
-            points: named(report).iter().enumerate().map(point).collect(),
-        }
-    };
+    let lines = named(report);
+    let mut all: Vec<f64> = lines
+        .iter()
+        .flat_map(|line| [line.mean, line.worst])
+        .collect();
     let mut layers = vec![
-        layer(Ink::Series(0), "mean", |line| line.mean),
-        layer(Ink::Series(1), "worst pattern", |line| line.worst),
+        figure_layer(report, Ink::Series(0), "mean", |line| line.mean),
+        figure_layer(report, Ink::Series(1), "worst pattern", |line| line.worst),
     ];
     let entry = |label: &str, ink| LegendLine {
         label: label.into(),
@@ -186,24 +179,10 @@ fn spread(report: &OptimumReport) -> Option<Chart> {
         let ends = validation.mean_interval;
         all.push(validation.mean);
         all.extend(ends.iter().flat_map(|ends| [ends.low, ends.high]));
-        let words = ends.map_or(String::new(), |ends| {
-            format!(", 95 % interval {}", interval(Some(ends), digits))
-        });
         layers.push(Layer::Points {
             ink: Ink::Text,
             style: PointStyle::Dots,
-            points: vec![ChartPoint {
-                x: validation.mean,
-                y: 0.0,
-                across: ends,
-                tip: format!(
-                    "{} on {} fresh patterns: mean {}{words}",
-                    bracketed(&report.best),
-                    validation.count,
-                    fixed(validation.mean, digits),
-                ),
-                ..ChartPoint::default()
-            }],
+            points: vec![fresh_mean(report, validation)],
         });
         legend.push(entry("mean on fresh patterns, 95 %", Ink::Text));
     }
@@ -225,6 +204,52 @@ fn spread(report: &OptimumReport) -> Option<Chart> {
         marks: Vec::new(),
         legend,
     })
+}
+
+/// A figure of every assignment that is named.
+fn figure_layer(
+    report: &OptimumReport,
+    ink: Ink,
+    words: &str,
+    of: fn(&RankedReport) -> f64,
+) -> Layer {
+    let digits = report.format().digits();
+    let point = |(i, line): (usize, &RankedReport)| ChartPoint {
+        x: of(line),
+        y: i as f64,
+        tip: format!(
+            "{}: {words} {}",
+            bracketed(&line.assignment),
+            fixed(of(line), digits)
+        ),
+        ..ChartPoint::default()
+    };
+    Layer::Points {
+        ink,
+        style: PointStyle::Dots,
+        points: named(report).iter().enumerate().map(point).collect(),
+    }
+}
+
+/// The best assignment's mean on fresh patterns.
+fn fresh_mean(report: &OptimumReport, validation: &ValidationReport) -> ChartPoint {
+    let digits = report.format().digits();
+    let ends = validation.mean_interval;
+    let words = ends.map_or(String::new(), |ends| {
+        format!(", 95 % interval {}", interval(Some(ends), digits))
+    });
+    ChartPoint {
+        x: validation.mean,
+        y: 0.0,
+        across: ends,
+        tip: format!(
+            "{} on {} fresh patterns: mean {}{words}",
+            bracketed(&report.best),
+            validation.count,
+            fixed(validation.mean, digits),
+        ),
+        ..ChartPoint::default()
+    }
 }
 
 /// The figures of all assignments in order: how much the choice matters.

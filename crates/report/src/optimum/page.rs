@@ -5,6 +5,7 @@ use super::objective::bracketed;
 use super::report::{OptimumReport, RankedReport};
 use super::rivals::{RivalReport, RivalsReport};
 use super::validation::ValidationReport;
+use crate::columns::TableColumns;
 use crate::page::{Cell, PageFigure, PageSection, PageTable, ReportPage, charts, escape};
 use crate::presentation::Presentation;
 use pickline::stats::Interval;
@@ -112,126 +113,129 @@ fn answer(report: &OptimumReport) -> Vec<String> {
 }
 
 fn ranking(report: &OptimumReport, top: usize) -> PageTable {
+    type RankingLine<'r> = (usize, &'r RankedReport);
     let digits = report.format().digits();
     let unit = report.format().bracketed_unit();
-    let by_risk = report.risk != "mean";
     let by_speed = report.ranking.iter().any(|line| line.max_speed.is_some());
-    let mut header = vec!["#".to_owned(), "<assignment".into(), format!("mean{unit}")];
-    header.extend(by_risk.then(|| format!("{}{unit}", report.risk)));
-    header.extend([
-        "best minus this, 95 %".into(),
-        "<".into(),
-        "picked [%]".into(),
-        format!("worst{unit}"),
-        "<on pattern".into(),
-    ]);
-    header.extend(by_speed.then(|| "max speed [m/s]".to_owned()));
-    let row = |(i, line): (usize, &RankedReport)| {
-        let path = |field: &str| format!("ranking.{i}.{field}");
-        let figure = |field: &str, value| PageFigure::new(path(field), value, digits);
-        let mut row = vec![
-            Cell::Text((i + 1).to_string()),
-            Cell::Words(bracketed(&line.assignment)),
-            figure("mean", line.mean).into(),
-        ];
-        if by_risk {
-            row.push(figure("value", line.value).into());
-        }
-        row.extend([
-            match i {
-                0 => Cell::empty(),
-                _ => Cell::interval(("diff_low", "diff_high"), line.difference, figure),
-            },
-            Cell::Words(
-                match (i, line.tied) {
-                    (0, _) => "best",
-                    (_, true) => "tied",
-                    (_, false) => "",
-                }
-                .into(),
+    let path = |i: &usize, field: &str| format!("ranking.{i}.{field}");
+    let figure =
+        move |i: &usize, field: &str, value| PageFigure::new(path(i, field), value, digits);
+    let columns = TableColumns::new()
+        .with("#", |(i, _): &RankingLine| Cell::Text((i + 1).to_string()))
+        .with("<assignment", |(_, line)| {
+            Cell::Words(bracketed(&line.assignment))
+        })
+        .with(format!("mean{unit}"), move |(i, line)| {
+            figure(i, "mean", line.mean).into()
+        })
+        .with_if(
+            report.risk != "mean",
+            format!("{}{unit}", report.risk),
+            move |(i, line)| figure(i, "value", line.value).into(),
+        )
+        .with("best minus this, 95 %", move |(i, line)| match i {
+            0 => Cell::empty(),
+            _ => Cell::interval(
+                ("diff_low", "diff_high"),
+                line.difference,
+                |field, value| figure(i, field, value),
             ),
-            PageFigure::percent(path("picked_share"), line.picked_share).into(),
-            figure("worst", line.worst).into(),
-            Cell::Words(line.worst_pattern.clone()),
-        ]);
-        if by_speed {
+        })
+        .with("<", |(i, line)| Cell::Words(line.standing(*i).into()))
+        .with("picked [%]", move |(i, line)| {
+            PageFigure::percent(path(i, "picked_share"), line.picked_share).into()
+        })
+        .with(format!("worst{unit}"), move |(i, line)| {
+            figure(i, "worst", line.worst).into()
+        })
+        .with("<on pattern", |(_, line)| {
+            Cell::Words(line.worst_pattern.clone())
+        })
+        .with_if(by_speed, "max speed [m/s]", move |(i, line)| {
             let speed = line.max_speed;
-            row.push(Cell::or_empty(
-                speed.map(|speed| PageFigure::new(path("max_speed"), speed, 4)),
-            ));
-        }
-        (false, row)
-    };
+            Cell::or_empty(speed.map(|speed| PageFigure::new(path(i, "max_speed"), speed, 4)))
+        });
     let lines = report.ranking.iter().take(top).enumerate();
-    PageTable {
-        rows: lines.map(row).collect(),
-        header,
-    }
+    PageTable::of(&columns, lines.map(|line| (false, line)))
 }
 
 fn validated(report: &OptimumReport, validation: &ValidationReport) -> PageTable {
     let digits = report.format().digits();
     let unit = report.format().bracketed_unit();
-    let figure = |field: &str, value| PageFigure::new(format!("validation.{field}"), value, digits);
-    let percent = |field: &str, share| PageFigure::percent(format!("validation.{field}"), share);
-    let exact = |field: &str, value| PageFigure::exact(format!("validation.{field}"), value);
-    let row = vec![
-        exact("count", validation.count as f64).into(),
-        figure("mean", validation.mean).into(),
-        Cell::interval(("mean_low", "mean_high"), validation.mean_interval, figure),
-        figure("value", validation.value).into(),
-        figure("worst", validation.worst).into(),
-        percent("picked_share", validation.picked_share).into(),
-        exact("speed", validation.speed).into(),
-        exact("complete", validation.complete as f64).into(),
-        percent("complete_share", validation.complete_share).into(),
-        Cell::Interval(
-            percent("complete_low", validation.complete_interval.low),
-            percent("complete_high", validation.complete_interval.high),
-        ),
-    ];
-    PageTable {
-        header: vec![
-            "patterns".into(),
-            format!("mean{unit}"),
-            "95 %".into(),
-            format!("{}{unit}", report.risk),
-            format!("worst{unit}"),
-            "picked [%]".into(),
-            "at belt speed [m/s]".into(),
-            "fully picked".into(),
-            "[%]".into(),
-            "95 %".into(),
-        ],
-        rows: vec![(false, row)],
-    }
+    let path = |field: &str| format!("validation.{field}");
+    let figure = move |field: &str, value| PageFigure::new(path(field), value, digits);
+    let percent = move |field: &str, share| PageFigure::percent(path(field), share);
+    let exact = move |field: &str, value| PageFigure::exact(path(field), value);
+    let columns = TableColumns::new()
+        .with("patterns", move |v: &&ValidationReport| {
+            exact("count", v.count as f64).into()
+        })
+        .with(format!("mean{unit}"), move |v| {
+            figure("mean", v.mean).into()
+        })
+        .with("95 %", move |v| {
+            Cell::interval(("mean_low", "mean_high"), v.mean_interval, figure)
+        })
+        .with(format!("{}{unit}", report.risk), move |v| {
+            figure("value", v.value).into()
+        })
+        .with(format!("worst{unit}"), move |v| {
+            figure("worst", v.worst).into()
+        })
+        .with("picked [%]", move |v| {
+            percent("picked_share", v.picked_share).into()
+        })
+        .with("at belt speed [m/s]", move |v| {
+            exact("speed", v.speed).into()
+        })
+        .with("fully picked", move |v| {
+            exact("complete", v.complete as f64).into()
+        })
+        .with("[%]", move |v| {
+            percent("complete_share", v.complete_share).into()
+        })
+        .with("95 %", move |v| {
+            let ends = Some(v.complete_interval);
+            Cell::interval(("complete_low", "complete_high"), ends, percent)
+        });
+    PageTable::of(&columns, [(false, validation)])
 }
 
 fn rivals(report: &OptimumReport, beside: &RivalsReport) -> PageTable {
-    let digits = report.format().digits();
-    let by_risk = report.format().has_risk_column();
-    let row = |(i, line): (usize, &RivalReport)| {
-        let path = |field: &str| format!("beside.strategies.{i}.{field}");
-        let figure = |field: &str, value| PageFigure::new(path(field), value, digits);
-        let mut row = vec![
-            Cell::Words(line.strategy.clone()),
-            figure("mean", line.mean).into(),
-        ];
-        row.extend(by_risk.then(|| figure("value", line.value).into()));
-        row.extend([
-            match line.difference {
-                Some(Interval { low, high }) => {
-                    Cell::Interval(figure("diff_low", low), figure("diff_high", high))
+    type RivalLine<'r> = (usize, &'r RivalReport);
+    let format = report.format();
+    let (digits, unit) = (format.digits(), format.bracketed_unit());
+    let path = |i: &usize, field: &str| format!("beside.strategies.{i}.{field}");
+    let figure =
+        move |i: &usize, field: &str, value| PageFigure::new(path(i, field), value, digits);
+    let columns = TableColumns::new()
+        .with("<strategy", |(_, line): &RivalLine| {
+            Cell::Words(line.strategy.clone())
+        })
+        .with(format!("mean{unit}"), move |(i, line)| {
+            figure(i, "mean", line.mean).into()
+        })
+        .with_if(
+            format.has_risk_column(),
+            format!("{}{unit}", report.risk),
+            move |(i, line)| figure(i, "value", line.value).into(),
+        )
+        .with(
+            format!("minus {}, 95 %", bracketed(&report.best)),
+            move |(i, line)| match line.difference {
+                Some(ends) => {
+                    let names = ("diff_low", "diff_high");
+                    Cell::interval(names, Some(ends), |field, value| figure(i, field, value))
                 }
                 None => Cell::empty(),
             },
-            PageFigure::percent(path("picked_share"), line.picked_share).into(),
-            figure("worst", line.worst).into(),
-        ]);
-        (false, row)
-    };
-    PageTable {
-        rows: beside.strategies.iter().enumerate().map(row).collect(),
-        header: RivalsReport::header(report.format(), &report.best),
-    }
+        )
+        .with("picked [%]", move |(i, line)| {
+            PageFigure::percent(path(i, "picked_share"), line.picked_share).into()
+        })
+        .with(format!("worst{unit}"), move |(i, line)| {
+            figure(i, "worst", line.worst).into()
+        });
+    let lines = beside.strategies.iter().enumerate();
+    PageTable::of(&columns, lines.map(|line| (false, line)))
 }

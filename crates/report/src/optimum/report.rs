@@ -98,6 +98,17 @@ pub struct RankedReport {
     pub max_speed: Option<f64>,
 }
 
+impl RankedReport {
+    /// How this line, the `i`-th of the ranking, stands to the best.
+    pub(super) fn standing(&self, i: usize) -> &'static str {
+        match (i, self.tied) {
+            (0, _) => "best",
+            (_, true) => "tied",
+            (_, false) => "",
+        }
+    }
+}
+
 impl OptimumReport {
     /// The report of `optimum`; `labels` names the patterns.
     pub fn new(

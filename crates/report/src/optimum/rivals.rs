@@ -1,7 +1,8 @@
 //! Strategies of any kind compared with the winner of a search.
 
 use super::objective::{ObjectiveFormat, bracketed};
-use crate::table::{Table, fixed, interval};
+use crate::columns::TableColumns;
+use crate::table::{fixed, interval};
 use pickline::optimize::Rival;
 use pickline::stats::Interval;
 use serde::Serialize;
@@ -65,20 +66,6 @@ impl RivalsReport {
         }
     }
 
-    /// The column names.
-    pub(super) fn header(format: ObjectiveFormat, best: &[&str]) -> Vec<String> {
-        let unit = format.bracketed_unit();
-        let by_risk = format.has_risk_column();
-        let mut header = vec!["<strategy".to_owned(), format!("mean{unit}")];
-        header.extend(by_risk.then(|| format!("{}{unit}", format.risk)));
-        header.extend([
-            format!("minus {}, 95 %", bracketed(best)),
-            "picked [%]".into(),
-            format!("worst{unit}"),
-        ]);
-        header
-    }
-
     /// The table, preceded by a line that describes the patterns; `best` is the winner, and
     /// `validated` describes the patterns of the lines above.
     pub(super) fn to_table(
@@ -88,27 +75,32 @@ impl RivalsReport {
         validated: Option<&str>,
     ) -> String {
         let digits = format.digits();
-        let by_risk = format.has_risk_column();
-        let header = Self::header(format, best);
-        let mut table = Table::new(&header.iter().map(String::as_str).collect::<Vec<_>>());
-        for (place, line) in self.strategies.iter().enumerate() {
-            let mut row = vec![line.strategy.clone(), fixed(line.mean, digits)];
-            row.extend(by_risk.then(|| fixed(line.value, digits)));
-            row.extend([
-                match place {
-                    0 => String::new(),
-                    _ => interval(line.difference, digits),
-                },
-                fixed(100.0 * line.picked_share, 1),
-                fixed(line.worst, digits),
-            ]);
-            table.row(row);
-        }
+        let unit = format.bracketed_unit();
+        let risk = format!("{}{unit}", format.risk);
+        let minus = format!("minus {}, 95 %", bracketed(best));
+        let columns = TableColumns::new()
+            .with("<strategy", |(_, line): &(usize, &RivalReport)| {
+                line.strategy.clone()
+            })
+            .with(format!("mean{unit}"), |(_, line)| fixed(line.mean, digits))
+            .with_if(format.has_risk_column(), risk, |(_, line)| {
+                fixed(line.value, digits)
+            })
+            .with(minus, |(place, line)| match place {
+                0 => String::new(),
+                _ => interval(line.difference, digits),
+            })
+            .with("picked [%]", |(_, line)| {
+                fixed(100.0 * line.picked_share, 1)
+            })
+            .with(format!("worst{unit}"), |(_, line)| {
+                fixed(line.worst, digits)
+            });
+        let table = columns.table(self.strategies.iter().enumerate());
         let patterns = match validated == Some(self.patterns.as_str()) {
             true => "the same patterns",
             false => &self.patterns,
         };
-        let table = table.render();
         format!("beside    the winner and other strategies on {patterns}\n{table}")
     }
 }

@@ -1,9 +1,10 @@
 //! A search as text for the terminal.
 
 use super::objective::bracketed;
-use super::report::OptimumReport;
+use super::report::{OptimumReport, RankedReport};
+use crate::columns::TableColumns;
 use crate::presentation::{Presentation, SettingNames};
-use crate::table::{Table, fixed, interval};
+use crate::table::{fixed, interval};
 use pickline::dispatch::RULES;
 use pickline::optimize::{FRONT_RUNNERS, StopReason};
 
@@ -12,59 +13,8 @@ impl OptimumReport {
     pub(super) fn text(&self, shown: &Presentation) -> String {
         let top = shown.top;
         let digits = self.format().digits();
-        let unit = self.format().bracketed_unit();
-        let mut header = vec![
-            "#".to_owned(),
-            "<assignment".to_owned(),
-            format!("mean{unit}"),
-        ];
-        let by_risk = self.format().has_risk_column();
-        if by_risk {
-            header.push(format!("{}{unit}", self.risk));
-        }
-        header.extend([
-            "best minus this, 95 %".to_owned(),
-            "<".to_owned(),
-            "picked [%]".to_owned(),
-            format!("worst{unit}"),
-            "<on pattern".to_owned(),
-        ]);
-        let by_speed = self.ranking.iter().any(|line| line.max_speed.is_some());
-        if by_speed {
-            header.push("max speed [m/s]".to_owned());
-        }
-        let mut table = Table::new(&header.iter().map(String::as_str).collect::<Vec<_>>());
-        for (i, line) in self.ranking.iter().take(top).enumerate() {
-            let mut row = vec![
-                (i + 1).to_string(),
-                bracketed(&line.assignment),
-                fixed(line.mean, digits),
-            ];
-            if by_risk {
-                row.push(fixed(line.value, digits));
-            }
-            row.extend([
-                if i == 0 {
-                    String::new()
-                } else {
-                    interval(line.difference, digits)
-                },
-                (match (i, line.tied) {
-                    (0, _) => "best",
-                    (_, true) => "tied",
-                    (_, false) => "",
-                })
-                .to_owned(),
-                fixed(100.0 * line.picked_share, 1),
-                fixed(line.worst, digits),
-                line.worst_pattern.clone(),
-            ]);
-            if by_speed {
-                row.push(line.max_speed.map_or(String::new(), |v| fixed(v, 4)));
-            }
-            table.row(row);
-        }
-        let mut text = table.render();
+        let rows = self.ranking.iter().take(top).enumerate();
+        let mut text = self.columns().table(rows);
         if self.ranking.len() > top {
             text += &format!(
                 "          ... {} more ({})\n",
@@ -93,6 +43,37 @@ impl OptimumReport {
             text += &format!("note      {note}\n");
         }
         text + &self.made.lines()
+    }
+
+    fn columns(&self) -> TableColumns<'_, (usize, &RankedReport), String> {
+        let digits = self.format().digits();
+        let unit = self.format().bracketed_unit();
+        let by_risk = self.format().has_risk_column();
+        let by_speed = self.ranking.iter().any(|line| line.max_speed.is_some());
+        TableColumns::new()
+            .with("#", |(i, _): &(usize, &RankedReport)| (i + 1).to_string())
+            .with("<assignment", |(_, line)| bracketed(&line.assignment))
+            .with(format!("mean{unit}"), move |(_, line)| {
+                fixed(line.mean, digits)
+            })
+            .with_if(by_risk, format!("{}{unit}", self.risk), move |(_, line)| {
+                fixed(line.value, digits)
+            })
+            .with("best minus this, 95 %", move |(i, line)| match i {
+                0 => String::new(),
+                _ => interval(line.difference, digits),
+            })
+            .with("<", |(i, line)| line.standing(*i).to_owned())
+            .with("picked [%]", |(_, line)| {
+                fixed(100.0 * line.picked_share, 1)
+            })
+            .with(format!("worst{unit}"), move |(_, line)| {
+                fixed(line.worst, digits)
+            })
+            .with("<on pattern", |(_, line)| line.worst_pattern.clone())
+            .with_if(by_speed, "max speed [m/s]", |(_, line)| {
+                line.max_speed.map_or(String::new(), |v| fixed(v, 4))
+            })
     }
 
     /// How ties were broken and how the search went, one sentence each.

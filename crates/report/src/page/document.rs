@@ -63,7 +63,7 @@ impl ReportPage<'_> {
                 ("/*style*/", &style),
                 ("/*heading*/", &escape(&self.title)),
                 ("/*subtitle*/", &escape(&self.subtitle)),
-                ("/*answer*/", &answer.collect::<String>()),
+                ("/*answer*/", &spelled_out(answer.collect())),
                 ("/*sections*/", &sections.collect::<String>()),
                 ("/*provenance*/", &provenance(self.made)),
                 ("/*data*/", &inert(&data)),
@@ -114,6 +114,24 @@ impl PageSection {
     }
 }
 
+/// `text` with the paper's "GT" spelled out where it first occurs.
+fn spelled_out(text: String) -> String {
+    let explained = "GT (game theory)";
+    let is_part = |c: char| c.is_alphanumeric();
+    let mut places = text.match_indices("GT");
+    let word = places.find(|(at, found)| {
+        let (before, after) = (&text[..*at], &text[at + found.len()..]);
+        !before.ends_with(is_part) && !after.starts_with(is_part)
+    });
+    match word {
+        Some((at, found)) if !text[at..].starts_with(explained) => {
+            let rest = &text[at + found.len()..];
+            format!("{}{explained}{rest}", &text[..at])
+        }
+        _ => text,
+    }
+}
+
 fn provenance(made: &Provenance) -> String {
     let Provenance {
         program,
@@ -148,6 +166,18 @@ fn provenance(made: &Provenance) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_first_gt_is_spelled_out() {
+        for (text, expected) in [
+            ("robust GT, greedy GT", "robust GT (game theory), greedy GT"),
+            ("a GT (game theory)", "a GT (game theory)"),
+            ("onnx:LGT.onnx; GT", "onnx:LGT.onnx; GT (game theory)"),
+            ("none", "none"),
+        ] {
+            assert_eq!(spelled_out(text.to_owned()), expected);
+        }
+    }
 
     #[test]
     fn the_page_has_every_marker_once_and_in_order() {

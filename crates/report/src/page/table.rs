@@ -2,6 +2,7 @@
 //! value, so that a test or a reader's script can compare the two.
 
 use super::html::escape;
+use crate::columns::TableColumns;
 use crate::table::fixed;
 use crate::throughput::ThroughputReport;
 use pickline::stats::Interval;
@@ -83,21 +84,9 @@ impl Cell {
         figure.map_or_else(Self::empty, Self::Figure)
     }
 
-    /// The headers of [`Cell::throughput`].
-    pub const THROUGHPUT: [&'static str; 3] = ["throughput [1/min]", "95 %", "flow [1/min]"];
-
-    /// Throughput, its interval and the flow at `path`; a dash for missing figures.
-    pub fn throughput(of: &ThroughputReport, path: &dyn Fn(&str) -> String) -> Vec<Self> {
-        let figure = |field: &str, value| PageFigure::new(path(field), value, 1);
-        let or_dash = |field: &str, value: Option<f64>| match value {
-            Some(value) => figure(field, value).into(),
-            None => Self::Text("\u{2013}".into()),
-        };
-        vec![
-            or_dash("throughput_per_min", of.throughput_per_min),
-            Self::interval(("throughput_low", "throughput_high"), of.interval, figure),
-            or_dash("flow_per_min", of.flow_per_min),
-        ]
+    /// A figure, or a dash.
+    pub fn or_dash(figure: Option<PageFigure>) -> Self {
+        figure.map_or_else(|| Self::Text("\u{2013}".into()), Self::Figure)
     }
 
     /// The interval of the figures named `low` and `high`, or a dash for `None`; `figure` makes
@@ -109,7 +98,7 @@ impl Cell {
     ) -> Self {
         match interval {
             Some(ends) => Self::Interval(figure(low, ends.low), figure(high, ends.high)),
-            None => Self::Text("\u{2013}".into()),
+            None => Self::or_dash(None),
         }
     }
 
@@ -127,12 +116,53 @@ impl Cell {
 #[derive(Debug)]
 pub(crate) struct PageTable {
     /// The headers; those that begin with `<` are left-aligned.
-    pub header: Vec<String>,
+    header: Vec<String>,
     /// The rows; `true` marks the beginning of a group.
-    pub rows: Vec<(bool, Vec<Cell>)>,
+    rows: Vec<(bool, Vec<Cell>)>,
+}
+
+impl<'c, R: 'c> TableColumns<'c, R, Cell> {
+    /// The same with throughput, its interval and the flow if `steady`; `of` gives the throughput
+    /// of a row and `path` the path of its figures.
+    pub fn with_throughput(
+        self,
+        steady: bool,
+        of: fn(&R) -> &ThroughputReport,
+        path: fn(&R, &str) -> String,
+    ) -> Self {
+        let figure = move |row: &R, field: &str, value| PageFigure::new(path(row, field), value, 1);
+        self.with_if(steady, "throughput [1/min]", move |row| {
+            let throughput = of(row).throughput_per_min;
+            Cell::or_dash(throughput.map(|value| figure(row, "throughput_per_min", value)))
+        })
+        .with_if(steady, "95 %", move |row| {
+            let names = ("throughput_low", "throughput_high");
+            Cell::interval(names, of(row).interval, |field, value| {
+                figure(row, field, value)
+            })
+        })
+        .with_if(steady, "flow [1/min]", move |row| {
+            let flow = of(row).flow_per_min;
+            Cell::or_dash(flow.map(|value| figure(row, "flow_per_min", value)))
+        })
+    }
 }
 
 impl PageTable {
+    /// The table of `rows`; `true` marks the beginning of a group.
+    pub fn of<R>(
+        columns: &TableColumns<R, Cell>,
+        rows: impl IntoIterator<Item = (bool, R)>,
+    ) -> Self {
+        let rows = rows.into_iter();
+        Self {
+            header: columns.headers(),
+            rows: rows
+                .map(|(first, row)| (first, columns.cells(&row)))
+                .collect(),
+        }
+    }
+
     /// As an HTML element that scrolls if it is too wide.
     pub fn html(&self) -> String {
         let mut text = "<div class=\"scroll\"><table>\n<thead><tr>".to_owned();

@@ -1,6 +1,6 @@
 //! The charts of a sweep.
 
-use super::report::{BoundPoint, PointReport, SweepReport};
+use super::report::{BoundPoint, LimitReport, PointReport, SweepReport};
 use crate::bound::rounded_up;
 use crate::charts::{
     Chart, ChartAxis, ChartKind, ChartMark, ChartPoint, Ink, Layer, LegendLine, PointStyle, Swatch,
@@ -155,39 +155,20 @@ fn lines(
 ) -> Chart {
     let (x, style) = across(report);
     let aside = aside(report, style);
-    let mut all = Vec::new();
-    let mut layers = Vec::new();
-    for (j, limit) in report.limits.iter().enumerate() {
-        let of_method = report.points.iter().skip(j).step_by(report.limits.len());
-        let point = |point: &PointReport| {
+    let methods = report.limits.len();
+    let layer = |j: usize| {
+        let of_method = report.points.iter().skip(j).step_by(methods);
+        let points = of_method.filter_map(|point| {
             let (y, ends) = figure(point)?;
-            let ends = ends.filter(Interval::is_wide);
-            all.push(y);
-            all.extend(ends.iter().flat_map(|ends| [ends.low, ends.high]));
-            let words = ends.map_or(String::new(), |ends| {
-                format!(", 95 % interval {}", interval(Some(ends), 2))
-            });
-            Some(ChartPoint {
-                x: point.value + aside(j),
-                y,
-                along: ends,
-                tip: format!(
-                    "{}, {} at {}: {}{unit}{words}",
-                    point.title,
-                    report.sweep,
-                    point.value,
-                    fixed(y, 2)
-                ),
-                ..ChartPoint::default()
-            })
-        };
-        debug_assert!(of_method.clone().all(|point| point.method == limit.method));
-        layers.push(Layer::Points {
+            Some(method_point(report, point, (y, ends), unit).moved(aside(j)))
+        });
+        Layer::Points {
             ink: Ink::Series(j),
             style,
-            points: of_method.filter_map(point).collect(),
-        });
-    }
+            points: points.collect(),
+        }
+    };
+    let mut layers: Vec<Layer> = (0..methods).map(layer).collect();
     let mut caption = match (report.patterns, style) {
         (1, _) => "One pattern, so there are no intervals.".into(),
         (n, PointStyle::Area) => format!("Means over {n} patterns; areas: their 95 % intervals."),
@@ -197,36 +178,21 @@ fn lines(
         ),
     };
     let mut legend = legend(report);
-    if let Some(bounds) = &report.bounds {
-        let point = |point: &BoundPoint| {
-            let y = bound(point)?;
-            all.push(y);
-            Some(ChartPoint {
-                x: point.value,
-                y,
-                tip: format!(
-                    "no strategy is above {}{unit} at {}",
-                    rounded_up(y, 2),
-                    point.value
-                ),
-                ..ChartPoint::default()
-            })
-        };
-        let points: Vec<ChartPoint> = bounds.points.iter().filter_map(point).collect();
-        if !points.is_empty() {
-            layers.push(Layer::Points {
-                ink: Ink::Text,
-                style: PointStyle::Bare,
-                points,
-            });
-            legend.push(LegendLine {
-                label: "bound: no strategy is above".into(),
-                ink: Ink::Text,
-                swatch: Swatch::Bare,
-            });
-            caption += " The line without points: the certified bound of what any strategy can do.";
-        }
+    let bounds = bound_points(report, unit, bound);
+    if !bounds.is_empty() {
+        layers.push(Layer::Points {
+            ink: Ink::Text,
+            style: PointStyle::Bare,
+            points: bounds,
+        });
+        legend.push(LegendLine {
+            label: "bound: no strategy is above".into(),
+            ink: Ink::Text,
+            swatch: Swatch::Bare,
+        });
+        caption += " The line without points: the certified bound of what any strategy can do.";
     }
+    let all: Vec<f64> = layers.iter().flat_map(heights).collect();
     Chart {
         title: String::new(),
         caption,
@@ -236,6 +202,67 @@ fn lines(
         marks: Vec::new(),
         legend,
     }
+}
+
+/// A figure of a method at a value.
+fn method_point(
+    report: &SweepReport,
+    point: &PointReport,
+    (y, ends): Measured,
+    unit: &str,
+) -> ChartPoint {
+    let ends = ends.filter(Interval::is_wide);
+    let words = ends.map_or(String::new(), |ends| {
+        format!(", 95 % interval {}", interval(Some(ends), 2))
+    });
+    ChartPoint {
+        x: point.value,
+        y,
+        along: ends,
+        tip: format!(
+            "{}, {} at {}: {}{unit}{words}",
+            point.title,
+            report.sweep,
+            point.value,
+            fixed(y, 2)
+        ),
+        ..ChartPoint::default()
+    }
+}
+
+/// The bounds of a figure, if they are known.
+fn bound_points(
+    report: &SweepReport,
+    unit: &str,
+    bound: impl Fn(&BoundPoint) -> Option<f64>,
+) -> Vec<ChartPoint> {
+    let bounds = report.bounds.iter().flat_map(|bounds| &bounds.points);
+    let point = |point: &BoundPoint| {
+        let y = bound(point)?;
+        Some(ChartPoint {
+            x: point.value,
+            y,
+            tip: format!(
+                "no strategy is above {}{unit} at {}",
+                rounded_up(y, 2),
+                point.value
+            ),
+            ..ChartPoint::default()
+        })
+    };
+    bounds.filter_map(point).collect()
+}
+
+/// Everything that the vertical axis must include.
+fn heights(layer: &Layer) -> Vec<f64> {
+    let Layer::Points { points, .. } = layer else {
+        return Vec::new();
+    };
+    let point = |point: &ChartPoint| {
+        let ends = point.along.unwrap_or(Interval::point(point.y));
+        [point.y, ends.low, ends.high]
+    };
+    points.iter().flat_map(point).collect()
 }
 
 /// The axis of the swept values, and how points over it are drawn.
@@ -334,33 +361,7 @@ fn limits(report: &SweepReport) -> Option<Chart> {
     values.dedup();
     let layer = |j: usize| {
         let limit = &report.limits[j];
-        let count = limit.all_of_patterns.len();
-        let point = |&value: &f64| {
-            let below = limit.all_of_patterns.partition_point(|own| *own < value);
-            let interval = stats::share_interval(count - below, count);
-            let [y, low, high] = [
-                (count - below) as f64 / count as f64,
-                interval.low,
-                interval.high,
-            ]
-            .map(|share| 100.0 * share);
-            ChartPoint {
-                x: value + aside(j),
-                y,
-                along: Some(Interval { low, high }),
-                tip: format!(
-                    "{}: {} of {count} patterns picked completely up to {value} {}, {} %, \
-                     95 % interval {} to {} %",
-                    method_words(&limit.method),
-                    count - below,
-                    report.unit,
-                    fixed(y, 1),
-                    fixed(low, 1),
-                    fixed(high, 1)
-                ),
-                ..ChartPoint::default()
-            }
-        };
+        let point = |&value: &f64| limit_point(report, limit, value).moved(aside(j));
         Layer::Points {
             ink: Ink::Series(j),
             style,
@@ -388,4 +389,30 @@ fn limits(report: &SweepReport) -> Option<Chart> {
         }],
         legend,
     })
+}
+
+/// How many of the patterns a method picks completely up to `value`.
+fn limit_point(report: &SweepReport, limit: &LimitReport, value: f64) -> ChartPoint {
+    let count = limit.all_of_patterns.len();
+    let below = limit.all_of_patterns.partition_point(|own| *own < value);
+    let complete = count - below;
+    let percent = |share: f64| 100.0 * share;
+    let y = percent(complete as f64 / count as f64);
+    let interval = stats::share_interval(complete, count);
+    let (low, high) = (percent(interval.low), percent(interval.high));
+    ChartPoint {
+        x: value,
+        y,
+        along: Some(Interval { low, high }),
+        tip: format!(
+            "{}: {complete} of {count} patterns picked completely up to {value} {}, {} %, \
+             95 % interval {} to {} %",
+            method_words(&limit.method),
+            report.unit,
+            fixed(y, 1),
+            fixed(low, 1),
+            fixed(high, 1)
+        ),
+        ..ChartPoint::default()
+    }
 }

@@ -1,7 +1,8 @@
 //! The page of a sweep.
 
 use super::charts::{CHARTS, method_words};
-use super::report::{LimitReport, SweepReport};
+use super::report::{BoundPoint, LimitReport, PointReport, SweepReport};
+use crate::columns::TableColumns;
 use crate::page::{Cell, PageFigure, PageSection, PageTable, ReportPage, charts, escape};
 
 /// The page for `report`.
@@ -101,170 +102,233 @@ fn answer(report: &SweepReport) -> Vec<String> {
     lines
 }
 
+/// A row of the table of limits: a method, or what the paper states.
+enum LimitRow<'r> {
+    Method(usize, &'r LimitReport),
+    Paper(&'static str, PaperFigure<'r>, Option<f64>),
+}
+
+/// The field of a figure of the paper and its value.
+type PaperFigure<'r> = (&'r str, f64);
+
+impl LimitRow<'_> {
+    fn name(&self) -> Cell {
+        Cell::Words(match self {
+            Self::Method(_, limit) => method_words(&limit.method),
+            Self::Paper(name, ..) => format!("the paper's {name}"),
+        })
+    }
+
+    /// The figure of a method, or a dash; empty for the paper.
+    fn figure(&self, field: &str, of: impl Fn(&LimitReport) -> Option<f64>) -> Cell {
+        match self {
+            Self::Method(j, limit) => {
+                let path = format!("limits.{j}.{field}");
+                Cell::or_dash(of(limit).map(|value| PageFigure::exact(path, value)))
+            }
+            Self::Paper(..) => Cell::empty(),
+        }
+    }
+
+    fn highest(&self) -> Cell {
+        match self {
+            Self::Method(..) => self.figure("highest", |limit| limit.highest),
+            Self::Paper(_, (field, value), _) => {
+                PageFigure::exact(format!("paper.{field}"), *value).into()
+            }
+        }
+    }
+
+    fn again(&self) -> Cell {
+        match self {
+            Self::Method(_, limit) => {
+                let again: Vec<String> = limit.again.iter().map(f64::to_string).collect();
+                Cell::Words(again.join(", "))
+            }
+            Self::Paper(..) => Cell::empty(),
+        }
+    }
+
+    fn benefit(&self) -> Cell {
+        let (path, percent) = match self {
+            Self::Method(j, limit) => (format!("limits.{j}"), limit.benefit_percent),
+            Self::Paper(_, _, percent) => ("paper".to_owned(), *percent),
+        };
+        let path = format!("{path}.benefit_percent");
+        Cell::or_empty(percent.map(|percent| PageFigure::new(path, percent, 1)))
+    }
+}
+
 fn limits(report: &SweepReport) -> PageTable {
     let many = report.patterns > 1;
-    let mut header = vec!["<method".to_owned()];
     let unit = match report.unit {
         "1" => String::new(),
         unit => format!(" [{unit}]"),
     };
-    if report.helps {
-        header.push(format!("everything from{unit}"));
-    } else {
-        header.extend([
-            format!("everything up to{unit}"),
-            "first miss at".into(),
-            "everything again at".into(),
-            "benefit [%]".into(),
-        ]);
-        if many {
-            header.extend([
-                "95 % of the patterns to 99 % up to".into(),
-                "limits of the patterns: least".into(),
-                "median".into(),
-                "greatest".into(),
-            ]);
+    let columns = TableColumns::new().with("<method", LimitRow::name);
+    let columns = match report.helps {
+        true => columns.with(format!("everything from{unit}"), |row| {
+            row.figure("lowest", |limit| limit.lowest)
+        }),
+        false => {
+            let columns = columns
+                .with(format!("everything up to{unit}"), LimitRow::highest)
+                .with("first miss at", |row| {
+                    row.figure("first_miss", |limit| limit.first_miss)
+                })
+                .with("everything again at", LimitRow::again)
+                .with("benefit [%]", LimitRow::benefit)
+                .with_if(many, "95 % of the patterns to 99 % up to", |row| {
+                    row.figure("highest_95_99", |limit| limit.highest_95_99)
+                });
+            let ends = ["limits of the patterns: least", "median", "greatest"];
+            let ends = ends.into_iter().enumerate();
+            ends.fold(columns, |columns, (k, name)| {
+                columns.with_if(many, name, move |row| {
+                    row.figure(&format!("of_patterns.{k}"), |limit| {
+                        Some(limit.of_patterns[k])
+                    })
+                })
+            })
         }
+    };
+    let limits = report.limits.iter().enumerate();
+    let methods = limits.map(|(j, limit)| LimitRow::Method(j, limit));
+    let paper = report.paper.iter().flat_map(|paper| {
+        let benefit = Some(paper.benefit_percent);
+        [
+            LimitRow::Paper("robust GT", ("robust_gt", paper.robust_gt), None),
+            LimitRow::Paper("RL", ("rl", paper.rl), benefit),
+        ]
+    });
+    PageTable::of(&columns, methods.chain(paper).map(|row| (false, row)))
+}
+
+/// A row of the table of points.
+struct PointRow<'r> {
+    place: usize,
+    point: &'r PointReport,
+    /// Whether this is the first method at its value.
+    first: bool,
+    /// The place of the value and its bound; only beside the first method.
+    bound: Option<(usize, &'r BoundPoint)>,
+}
+
+impl PointRow<'_> {
+    fn path(&self, field: &str) -> String {
+        format!("points.{}.{field}", self.place)
     }
-    let row =
-        |(j, limit): (usize, &LimitReport)| {
-            let figure = |field: &str, value: Option<f64>| match value {
-                Some(value) => PageFigure::exact(format!("limits.{j}.{field}"), value).into(),
-                None => Cell::Text("\u{2013}".into()),
-            };
-            let mut row = vec![Cell::Words(method_words(&limit.method))];
-            if report.helps {
-                row.push(figure("lowest", limit.lowest));
-                return (false, row);
-            }
-            let again: Vec<String> = limit.again.iter().map(f64::to_string).collect();
-            row.extend([
-                figure("highest", limit.highest),
-                figure("first_miss", limit.first_miss),
-                Cell::Words(again.join(", ")),
-                Cell::or_empty(limit.benefit_percent.map(|percent| {
-                    PageFigure::new(format!("limits.{j}.benefit_percent"), percent, 1)
-                })),
-            ]);
-            if many {
-                row.push(figure("highest_95_99", limit.highest_95_99));
-                let own = limit.of_patterns.iter().enumerate();
-                row.extend(own.map(|(k, value)| figure(&format!("of_patterns.{k}"), Some(*value))));
-            }
-            (false, row)
-        };
-    let mut rows: Vec<_> = report.limits.iter().enumerate().map(row).collect();
-    if let Some(paper) = &report.paper {
-        let own =
-            |field: &str, value| Cell::from(PageFigure::exact(format!("paper.{field}"), value));
-        let mut row = |name: &str, cell, benefit| {
-            let words = Cell::Words(format!("the paper's {name}"));
-            let mut row = vec![words, cell, Cell::empty(), Cell::empty(), benefit];
-            row.resize_with(header.len(), Cell::empty);
-            rows.push((false, row));
-        };
-        row(
-            "robust GT",
-            own("robust_gt", paper.robust_gt),
-            Cell::empty(),
-        );
-        let benefit = PageFigure::new("paper.benefit_percent", paper.benefit_percent, 1);
-        row("RL", own("rl", paper.rl), benefit.into());
+
+    fn percent(&self, field: &str, share: f64) -> PageFigure {
+        PageFigure::percent(self.path(field), share)
     }
-    PageTable { header, rows }
+
+    fn rate(&self, field: &str, value: f64) -> PageFigure {
+        PageFigure::new(self.path(field), value, 2)
+    }
+
+    fn optional(&self, field: &str, value: Option<f64>) -> Cell {
+        Cell::or_empty(value.map(|value| PageFigure::new(self.path(field), value, 1)))
+    }
+
+    /// A figure of the bound, or an empty cell.
+    fn bound(
+        &self,
+        figure: impl Fn(&BoundPoint, &dyn Fn(&str) -> String) -> Option<PageFigure>,
+    ) -> Cell {
+        Cell::or_empty(self.bound.and_then(|(place, bound)| {
+            figure(bound, &|field| format!("bounds.points.{place}.{field}"))
+        }))
+    }
+}
+
+fn point_columns(report: &SweepReport) -> TableColumns<'_, PointRow<'_>, Cell> {
+    let many = report.patterns > 1;
+    let columns = TableColumns::new()
+        .with(report.varied(), |row: &PointRow| match row.first {
+            true => PageFigure::exact(row.path("value"), row.point.value).into(),
+            false => Cell::empty(),
+        })
+        .with("<method", |row| Cell::Words(row.point.title.clone()))
+        .with_throughput(
+            report.is_steady(),
+            |row| &row.point.throughput,
+            PointRow::path,
+        )
+        .with_if(report.adds(), "added a robot [1/min]", |row| {
+            let added = row.point.added_per_robot_per_min;
+            row.optional("added_per_robot_per_min", added)
+        })
+        .with("picked [%]", |row| {
+            row.percent("picked_share", row.point.picked_share).into()
+        })
+        .with_if(many, "95 %", |row| {
+            let names = ("picked_share_low", "picked_share_high");
+            let interval = row.point.picked_share_interval;
+            Cell::interval(names, interval, |field, value| row.percent(field, value))
+        })
+        .with("picking rate [1/min]", |row| {
+            row.rate("picking_rate_per_min", row.point.picking_rate_per_min)
+                .into()
+        })
+        .with_if(many, "95 %", |row| {
+            let names = ("picking_rate_low", "picking_rate_high");
+            let interval = row.point.picking_rate_interval;
+            Cell::interval(names, interval, |field, value| row.rate(field, value))
+        })
+        .with_if(report.weighs, "weighted [1/min]", |row| {
+            row.rate("weighted_rate_per_min", row.point.weighted_rate_per_min)
+                .into()
+        })
+        .with_if(many, "complete [%]", |row| {
+            row.percent("complete_share", row.point.complete_share)
+                .into()
+        })
+        .with_if(many, "to 99 % [%]", |row| {
+            let share = row.point.nearly_complete_share;
+            row.percent("nearly_complete_share", share).into()
+        });
+    with_bound_columns(report, columns)
+}
+
+/// The same columns, followed by those of the bound if it is known.
+fn with_bound_columns<'c>(
+    report: &SweepReport,
+    columns: TableColumns<'c, PointRow<'c>, Cell>,
+) -> TableColumns<'c, PointRow<'c>, Cell> {
+    let bounded = report.bounds.is_some();
+    columns
+        .with_if(bounded, "certified [%]", |row| {
+            row.optional("certified_percent", row.point.certified_percent)
+        })
+        .with_if(bounded, "bound: picked [%]", |row| {
+            row.bound(|bound, path| {
+                let share = bound.picked_share;
+                Some(PageFigure::percent(path("picked_share"), share))
+            })
+        })
+        .with_if(bounded, "picking rate [1/min]", |row| {
+            row.bound(|bound, path| {
+                let rate = bound.picking_rate_per_min?;
+                Some(PageFigure::new(path("picking_rate_per_min"), rate, 2))
+            })
+        })
 }
 
 fn points(report: &SweepReport) -> PageTable {
-    let many = report.patterns > 1;
-    let varied = match report.unit {
-        "1" => report.sweep.to_owned(),
-        unit => format!("{} [{unit}]", report.sweep),
-    };
-    let mut header = vec![varied, "<method".into()];
-    let (steady, adds) = (report.is_steady(), report.adds());
-    if steady {
-        header.extend(Cell::THROUGHPUT.map(str::to_owned));
-    }
-    header.extend(adds.then(|| "added a robot [1/min]".to_owned()));
-    header.push("picked [%]".into());
-    header.extend(many.then(|| "95 %".to_owned()));
-    header.push("picking rate [1/min]".into());
-    header.extend(many.then(|| "95 %".to_owned()));
-    header.extend(report.weighs.then(|| "weighted [1/min]".to_owned()));
-    if many {
-        header.extend(["complete [%]".into(), "to 99 % [%]".into()]);
-    }
-    if report.bounds.is_some() {
-        header.extend(
-            ["certified [%]", "bound: picked [%]", "picking rate [1/min]"].map(str::to_owned),
-        );
-    }
     let methods = report.limits.len();
-    let rows = report.points.iter().enumerate().map(|(i, point)| {
-        let path = |field: &str| format!("points.{i}.{field}");
-        let percent = |field: &str, share| PageFigure::percent(path(field), share);
-        let rate = |field: &str, value| PageFigure::new(path(field), value, 2);
-        let first = i % methods == 0;
-        let mut row = vec![
-            match first {
-                true => PageFigure::exact(path("value"), point.value).into(),
-                false => Cell::empty(),
-            },
-            Cell::Words(point.title.clone()),
-        ];
-        if steady {
-            row.extend(Cell::throughput(&point.throughput, &path));
-        }
-        let added = point.added_per_robot_per_min;
-        let added = added.map(|added| PageFigure::new(path("added_per_robot_per_min"), added, 1));
-        row.extend(adds.then(|| Cell::or_empty(added)));
-        row.push(percent("picked_share", point.picked_share).into());
-        if many {
-            row.push(Cell::interval(
-                ("picked_share_low", "picked_share_high"),
-                point.picked_share_interval,
-                percent,
-            ));
-        }
-        row.push(rate("picking_rate_per_min", point.picking_rate_per_min).into());
-        if many {
-            row.push(Cell::interval(
-                ("picking_rate_low", "picking_rate_high"),
-                point.picking_rate_interval,
-                rate,
-            ));
-        }
-        let weighted = rate("weighted_rate_per_min", point.weighted_rate_per_min);
-        row.extend(report.weighs.then(|| weighted.into()));
-        if many {
-            row.extend([
-                percent("complete_share", point.complete_share).into(),
-                percent("nearly_complete_share", point.nearly_complete_share).into(),
-            ]);
-        }
-        if let Some(bounds) = &report.bounds {
-            let place = i / methods;
-            let bound = bounds.points.get(place).filter(|_| first);
-            let path = |field: &str| format!("bounds.points.{place}.{field}");
-            let rate = bound.and_then(|bound| bound.picking_rate_per_min);
-            let certified = point.certified_percent;
-            row.extend([
-                Cell::or_empty(
-                    certified
-                        .map(|c| PageFigure::new(format!("points.{i}.certified_percent"), c, 1)),
-                ),
-                Cell::or_empty(
-                    bound.map(|b| PageFigure::percent(path("picked_share"), b.picked_share)),
-                ),
-                Cell::or_empty(
-                    rate.map(|rate| PageFigure::new(path("picking_rate_per_min"), rate, 2)),
-                ),
-            ]);
-        }
+    let rows = report.points.iter().enumerate().map(|(place, point)| {
+        let first = place % methods == 0;
+        let value = place / methods;
+        let bounds = report.bounds.as_ref().filter(|_| first);
+        let bound = bounds.and_then(|bounds| bounds.points.get(value));
+        let row = PointRow {
+            place,
+            point,
+            first,
+            bound: bound.map(|bound| (value, bound)),
+        };
         (first && methods > 1, row)
     });
-    PageTable {
-        rows: rows.collect(),
-        header,
-    }
+    PageTable::of(&point_columns(report), rows)
 }

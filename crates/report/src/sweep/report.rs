@@ -182,6 +182,72 @@ fn short_limit(sweep: &Sweep, items: &str) -> Option<String> {
     })
 }
 
+impl PointReport {
+    /// The report of a method at a value, given by their places; `id` is the method's name.
+    fn new(sweep: &Sweep, axis: Axis, (place, method): (usize, usize), id: &str) -> Self {
+        let point = &sweep.points[place][method];
+        let added = || {
+            let before = place.checked_sub(1).filter(|_| axis == Axis::Robots)?;
+            let robots = sweep.values[place] - sweep.values[before];
+            let (here, before) = (&point.throughput, &sweep.points[before][method].throughput);
+            // The flow differs only if other patterns have a steady state.
+            let share = here.share()? - before.share()?;
+            Some(share * here.flow? / robots)
+        };
+        Self {
+            value: sweep.values[place],
+            method: id.to_owned(),
+            title: point.title.clone(),
+            throughput: ThroughputReport::new(&point.throughput),
+            added_per_robot_per_min: added(),
+            picked_share: point.picked_share,
+            picked_share_interval: point.picked_share_interval,
+            picking_rate_per_min: point.picking_rate,
+            picking_rate_interval: point.picking_rate_interval,
+            weighted_rate_per_min: point.weighted_rate,
+            complete_share: point.complete_share,
+            nearly_complete_share: point.nearly_complete_share,
+            certified_percent: point.certified,
+        }
+    }
+}
+
+impl LimitReport {
+    /// The report of the limits of a method; `id` is its name.
+    fn new(sweep: &Sweep, axis: Axis, method: usize, id: &str) -> Self {
+        let first = sweep.complete(0).highest;
+        let Limit {
+            highest,
+            first_miss,
+            again,
+            lowest,
+        } = sweep.complete(method);
+        let mut of_patterns = sweep.limits(method);
+        of_patterns.sort_by(f64::total_cmp);
+        Self {
+            method: id.to_owned(),
+            highest,
+            first_miss,
+            again,
+            lowest,
+            highest_95_99: sweep.nearly_complete(method, 0.95).highest,
+            of_patterns: [0.0, 0.5, 1.0].map(|share| stats::quantile(&of_patterns, share)),
+            all_of_patterns: match of_patterns.len() {
+                1 => Vec::new(),
+                _ => of_patterns,
+            },
+            benefit_percent: first
+                .zip(highest)
+                .filter(|_| method > 0 && !axis.helps())
+                .map(|(first, this)| 100.0 * (this / first - 1.0)),
+            recommended: match axis {
+                Axis::Speed => None,
+                _ => sweep.recommended(method),
+            },
+        }
+    }
+}
+
 impl SweepReport {
     /// The report of `sweep` over `axis`. `ids` are the methods' names in files; `with_paper`:
     /// this is the paper's case; `names` are those that notes refer to settings by.
@@ -194,67 +260,11 @@ impl SweepReport {
         names: &SettingNames,
         made: Provenance,
     ) -> Self {
-        let added = |place: usize, method: usize| {
-            let before = place.checked_sub(1).filter(|_| axis == Axis::Robots)?;
-            let of = |place: usize| &sweep.points[place][method].throughput;
-            let robots = sweep.values[place] - sweep.values[before];
-            let (here, before) = (of(place), of(before));
-            // The flow differs only if other patterns have a steady state.
-            let share = here.share()? - before.share()?;
-            Some(share * here.flow? / robots)
-        };
-        let added = &added;
-        let points = sweep.values.iter().zip(&sweep.points).enumerate();
-        let points = points.flat_map(|(place, (&value, points))| {
-            let methods = ids.iter().zip(points).enumerate();
-            methods.map(move |(method, (id, point))| PointReport {
-                value,
-                method: id.clone(),
-                title: point.title.clone(),
-                throughput: ThroughputReport::new(&point.throughput),
-                added_per_robot_per_min: added(place, method),
-                picked_share: point.picked_share,
-                picked_share_interval: point.picked_share_interval,
-                picking_rate_per_min: point.picking_rate,
-                picking_rate_interval: point.picking_rate_interval,
-                weighted_rate_per_min: point.weighted_rate,
-                complete_share: point.complete_share,
-                nearly_complete_share: point.nearly_complete_share,
-                certified_percent: point.certified,
-            })
+        let places = 0..sweep.values.len();
+        let points = places.flat_map(|place| {
+            let methods = ids.iter().enumerate();
+            methods.map(move |(method, id)| PointReport::new(sweep, axis, (place, method), id))
         });
-        let first = sweep.complete(0).highest;
-        let limit = |(method, id): (usize, &String)| {
-            let Limit {
-                highest,
-                first_miss,
-                again,
-                lowest,
-            } = sweep.complete(method);
-            let mut of_patterns = sweep.limits(method);
-            of_patterns.sort_by(f64::total_cmp);
-            LimitReport {
-                method: id.clone(),
-                highest,
-                first_miss,
-                again,
-                lowest,
-                highest_95_99: sweep.nearly_complete(method, 0.95).highest,
-                of_patterns: [0.0, 0.5, 1.0].map(|share| stats::quantile(&of_patterns, share)),
-                all_of_patterns: match of_patterns.len() {
-                    1 => Vec::new(),
-                    _ => of_patterns,
-                },
-                benefit_percent: first
-                    .zip(highest)
-                    .filter(|_| method > 0 && !axis.helps())
-                    .map(|(first, this)| 100.0 * (this / first - 1.0)),
-                recommended: match axis {
-                    Axis::Speed => None,
-                    _ => sweep.recommended(method),
-                },
-            }
-        };
         let points: Vec<PointReport> = points.collect();
         let throughputs = points.iter().map(|point| &point.throughput);
         let mut notes = notes;
@@ -274,7 +284,11 @@ impl SweepReport {
                 .map(|(value, _)| *value)
                 .collect(),
             weighs: sweep.weighs,
-            limits: ids.iter().enumerate().map(limit).collect(),
+            limits: ids
+                .iter()
+                .enumerate()
+                .map(|(method, id)| LimitReport::new(sweep, axis, method, id))
+                .collect(),
             bounds: sweep
                 .bounds
                 .as_ref()
@@ -286,6 +300,14 @@ impl SweepReport {
             }),
             notes,
             made,
+        }
+    }
+
+    /// The varied quantity with its unit, as the header of a table.
+    pub(super) fn varied(&self) -> String {
+        match self.unit {
+            "1" => self.sweep.to_owned(),
+            unit => format!("{} [{unit}]", self.sweep),
         }
     }
 

@@ -1,77 +1,38 @@
 //! A sweep as text for the terminal.
 
-use super::report::{LimitReport, SweepReport};
+use super::report::{BoundPoint, LimitReport, PointReport, SweepReport};
 use crate::bound::rounded_up;
-use crate::table::{Table, fixed, interval};
+use crate::columns::TableColumns;
+use crate::table::{fixed, interval};
+
+/// A row of the table: a method at a value.
+struct SweepTextRow<'r> {
+    point: &'r PointReport,
+    /// Whether this is the first method at its value.
+    first: bool,
+    /// What no strategy can exceed; only beside the first method.
+    bound: Option<&'r BoundPoint>,
+}
 
 impl SweepReport {
     /// All points and limits for the terminal.
     pub(super) fn text(&self) -> String {
-        let varied = match self.unit {
-            "1" => self.sweep.to_owned(),
-            unit => format!("{} [{unit}]", self.sweep),
-        };
         let many = self.patterns > 1;
-        let mut header = vec![varied.as_str(), "<method"];
-        let (steady, adds) = (self.is_steady(), self.adds());
-        if steady {
-            header.extend(["throughput [1/min]", "95 %", "flow [1/min]"]);
-        }
-        header.extend(adds.then_some("added a robot [1/min]"));
-        header.extend(["picked [%]", "picking rate [1/min]"]);
-        header.extend(self.weighs.then_some("weighted [1/min]"));
-        if many {
-            header.extend(["picking rate, 95 %", "complete [%]", "to 99 % [%]"]);
-        }
-        let mut bounds = self.bounds.as_ref().map(|bounds| bounds.points.iter());
-        if bounds.is_some() {
-            header.extend(["certified [%]", "bound: picked [%]", "picking rate [1/min]"]);
-        }
-        let mut table = Table::new(&header);
-        let mut before = None;
-        for point in &self.points {
-            let mut row = vec![
-                if before == Some(point.value) {
-                    String::new()
-                } else {
-                    point.value.to_string()
-                },
-                point.title.clone(),
-            ];
-            if steady {
-                row.extend(point.throughput.table_cells(1));
+        let methods = self.limits.len();
+        let rows = self.points.iter().enumerate().map(|(i, point)| {
+            let place = i / methods;
+            let bounds = self.bounds.as_ref();
+            let bound = bounds.and_then(|bounds| bounds.points.get(place));
+            let first = i % methods == 0;
+            // The bound is the same for all methods, so only the first one's row shows it.
+            let bound = bound.filter(|_| first);
+            SweepTextRow {
+                point,
+                first,
+                bound,
             }
-            let added = point.added_per_robot_per_min;
-            row.extend(adds.then(|| added.map_or(String::new(), |added| fixed(added, 1))));
-            row.extend([
-                fixed(100.0 * point.picked_share, 1),
-                fixed(point.picking_rate_per_min, 2),
-            ]);
-            row.extend(self.weighs.then(|| fixed(point.weighted_rate_per_min, 2)));
-            if many {
-                row.extend([
-                    interval(point.picking_rate_interval, 2),
-                    fixed(100.0 * point.complete_share, 1),
-                    fixed(100.0 * point.nearly_complete_share, 1),
-                ]);
-            }
-            let first = before != Some(point.value);
-            if let Some(bounds) = &mut bounds {
-                // It is the same for all methods, so only the first one's row shows it.
-                let bound = if first { bounds.next() } else { None };
-                let rate = bound.and_then(|bound| bound.picking_rate_per_min);
-                row.extend([
-                    point
-                        .certified_percent
-                        .map_or(String::new(), |c| fixed(c, 1)),
-                    bound.map_or(String::new(), |b| rounded_up(100.0 * b.picked_share, 1)),
-                    rate.map_or(String::new(), |rate| rounded_up(rate, 2)),
-                ]);
-            }
-            table.row(row);
-            before = Some(point.value);
-        }
-        let mut text = table.render();
+        });
+        let mut text = self.columns(many).table(rows);
         for limit in &self.limits {
             text += &self.limit_line(limit, many);
         }
@@ -96,6 +57,53 @@ impl SweepReport {
             text += &format!("note      {note}\n");
         }
         text + &self.made.lines()
+    }
+
+    fn columns(&self, many: bool) -> TableColumns<'_, SweepTextRow<'_>, String> {
+        let steady = self.is_steady();
+        let bounded = self.bounds.is_some();
+        let optional = |value: Option<f64>| value.map_or(String::new(), |value| fixed(value, 1));
+        TableColumns::new()
+            .with(self.varied(), |row: &SweepTextRow| match row.first {
+                true => row.point.value.to_string(),
+                false => String::new(),
+            })
+            .with("<method", |row| row.point.title.clone())
+            .with_if(steady, "throughput [1/min]", |row| {
+                row.point.throughput.shown(1)
+            })
+            .with_if(steady, "95 %", |row| row.point.throughput.shown_interval(1))
+            .with_if(steady, "flow [1/min]", |row| row.point.throughput.flow(1))
+            .with_if(self.adds(), "added a robot [1/min]", move |row| {
+                optional(row.point.added_per_robot_per_min)
+            })
+            .with("picked [%]", |row| fixed(100.0 * row.point.picked_share, 1))
+            .with("picking rate [1/min]", |row| {
+                fixed(row.point.picking_rate_per_min, 2)
+            })
+            .with_if(self.weighs, "weighted [1/min]", |row| {
+                fixed(row.point.weighted_rate_per_min, 2)
+            })
+            .with_if(many, "picking rate, 95 %", |row| {
+                interval(row.point.picking_rate_interval, 2)
+            })
+            .with_if(many, "complete [%]", |row| {
+                fixed(100.0 * row.point.complete_share, 1)
+            })
+            .with_if(many, "to 99 % [%]", |row| {
+                fixed(100.0 * row.point.nearly_complete_share, 1)
+            })
+            .with_if(bounded, "certified [%]", move |row| {
+                optional(row.point.certified_percent)
+            })
+            .with_if(bounded, "bound: picked [%]", |row| {
+                let share = row.bound.map(|bound| bound.picked_share);
+                share.map_or(String::new(), |share| rounded_up(100.0 * share, 1))
+            })
+            .with_if(bounded, "picking rate [1/min]", |row| {
+                let rate = row.bound.and_then(|bound| bound.picking_rate_per_min);
+                rate.map_or(String::new(), |rate| rounded_up(rate, 2))
+            })
     }
 
     fn limit_line(&self, limit: &LimitReport, many: bool) -> String {

@@ -1,4 +1,5 @@
-//! The URL of the broker.
+//! The URL of the broker. Read by hand: the crate `url` rewrites hosts and its errors name no cure, and
+//! `percent-encoding` lets a `%` without digits pass, which is most likely a password written as it is.
 
 use pickline::error::{Error, Result, nearest, shown};
 
