@@ -324,17 +324,19 @@ fn is_path_problem(source: &io::Error) -> bool {
     )
 }
 
-/// The text with each setting, a name in single quotes such as `'update_hz'`, replaced by what
-/// `spelling` makes of the name. Apostrophes and other quoted texts stay.
+/// The text with each setting, a name of at least two letters or digits in single quotes such as
+/// `'update_hz'`, replaced by what `spelling` makes of the name. Apostrophes and other quoted texts
+/// stay.
 pub fn spell_settings(text: &str, spelling: impl Fn(&str) -> String) -> String {
     let mut spelled = String::with_capacity(text.len());
     let mut rest = text;
     while let Some(at) = rest.find('\'') {
         let (before, quoted) = (&rest[..at], &rest[at + 1..]);
         spelled.push_str(before);
-        let is_name = |c: char| c.is_ascii_lowercase() || c == '_';
+        let is_name = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
         let name = &quoted[..quoted.find(|c| !is_name(c)).unwrap_or(quoted.len())];
-        let is_setting = !name.is_empty()
+        let is_setting = name.len() > 1
+            && name.starts_with(|c: char| c.is_ascii_lowercase())
             && !before.ends_with(char::is_alphanumeric)
             && quoted[name.len()..].starts_with('\'');
         if is_setting {
@@ -579,7 +581,8 @@ mod tests {
                 "a robot's arm, the robots' arms",
                 "a robot's arm, the robots' arms",
             ),
-            ("'two words', 'X' and '", "'two words', 'X' and '"),
+            ("'two words', 'x' and '", "'two words', 'x' and '"),
+            ("'ros2' on '10'", "--ros2 on '10'"),
             ("none", "none"),
         ] {
             assert_eq!(spell_settings(text, flag), spelled);

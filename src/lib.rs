@@ -66,3 +66,4 @@ pub mod strategies;
 pub mod optimize;
 pub mod rl;
 pub mod experiment;
+pub mod study;

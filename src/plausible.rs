@@ -346,7 +346,7 @@ mod tests {
             }
             assert!(text.starts_with("here: ") && text.contains("cure: "));
         }
-        let rate = check_rate("--update-hz", 0.001).unwrap().to_string();
+        let rate = check_rate("'update_hz'", 0.001).unwrap().to_string();
         assert!(
             rate.contains("period in seconds") && rate.contains("1000 Hz"),
             "{rate}"

@@ -126,8 +126,8 @@ fn read_policy(file: Option<&str>) -> Result<(Blueprint, Option<String>)> {
         // For example a script's variable that is not set; the built-in policy would be the
         // wrong one.
         Some("") => {
-            return Err(Error::input(
-                "--strategy onnx:",
+            return Err(Error::usage(
+                "'strategy' onnx:",
                 "has no file after the colon",
                 "give the policy's file, or plain `onnx` for the one that ships with the program",
             ));
@@ -147,8 +147,8 @@ fn read_policy(file: Option<&str>) -> Result<(Blueprint, Option<String>)> {
 
 #[cfg(not(feature = "onnx"))]
 fn read_policy(_: Option<&str>) -> Result<(Blueprint, Option<String>)> {
-    Err(Error::input(
-        "--strategy onnx",
+    Err(Error::usage(
+        "'strategy' onnx",
         "this program was built without ONNX",
         "build it with the feature `onnx`, which is one of the default features",
     ))
@@ -208,12 +208,24 @@ impl fmt::Debug for Blueprint {
 /// The part of a strategy that does not depend on the line: its parsed text, and its file,
 /// which is not read again.
 pub struct Parsed {
+    text: String,
     kind: &'static StrategyKind,
     make: Maker,
     remark: Option<String>,
 }
 
+impl fmt::Debug for Parsed {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.debug_tuple("Parsed").field(&self.text).finish()
+    }
+}
+
 impl Parsed {
+    /// The text from which it was read.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
     /// A remark about how it was read, if there is one.
     pub fn remark(&self) -> Option<&str> {
         self.remark.as_deref()
@@ -225,8 +237,8 @@ impl Parsed {
     /// Options that the strategy rejects, or rules for another number of robots.
     pub fn on(&self, setup: &Setup) -> Result<Blueprint> {
         if setup.allowance.asked.is_some() && !self.kind.budgeted {
-            return Err(Error::input(
-                "--budget-ms",
+            return Err(Error::usage(
+                "'budget_ms'",
                 format!("does not apply to {}, which does not plan", self.kind.name),
                 "remove it, or choose a strategy that plans, such as lookahead",
             ));
@@ -270,19 +282,24 @@ pub fn parse(text: &str) -> Result<Parsed> {
     };
     if let Some(kind) = STRATEGIES.iter().find(|kind| kind.name == name) {
         let (make, remark) = (kind.read)(rest)?;
-        return Ok(Parsed { kind, make, remark });
+        return Ok(Parsed {
+            text: text.to_owned(),
+            kind,
+            make,
+            remark,
+        });
     }
     if name == BOUND {
-        return Err(Error::input(
-            "--strategy",
+        return Err(Error::usage(
+            "'strategy'",
             "the bound is not a strategy: it is what no strategy can exceed",
             "remove it; every comparison, sweep and simulation shows the bound unless \
-             --no-bound is given, and `pickline bound` computes only the bound",
+             'no_bound' is given, and `pickline bound` computes only the bound",
         ));
     }
     let names: Vec<_> = STRATEGIES.iter().map(|kind| kind.name).collect();
-    Err(Error::input(
-        "--strategy",
+    Err(Error::usage(
+        "'strategy'",
         format!("unknown strategy `{}`", shown(name)),
         format!("{}; written {}", known_names(name, &names), forms()),
     ))
@@ -380,7 +397,7 @@ mod tests {
     fn only_the_bare_name_is_the_policy_that_ships() {
         assert_eq!(read_alone("onnx", 2).unwrap().name(), "onnx");
         let message = read_alone("onnx:", 2).unwrap_err().to_string();
-        for word in ["--strategy onnx:", "has no file", "plain `onnx`"] {
+        for word in ["'strategy' onnx:", "has no file", "plain `onnx`"] {
             assert!(message.contains(word), "{word} not in {message}");
         }
     }
@@ -389,9 +406,9 @@ mod tests {
     fn the_bound_is_said_to_be_no_strategy() {
         let message = read_alone("bound", 2).unwrap_err().to_string();
         for word in [
-            "--strategy",
+            "'strategy'",
             "not a strategy",
-            "--no-bound",
+            "'no_bound'",
             "pickline bound",
         ] {
             assert!(message.contains(word), "{word} not in {message}");

@@ -63,21 +63,21 @@ pub fn load_cases(name: &str) -> Result<Vec<Case>> {
         "dense" => Ok(built_in(&DENSE)),
         "all" => Ok(built_in(&[PAPER, DENSE].concat())),
         // Other commands accept this form for --patterns.
-        _ if !Path::new(name).exists() && is_feed(name) => Err(Error::input(
-            "--cases",
+        _ if !Path::new(name).exists() && is_feed(name) => Err(Error::usage(
+            "'cases'",
             format!(
                 "`{}` is a feed, not a file of cases",
                 crate::error::shown(name)
             ),
             "write a case file, for example [[case]] with name = \"own\" and profile = \"FILE\" or \
-             feed = \"random\" and flow = 60, and name it (see `pickline compare --help`)",
+             feed = \"random\" and flow = 60, and name it (see `pickline help compare`)",
         )),
         _ if Path::new(name).exists() || name.contains(['/', '\\', '.']) => {
             let path = Path::new(name);
             parse(&read_text(path)?, name, path.parent())
         }
-        _ => Err(Error::input(
-            "--cases",
+        _ => Err(Error::usage(
+            "'cases'",
             format!(
                 "`{}` is neither a file nor a built-in set",
                 crate::error::shown(name)
@@ -94,7 +94,7 @@ fn is_feed(name: &str) -> bool {
 }
 
 fn parse(text: &str, name: &str, folder: Option<&Path>) -> Result<Vec<Case>> {
-    let file = File::new(name, text, "`pickline compare --help`");
+    let file = File::new(name, text, "`pickline help compare`");
     file.read(|root| {
         root.only(&["case"])?;
         let cases = root.tables("case")?;

@@ -59,7 +59,7 @@ impl Method {
                     "{}^{robots} assignments to try on every pattern",
                     RULES.len()
                 ),
-                format!("compare at most {MOST_ROBOTS} robots, or skip it (--no-greedy)"),
+                format!("compare at most {MOST_ROBOTS} robots, or skip it ('no_greedy')"),
             ));
         }
         Ok(Self::Greedy(AssignmentTree::all(robots)))
@@ -154,7 +154,7 @@ mod tests {
             "greedy GT",
             "6^8 assignments",
             "at most 7 robots",
-            "--no-greedy",
+            "'no_greedy'",
         ] {
             assert!(message.contains(words), "{words} not in {message}");
         }

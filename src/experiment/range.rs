@@ -28,19 +28,20 @@ impl Range {
     /// A range that is empty, reversed or far too fine.
     pub fn values(&self) -> Result<Vec<f64>> {
         let Self { from, to, step } = *self;
-        let flag = |flag: &str, problem: String, cure: &str| Err(Error::input(flag, problem, cure));
+        let wrong =
+            |setting: &str, problem: String, cure: &str| Err(Error::usage(setting, problem, cure));
         if !(from > 0.0 && from.is_finite()) {
-            return flag(
-                "--from",
+            return wrong(
+                "'from'",
                 format!("{from} is not a valid start of a sweep"),
                 "give a number above 0",
             );
         }
         if !(to >= from && to.is_finite()) {
-            return flag(
-                "--to",
+            return wrong(
+                "'to'",
                 format!("{to} is not a valid end of a sweep from {from}"),
-                &format!("give {from} or more as --to, or a lower --from"),
+                &format!("give {from} or more as 'to', or a lower 'from'"),
             );
         }
         if !(step > 0.0 && step.is_finite() && (to - from) / step <= MOST_VALUES) {
@@ -49,7 +50,7 @@ impl Range {
                 "give a number above 0, at least {}",
                 shown_number(round_up((to - from) / MOST_VALUES))
             );
-            return flag("--step", problem, &cure);
+            return wrong("'step'", problem, &cure);
         }
         // A range that is a whole number of steps includes its end, whatever the rounding.
         let count = ((to - from) / step + 1e-9).floor() as u32;
@@ -192,15 +193,15 @@ mod tests {
         assert_eq!(range(1.0, 3.0, 1.0).unwrap(), [1.0, 2.0, 3.0]);
         assert_eq!(range(1.0, 1.0, 1.0).unwrap(), [1.0]);
         for (from, to, step, flag) in [
-            (0.0, 1.0, 0.1, "--from: "),
-            (-1.0, 1.0, 0.1, "--from: "),
-            (f64::NAN, 1.0, 0.1, "--from: "),
-            (2.0, 1.0, 0.1, "--to: "),
-            (1.0, f64::INFINITY, 0.1, "--to: "),
-            (1.0, 2.0, 0.0, "--step: "),
-            (1.0, 2.0, -0.1, "--step: "),
-            (1.0, 2.0, 1e-9, "--step: "),
-            (1.0, 2.0, f64::NAN, "--step: "),
+            (0.0, 1.0, 0.1, "'from': "),
+            (-1.0, 1.0, 0.1, "'from': "),
+            (f64::NAN, 1.0, 0.1, "'from': "),
+            (2.0, 1.0, 0.1, "'to': "),
+            (1.0, f64::INFINITY, 0.1, "'to': "),
+            (1.0, 2.0, 0.0, "'step': "),
+            (1.0, 2.0, -0.1, "'step': "),
+            (1.0, 2.0, 1e-9, "'step': "),
+            (1.0, 2.0, f64::NAN, "'step': "),
         ] {
             let message = range(from, to, step).unwrap_err().to_string();
             assert!(message.starts_with(flag), "{from} {to} {step}: {message}");
@@ -326,27 +327,27 @@ mod tests {
                 0.0,
                 1.0,
                 0.1,
-                &["--from", "0 is not a valid start", "above 0"][..],
+                &["'from'", "0 is not a valid start", "above 0"][..],
             ),
             (
                 f64::INFINITY,
                 1.0,
                 0.1,
-                &["--from", "inf is not a valid start"],
+                &["'from'", "inf is not a valid start"],
             ),
             (
                 2.0,
                 1.0,
                 0.1,
-                &["--to", "1 is not a valid end", "from 2", "give 2 or more"],
+                &["'to'", "1 is not a valid end", "from 2", "give 2 or more"],
             ),
-            (1.0, f64::INFINITY, 0.1, &["--to", "inf is not a valid end"]),
+            (1.0, f64::INFINITY, 0.1, &["'to'", "inf is not a valid end"]),
             (
                 1.0,
                 2.0,
                 0.0,
                 &[
-                    "--step",
+                    "'step'",
                     "0 is not a valid step from 1 to 2",
                     "at least 0.0001",
                 ],
@@ -355,12 +356,12 @@ mod tests {
                 1.0,
                 2.0,
                 f64::INFINITY,
-                &["--step", "inf is not a valid step"],
+                &["'step'", "inf is not a valid step"],
             ),
-            (1.0, 2.0, 0.99e-4, &["--step", "at least 0.0001"]),
-            (1.0, 2.5, 1e-5, &["--step", "at least 0.0002"]),
-            (1.0, 1.0, 0.0, &["--step", "at least 0"]),
-            (1.0, 301.0, 0.01, &["--step", "at least 0.03"]),
+            (1.0, 2.0, 0.99e-4, &["'step'", "at least 0.0001"]),
+            (1.0, 2.5, 1e-5, &["'step'", "at least 0.0002"]),
+            (1.0, 1.0, 0.0, &["'step'", "at least 0"]),
+            (1.0, 301.0, 0.01, &["'step'", "at least 0.03"]),
         ] {
             let message = Range { from, to, step }.values().unwrap_err().to_string();
             for word in words {

@@ -42,8 +42,8 @@ impl Axis {
     pub fn named(name: &str) -> Result<Self> {
         let found = Self::NAMES.iter().find(|entry| entry.1 == name);
         found.map(|entry| entry.0).ok_or_else(|| {
-            Error::input(
-                "--sweep",
+            Error::usage(
+                "'sweep'",
                 format!("`{}` cannot be swept", shown(name)),
                 known_names(name, &Self::NAMES.map(|entry| entry.1)),
             )

@@ -41,10 +41,9 @@ impl Stop for AtomicBool {
     }
 }
 
-#[cfg(test)]
 impl Environment<'static> {
-    /// Work that nobody stops or watches.
-    pub(super) const QUIET: Self = {
+    /// The environment of work that nobody stops or watches.
+    pub const QUIET: Self = {
         static GO_ON: AtomicBool = AtomicBool::new(false);
         Self {
             stop: &GO_ON,

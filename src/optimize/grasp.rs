@@ -66,11 +66,11 @@ impl Grasp {
     pub fn checked(self) -> Result<Self> {
         if self.starts == 0 {
             let cure = "give 1 or more";
-            return Err(Error::input("--starts", "0 starts are too few", cure));
+            return Err(Error::usage("'starts'", "0 starts are too few", cure));
         }
         if !(0.0..=1.0).contains(&self.alpha) {
-            return Err(Error::input(
-                "--alpha",
+            return Err(Error::usage(
+                "'alpha'",
                 format!("{} is not a share", shown_number(self.alpha)),
                 "give 0 (greedy) to 1 (random)",
             ));
@@ -432,13 +432,13 @@ mod tests {
         assert!(grasp.checked().is_ok());
         let starts = usize::MAX;
         assert!(Grasp { starts, ..grasp }.estimated_passes(100) > 1e19);
-        let refused = |grasp: Grasp, flag: &str| {
+        let refused = |grasp: Grasp, setting: &str| {
             let message = grasp.checked().unwrap_err().to_string();
-            assert!(message.starts_with(flag), "{message}");
+            assert!(message.starts_with(setting), "{message}");
         };
-        refused(Grasp { starts: 0, ..grasp }, "--starts: ");
+        refused(Grasp { starts: 0, ..grasp }, "'starts': ");
         for alpha in [-0.1, 1.1, f64::NAN] {
-            refused(Grasp { alpha, ..grasp }, "--alpha: ");
+            refused(Grasp { alpha, ..grasp }, "'alpha': ");
         }
     }
 

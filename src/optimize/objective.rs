@@ -53,8 +53,8 @@ impl Objective {
             "picked-share" => Ok(Self::PickedShare),
             "weighted-rate" => Ok(Self::WeightedRate),
             "max-speed" => Ok(Self::MaxSpeed(scan)),
-            _ => Err(Error::input(
-                "--objective",
+            _ => Err(Error::usage(
+                "'objective'",
                 format!("unknown objective `{}`", shown(name)),
                 known_names(name, &Self::NAMES.map(|n| n.0)),
             )),
@@ -127,7 +127,7 @@ impl FromStr for Risk {
         let name = text.split(':').next().unwrap_or_default();
         const SHARE: &str = "give cvar:A with A above 0 and at most 1, such as cvar:0.1 for the \
                              mean of the worst tenth";
-        let wrong = |problem: String, cure: &str| Err(Error::input("--risk", problem, cure));
+        let wrong = |problem: String, cure: &str| Err(Error::usage("'risk'", problem, cure));
         match text.split_once(':') {
             None if text == "mean" => Ok(Self::Mean),
             None if text == "worst" => Ok(Self::Worst),

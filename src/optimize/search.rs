@@ -259,8 +259,8 @@ fn nothing_scored(environment: &Environment) -> Error {
     if environment.stopped() {
         return Error::interrupted();
     }
-    Error::input(
-        "--time-limit",
+    Error::usage(
+        "'time_limit'",
         "the time limit passed before any assignment was scored",
         "give a longer time limit, or fewer patterns",
     )
@@ -278,10 +278,10 @@ fn enumerate(evaluator: &Evaluator, most: u64, environment: &Environment) -> Res
     let evaluation = evaluator.evaluate_within(all, most, environment)?;
     environment.progress.end();
     if evaluation.patterns.is_empty() && !environment.stopped() {
-        return Err(Error::input(
-            "--max-runs",
+        return Err(Error::usage(
+            "'max_runs'",
             format!("{most} runs are too few for {count} assignments on one pattern"),
-            "give more runs, or use --search grasp",
+            "give more runs, or use 'search' grasp",
         ));
     }
     Ok(evaluation)
@@ -330,13 +330,13 @@ fn resolve(search: &Search, most: Option<u64>, evaluator: &Evaluator) -> Result<
                 SearchKind::Exhaustive
             })
         }
-        SearchKind::Exhaustive | SearchKind::Both if !fits => Err(Error::input(
-            "--search",
+        SearchKind::Exhaustive | SearchKind::Both if !fits => Err(Error::usage(
+            "'search'",
             format!(
                 "the {}^{robots} assignments of {robots} robots are too many to enumerate",
                 RULES.len()
             ),
-            "use --search grasp, or fewer patterns",
+            "use 'search' grasp, or fewer patterns",
         )),
         kind => Ok(kind),
     }
@@ -476,7 +476,7 @@ mod tests {
                 assert_eq!(resolved(9), Ok(kind));
             } else {
                 let told = resolved(9).unwrap_err();
-                let words = "--search: the 6^9 assignments of 9 robots are too many to enumerate";
+                let words = "'search': the 6^9 assignments of 9 robots are too many to enumerate";
                 assert!(told.starts_with(words), "{told}");
             }
         }

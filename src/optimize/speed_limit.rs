@@ -39,8 +39,8 @@ impl SpeedScan {
         if step >= FINEST && station.outruns(step) && steps <= MOST_STEPS {
             return Ok(Self { step });
         }
-        Err(Error::input(
-            "--speed-step",
+        Err(Error::usage(
+            "'speed_step'",
             format!(
                 "{} m/s is not a valid step up to the slowest arm's {fastest} m/s",
                 shown_number(step)

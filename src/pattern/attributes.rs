@@ -119,12 +119,12 @@ const SHARE: ValueRange = ValueRange {
 };
 
 impl ValueRange {
-    fn checked(&self, flag: &str, distribution: &Distribution, value: f64) -> Result<f64> {
+    fn checked(&self, setting: &str, distribution: &Distribution, value: f64) -> Result<f64> {
         if (self.holds)(value) {
             return Ok(value);
         }
-        Err(Error::input(
-            format!("{flag} {distribution}"),
+        Err(Error::usage(
+            format!("{setting} {distribution}"),
             format!("drew {}, which is not {}", shown_number(value), self.name),
             self.cure,
         ))
@@ -151,17 +151,17 @@ impl Attributes {
         if *self == Self::default() {
             return Ok(pattern);
         }
-        let mut draw = |flag: &str, distribution: &Option<Distribution>, range: &ValueRange| {
+        let mut draw = |setting: &str, distribution: &Option<Distribution>, range: &ValueRange| {
             distribution
                 .as_ref()
-                .map(|d| range.checked(flag, d, d.draw(rng)))
+                .map(|d| range.checked(setting, d, d.draw(rng)))
                 .transpose()
         };
         let with_attributes = |item: &Item| {
             Ok(Item {
-                area_cm2: draw("--area", &self.area_cm2, &AREA)?,
-                p_detection: draw("--p-detection", &self.p_detection, &SHARE)?,
-                p_grasp: draw("--p-grasp", &self.p_grasp, &SHARE)?,
+                area_cm2: draw("'area'", &self.area_cm2, &AREA)?,
+                p_detection: draw("'p_detection'", &self.p_detection, &SHARE)?,
+                p_grasp: draw("'p_grasp'", &self.p_grasp, &SHARE)?,
                 ..item.clone()
             })
         };
@@ -242,7 +242,7 @@ mod tests {
         let error = attributes.apply(plain, &mut random_stream(1, 0));
         let message = error.unwrap_err().to_string();
         assert!(
-            message.starts_with("--p-grasp uniform:0.5,3: "),
+            message.starts_with("'p_grasp' uniform:0.5,3: "),
             "{message}"
         );
     }

@@ -26,14 +26,14 @@ pub(super) fn clustered(
 ) -> Result<Pattern> {
     // All clusters that reach the start are drawn, even if few items are kept.
     if density * 2.0 * TAIL * shape.cluster_spread > MOST_ITEMS as f64 {
-        return Err(Error::input(
-            "--cluster-spread",
+        return Err(Error::usage(
+            "'cluster_spread'",
             format!(
                 "{} m is too wide for {} items per metre",
                 shown_number(shape.cluster_spread),
                 shown_number(density)
             ),
-            "give a smaller spread or a lower --flow",
+            "give a smaller spread or a lower 'flow'",
         ));
     }
     let per_metre = density / shape.cluster_size;

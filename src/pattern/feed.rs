@@ -106,17 +106,17 @@ impl Default for FeedShape {
 }
 
 impl FeedShape {
-    /// Rejects parameters out of range; the error names the flag.
+    /// Rejects parameters out of range; the error names the setting.
     ///
     /// # Errors
     /// If a parameter is out of range.
     pub fn check(&self) -> Result<()> {
-        let within = |flag: &str, value: f64, low: f64, high: f64, what: &str| {
+        let within = |setting: &str, value: f64, low: f64, high: f64, what: &str| {
             if (low..=high).contains(&value) {
                 return Ok(());
             }
-            Err(Error::input(
-                flag,
+            Err(Error::usage(
+                setting,
                 format!("{} is not a valid {what}", shown_number(value)),
                 format!(
                     "give a value from {} to {}",
@@ -126,28 +126,28 @@ impl FeedShape {
             ))
         };
         within(
-            "--cluster-size",
+            "'cluster_size'",
             self.cluster_size,
             1.0,
             1e6,
             "number of items",
         )?;
         within(
-            "--cluster-spread",
+            "'cluster_spread'",
             self.cluster_spread,
             0.0,
             100.0,
             "distance [m]",
         )?;
         within(
-            "--gap-length",
+            "'gap_length'",
             self.gap_length,
             0.01,
             1e4,
             "length of belt [m]",
         )?;
         within(
-            "--gap-share",
+            "'gap_share'",
             self.gap_share,
             1e-3,
             0.999,

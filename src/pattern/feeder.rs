@@ -43,10 +43,10 @@ impl Feeder {
             (Some(flow), _) => check_flow(flow)?,
             (None, Some(profile)) => profile.mean_flow(),
             (None, None) => {
-                return Err(Error::input(
-                    "--flow",
+                return Err(Error::usage(
+                    "'flow'",
                     format!("the feed {feed} needs a flow"),
-                    "give --flow F [items/min], for example --flow 60",
+                    "give 'flow' F [items/min], for example 'flow' 60",
                 ));
             }
         };
@@ -98,7 +98,7 @@ impl Feeder {
                 let radius = radius_of(width, density);
                 poisson_disk(width, radius, count, rng).map_err(|error| {
                     let flow = shown_number(self.flow);
-                    error.at(&format!("--flow {flow}, a radius of {radius:.6} m"))
+                    error.at(&format!("'flow' {flow}, a radius of {radius:.6} m"))
                 })
             }
             Feed::Random => random(width, density, count, rng),
@@ -124,7 +124,7 @@ impl Feeder {
             return Err(Error::input(
                 profile.name(),
                 "the profile yields no items",
-                "give a higher flow, a longer profile or another --seed",
+                "give a higher flow, a longer profile or another 'seed'",
             ));
         }
         Pattern::numbered(items)
@@ -136,8 +136,8 @@ pub(super) fn check_flow(flow: f64) -> Result<f64> {
     if (1e-3..=1e6).contains(&flow) {
         return Ok(flow);
     }
-    Err(Error::input(
-        "--flow",
+    Err(Error::usage(
+        "'flow'",
         format!("{} is not a valid flow", shown_number(flow)),
         "give items per minute, from 0.001 to 1000000, for example 60",
     ))

@@ -52,8 +52,8 @@ pub(super) fn check_spacing(name: &str, value: f64) -> Result<()> {
     if (1e-4..=1e3).contains(&value) {
         return Ok(());
     }
-    Err(Error::input(
-        format!("--{name}"),
+    Err(Error::usage(
+        format!("'{name}'"),
         format!(
             "{} m is not a valid distance between items",
             shown_number(value)
@@ -67,8 +67,8 @@ pub(super) fn check_count(count: usize) -> Result<()> {
     if (1..=MOST_ITEMS).contains(&count) {
         return Ok(());
     }
-    Err(Error::input(
-        "--count",
+    Err(Error::usage(
+        "'count'",
         format!("{count} items is not a valid pattern size"),
         format!("give 1 to {MOST_ITEMS} items"),
     ))
@@ -79,8 +79,8 @@ pub(super) fn check_length(count: usize, length: f64) -> Result<()> {
     if length <= LARGEST {
         return Ok(());
     }
-    Err(Error::input(
-        "--count",
+    Err(Error::usage(
+        "'count'",
         format!(
             "{count} items would take {} m of belt",
             shown_number(length)
@@ -126,7 +126,7 @@ mod tests {
         }
         for (count, spacing) in [(0, 0.1), (usize::MAX, 0.1), (10_000, 1000.0)] {
             let message = grid(0.4, spacing, count).unwrap_err().to_string();
-            assert!(message.starts_with("--count: "), "{message}");
+            assert!(message.starts_with("'count': "), "{message}");
         }
     }
 }

@@ -75,8 +75,8 @@ pub fn poisson_disk(
     let mut points = loop {
         // Even a few items are the start of a sample over the whole width.
         if 2.0 * (length / radius + 1.0) * (width / radius + 1.0) > MOST_CELLS {
-            return Err(Error::input(
-                "--radius",
+            return Err(Error::usage(
+                "'radius'",
                 format!(
                     "{} m is too fine for a belt {} m wide",
                     shown_number(radius),
@@ -559,11 +559,11 @@ mod tests {
         assert_eq!(draw(0.01, 0.5, 50, 1).len(), 50);
         // A sample that would not fit into memory is rejected before it is started.
         for (width, radius, count, problem) in [
-            (1.0, 0.1, 0, "--count: 0 items is not a valid pattern size"),
-            (1.0, f64::NAN, 5, "--radius: NaN m is not a valid distance"),
-            (1e3, 1e-4, 5, "--radius: 0.0001 m is too fine for a belt"),
+            (1.0, 0.1, 0, "'count': 0 items is not a valid pattern size"),
+            (1.0, f64::NAN, 5, "'radius': NaN m is not a valid distance"),
+            (1e3, 1e-4, 5, "'radius': 0.0001 m is too fine for a belt"),
             (1.0, 0.1, usize::MAX, "items is not a valid pattern size"),
-            (1e-3, 1e3, 10_000, "--count: 10000 items would take"),
+            (1e-3, 1e3, 10_000, "'count': 10000 items would take"),
         ] {
             let drawn = poisson_disk(width, radius, count, &mut random_stream(1, 0));
             let message = drawn.unwrap_err().to_string();

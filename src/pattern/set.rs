@@ -59,7 +59,7 @@ impl FromStr for PatternSource {
 
     fn from_str(text: &str) -> Result<Self> {
         let wrong = |problem: String, cure: String| {
-            Error::input(format!("--patterns {}", shown(text)), problem, cure)
+            Error::usage(format!("'patterns' {}", shown(text)), problem, cure)
         };
         let forms = || format!("write one of {FORMS}");
         let length = |part: &str| {
@@ -229,7 +229,7 @@ impl PatternSource {
     pub fn with_flow(self, flow: Option<f64>) -> Result<Self> {
         let Some(flow) = flow else { return Ok(self) };
         let flow = Some(check_flow(flow)?);
-        let refused = |problem: String, cure: &str| Err(Error::input("--flow", problem, cure));
+        let refused = |problem: String, cure: &str| Err(Error::usage("'flow'", problem, cure));
         match self {
             Self::Feed {
                 feed,
@@ -242,20 +242,20 @@ impl PatternSource {
                 count: n as usize,
             }),
             Self::Feed { .. } => refused(
-                format!("--patterns {self} already has a flow"),
+                format!("'patterns' {self} already has a flow"),
                 "give only one of the two",
             ),
             Self::Grid(_) | Self::Poisson(..) => refused(
-                format!("--patterns {self} already has a flow, by its distance between items"),
-                "omit --flow, or use grid or poisson[:N] without the distance",
+                format!("'patterns' {self} already has a flow, by its distance between items"),
+                "omit 'flow', or use grid or poisson[:N] without the distance",
             ),
             Self::Balanced(_) => refused(
                 "the balanced set covers a range of flows".into(),
-                "omit --flow, or choose one feed, for example --patterns random:100",
+                "omit 'flow', or choose one feed, for example 'patterns' random:100",
             ),
             Self::Files(_) => refused(
                 "does not apply to recorded patterns".into(),
-                "omit --flow; recorded patterns contain their own items",
+                "omit 'flow'; recorded patterns contain their own items",
             ),
         }
     }
@@ -275,7 +275,7 @@ impl PatternSource {
         match self {
             Self::Feed { feed, flow, .. } => {
                 let feeder = Feeder::new(feed, *flow, &recipe.belt, recipe.shape)
-                    .map_err(|error| error.inside(&self.flag()))?;
+                    .map_err(|error| error.inside(&self.place()))?;
                 Ok(feeder.expected_items(recipe.items))
             }
             Self::Files(_) => Ok(0.0),
@@ -299,7 +299,7 @@ impl PatternSource {
                 let (low, high) = BALANCED_RANGE;
                 let steps = (*n).max(2) - 1;
                 let value = |i: usize| low + (high - low) * i as f64 / steps as f64;
-                self.check_size(recipe, 2.0 * *n as f64, &self.flag())?;
+                self.check_size(recipe, 2.0 * *n as f64, &self.place())?;
                 let grids = (0..*n).map(|i| Draw::Grid(value(i)));
                 let poissons = (0..*n).map(|i| Draw::Poisson(value(i)));
                 set.draw(recipe, grids.chain(poissons).collect(), self)?;
@@ -309,20 +309,20 @@ impl PatternSource {
                 );
             }
             Self::Grid(spacing) => {
-                self.check_size(recipe, 1.0, &self.flag())?;
+                self.check_size(recipe, 1.0, &self.place())?;
                 set.draw(recipe, vec![Draw::Grid(*spacing)], self)?;
                 set.description = format!("the grid of {spacing} m, {made}");
             }
             Self::Poisson(radius, n) => {
-                self.check_size(recipe, *n as f64, &self.flag())?;
+                self.check_size(recipe, *n as f64, &self.place())?;
                 set.draw(recipe, vec![Draw::Poisson(*radius); *n], self)?;
                 set.description = format!("{n} Poisson disk patterns of {radius} m, {made}");
             }
             Self::Feed { feed, flow, count } => {
                 let feeder = Feeder::new(feed, *flow, &recipe.belt, recipe.shape)
-                    .map_err(|error| error.inside(&self.flag()))?;
+                    .map_err(|error| error.inside(&self.place()))?;
                 let expected = *count as f64 * feeder.expected_items(recipe.items);
-                self.check_items(recipe, *count as f64, expected, &self.flag())?;
+                self.check_items(recipe, *count as f64, expected, &self.place())?;
                 set.draw(recipe, vec![Draw::Feed(&feeder); *count], self)?;
                 set.description = format!(
                     "{} of the feed {feed}, {} items/min at {} m/s, {made}",
@@ -337,19 +337,19 @@ impl PatternSource {
     }
 
     /// Rejects sets that would take too much memory, before they are made.
-    fn check_size(&self, recipe: &Recipe, patterns: f64, flag: &str) -> Result<()> {
-        self.check_items(recipe, patterns, patterns * recipe.items as f64, flag)
+    fn check_size(&self, recipe: &Recipe, patterns: f64, place: &str) -> Result<()> {
+        self.check_items(recipe, patterns, patterns * recipe.items as f64, place)
     }
 
     /// The same check for a total of `items` items.
-    fn check_items(&self, recipe: &Recipe, patterns: f64, items: f64, flag: &str) -> Result<()> {
-        check_count(recipe.items).map_err(|error| error.at("--items"))?;
+    fn check_items(&self, recipe: &Recipe, patterns: f64, items: f64, place: &str) -> Result<()> {
+        check_count(recipe.items).map_err(|error| error.at("'items'"))?;
         let each = items / patterns.max(1.0);
         if items <= MOST_ITEMS as f64 {
             return Ok(());
         }
-        Err(Error::input(
-            flag,
+        Err(Error::usage(
+            place,
             format!("{patterns} patterns of {} items", each.ceil()),
             format!("use fewer; a set has at most {MOST_ITEMS} items"),
         ))
@@ -362,7 +362,7 @@ impl PatternSource {
     /// If there are too many.
     pub fn check_fresh(&self, recipe: &Recipe, count: usize) -> Result<()> {
         let items = count as f64 * self.expected_items(recipe)?;
-        self.check_items(recipe, count as f64, items, &format!("--validate {count}"))
+        self.check_items(recipe, count as f64, items, &format!("'validate' {count}"))
     }
 
     /// The source with fewer patterns, about `items` items in total, if `text`, from which it was
@@ -382,9 +382,9 @@ impl PatternSource {
         Ok(self)
     }
 
-    /// The flag and its value, for messages.
-    fn flag(&self) -> String {
-        format!("--patterns {self}")
+    /// The setting and its value, for messages.
+    fn place(&self) -> String {
+        format!("'patterns' {self}")
     }
 
     /// `count` patterns that differ from those of [`PatternSource::build`] under any seed, to score
@@ -465,7 +465,7 @@ impl PatternSet {
                 }
                 Draw::Feed(feeder) => feeder.draw(recipe.items, &mut rng),
             };
-            let pattern = pattern.map_err(|error| error.at(&source.flag()))?;
+            let pattern = pattern.map_err(|error| error.at(&source.place()))?;
             recipe.attributes.apply(pattern, &mut rng)
         };
         let patterns = draws.par_iter().enumerate().map(draw);
@@ -482,8 +482,8 @@ impl PatternSet {
     fn add_files(&mut self, path: &Path) -> Result<()> {
         let files = files_of(path)?;
         if files.is_empty() {
-            return Err(Error::input(
-                format!("--patterns {}", path.display()),
+            return Err(Error::usage(
+                format!("'patterns' {}", path.display()),
                 "the folder contains no .csv file",
                 "add pattern files to it, or give a single file",
             ));
@@ -592,11 +592,11 @@ mod tests {
     #[test]
     fn sizes_are_refused_by_their_flag() {
         for (source, items, flag) in [
-            ("grid:0.2", 0, "--items: 0 items"),
-            ("balanced", usize::MAX, "--items: "),
-            ("grid:1e-9", 20, "--patterns grid:1e-9: 1e-9 m"),
-            ("poisson:5000:1", 20, "--patterns poisson:5000:1: 5000 m"),
-            ("balanced:1000000", 20, "--patterns balanced:1000000: "),
+            ("grid:0.2", 0, "'items': 0 items"),
+            ("balanced", usize::MAX, "'items': "),
+            ("grid:1e-9", 20, "'patterns' grid:1e-9: 1e-9 m"),
+            ("poisson:5000:1", 20, "'patterns' poisson:5000:1: 5000 m"),
+            ("balanced:1000000", 20, "'patterns' balanced:1000000: "),
         ] {
             let recipe = Recipe { items, ..RECIPE };
             let source: PatternSource = source.parse().unwrap();
@@ -605,7 +605,7 @@ mod tests {
         }
         let fresh = PatternSource::Balanced(1).draw_fresh(&RECIPE, usize::MAX);
         let message = fresh.unwrap_err().to_string();
-        assert!(message.starts_with("--validate "), "{message}");
+        assert!(message.starts_with("'validate' "), "{message}");
     }
 
     #[test]

@@ -110,7 +110,7 @@ impl LookaheadOptions {
             .iter()
             .find(|key| ["budget", "budget-ms"].contains(key));
         if let (Some(key), Some(_)) = (own, allowance.asked) {
-            let problem = "is given together with --budget-ms".to_owned();
+            let problem = "is given together with 'budget_ms'".to_owned();
             return Err(wrong(key, problem, "give one of the two"));
         }
         Ok(options)
@@ -156,8 +156,8 @@ impl LookaheadOptions {
             "seed" => self.seed = whole(key, value, 0, u64::MAX)?,
             _ => {
                 let names = KEYS.map(|(name, _)| name);
-                return Err(Error::input(
-                    "--strategy lookahead",
+                return Err(Error::usage(
+                    "'strategy' lookahead",
                     format!("unknown option `{}`", shown(key)),
                     known_names(key, &names),
                 ));
@@ -207,11 +207,11 @@ impl LookaheadOptions {
 }
 
 fn place(key: &str) -> String {
-    format!("--strategy lookahead:{}", shown(key))
+    format!("'strategy' lookahead:{}", shown(key))
 }
 
 fn wrong(key: &str, problem: String, cure: &str) -> Error {
-    Error::input(place(key), problem, cure)
+    Error::usage(place(key), problem, cure)
 }
 
 fn not(key: &str, value: &str, cure: &str) -> Error {

@@ -112,8 +112,8 @@ impl Plan {
                 courses: 256,
                 updates: 96,
             }),
-            _ => Err(Error::input(
-                "--preset",
+            _ => Err(Error::usage(
+                "'preset'",
                 format!("unknown preset `{}`", shown(name)),
                 known_names(name, &names),
             )),

@@ -14,7 +14,7 @@ use crate::error::{Error, Result};
 use crate::optimize::Environment;
 use crate::pattern::random_stream;
 use crate::sim::Scene;
-use crate::station::{self, Station};
+use crate::station::{Station, station_hash};
 use crate::strategies::Blueprint;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -140,7 +140,7 @@ impl Trainer {
                      not kept",
                     checkpoint.rounds
                 ),
-                "start again with --imitate; the policy file has the best network so far",
+                "start again with 'imitate'; the policy file has the best network so far",
             ));
         }
         let mut trainer = Self::new(checkpoint.plan, stations, checkpoint.seed)?;
@@ -217,8 +217,7 @@ impl Trainer {
 
     /// Hashes of the stations, as in result files.
     pub fn station_hashes(&self) -> Vec<String> {
-        let hash = |station: &Station| crate::files::fingerprint(station::to_toml(station));
-        self.stations.iter().map(hash).collect()
+        self.stations.iter().map(station_hash).collect()
     }
 
     /// All numbers of robots in the training, each once.

@@ -131,32 +131,32 @@ impl Conditions {
     pub fn check(&self) -> Result<()> {
         let hz = self.update_hz;
         if !(hz == 0.0 || (1e-6..=1e6).contains(&hz)) {
-            return Err(Error::input(
-                "--update-hz",
+            return Err(Error::usage(
+                "'update_hz'",
                 format!("{} is not a valid update frequency", shown_number(hz)),
                 "give Hz, from 1e-6 to 1e6, or 0 for exact decisions",
             ));
         }
         let on_belt = -FURTHEST..=FURTHEST;
         if let Some(x) = self.camera_x.filter(|x| !on_belt.contains(x)) {
-            return Err(Error::input(
-                "--camera-x",
+            return Err(Error::usage(
+                "'camera_x'",
                 format!("{} is not a valid position along the belt", shown_number(x)),
                 "give metres from the start of the belt, negative upstream of it",
             ));
         }
         let p = self.disturbances.default_p_grasp;
         if !(0.0..=1.0).contains(&p) {
-            return Err(Error::input(
-                "--grasp-success",
+            return Err(Error::usage(
+                "'grasp_success'",
                 format!("{} is not a probability", shown_number(p)),
                 "give the probability that a grasp succeeds, from 0 to 1, or omit the number",
             ));
         }
         let noise = self.disturbances.position_noise;
         if !(0.0..=MOST_NOISE).contains(&noise) {
-            return Err(Error::input(
-                "--position-noise",
+            return Err(Error::usage(
+                "'position_noise'",
                 format!("{} is not a valid standard deviation", shown_number(noise)),
                 format!("give metres, from 0 to {MOST_NOISE}"),
             ));
@@ -217,14 +217,14 @@ mod tests {
         };
         camera(-3.0).check().unwrap();
         for (bad, flag) in [
-            (Conditions::at_update_hz(-1.0), "--update-hz"),
-            (camera(f64::NAN), "--camera-x"),
-            (camera(f64::NEG_INFINITY), "--camera-x"),
-            (disturbed(1.01, 0.0), "--grasp-success"),
-            (disturbed(f64::NAN, 0.0), "--grasp-success"),
-            (disturbed(1.0, -1e-9), "--position-noise"),
-            (disturbed(1.0, f64::NAN), "--position-noise"),
-            (disturbed(1.0, 11.0), "--position-noise"),
+            (Conditions::at_update_hz(-1.0), "'update_hz'"),
+            (camera(f64::NAN), "'camera_x'"),
+            (camera(f64::NEG_INFINITY), "'camera_x'"),
+            (disturbed(1.01, 0.0), "'grasp_success'"),
+            (disturbed(f64::NAN, 0.0), "'grasp_success'"),
+            (disturbed(1.0, -1e-9), "'position_noise'"),
+            (disturbed(1.0, f64::NAN), "'position_noise'"),
+            (disturbed(1.0, 11.0), "'position_noise'"),
         ] {
             let message = bad.check().unwrap_err().to_string();
             assert!(message.contains(flag), "{message}");

@@ -87,8 +87,8 @@ impl BuiltIn {
 pub fn built_in(name: &str) -> Result<&'static BuiltIn> {
     BUILT_INS.iter().find(|b| b.name == name).ok_or_else(|| {
         let names: Vec<_> = BUILT_INS.iter().map(|b| b.name).collect();
-        Error::input(
-            "--station",
+        Error::usage(
+            "'station'",
             format!("`{name}` is neither a file nor a built-in station"),
             known_names(name, &names),
         )

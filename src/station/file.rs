@@ -4,6 +4,7 @@ use super::builtin::built_in;
 use super::geometry::{Belt, Robot, Station, outruns};
 use super::line::Line;
 use crate::error::{Error, Result, nearest_file, shown};
+use crate::files::fingerprint;
 use crate::toml_file::{File, Section};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -74,8 +75,8 @@ fn load_built_in(name: &str, overrides: Overrides) -> Result<Station> {
     let station = match (built_in(name), meant) {
         (Ok(station), _) => station,
         (Err(_), Some(file)) if is_toml(&file) => {
-            return Err(Error::input(
-                "--station",
+            return Err(Error::usage(
+                "'station'",
                 format!("`{}` is neither a file nor a built-in station", shown(name)),
                 format!("did you mean {}?", shown(&file.display().to_string())),
             ));
@@ -84,7 +85,7 @@ fn load_built_in(name: &str, overrides: Overrides) -> Result<Station> {
     };
     let station = station.station(overrides.robots).map_err(|error| {
         if overrides.robots.is_some() {
-            error.at("--robots")
+            error.at("'robots'")
         } else {
             error
         }
@@ -92,7 +93,7 @@ fn load_built_in(name: &str, overrides: Overrides) -> Result<Station> {
     match overrides.belt_speed {
         Some(speed) => station
             .with_belt_speed(speed)
-            .map_err(|e| e.at("--belt-speed")),
+            .map_err(|e| e.at("'belt_speed'")),
         None => Ok(station),
     }
 }
@@ -147,15 +148,15 @@ fn read(root: &Section, overrides: Overrides) -> Result<Station> {
     let file = root.file;
     root.only(&["strategy", "belt", "robot", "line"])?;
     let place = |key: &str| match (key, overrides.belt_speed, overrides.robots) {
-        ("belt.speed", Some(_), _) => "--belt-speed".to_owned(),
-        ("robot", _, Some(_)) => "--robots".to_owned(),
+        ("belt.speed", Some(_), _) => "'belt_speed'".to_owned(),
+        ("robot", _, Some(_)) => "'robots'".to_owned(),
         _ => file.place(key),
     };
     let (belt, robots) = read_station(root, overrides, &place)?;
     if overrides.belt_speed.is_some() {
         // The file itself may be right, so blame the flag.
         for robot in robots.iter().filter(|robot| robot.speed > 0.0) {
-            outruns(&|| "--belt-speed".to_owned(), robot, &belt)?;
+            outruns(&|| "'belt_speed'".to_owned(), robot, &belt)?;
         }
     }
     Station::checked(belt, robots, &place)
@@ -178,8 +179,8 @@ fn read_station(
     let (robots, length) = match (root.table.get("robot"), root.table.get("line")) {
         (Some(_), None) => {
             if overrides.robots.is_some() {
-                return Err(Error::input(
-                    "--robots",
+                return Err(Error::usage(
+                    "'robots'",
                     format!("`{}` lists its robots one by one", root.file.name),
                     "drop the flag, or describe identical robots with a [line] table",
                 ));
@@ -280,6 +281,11 @@ fn read_line(line: &Section, overrides: Overrides) -> Result<Line> {
         grasp_time: line.number("grasp_time")?,
         release_time: line.number("release_time")?,
     })
+}
+
+/// Hash of a station's resolved values, independent of how they were given.
+pub fn station_hash(station: &Station) -> String {
+    fingerprint(to_toml(station))
 }
 
 /// The station as TOML with every value resolved. [`parse`] reads it back as an equal station.
@@ -429,10 +435,10 @@ mod tests {
     fn a_flag_that_asks_for_too_much_is_blamed() {
         let with = |robots, belt_speed| Overrides { robots, belt_speed };
         for (overrides, flag) in [
-            (with(None, Some(0.5)), "--belt-speed: "),
-            (with(None, Some(-1.0)), "--belt-speed: "),
-            (with(Some(0), None), "--robots: the station has no robots"),
-            (with(Some(usize::MAX), None), "--robots: "),
+            (with(None, Some(0.5)), "'belt_speed': "),
+            (with(None, Some(-1.0)), "'belt_speed': "),
+            (with(Some(0), None), "'robots': the station has no robots"),
+            (with(Some(usize::MAX), None), "'robots': "),
         ] {
             for name in ["paper", "file"] {
                 let result = match name {
@@ -452,6 +458,6 @@ mod tests {
             belt_speed: None,
         };
         let message = parse(GOOD, "t", overrides).unwrap_err().to_string();
-        assert!(message.starts_with("--robots"), "{message}");
+        assert!(message.starts_with("'robots'"), "{message}");
     }
 }

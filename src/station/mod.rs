@@ -13,7 +13,7 @@ pub use builtin::{BUILT_INS, BuiltIn, built_in};
 pub use edit::edited;
 pub use file::{
     Overrides, SavedStrategy, commented_example, is_file, load, load_with_strategy, parse,
-    parse_with_strategy, to_toml,
+    parse_with_strategy, station_hash, to_toml,
 };
 pub use geometry::{Belt, Robot, Station};
 pub use line::Line;

@@ -208,14 +208,14 @@ mod tests {
     fn a_camera_stands_along_the_belt_or_upstream_of_it() {
         let station = paper();
         for x in [-3.0, 0.0, 0.5, 4.2] {
-            assert_eq!(station.check_camera("--camera-x", x), None);
+            assert_eq!(station.check_camera("'camera_x'", x), None);
         }
         for (x, word) in [
             (300.0, "300 mm is 0.3 m"),
             (-500.0, "-0.5 m"),
             (5.0, "never sees an item"),
         ] {
-            let text = station.check_camera("--camera-x", x).unwrap().to_string();
+            let text = station.check_camera("'camera_x'", x).unwrap().to_string();
             assert!(text.contains(word), "{text}");
         }
     }

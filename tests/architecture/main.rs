@@ -249,6 +249,27 @@ fn only_the_command_line_prints() {
     }
 }
 
+/// A message names a setting; the program knows how it is written on its command line.
+#[test]
+fn the_library_names_no_flag() {
+    let mut files = Vec::new();
+    sources(&root().join("src"), &mut files);
+    for file in files {
+        let text = code(&file);
+        let comment = |line: &&str| !line.trim_start().starts_with("//");
+        for line in text.lines().filter(comment) {
+            let flag = line.split("--").skip(1).find(|rest| {
+                let mut letters = rest.chars();
+                letters.next().is_some_and(|c| c.is_ascii_lowercase())
+                    && letters
+                        .next()
+                        .is_some_and(|c| c.is_ascii_lowercase() || c == '-')
+            });
+            assert_eq!(flag, None, "{}: {line}", file.display());
+        }
+    }
+}
+
 #[test]
 fn the_architecture_page_names_every_module() {
     let page = fs::read_to_string(root().join("docs/architecture.md")).unwrap();

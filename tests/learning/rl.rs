@@ -354,7 +354,7 @@ fn a_domain_decides_as_often_as_it_says() {
     };
     let message = wrong.scenes(&courses).err().unwrap().to_string();
     assert!(
-        message.contains("--update-hz") && message.contains("NaN"),
+        message.contains("'update_hz'") && message.contains("NaN"),
         "{message}"
     );
 }

@@ -21,6 +21,8 @@ mod deadlines;
 mod decisions;
 #[cfg(unix)]
 mod emulated;
+#[cfg(unix)]
+mod examples;
 #[cfg(feature = "dashboard")]
 mod host_header;
 mod identity;

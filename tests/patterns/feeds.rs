@@ -251,7 +251,7 @@ fn flows_are_given_in_the_source_or_beside_it() {
         .build(&recipe)
         .unwrap_err()
         .to_string();
-    assert!(message.contains("--flow"), "{message}");
+    assert!(message.contains("'flow'"), "{message}");
 }
 
 #[test]

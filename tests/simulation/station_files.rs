@@ -153,7 +153,7 @@ fn a_strategy_is_read_with_its_place() {
 
 /// A speed of 0 is the file's fault, whatever the flag.
 #[test]
-fn flags_are_blamed_for_what_they_ask() {
+fn settings_are_blamed_for_what_they_ask() {
     let fast = Overrides {
         belt_speed: Some(0.4),
         ..PLAIN
@@ -161,13 +161,13 @@ fn flags_are_blamed_for_what_they_ask() {
     let of = |value: &str| parse(&with_line("speed", value), "t", fast);
     assert_eq!(of("0.5").unwrap().belt().speed, 0.4);
     let message = of("0.3").unwrap_err().to_string();
-    assert!(message.starts_with("--belt-speed: "), "{message}");
+    assert!(message.starts_with("'belt_speed': "), "{message}");
     let message = of("0").unwrap_err().to_string();
     assert!(
         message.contains("line.speed: 0 is not a usable size"),
         "{message}"
     );
-    assert!(!message.contains("--belt-speed"), "{message}");
+    assert!(!message.contains("'belt_speed'"), "{message}");
 }
 
 /// What follows from a line is blamed on the line, and keys that nobody knows are refused.

@@ -6,6 +6,9 @@ use pickline_live::transport::tls::{Tls, TlsFiles};
 use pickline_live::transport::{Access, Side, Token};
 use std::net::ToSocketAddrs as _;
 
+/// A flag and its value, if it is given.
+type FlagValue<'a> = (&'static str, Option<&'a str>);
+
 impl AccessArgs {
     /// The token and TLS settings for peers that connect to this program.
     ///
@@ -79,9 +82,21 @@ impl AccessArgs {
             let problem = "listening with TLS requires a certificate";
             return Err(Error::input("--tls-ca", problem, cure));
         }
-        if self.insecure {
-            return Ok(());
+        match self.insecure {
+            true => Ok(()),
+            false => self.check_reach(side, &files, listen, connect, dashboard),
         }
+    }
+
+    /// Checks that no address without authentication can be reached by other machines.
+    fn check_reach(
+        &self,
+        side: Side,
+        files: &TlsFiles,
+        listen: FlagValue,
+        connect: FlagValue,
+        dashboard: FlagValue,
+    ) -> Result<()> {
         let who_answers_is_checked = files.authorities.is_some();
         let who_connects_is_checked = who_answers_is_checked && files.certificate.is_some();
         let mut open = Vec::new();

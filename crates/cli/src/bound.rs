@@ -1,16 +1,18 @@
 //! `pickline bound`.
 
 use super::args::{BoundArgs, ObjectiveArg};
+use super::flags;
 use super::outputs::{Outputs, WHOLE};
 use super::progress::Bar;
 use super::session::Session;
-use super::settings::{NOTHING_FAILS, load_pattern};
+use super::settings::load_pattern;
 use pickline::checker;
 use pickline::error::{Error, Result};
 use pickline::optimize::Progress as _;
 use pickline::planning::bound::{Bound, BoundObjective, BoundOptions, upper_bound};
 use pickline::plausible::SLOT;
 use pickline::sim::{Conditions, Scene};
+use pickline::study::Note;
 use pickline_report::{BoundReport, Provenance};
 use std::path::Path;
 
@@ -48,7 +50,7 @@ pub fn run(args: &BoundArgs, session: &Session) -> Result<()> {
     let scene = Scene::under(&station, &pattern, conditions)
         .map_err(|error| error.inside(args.pattern.as_deref().unwrap_or(&pattern_name)))?;
     if conditions.disturbances.never_fails(pattern.items()) {
-        common.remark(NOTHING_FAILS);
+        common.remark(&flags::in_note(&Note::NothingFails));
     }
     let picks = bound(args, session, &scene, BoundObjective::Picks)?;
     let weight = match args.objective {

@@ -1,6 +1,7 @@
 //! The dashboard of `pickline run`.
 
-use super::args::RunArgs;
+use super::args::AccessArgs;
+use super::remarks::Remarks;
 use pickline::error::Result;
 use pickline::station::Station;
 use pickline_live::Controller;
@@ -10,6 +11,16 @@ use pickline_live::transport::Hub;
 pub use served::Screen;
 #[cfg(not(feature = "dashboard"))]
 pub use unserved::Screen;
+
+/// Where the dashboard is asked for.
+pub struct Served<'a> {
+    /// Its address, HOST:PORT.
+    pub address: &'a str,
+    /// The title of the station.
+    pub title: String,
+    /// Who may watch.
+    pub access: &'a AccessArgs,
+}
 
 #[cfg(feature = "dashboard")]
 mod served {
@@ -37,23 +48,26 @@ mod served {
         ///
         /// # Errors
         /// As for [`Dashboard::open`].
-        pub fn open(args: &RunArgs, station: &Station, strategy: &str) -> Result<Self> {
-            let open = |address: &String| -> Result<Dashboard> {
-                let named = &args.station.title();
-                let access = args.transport.access.listening()?;
+        pub fn open(
+            served: Option<Served>,
+            station: &Station,
+            strategy: &str,
+            remarks: &Remarks,
+        ) -> Result<Self> {
+            let open = |served: Served| -> Result<Dashboard> {
+                let access = served.access.listening()?;
                 let (scheme, is_closed) = (access.scheme(), access.is_closed());
-                let dashboard = Dashboard::open(address, station, named, strategy, access)?;
+                let (address, title) = (served.address, &served.title);
+                let dashboard = Dashboard::open(address, station, title, strategy, access)?;
                 let at = dashboard.address();
-                args.transport
-                    .remark(&format!("dashboard at {scheme}://{at}/"));
+                remarks.remark(&format!("dashboard at {scheme}://{at}/"));
                 if !at.ip().is_loopback() && !is_closed {
-                    let remark = "anyone who can reach this address can watch the line";
-                    args.transport.warn(remark);
+                    remarks.warn("anyone who can reach this address can watch the line");
                 }
                 Ok(dashboard)
             };
             Ok(Self {
-                dashboard: args.dashboard.as_ref().map(open).transpose()?,
+                dashboard: served.map(open).transpose()?,
                 next: Instant::now(),
                 trend: Trend::default(),
             })
@@ -101,8 +115,8 @@ mod unserved {
         ///
         /// # Errors
         /// If a dashboard is asked for.
-        pub fn open(args: &RunArgs, _: &Station, _: &str) -> Result<Self> {
-            match &args.dashboard {
+        pub fn open(served: Option<Served>, _: &Station, _: &str, _: &Remarks) -> Result<Self> {
+            match served {
                 None => Ok(Self),
                 Some(_) => Err(Error::input(
                     "--dashboard",

@@ -1,13 +1,15 @@
 //! `pickline emulate`.
 
-use super::args::{EmulateArgs, TransportArgs, TroubleArgs};
-use super::live::{BREATH, GLANCE, PATIENCE, stop_flag, unix_now, until};
+use super::args::{EmulateArgs, TroubleArgs};
+use super::live::{announce, stop_flag};
+use super::remarks::Remarks;
 use super::session::Session;
 use super::settings::load_pattern;
 use pickline::error::{Error, Result, shown};
 use pickline_live::ClockKind;
 use pickline_live::emulator::{Emulator, InjectedFaults};
 use pickline_live::layout;
+use pickline_live::node::{CLOSE_TIMEOUT, POLL_INTERVAL, ROOM_INTERVAL, unix_now, until};
 use pickline_live::protocol::{
     Incoming, Message, Outgoing, Status, decode_answer, decode_outgoing,
 };
@@ -16,7 +18,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 pub fn run(args: &EmulateArgs, session: &Session) -> Result<()> {
-    session.log_into(args.transport.log());
+    let remarks = args.transport.remarks();
+    session.log_into(remarks.log());
     let station = args.station.load()?;
     let width = station.belt().width;
     let file = args.pattern.as_ref().map(|file| file.to_string_lossy());
@@ -36,17 +39,20 @@ pub fn run(args: &EmulateArgs, session: &Session) -> Result<()> {
     let transport = &args.transport;
     transport.access.check(Side::Station, transport, None)?;
     let emulator = Emulator::new(station, pattern, trouble)?;
-    args.transport.remark(&format!(
+    remarks.remark(&format!(
         "playing {name} on station {}",
         args.station.station
     ));
-    let hub = args
-        .transport
-        .open(Side::Station, emulator.station(), Dialect::Json)?;
-    let mut play = Play {
+    let station = emulator.station();
+    let connections = transport.connections(Side::Station, station, Dialect::Json)?;
+    let is_closed = connections.terms.access.is_closed();
+    let hub = Hub::open(&connections.place, connections.terms)?;
+    announce(&remarks, &connections.place, &hub, is_closed);
+    let mut play = EmulatorLoop {
         emulator,
         hub,
-        transport: &args.transport,
+        remarks: &remarks,
+        clock: transport.clock(),
         answers: true,
         deserted: false,
         status: None,
@@ -54,15 +60,15 @@ pub fn run(args: &EmulateArgs, session: &Session) -> Result<()> {
     };
     let stop = stop_flag();
     play.wait_for_a_peer(&stop)?;
-    match args.transport.clock() {
+    match transport.clock() {
         ClockKind::System => play.go_by_the_clock(&stop)?,
         ClockKind::Messages => play.go_in_turns(&stop)?,
     }
     play.listen_to_the_end(&stop)?;
-    args.transport.log().sum_up();
-    args.transport.remark(&play.summary(items));
+    remarks.log().sum_up();
+    remarks.remark(&play.summary(items));
     let broken = play.emulator.broken_promises().first().cloned();
-    play.hub.close(PATIENCE)?;
+    play.hub.close(CLOSE_TIMEOUT)?;
     if let Some(promise) = broken {
         return Err(Error::refuted(promise));
     }
@@ -127,10 +133,11 @@ impl TroubleArgs {
 }
 
 /// The emulated station and its connection to the node.
-struct Play<'a> {
+struct EmulatorLoop<'a> {
     emulator: Emulator,
     hub: Hub,
-    transport: &'a TransportArgs,
+    remarks: &'a Remarks,
+    clock: ClockKind,
     /// Whether any peer may still answer.
     answers: bool,
     /// With message time, whether the node has gone and no longer takes its turn.
@@ -140,10 +147,10 @@ struct Play<'a> {
     unread: u64,
 }
 
-impl Play<'_> {
+impl EmulatorLoop<'_> {
     fn wait_for_a_peer(&mut self, stop: &AtomicBool) -> Result<()> {
         while self.hub.peers() == 0 && !stop.load(Ordering::Relaxed) {
-            if let Some(heard) = self.hub.next_event(GLANCE) {
+            if let Some(heard) = self.hub.next_event(POLL_INTERVAL) {
                 self.handle(heard)?;
             }
         }
@@ -161,7 +168,7 @@ impl Play<'_> {
             self.say(messages, stop)?;
             due = None;
             while self.answers && !stop.load(Ordering::Relaxed) {
-                let Some(heard) = self.hub.next_event(GLANCE) else {
+                let Some(heard) = self.hub.next_event(POLL_INTERVAL) else {
                     continue;
                 };
                 if let Some(Outgoing::Due(answer)) = self.handle(heard)? {
@@ -198,7 +205,7 @@ impl Play<'_> {
     fn say(&mut self, messages: Vec<Incoming>, stop: &AtomicBool) -> Result<()> {
         for message in messages {
             while self.hub.is_full() && !self.deserted && !stop.load(Ordering::Relaxed) {
-                if let Some(heard) = self.hub.next_event(BREATH) {
+                if let Some(heard) = self.hub.next_event(ROOM_INTERVAL) {
                     self.handle(heard)?;
                 }
             }
@@ -229,23 +236,23 @@ impl Play<'_> {
             }
             TransportEvent::Foreign(number, start) => {
                 let text = self.hub.foreign(number, &start);
-                self.transport.warn(&text);
+                self.remarks.warn(&text);
             }
             // Only a node disconnects peers that do not keep up.
             TransportEvent::Stalled(_) => {}
             TransportEvent::Up(_) => self.answers = true,
             // With the system clock, the station continues and reports a reconnect.
-            TransportEvent::Down(_) if self.transport.clock() == ClockKind::System => {}
+            TransportEvent::Down(_) if self.clock == ClockKind::System => {}
             TransportEvent::Left(0) => self.answers = false,
             TransportEvent::Ended(_) => {
                 self.answers = false;
-                self.deserted = self.transport.clock() == ClockKind::Messages;
+                self.deserted = self.clock == ClockKind::Messages;
             }
             TransportEvent::Left(number) | TransportEvent::Down(number) => {
                 self.hub.leave(number);
                 self.answers = self.hub.peers() > 0;
             }
-            TransportEvent::Remark(text) => self.transport.remark(&text),
+            TransportEvent::Remark(text) => self.remarks.remark(&text),
             TransportEvent::Failed(error) => return Err(error),
         }
         Ok(None)
@@ -287,13 +294,13 @@ impl Play<'_> {
         if self.hub.is_stdio() {
             return Ok(());
         }
-        let end = match self.transport.clock() {
+        let end = match self.clock {
             ClockKind::System => unix_now(),
             ClockKind::Messages => f64::INFINITY,
         };
         self.hub.finish_writing();
         while self.answers && !stop.load(Ordering::Relaxed) {
-            if let Some(heard) = self.hub.next_event(GLANCE) {
+            if let Some(heard) = self.hub.next_event(POLL_INTERVAL) {
                 self.handle(heard)?;
             }
             let status = self.status.as_ref();

@@ -1,16 +1,16 @@
 //! `pickline game`.
 
 use super::args::{GameArgs, PayoffArg};
+use super::flags;
 use super::outputs::{Outputs, WHOLE};
-use super::pattern_set;
 use super::progress::Bar;
 use super::session::Session;
 use pickline::error::Result;
 use pickline::optimize::Environment;
 use pickline::optimize::game::{LineGame, PayoffKind, check_size};
-use pickline::pattern::{PatternSource, Recipe};
 use pickline::sim::Conditions;
 use pickline::station::Station;
+use pickline::study::{ScoredPatterns, set_notes};
 use pickline_report::{GameReport, Presentation, Provenance};
 use std::path::Path;
 
@@ -22,7 +22,8 @@ pub fn run(args: &GameArgs, session: &Session) -> Result<()> {
     args.conditions
         .check_on(&args.station, &args.common, &station)?;
     check_size(&station)?;
-    let (source, shape) = args.set.feed.source(&args.set.patterns, &args.station)?;
+    let scored = args.set.resolve(&args.station)?;
+    let source = scored.source();
     let nfg = [(
         "--nfg",
         args.nfg.as_deref().filter(|file| *file != Path::new("-")),
@@ -33,9 +34,7 @@ pub fn run(args: &GameArgs, session: &Session) -> Result<()> {
     read.push(("--patterns", source.folder()));
     args.common
         .check_outputs::<GameReport>("game", &read, &nfg)?;
-    let seed = args.common.seed;
-    let recipe = pattern_set::recipe(&args.set, seed, &source, shape, &station)?;
-    let solve = || report(args, session, &station, &source, &recipe, &conditions);
+    let solve = || report(args, session, &station, &scored, &conditions);
     let report = args.common.on_threads(solve)?;
     let mut outputs = Outputs::default();
     outputs.add(nfg[0].1, || report.nfg.clone());
@@ -57,17 +56,17 @@ fn report(
     args: &GameArgs,
     session: &Session,
     station: &Station,
-    source: &PatternSource,
-    recipe: &Recipe,
+    patterns: &ScoredPatterns,
     conditions: &Conditions,
 ) -> Result<GameReport> {
     let payoff = match args.payoff {
         PayoffArg::Own => PayoffKind::Own,
         PayoffArg::Total => PayoffKind::Total,
     };
-    let set = pattern_set::build(source, recipe, station)?;
-    args.station.check_set(&set)?;
-    let set = pattern_set::with_luck(set, source, conditions);
+    let set = patterns.draw(station, args.common.seed, conditions);
+    let set = set?;
+    args.station.check_set(set.drawn())?;
+    let set = set.scored();
     args.common.remark(&format!(
         "solving the game of station {} ({} robots, belt at {} m/s), payoff {}\non {}",
         args.station.station,
@@ -82,7 +81,7 @@ fn report(
         progress: &bar,
     };
     let line = LineGame::new(station, &set.patterns, payoff, conditions, &environment)?;
-    let notes = pattern_set::notes(&set, conditions, line.independent, line.patterns);
+    let notes = set_notes(set, conditions, line.independent, line.patterns);
     let made = Provenance::new(
         &session.command(),
         &args.station.station,
@@ -96,7 +95,7 @@ fn report(
         &line,
         payoff,
         set.patterns.len(),
-        notes,
+        flags::in_notes(&notes),
         made,
     ))
 }

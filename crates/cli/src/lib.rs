@@ -9,21 +9,22 @@ mod bound;
 mod compare;
 mod dashboard;
 mod emulate;
+mod flags;
 mod game;
-mod kept;
 mod live;
+mod live_strategy;
 mod log;
 mod man;
+mod monitor;
 #[cfg(feature = "mqtt")]
 mod mqtt;
-mod node;
 mod notify;
 mod optimize;
 mod outputs;
 mod pattern;
-mod pattern_set;
 mod pictures;
 mod progress;
+mod remarks;
 #[cfg(feature = "mcap")]
 mod replay;
 #[cfg(feature = "ros2")]
@@ -36,10 +37,8 @@ mod settings;
 mod simulate;
 mod station;
 mod sweep;
-mod sweep_values;
 #[cfg(feature = "onnx")]
 mod train;
-mod training;
 mod warnings;
 
 use args::{Cli, Command};
@@ -82,8 +81,9 @@ pub fn main() -> ExitCode {
         Ok(()) if session.interrupted() => ExitCode::from(INTERRUPTED),
         Ok(()) => ExitCode::from(DONE),
         Err(error) => {
-            session.complain(&format!("pickline: {error}"));
-            ExitCode::from(exit_code(error.kind()))
+            let code = exit_code(error.kind());
+            session.complain(&format!("pickline: {}", error.spell_settings(flags::flag)));
+            ExitCode::from(code)
         }
     }
 }

@@ -1,26 +1,19 @@
-//! Shared by `run` and `emulate`: the transport, the clock, the signals.
+//! Shared by `run` and `emulate`: the transport, the signals, checks of values.
 
 use super::args::{ClockArg, LogFormatArg, TransportArgs};
-use super::log::{Level, Log, Style, kind_of};
+use super::log::Style;
+use super::remarks::Remarks;
 use pickline::error::{Error, Result, shown_number};
 use pickline::station::Station;
+use pickline_live::ClockKind;
+use pickline_live::node::Connections;
 use pickline_live::protocol::{Hello, Role};
 use pickline_live::transport::{Access, Dialect, Endpoint, Hub, HubOptions, Side};
-use pickline_live::{ClockKind, ClockReading, SteadyClock};
 #[cfg(feature = "ros2")]
 use std::net::IpAddr;
 use std::net::{SocketAddr, ToSocketAddrs as _};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
-
-/// How long to wait at the end for a peer that does not read the remaining output.
-pub const PATIENCE: Duration = Duration::from_secs(2);
-/// How often to check for signals.
-pub const GLANCE: Duration = Duration::from_millis(50);
-
-/// How long to wait for room when too much output is queued.
-pub const BREATH: Duration = Duration::from_millis(1);
 
 impl TransportArgs {
     /// The kind of clock.
@@ -31,12 +24,17 @@ impl TransportArgs {
         }
     }
 
-    /// Opens the transport of `side` in this dialect, for the line of `station`, and prints
-    /// its address.
+    /// Where the peers of `side` are and on which terms they may connect, for the line of
+    /// `station`.
     ///
     /// # Errors
-    /// As for [`Hub::open`].
-    pub fn open(&self, side: Side, station: &Station, dialect: Dialect) -> Result<Hub> {
+    /// Contradictory flags, or files that cannot be read.
+    pub fn connections(
+        &self,
+        side: Side,
+        station: &Station,
+        dialect: Dialect,
+    ) -> Result<Connections> {
         let place = self.place(side)?;
         let access = match place {
             Endpoint::Listen(_) => self.access.listening()?,
@@ -51,7 +49,6 @@ impl TransportArgs {
             robots: robots.clone(),
             token: access.token.as_ref().map(|token| token.text().to_owned()),
         });
-        let is_closed = access.is_closed();
         let terms = HubOptions {
             side,
             waits: self.clock() == ClockKind::Messages,
@@ -61,14 +58,7 @@ impl TransportArgs {
             hello,
             dialect,
         };
-        let hub = Hub::open(&place, terms)?;
-        if let Some(address) = hub.address() {
-            self.remark(&format!("listening at {address}"));
-            if !address.ip().is_loopback() && !is_closed {
-                self.warn("anyone who can reach this address can control the line");
-            }
-        }
-        Ok(hub)
+        Ok(Connections { place, terms })
     }
 
     #[cfg_attr(
@@ -78,16 +68,10 @@ impl TransportArgs {
     fn place(&self, side: Side) -> Result<Endpoint> {
         #[cfg(feature = "mqtt")]
         if let Some(settings) = self.mqtt.resolve(side, self.clock())? {
-            self.remark(&format!("using {}", settings.broker));
             return Ok(Endpoint::Mqtt(Box::new(settings)));
         }
         #[cfg(feature = "ros2")]
         if let Some(settings) = self.ros2.resolve(side, self.clock())? {
-            let (domain, namespace) = (settings.domain, &settings.namespace);
-            self.remark(&format!("using ROS domain {domain}, namespace {namespace}"));
-            if !settings.networks.iter().all(IpAddr::is_loopback) {
-                self.warn("anyone in these networks can control the line");
-            }
             return Ok(Endpoint::Ros2(Box::new(settings)));
         }
         Ok(match (&self.listen, &self.connect) {
@@ -97,31 +81,38 @@ impl TransportArgs {
         })
     }
 
-    /// The log, which is opened at first use.
-    pub fn log(&self) -> &Arc<Log> {
-        let style = || match self.log_format {
+    /// Where remarks go.
+    pub fn remarks(&self) -> Remarks {
+        let style = match self.log_format {
             LogFormatArg::Auto => Style::found(),
             LogFormatArg::Text => Style::Text,
             LogFormatArg::Journald => Style::Journald,
             LogFormatArg::Stamped => Style::Stamped,
         };
-        self.log.get_or_init(|| Arc::new(Log::on_stderr(style())))
+        Remarks::on_stderr(style, self.quiet)
     }
+}
 
-    /// A remark for the user, unless quiet.
-    pub fn remark(&self, text: &str) {
-        self.say(Level::Info, &kind_of(text), text);
+/// Says where the program can be reached. `is_closed`: only peers that authenticate may
+/// connect.
+pub fn announce(remarks: &Remarks, place: &Endpoint, hub: &Hub, is_closed: bool) {
+    match place {
+        #[cfg(feature = "mqtt")]
+        Endpoint::Mqtt(settings) => remarks.remark(&format!("using {}", settings.broker)),
+        #[cfg(feature = "ros2")]
+        Endpoint::Ros2(settings) => {
+            let (domain, namespace) = (settings.domain, &settings.namespace);
+            remarks.remark(&format!("using ROS domain {domain}, namespace {namespace}"));
+            if !settings.networks.iter().all(IpAddr::is_loopback) {
+                remarks.warn("anyone in these networks can control the line");
+            }
+        }
+        _ => {}
     }
-
-    /// A warning, unless quiet.
-    pub fn warn(&self, text: &str) {
-        self.say(Level::Warning, &kind_of(text), text);
-    }
-
-    /// A remark, unless quiet; repeated remarks of one `kind` are summed up.
-    pub fn say(&self, level: Level, kind: &str, text: &str) {
-        if !self.quiet {
-            self.log().say(level, kind, text);
+    if let Some(address) = hub.address() {
+        remarks.remark(&format!("listening at {address}"));
+        if !address.ip().is_loopback() && !is_closed {
+            remarks.warn("anyone who can reach this address can control the line");
         }
     }
 }
@@ -137,65 +128,6 @@ pub fn stop_flag() -> Arc<AtomicBool> {
         }
     });
     flag
-}
-
-/// Seconds since 1970.
-pub fn unix_now() -> f64 {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH);
-    since.unwrap_or_default().as_secs_f64()
-}
-
-/// Combines the machine's two clocks into one that is never set.
-#[derive(Debug)]
-pub struct NodeClock {
-    steady: SteadyClock,
-    began: Instant,
-}
-
-impl Default for NodeClock {
-    fn default() -> Self {
-        Self::start()
-    }
-}
-
-impl NodeClock {
-    /// Starts it at the machine's time.
-    pub fn start() -> Self {
-        let mut clock = Self {
-            steady: SteadyClock::default(),
-            began: Instant::now(),
-        };
-        clock.read();
-        clock
-    }
-
-    /// Reads the clock.
-    pub fn read(&mut self) -> ClockReading {
-        /// A longer reading means that the process was preempted between the two clocks.
-        const AT_ONCE: Duration = Duration::from_millis(1);
-        const TRIES: usize = 10;
-        let mut best = (Duration::MAX, 0.0, 0.0);
-        for _ in 0..TRIES {
-            let before = self.began.elapsed();
-            let wall = unix_now();
-            let after = self.began.elapsed();
-            let took = after.saturating_sub(before);
-            if took < best.0 {
-                best = (took, after.as_secs_f64(), wall);
-            }
-            if took <= AT_ONCE {
-                break;
-            }
-        }
-        let (_, monotonic, wall) = best;
-        self.steady.read(monotonic, wall)
-    }
-}
-
-/// The time from `now` until `stamp`, at least zero and at most [`GLANCE`].
-pub fn until(stamp: Option<f64>, now: f64) -> Duration {
-    let left = stamp.map_or(f64::INFINITY, |stamp| stamp - now);
-    Duration::from_secs_f64(left.clamp(0.0, GLANCE.as_secs_f64()))
 }
 
 /// Whether two addresses (HOST:PORT) are the same port of the same machine.

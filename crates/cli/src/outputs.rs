@@ -5,7 +5,7 @@
 //! output, none replaces a file that is not a result of the same verb without `--force`,
 //! and every folder is tested by writing to it.
 
-use super::args::{Common, Format};
+use super::args::{Common, OutputFormat};
 use super::session::Session;
 use pickline::error::{Error, Result};
 use pickline::files::{self, Named};
@@ -201,11 +201,15 @@ impl Common {
 ///
 /// # Errors
 /// As for [`pickline_report::json_text`].
-pub fn rendered<R: VerbReport>(report: &R, format: Format, shown: &Presentation) -> Result<String> {
+pub fn rendered<R: VerbReport>(
+    report: &R,
+    format: OutputFormat,
+    shown: &Presentation,
+) -> Result<String> {
     Ok(match format {
-        Format::Table => report.to_table(shown),
-        Format::Json => json_text(report)?,
-        Format::Csv => report.to_csv(),
+        OutputFormat::Table => report.to_table(shown),
+        OutputFormat::Json => json_text(report)?,
+        OutputFormat::Csv => report.to_csv(),
     })
 }
 

@@ -4,16 +4,18 @@ use super::args::{
     AxisArg, BoxesArg, DescribeArgs, GenerateArgs, ImportCommand, PatternCommand, PatternKind,
     StationChoice, TracksArgs,
 };
+use super::flags::flag;
 use super::outputs::{self, Outputs};
 use super::session::{Session, tell};
-use super::settings::{DEFAULT_GRID, load_pattern};
+use super::settings::load_pattern;
 use super::warnings::warn;
-use pickline::error::{Error, Result, counted, shown, shown_number};
+use pickline::error::{Error, Result, counted, shown, shown_number, spell_settings};
 use pickline::files;
 use pickline::pattern::{
     Feed, Feeder, Pattern, describe, grid, poisson_disk, random_stream, to_csv, tracking,
 };
 use pickline::plausible::{BELT_SPEED, BELT_WIDTH, MERGE_DISTANCE, SPLIT_DISTANCE};
+use pickline::study::DEFAULT_GRID;
 use pickline_report::{DescriptionReport, json_text, origin_comment};
 use rand::rngs::ChaCha8Rng;
 use serde::Serialize;
@@ -290,7 +292,11 @@ fn import_tracks(args: &TracksArgs, session: &Session) -> Result<()> {
         check_outside(&args.file, &targets)?;
     }
     let options = tracking::ImportOptions {
-        format: args.form.as_deref().map(str::parse).transpose()?,
+        format: args
+            .form
+            .as_deref()
+            .map(|name| name.parse().map_err(|error: Error| error.at("--as")))
+            .transpose()?,
         boxes: args.boxes.map(|boxes| match boxes {
             BoxesArg::Sizes => tracking::Boxes::Sizes,
             BoxesArg::Corners => tracking::Boxes::Corners,
@@ -315,7 +321,7 @@ fn import_tracks(args: &TracksArgs, session: &Session) -> Result<()> {
         )
     };
     let recording = tracking::Recording::load(&args.file)?;
-    let import = tracking::import(&recording, &args.file.display().to_string(), &options)?;
+    let mut import = tracking::import(&recording, &args.file.display().to_string(), &options)?;
     let flags = [
         BELT_SPEED.check("--belt-speed", args.belt_speed),
         SPLIT_DISTANCE.check("--split-distance", args.split_distance),
@@ -328,6 +334,9 @@ fn import_tracks(args: &TracksArgs, session: &Session) -> Result<()> {
             .flatten()
             .chain(import.pattern.warnings("the pattern")),
     )?;
+    for doubt in &mut import.report.warnings {
+        *doubt = spell_settings(doubt, flag);
+    }
     let doubts = &import.report.warnings;
     if args.strict
         && let [first, more @ ..] = &doubts[..]
@@ -347,7 +356,7 @@ fn import_tracks(args: &TracksArgs, session: &Session) -> Result<()> {
     }
     if !args.quiet {
         for line in import.report.lines() {
-            tell(&line);
+            tell(&spell_settings(&line, flag));
         }
     }
     // Even with --quiet, as nothing may go wrong silently.

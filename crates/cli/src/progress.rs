@@ -99,37 +99,6 @@ impl Progress for Bar {
     }
 }
 
-/// Progress of one part of a longer task; the stage names include the part.
-pub struct Part<'p> {
-    /// The progress of the whole task.
-    pub whole: &'p dyn Progress,
-    /// The name of the part.
-    pub part: String,
-}
-
-impl Progress for Part<'_> {
-    fn begin(&self, stage: &str, total: u64, unit: &str) {
-        self.whole
-            .begin(&format!("{}: {stage}", self.part), total, unit);
-    }
-
-    fn advance(&self, steps: u64) {
-        self.whole.advance(steps);
-    }
-
-    fn doing(&self, text: &str) {
-        self.whole.doing(text);
-    }
-
-    fn incumbent(&self, text: &str) {
-        self.whole.incumbent(text);
-    }
-
-    fn end(&self) {
-        self.whole.end();
-    }
-}
-
 /// A number of steps per second: a whole number, or with one decimal if it is small.
 fn rate_text(per_second: f64) -> String {
     if per_second < 9.95 {

@@ -1,10 +1,11 @@
 //! `pickline run --replay`: repeats a recorded run.
 
 use super::args::RunArgs;
-use super::run::{allowance, blueprint};
+use super::live_strategy::{allowance, live_strategy};
 use super::session::Session;
 use pickline::error::{Error, Result, shown};
 use pickline::station::{Overrides, parse};
+use pickline::study::BlueprintOptions;
 use pickline_live::protocol::{Rejection, encode};
 use pickline_live::recording::{RecordedEvent, RecordingEnd, RecordingEntry, RecordingReader};
 use pickline_live::{ClockKind, Config, Controller};
@@ -44,8 +45,12 @@ pub fn replay(args: &RunArgs, file: &Path, session: &Session) -> Result<()> {
     let recorded = args.strategy.is_none().then_some(heading.budget_ms);
     let allowance = allowance(args.budget_ms.or(recorded.flatten()), clock)?;
     let quiet = args.transport.quiet;
-    let strategy = blueprint(text, heading.seed, quiet, &station, session, allowance)?.make();
-    args.transport.remark(&format!(
+    let options = BlueprintOptions::default()
+        .with_seed(heading.seed)
+        .with_allowance(allowance);
+    let strategy = live_strategy(text, &options, quiet, &station, session)?.make();
+    let remarks = args.transport.remarks();
+    remarks.remark(&format!(
         "replaying {name}, recorded by {}: {}",
         heading.program, heading.command
     ));
@@ -90,7 +95,7 @@ pub fn replay(args: &RunArgs, file: &Path, session: &Session) -> Result<()> {
     for doubt in reader.doubts() {
         verdict += &format!("\n  {doubt}");
     }
-    args.transport.remark(&verdict);
+    remarks.remark(&verdict);
     Ok(())
 }
 

@@ -1,27 +1,27 @@
 //! `pickline run`.
 
-use super::args::{Common, DialectArg, Format, RunArgs};
-use super::dashboard::Screen;
-use super::kept::{self, Kept};
-use super::live::{NodeClock, PATIENCE, check_range, is_same_place, stop_flag, unix_now};
-use super::node::Node;
+use super::args::{DialectArg, RunArgs};
+use super::dashboard::{Screen, Served};
+use super::live::{check_range, is_same_place, stop_flag};
+use super::live_strategy::{allowance, live_strategy};
+use super::monitor::RunMonitor;
 use super::notify::Notify;
-use super::progress::Bar;
 use super::session::Session;
-use super::settings::{default_strategy, parse_strategy};
-use super::training::{Line, budget, distance};
+use super::settings::default_strategy;
 use pickline::error::{Error, Result, shown};
-use pickline::optimize::Environment;
-use pickline::planning::{Allowance, Budget};
+use pickline::files;
 use pickline::plausible::{DECISION_TIME, TIMEOUT, TOLERANCE};
 use pickline::station::Station;
-use pickline::strategies::Blueprint;
+use pickline::strategies::policy_file;
+use pickline::study::{BlueprintOptions, policy_distance};
+use pickline_live::node::{self, NodeOptions, RunOrigin, unix_now};
 use pickline_live::protocol::{check_station, schema};
 use pickline_live::transport::{Dialect, Side};
 use pickline_live::{ClockKind, Config, Timeouts};
 use pickline_report::json_text;
-use std::cell::OnceCell;
-use std::time::Instant;
+
+/// The program's name and version, as recorded.
+const PROGRAM: &str = concat!("pickline ", env!("CARGO_PKG_VERSION"));
 
 pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
     if args.schema {
@@ -31,7 +31,116 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
     if let Some(file) = &args.kept.replay {
         return super::replay::replay(args, file, session);
     }
-    session.log_into(args.transport.log());
+    let transport = &args.transport;
+    let remarks = transport.remarks();
+    session.log_into(remarks.log());
+    check_values(args)?;
+    check_addresses(args)?;
+    let dashboard = args.dashboard.as_deref();
+    transport.access.check(Side::Node, transport, dashboard)?;
+    #[cfg(feature = "ros2")]
+    if args.may_stop_belt && transport.ros2.ros2 {
+        let cure = "leave it out, or use TCP or MQTT, which support belt_request";
+        return Err(Error::input(
+            "--may-stop-belt",
+            "there is no ROS 2 topic for it",
+            cure,
+        ));
+    }
+    check_files(args)?;
+    let allowance = allowance(args.budget_ms, transport.clock())?;
+    let remark = |text: &str| remarks.remark(text);
+    let (station, saved) = args.station.load_with_strategy(&remark)?;
+    let (text, from) = match &args.strategy {
+        Some(text) => (text.clone(), ""),
+        None => default_strategy(saved, station.robots().len()),
+    };
+    let options = node_options(args, session, &station, &text)?;
+    let planning = BlueprintOptions::default()
+        .with_seed(args.seed)
+        .with_allowance(allowance);
+    let strategy = live_strategy(&text, &planning, transport.quiet, &station, session)?;
+    if let Some(distance) = policy_distance(&strategy, &station) {
+        remark(&distance.to_string());
+    }
+    let strategy = strategy.make();
+    remark(&format!(
+        "running {}{from}, station {}",
+        strategy.name(),
+        args.station.station
+    ));
+    let connections = transport.connections(Side::Node, &station, dialect(args, &station)?)?;
+    let served = dashboard.map(|address| Served {
+        address,
+        title: args.station.title(),
+        access: &transport.access,
+    });
+    let screen = Screen::open(served, &station, &strategy.name(), &remarks)?;
+    let mut monitor = RunMonitor {
+        remarks: &remarks,
+        is_closed: connections.terms.access.is_closed(),
+        notify: Notify::found(),
+        screen: Some(screen),
+    };
+    let stop = stop_flag();
+    node::run(
+        station,
+        strategy,
+        &options,
+        connections,
+        &mut monitor,
+        &stop,
+    )
+    .map(|_| ())
+}
+
+/// The settings of the node; `strategy` is the text of its strategy.
+fn node_options(
+    args: &RunArgs,
+    session: &Session,
+    station: &Station,
+    strategy: &str,
+) -> Result<NodeOptions> {
+    let config = Config {
+        clock: args.transport.clock(),
+        tolerance: args.tolerance,
+        ack_timeout: args.ack_timeout,
+        result_timeout: args.result_timeout,
+        status_every: args.status_every,
+        timeouts: Timeouts {
+            belt: args.belt_timeout,
+            robot: args.robot_timeout,
+        },
+        camera_delay: 1e-3 * args.camera_delay,
+        lead: lead_times(&args.lead, station)?,
+        may_stop_belt: args.may_stop_belt,
+        stop_margin: args.stop_margin,
+        ..Config::default()
+    };
+    let mut options = NodeOptions::default()
+        .with_config(config)
+        .with_origin(RunOrigin {
+            program: PROGRAM.into(),
+            command: session.command(),
+            strategy: strategy.to_owned(),
+            budget_ms: args.budget_ms,
+            seed: args.seed,
+        });
+    if let Some(journal) = &args.kept.journal {
+        options = options.with_journal(journal.clone(), args.kept.fsync);
+    }
+    #[cfg(feature = "mcap")]
+    if let Some(record) = &args.kept.record {
+        options = options.with_recording(record.clone());
+    }
+    Ok(options)
+}
+
+/// Checks the values of flags, and warns about implausible ones.
+///
+/// # Errors
+/// A value out of range.
+fn check_values(args: &RunArgs) -> Result<()> {
     check_range("--tolerance", args.tolerance, 0.0, 1.0, "m")?;
     check_range("--ack-timeout", args.ack_timeout, 1e-3, 1e3, "s")?;
     check_range("--result-timeout", args.result_timeout, 1e-3, 1e4, "s")?;
@@ -60,89 +169,33 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
         ("--ack-timeout", &TIMEOUT, Some(args.ack_timeout)),
         ("--result-timeout", &TIMEOUT, Some(args.result_timeout)),
         ("--budget-ms", &DECISION_TIME, args.budget_ms),
-    ])?;
-    check_addresses(args)?;
-    let dashboard = args.dashboard.as_deref();
-    let access = &args.transport.access;
-    access.check(Side::Node, &args.transport, dashboard)?;
-    #[cfg(feature = "ros2")]
-    if args.may_stop_belt && args.transport.ros2.ros2 {
-        let cure = "leave it out, or use TCP or MQTT, which support belt_request";
-        return Err(Error::input(
-            "--may-stop-belt",
-            "there is no ROS 2 topic for it",
-            cure,
-        ));
+    ])
+}
+
+/// Checks, before the work begins, that the journal and the recording can be written and are
+/// not input files. Existing content is checked when they are opened: a journal must belong
+/// to this line, and a recording must not replace a file.
+///
+/// # Errors
+/// A file that cannot be written, or that is used twice.
+fn check_files(args: &RunArgs) -> Result<()> {
+    let read = [
+        args.station.file(),
+        ("--strategy", args.strategy.as_deref().and_then(policy_file)),
+    ];
+    #[cfg(feature = "mcap")]
+    let record = args.kept.record.as_deref();
+    #[cfg(not(feature = "mcap"))]
+    let record = None;
+    let written = [
+        ("--journal", args.kept.journal.as_deref()),
+        ("--record", record),
+    ];
+    for file in written.iter().filter_map(|(_, file)| *file) {
+        files::check_target(file)?;
+        files::try_target(file)?;
     }
-    kept::check(args)?;
-    let allowance = allowance(args.budget_ms, args.transport.clock())?;
-    let remark = |text: &str| args.transport.remark(text);
-    let (station, saved) = args.station.load_with_strategy(&remark)?;
-    let (text, from) = match &args.strategy {
-        Some(text) => (text.clone(), ""),
-        None => default_strategy(saved, station.robots().len()),
-    };
-    let lead = lead_times(&args.lead, &station)?;
-    let quiet = args.transport.quiet;
-    let strategy = blueprint(&text, args.seed, quiet, &station, session, allowance)?;
-    let config = Config {
-        clock: args.transport.clock(),
-        tolerance: args.tolerance,
-        ack_timeout: args.ack_timeout,
-        result_timeout: args.result_timeout,
-        status_every: args.status_every,
-        timeouts: Timeouts {
-            belt: args.belt_timeout,
-            robot: args.robot_timeout,
-        },
-        camera_delay: 1e-3 * args.camera_delay,
-        lead,
-        may_stop_belt: args.may_stop_belt,
-        stop_margin: args.stop_margin,
-        ..Config::default()
-    };
-    if let Some(distance) = distance(&strategy, &station) {
-        remark(&distance.text);
-    }
-    let made = strategy.make();
-    args.transport.remark(&format!(
-        "running {}{from}, station {}",
-        made.name(),
-        args.station.station
-    ));
-    let dialect = dialect(args, &station)?;
-    let screen = Screen::open(args, &station, &made.name())?;
-    let began = Instant::now();
-    let (controller, kept) = Kept::open(args, session, station, (&text, made), config)?;
-    let hub = match args
-        .transport
-        .open(Side::Node, controller.station(), dialect)
-    {
-        Ok(hub) => hub,
-        Err(error) => {
-            kept.discard();
-            return Err(error);
-        }
-    };
-    let stopwatch = Box::new(move || began.elapsed().as_secs_f64());
-    let mut node = Node {
-        controller: controller.with_stopwatch(stopwatch),
-        hub,
-        clock: NodeClock::start(),
-        ahead: 0.0,
-        kept,
-        notify: Notify::found(),
-        screen,
-        transport: &args.transport,
-        talking: 0,
-        held_back: None,
-        status_every: args.status_every,
-    };
-    let gone = node.go(&stop_flag());
-    // Messages already in the journal are still sent, even after an error.
-    node.hub.close(PATIENCE)?;
-    node.screen.close(&node.controller);
-    gone.and(node.kept.finish())
+    files::check_apart(&read, &written)
 }
 
 /// The dialect of protocol lines.
@@ -216,51 +269,4 @@ fn check_addresses(args: &RunArgs) -> Result<()> {
         }
     }
     Ok(())
-}
-
-/// The time or work budget of each decision on a live line.
-///
-/// # Errors
-/// An invalid time.
-pub fn allowance(ms: Option<f64>, clock: ClockKind) -> Result<Allowance> {
-    Ok(Allowance {
-        asked: budget(ms)?,
-        otherwise: match clock {
-            // The belt does not wait.
-            ClockKind::System => Budget::LIVE,
-            // The same stream gives the same output on every machine.
-            ClockKind::Messages => Budget::EXPERIMENT,
-        },
-    })
-}
-
-/// The strategy of a live line, parsed from `text`.
-///
-/// # Errors
-/// A text that is not a valid strategy.
-pub fn blueprint(
-    text: &str,
-    seed: u64,
-    quiet: bool,
-    station: &Station,
-    session: &Session,
-    allowance: Allowance,
-) -> Result<Blueprint> {
-    let common = Common {
-        seed,
-        update_hz: 0.0,
-        threads: None,
-        format: Format::Table,
-        out: None,
-        force: false,
-        quiet,
-    };
-    let bar = Bar::new(common.quiet);
-    let environment = Environment {
-        stop: session.stop(),
-        progress: &bar,
-    };
-    let line = Line::new(&common, station, &environment);
-    let strategy = parse_strategy(text, quiet)?;
-    common.on_threads(|| line.put(&strategy, &OnceCell::new(), allowance))
 }

@@ -7,7 +7,7 @@ use pickline::station::{self, Overrides, Station, edited, parse_with_strategy, t
 use std::path::{Path, PathBuf};
 
 /// The file to save a strategy in, checked before the search.
-pub struct Target {
+pub struct SaveTarget {
     path: PathBuf,
     /// The station file that the search is for; `None` for a built-in station.
     source: Option<PathBuf>,
@@ -17,7 +17,7 @@ pub struct Target {
 
 const FLAG: &str = "--save";
 
-impl Target {
+impl SaveTarget {
     /// Saves to `file`, or to the station's own file if that is `None`.
     ///
     /// # Errors

@@ -48,7 +48,7 @@ fn unit(prefix: &Path) -> String {
 }
 
 /// A file to be installed.
-struct File {
+struct InstalledFile {
     /// The absolute path.
     path: PathBuf,
     content: Vec<u8>,
@@ -58,7 +58,7 @@ struct File {
     kept: bool,
 }
 
-impl File {
+impl InstalledFile {
     fn new(path: PathBuf, content: impl Into<Vec<u8>>) -> Self {
         Self {
             path,
@@ -70,27 +70,27 @@ impl File {
 }
 
 /// All files that a service needs.
-fn all(prefix: &Path) -> Result<Vec<File>> {
+fn all(prefix: &Path) -> Result<Vec<InstalledFile>> {
     let program = std::env::current_exe().and_then(|path| {
         std::fs::read(&path).map_err(|e| std::io::Error::other(format!("{}: {e}", path.display())))
     });
     let program = program.map_err(|error| Error::read(Path::new("this program"), error))?;
     let share = prefix.join("share");
     let mut list = vec![
-        File {
+        InstalledFile {
             runs: true,
-            ..File::new(prefix.join("bin/pickline"), program)
+            ..InstalledFile::new(prefix.join("bin/pickline"), program)
         },
-        File::new(
+        InstalledFile::new(
             prefix.join("lib/systemd/system/pickline@.service"),
             unit(prefix),
         ),
-        File::new(share.join("doc/pickline/log-to-file.conf"), LOG_TO_FILE),
-        File::new(share.join("doc/pickline/logrotate"), LOGROTATE),
+        InstalledFile::new(share.join("doc/pickline/log-to-file.conf"), LOG_TO_FILE),
+        InstalledFile::new(share.join("doc/pickline/logrotate"), LOGROTATE),
     ];
     for page in man::pages() {
         let path = share.join(format!("man/man1/{}.1", page.name));
-        list.push(File::new(path, page.text));
+        list.push(InstalledFile::new(path, page.text));
     }
     for (shell, path) in [
         (Shell::Bash, "bash-completion/completions/pickline"),
@@ -99,16 +99,16 @@ fn all(prefix: &Path) -> Result<Vec<File>> {
     ] {
         let mut script = Vec::new();
         clap_complete::generate(shell, &mut super::command(), "pickline", &mut script);
-        list.push(File::new(share.join(path), script));
+        list.push(InstalledFile::new(share.join(path), script));
     }
     let station = commented_example();
     for (path, content) in [
         ("/etc/pickline/line1.conf", FLAGS),
         ("/etc/pickline/line1.toml", station),
     ] {
-        list.push(File {
+        list.push(InstalledFile {
             kept: true,
-            ..File::new(path.into(), content)
+            ..InstalledFile::new(path.into(), content)
         });
     }
     Ok(list)

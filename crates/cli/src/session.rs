@@ -1,6 +1,6 @@
 //! What every verb needs: the command line, the stop flag, stdout.
 
-use super::log::{Level, Log};
+use super::log::{Log, LogLevel};
 use pickline::error::{Error, Result};
 use pickline::files;
 use std::io::{ErrorKind, Write as _};
@@ -81,7 +81,7 @@ impl Session {
     /// Reports an error.
     pub fn complain(&self, text: &str) {
         match self.log.get() {
-            Some(log) => log.say(Level::Error, text, text),
+            Some(log) => log.say(LogLevel::Error, text, text),
             None => tell(text),
         }
     }
@@ -139,7 +139,8 @@ pub fn tell(text: &str) {
     let _ = writeln!(std::io::stderr(), "{text}");
 }
 
-/// An argument, quoted for a shell.
+/// An argument, quoted for a shell. By hand: the crate shell-words also quotes `=` and `%`, which
+/// would change the recorded command of existing results.
 fn quoted(argument: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./:,=+@%".contains(c);
     if !argument.is_empty() && argument.chars().all(plain) {

@@ -1,6 +1,9 @@
 //! Turns arguments into the library's settings.
 
-use super::args::{AttributeArgs, Common, ConditionArgs, FeedArgs, LimitArgs, StationChoice};
+use super::args::{
+    AttributeArgs, Common, ConditionArgs, FeedArgs, LimitArgs, PatternSetArgs, StationChoice,
+    TrainingArgs,
+};
 use super::session::tell;
 use super::warnings::warn;
 use pickline::error::{Error, Result, shown, shown_number};
@@ -9,10 +12,12 @@ use pickline::optimize::{Limits, MostRuns};
 use pickline::pattern::{
     self, Attributes, Distribution, Feed, FeedShape, Pattern, PatternSource, grid,
 };
+use pickline::planning::Budget;
 use pickline::plausible::{CLUSTER_SPREAD, FLOW, GAP_LENGTH, POSITION_NOISE, check_rate};
 use pickline::sim::{Conditions, Disturbances};
 use pickline::station::{self, Overrides, Station};
 use pickline::strategies::{self, Parsed};
+use pickline::study::{DEFAULT_GRID, RobustTraining, ScoredPatterns};
 use std::io::Read as _;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -31,6 +36,12 @@ impl StationChoice {
             || self.station.clone(),
             |stem| stem.to_string_lossy().into_owned(),
         )
+    }
+
+    /// The same station with another number of robots.
+    pub fn with_robots(mut self, robots: usize) -> Self {
+        self.robots = Some(robots);
+        self
     }
 
     /// The station settings that the flags override.
@@ -124,19 +135,75 @@ impl FeedArgs {
         Ok(shape)
     }
 
-    /// The patterns that `--patterns` and `--flow` name, and the shape of their feeds.
+    /// The patterns that `--patterns`, `--flow` and `--items` name.
     ///
     /// # Errors
     /// A text that is not a pattern source, or flags that do not apply to it.
-    pub fn source(
+    pub fn patterns(
         &self,
-        patterns: &str,
+        text: &str,
+        items: Option<usize>,
         station: &StationChoice,
-    ) -> Result<(PatternSource, FeedShape)> {
-        let source = patterns.parse::<PatternSource>()?.with_flow(self.flow)?;
-        let feeds: Vec<&Feed> = source.feed().into_iter().collect();
+    ) -> Result<ScoredPatterns> {
+        let mut patterns: ScoredPatterns = text.parse()?;
+        if let Some(flow) = self.flow {
+            patterns = patterns.with_flow(flow)?;
+        }
+        if let Some(items) = items {
+            patterns = patterns.with_items(items);
+        }
+        let feeds: Vec<&Feed> = patterns.source().feed().into_iter().collect();
         let shape = self.shape(&feeds, station)?;
-        Ok((source, shape))
+        Ok(patterns.with_shape(shape))
+    }
+}
+
+impl PatternSetArgs {
+    /// The patterns on which assignments are scored.
+    ///
+    /// # Errors
+    /// As for [`FeedArgs::patterns`]; an invalid distribution.
+    pub fn resolve(&self, station: &StationChoice) -> Result<ScoredPatterns> {
+        let patterns = self.feed.patterns(&self.patterns, self.items, station)?;
+        Ok(patterns.with_attributes(self.attributes.resolve()?))
+    }
+}
+
+/// The flag that names the training set.
+const TRAINING_FLAG: &str = "--train-patterns";
+
+impl TrainingArgs {
+    /// How robust GT (game theory) is found for `station`: as asked for, otherwise on the
+    /// paper's set, if `paper`, or on patterns like those scored.
+    ///
+    /// # Errors
+    /// Rules or a set that cannot be read, or that do not fit the station.
+    pub fn resolve(&self, station: &Station, seed: u64, paper: bool) -> Result<RobustTraining> {
+        let items = self.train_items;
+        if let Some(text) = &self.robust {
+            let rules = text.parse().map_err(|e: Error| e.at("--robust"))?;
+            return Ok(RobustTraining::Given(rules));
+        }
+        let Some(text) = &self.train_patterns else {
+            return Ok(match paper {
+                true => RobustTraining::Paper { items },
+                false => RobustTraining::LikeScored { items },
+            });
+        };
+        let source = text.parse::<PatternSource>();
+        let source = source.map_err(|e| e.at(TRAINING_FLAG))?;
+        if let PatternSource::Feed {
+            feed, flow: None, ..
+        } = &source
+            && feed.file().is_none()
+        {
+            return Err(Error::input(
+                format!("{TRAINING_FLAG} {}", shown(text)),
+                format!("the feed {feed} needs its own flow here"),
+                format!("include it in the set, for example {TRAINING_FLAG} random:60/min:5"),
+            ));
+        }
+        RobustTraining::on(&source, items, station, seed)
     }
 }
 
@@ -218,27 +285,16 @@ impl Common {
     /// # Errors
     /// An invalid number of threads, or a folder that cannot be created.
     pub fn check(&self) -> Result<()> {
-        match self.threads {
-            Some(threads) if !(1..=1024).contains(&threads) => Err(Error::input(
-                "--threads",
-                format!("{threads} is not a number of threads"),
-                "give 1 to 1024, or leave it out for all cores",
-            )),
-            _ => self.out.as_deref().map_or(Ok(()), files::check_folder),
-        }
+        check_threads(self.threads)?;
+        self.out.as_deref().map_or(Ok(()), files::check_folder)
     }
 
     /// Runs `work` on the chosen number of threads.
     ///
     /// # Errors
-    /// Threads that cannot be started, or what `work` returns.
+    /// As for [`on_threads`].
     pub fn on_threads<T: Send>(&self, work: impl FnOnce() -> Result<T> + Send) -> Result<T> {
-        // 0 means all cores.
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(self.threads.unwrap_or(0))
-            .build()
-            .map_err(|error| Error::input("--threads", error.to_string(), "give fewer"))?;
-        pool.install(work)
+        on_threads(self.threads, work)
     }
 
     /// A remark for the user, unless quiet.
@@ -247,6 +303,55 @@ impl Common {
             tell(text);
         }
     }
+}
+
+/// Checks the value of `--threads`.
+///
+/// # Errors
+/// An invalid number of threads.
+pub fn check_threads(threads: Option<usize>) -> Result<()> {
+    match threads {
+        Some(threads) if !(1..=1024).contains(&threads) => Err(Error::input(
+            "--threads",
+            format!("{threads} is not a number of threads"),
+            "give 1 to 1024, or leave it out for all cores",
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// Runs `work` on this number of threads, or on all cores.
+///
+/// # Errors
+/// Threads that cannot be started, or what `work` returns.
+pub fn on_threads<T: Send>(
+    threads: Option<usize>,
+    work: impl FnOnce() -> Result<T> + Send,
+) -> Result<T> {
+    // 0 means all cores.
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads.unwrap_or(0))
+        .build()
+        .map_err(|error| Error::input("--threads", error.to_string(), "give fewer"))?;
+    pool.install(work)
+}
+
+/// The budget per decision from `--budget-ms`.
+///
+/// # Errors
+/// An invalid time.
+pub fn budget(ms: Option<f64>) -> Result<Option<Budget>> {
+    let read = |ms: f64| {
+        Budget::milliseconds(ms).ok_or_else(|| {
+            let (least, most) = Budget::MILLISECONDS.into_inner();
+            Error::input(
+                "--budget-ms",
+                format!("{} is not a valid time for a decision", shown_number(ms)),
+                format!("give milliseconds, from {least} to {most}"),
+            )
+        })
+    };
+    ms.map(read).transpose()
 }
 
 /// Parses the strategy in `text`; prints how it was interpreted, unless `quiet`.
@@ -302,24 +407,6 @@ pub fn default_strategy(saved: Option<String>, robots: usize) -> (String, &'stat
     }
 }
 
-/// Spacing [m] and number of items of the default pattern, a grid.
-pub const DEFAULT_GRID: (f64, usize) = (0.15, 50);
-
-/// The remark printed when `--grasp-success` has no effect.
-pub const NOTHING_FAILS: &str = "no item has a p_grasp below 1, so no grasp fails; give \
-     --grasp-success P for items without one";
-
-/// Offset from one seed of random events to another, far from the consecutive seeds of
-/// pattern sets.
-const OTHER_LUCK: u64 = 1 << 32;
-
-/// `conditions` with a seed that scoring under `conditions` never uses, for training and for
-/// fresh patterns.
-pub fn other_luck(conditions: &Conditions) -> Conditions {
-    let seed = conditions.disturbances.seed;
-    conditions.with_seed(seed.wrapping_add(OTHER_LUCK))
-}
-
 impl LimitArgs {
     /// The limits of a search.
     ///
@@ -351,13 +438,3 @@ impl LimitArgs {
 
 /// The longest accepted time limit [s]; a longer one is treated as a typing mistake.
 const LONGEST: f64 = 1e7;
-
-/// Notes for a comparison under `conditions`. `generated` means that no pattern comes from
-/// a file.
-pub fn condition_notes(conditions: &Conditions, generated: bool) -> Vec<String> {
-    let nothing = generated && conditions.disturbances.never_fails(&[]);
-    nothing
-        .then(|| NOTHING_FAILS.to_owned())
-        .into_iter()
-        .collect()
-}

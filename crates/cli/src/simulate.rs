@@ -1,11 +1,11 @@
 //! `pickline simulate`.
 
 use super::args::SimulateArgs;
+use super::flags;
 use super::outputs::{Outputs, WHOLE};
 use super::progress::Bar;
 use super::session::Session;
-use super::settings::{NOTHING_FAILS, default_strategy, load_pattern, parse_strategy};
-use super::training::{Line, budget, distance};
+use super::settings::{budget, default_strategy, load_pattern, parse_strategy};
 use pickline::decision::Observer;
 use pickline::error::Result;
 use pickline::optimize::{Environment, bound_beside};
@@ -13,11 +13,11 @@ use pickline::planning::Allowance;
 use pickline::plausible::DECISION_TIME;
 use pickline::sim::{Scene, Trace, simulate_observed};
 use pickline::strategies::policy_file;
+use pickline::study::{BlueprintOptions, Note, blueprint, policy_distance};
 use pickline::{checker, clearance};
 use pickline_report::{
     CertifiedReport, ClearanceReport, Provenance, RunReport, check_replay, replay_page,
 };
-use std::cell::OnceCell;
 use std::path::Path;
 
 pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
@@ -61,12 +61,15 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
         stop: session.stop(),
         progress: &bar,
     };
-    let line = Line::new(common, &station, &environment);
     let strategy = parse_strategy(&text, common.quiet)?;
-    let put = || line.put(&strategy, &OnceCell::new(), allowance);
+    let options = BlueprintOptions::default()
+        .with_seed(common.seed)
+        .with_update_hz(common.update_hz)
+        .with_allowance(allowance);
+    let put = || blueprint(&strategy, &station, &options, &environment);
     let blueprint = common.on_threads(put)?;
-    if let Some(distance) = distance(&blueprint, &station) {
-        common.remark(&distance.text);
+    if let Some(distance) = policy_distance(&blueprint, &station) {
+        common.remark(&distance.to_string());
     }
     let mut strategy = blueprint.make();
     if args.pattern.is_none() || args.strategy.is_none() {
@@ -79,7 +82,7 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
     let scene = Scene::under(&station, &pattern, conditions)
         .map_err(|error| error.inside(args.pattern.as_deref().unwrap_or(&pattern_name)))?;
     if conditions.disturbances.never_fails(pattern.items()) {
-        common.remark(NOTHING_FAILS);
+        common.remark(&flags::in_note(&Note::NothingFails));
     }
     let mut trace = args.trace.as_ref().map(|_| Trace::new(&station, &pattern));
     let observer = trace.as_mut().map(|trace| trace as &mut dyn Observer);

@@ -10,8 +10,10 @@ use pickline::files;
 use pickline::kinematics;
 use pickline::pattern::{Pattern, poisson_disk, random_stream};
 use pickline::sim::Conditions;
-use pickline::station::{Overrides, Robot, Station, commented_example, edited, to_toml};
-use pickline_report::{Table, arms_apart, fixed, station_hash, station_picture, with_origin};
+use pickline::station::{
+    Overrides, Robot, Station, commented_example, edited, station_hash, to_toml,
+};
+use pickline_report::{Table, arms_apart, fixed, station_picture, with_origin};
 use std::path::Path;
 
 pub fn run(command: StationCommand, session: &Session) -> Result<()> {

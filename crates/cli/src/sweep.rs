@@ -1,22 +1,20 @@
 //! `pickline sweep`.
 
 use super::args::SweepArgs;
+use super::flags;
 use super::outputs::{FLAGS, WHOLE};
-use super::pattern_set::USUAL_SET;
-use super::progress::{Bar, Part};
+use super::pictures;
+use super::progress::Bar;
 use super::session::Session;
-use super::settings::{DEFAULT_GRID, condition_notes, parse_strategy};
-use super::training::{Judged, Line, Robust, distance};
+use super::settings::parse_strategy;
 use super::warnings::warn;
-use super::{pictures, sweep_values};
-use pickline::error::{Error, Result};
-use pickline::experiment::{Axis, Method, Setting, sweep};
+use pickline::error::Result;
+use pickline::experiment::Axis;
 use pickline::optimize::Environment;
-use pickline::pattern::{PatternSource, Recipe};
-use pickline::planning::Allowance;
 use pickline::sim::Conditions;
 use pickline::station::Station;
-use pickline::strategies::{Parsed, policy_file};
+use pickline::strategies::policy_file;
+use pickline::study::{ScoredPatterns, SweepOptions, SweepStudy};
 use pickline_report::{Provenance, SweepReport};
 
 pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
@@ -27,243 +25,121 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
     let axis = Axis::named(&args.sweep)?;
     let remark = |text: &str| args.common.remark(text);
     let (station, saved) = args.station.load_with_strategy(&remark)?;
-    let lines = sweep_values::lines(args, axis, &station)?;
-    let mut texts = args.strategy.clone();
-    let mut first_notes = Vec::new();
-    match saved.filter(|saved| !texts.contains(saved)) {
-        Some(saved) if axis == Axis::Robots => {
-            remark(&format!(
-                "ignoring {saved}, the strategy of the station file: it is for one number of robots"
-            ));
-        }
-        Some(saved) => {
-            first_notes.push(format!("{saved} is the strategy of the station file"));
-            texts.insert(0, saved);
-        }
-        None => {}
-    }
-    let parse = |text: &String| parse_strategy(text, args.common.quiet);
-    let strategies = texts.iter().map(parse);
-    let strategies: Vec<Parsed> = strategies.collect::<Result<_>>()?;
-    for strategy in &strategies {
-        for (_, line) in &lines {
-            strategy.alone(line.robots().len())?;
-        }
-    }
-    let (source, shape) = args.feed.source(&args.patterns, &args.station)?;
-    if matches!(source, PatternSource::Files(_)) && args.items.is_some() {
-        return Err(Error::input(
-            "--items",
-            "does not apply to recorded patterns",
-            "leave it out; recorded patterns have their own items",
-        ));
-    }
-    let patterns = source.files()?;
-    let mut read = vec![args.station.file()];
-    read.extend(patterns.iter().map(|file| ("--patterns", Some(&**file))));
-    read.push(("--patterns", source.folder()));
-    read.extend(texts.iter().map(|s| ("--strategy", policy_file(s))));
-    args.common
-        .check_outputs::<SweepReport>("sweep", &read, &args.pictures.files())?;
-    let mut recipe = Recipe {
-        belt: *station.belt(),
-        items: source.items(args.items, DEFAULT_GRID.1),
-        shape,
-        attributes: Default::default(),
-        // A different seed from the training set's.
-        seed: args.common.seed.wrapping_add(1),
-    };
-    let source = source.for_length(&args.patterns, &recipe, USUAL_SET)?;
-    let mut set = source.build(&recipe)?;
-    let generated = !matches!(source, PatternSource::Files(_));
-    let usual = args.items.is_none() && recipe.items == DEFAULT_GRID.1;
-    if generated && usual && axis != Axis::Speed {
-        // These are scored by what they pick in the steady state.
-        let items = sweep_values::items(&lines, &set.patterns, recipe.items)?;
-        recipe.items = items;
-        set = source.build(&recipe)?;
-    }
-    args.station.check_set(&set)?;
+    let saved = fitting(args, axis, saved);
+    let patterns = args
+        .feed
+        .patterns(&args.patterns, args.items, &args.station)?;
+    check_files(args, &patterns, saved.as_deref())?;
+    let options = options(args, axis, patterns, saved, conditions, &station)?;
+    let study = SweepStudy::new(&station, &options)?;
+    args.station.check_set(study.set())?;
     args.conditions
         .check_on(&args.station, &args.common, &station)?;
-    // Check the ends of the range; the values between them are no worse.
-    if let [(_, first), .., (value, last)] = &lines[..] {
-        let place = format!("--sweep {} at {value}", axis.name());
-        let ends = [last, first].map(|line| line.warnings(&place));
-        let known = station.warnings(&place);
-        let new = ends.into_iter().find(|w| !w.is_empty() && *w != known);
-        warn(args.station.strict, new.unwrap_or_default())?;
-    }
-    if chart.name == "limits" && (axis.helps() || set.patterns.len() < 2) {
+    check_ends(args, axis, &study, &station)?;
+    if chart.name == "limits" && (axis.helps() || study.set().patterns.len() < 2) {
         return Err(pictures::missing(chart));
     }
-    args.common.remark(&format!(
+    remark(&format!(
         "sweeping {} on station {}, on {}",
         axis.name(),
         args.station.station,
-        set.description
+        study.set().description
     ));
     let bar = Bar::new(args.common.quiet);
     let environment = Environment {
         stop: session.stop(),
         progress: &bar,
     };
-    let papers_case = axis == Axis::Speed
-        && source == PatternSource::Grid(DEFAULT_GRID.0)
-        && recipe.items == DEFAULT_GRID.1
-        && station.robots().len() == 2;
-    let report = args.common.on_threads(|| {
-        let training = Training {
-            args,
-            strategies: &strategies,
-            source: &source,
-            recipe: &recipe,
-            conditions: &conditions,
-            papers_case: papers_case && conditions.describe().is_empty(),
-            environment: &environment,
-        };
-        let luck = conditions.with_seed(recipe.seed);
-        let (settings, trained) = match axis {
-            Axis::Speed => {
-                let own = vec![(station.belt().speed, station.clone())];
-                let (own, trained) = training.settings(axis, own)?;
-                let patterns = &set.patterns;
-                let settings = sweep_values::speeds(args, &own[0], patterns, &luck, &environment)?;
-                (settings, trained)
-            }
-            _ => training.settings(axis, lines)?,
-        };
-        let distances = distances(&settings);
-        let result = sweep(
-            &settings,
-            &set.patterns,
-            &luck,
-            !args.no_bound,
-            &environment,
-        )?;
-        let ids: Vec<String> = settings[0]
-            .methods
-            .iter()
-            .map(|m| m.id().to_owned())
-            .collect();
-        let made = Provenance::new(
-            &session.command(),
-            &args.station.station,
-            &station,
-            &set.description,
-            args.common.seed,
-        )
+    let swept = args.common.on_threads(|| study.run(&environment));
+    let swept = swept?;
+    let (name, seed) = (&args.station.station, args.common.seed);
+    let (command, scored) = (session.command(), &study.set().description);
+    let made = Provenance::new(&command, name, &station, scored, seed)
         .under(&conditions)
-        .of_parts(result.values.len(), result.planned, "values");
-        let notes = [
-            vec![trained],
-            first_notes,
-            distances,
-            condition_notes(&conditions, generated),
-        ]
-        .concat();
-        Ok(SweepReport::new(
-            &result,
-            axis,
-            &ids,
-            papers_case,
-            notes,
-            &FLAGS,
-            made,
-        ))
-    })?;
+        .of_parts(swept.sweep.values.len(), swept.sweep.planned, "values");
+    let report = SweepReport::new(
+        &swept.sweep,
+        axis,
+        &swept.methods,
+        study.is_papers_case(),
+        flags::in_notes(&swept.notes),
+        &FLAGS,
+        made,
+    );
     let drawn = args.pictures.draw(chart, &report, &WHOLE);
     args.common.deliver(session, &report, &WHOLE, drawn)
 }
 
-/// For every policy, at how many values the line differs from its training, and how it differs
-/// at the first of them.
-fn distances(settings: &[Setting]) -> Vec<String> {
-    let methods = settings.first().map_or(0, |setting| setting.methods.len());
-    let of_method = |method: usize| {
-        let found: Vec<(f64, String)> = settings
-            .iter()
-            .filter_map(|setting| match &setting.methods[method] {
-                Method::Strategy(blueprint) => {
-                    let found = distance(blueprint, &setting.station)?;
-                    Some((setting.value, found.text))
-                }
-                _ => None,
-            })
-            .collect();
-        let (value, text) = found.first()?;
-        let (count, all) = (found.len(), settings.len());
-        Some(format!(
-            "at {count} of {all} values, first at {value}: {text}"
-        ))
+/// The strategy of the station file, unless it is given too or is for one number of robots.
+fn fitting(args: &SweepArgs, axis: Axis, saved: Option<String>) -> Option<String> {
+    let saved = saved.filter(|saved| !args.strategy.contains(saved))?;
+    if axis == Axis::Robots {
+        args.common.remark(&format!(
+            "ignoring {saved}, the strategy of the station file: it is for one number of robots"
+        ));
+        return None;
+    }
+    Some(saved)
+}
+
+/// The settings of the sweep; `saved` is the strategy of the station file.
+fn options(
+    args: &SweepArgs,
+    axis: Axis,
+    patterns: ScoredPatterns,
+    saved: Option<String>,
+    conditions: Conditions,
+    station: &Station,
+) -> Result<SweepOptions> {
+    let (seed, quiet) = (args.common.seed, args.common.quiet);
+    let saved = saved.map(|saved| parse_strategy(&saved, quiet));
+    let choice = args.station.clone();
+    let mut options = SweepOptions::default()
+        .with_axis(axis)
+        .with_robots(move |robots| choice.clone().with_robots(robots).resolve())
+        .with_patterns(patterns)
+        .with_seed(seed)
+        .with_conditions(conditions)
+        .with_station_strategy(saved.transpose()?)
+        .with_training(args.training.resolve(station, seed, false)?)
+        .with_greedy(args.greedy)
+        .with_bound(!args.no_bound);
+    if let Some(from) = args.from {
+        options = options.with_from(from);
+    }
+    if let Some(to) = args.to {
+        options = options.with_to(to);
+    }
+    if let Some(step) = args.step {
+        options = options.with_step(step);
+    }
+    args.strategy.iter().try_fold(options, |options, text| {
+        Ok(options.with_strategy(parse_strategy(text, quiet)?))
+    })
+}
+
+/// Checks that what is written is not also read.
+fn check_files(args: &SweepArgs, patterns: &ScoredPatterns, saved: Option<&str>) -> Result<()> {
+    let source = patterns.source();
+    let files = source.files()?;
+    let mut read = vec![args.station.file()];
+    read.extend(files.iter().map(|file| ("--patterns", Some(&**file))));
+    read.push(("--patterns", source.folder()));
+    let strategies = saved.into_iter().chain(args.strategy.iter().map(|s| &**s));
+    read.extend(strategies.map(|s| ("--strategy", policy_file(s))));
+    args.common
+        .check_outputs::<SweepReport>("sweep", &read, &args.pictures.files())
+}
+
+/// Warns about implausible lines at the ends of the range; the values between them are no
+/// worse.
+fn check_ends(args: &SweepArgs, axis: Axis, study: &SweepStudy, station: &Station) -> Result<()> {
+    let Some([(_, first), (value, last)]) = study.ends() else {
+        return Ok(());
     };
-    (0..methods).filter_map(of_method).collect()
-}
-
-/// The inputs for the methods of a sweep.
-struct Training<'a> {
-    args: &'a SweepArgs,
-    strategies: &'a [Parsed],
-    source: &'a PatternSource,
-    recipe: &'a Recipe,
-    conditions: &'a Conditions,
-    /// Whether it is the paper's own sweep, whose results are shown next to ours.
-    papers_case: bool,
-    environment: &'a Environment<'a>,
-}
-
-impl Training<'_> {
-    /// Robust GT (game theory) of one line.
-    fn robust(&self, station: &Station, environment: &Environment) -> Result<Robust> {
-        let (args, training) = (self.args, &self.args.training);
-        let line = Line::new(&args.common, station, environment).under(self.conditions);
-        line.robust(training, || {
-            if self.papers_case {
-                return Ok(Judged::AsInThePaper);
-            }
-            line.like(self.source, training, self.recipe)
-        })
-    }
-
-    /// The methods on every line, and a note on where robust GT comes from; it is found for
-    /// each line separately.
-    fn settings(&self, axis: Axis, lines: Vec<(f64, Station)>) -> Result<(Vec<Setting>, String)> {
-        let mut note = String::new();
-        let count = lines.len();
-        let setting = |(place, (value, station)): (usize, (f64, Station))| {
-            let within = Part {
-                whole: self.environment.progress,
-                part: format!("{} {value} ({}/{count})", axis.name(), place + 1),
-            };
-            let environment = Environment {
-                progress: &within,
-                ..*self.environment
-            };
-            let robust = self.robust(&station, &environment)?;
-            robust.note.clone_into(&mut note);
-            let line = Line::new(&self.args.common, &station, &environment);
-            let mut methods = vec![Method::Robust(robust.rules.clone())];
-            if self.args.greedy {
-                methods.push(Method::greedy(station.robots().len())?);
-            }
-            for strategy in self.strategies {
-                let blueprint = line.put(strategy, &robust.best_few, Allowance::default())?;
-                methods.push(Method::Strategy(blueprint));
-            }
-            Ok(Setting {
-                value,
-                station,
-                methods,
-            })
-        };
-        let settings: Result<Vec<Setting>> = lines.into_iter().enumerate().map(setting).collect();
-        let settings = settings?;
-        if self.args.training.robust.is_none() {
-            note += match axis {
-                Axis::Speed => ", found at the station's own belt speed",
-                _ => ", found for every line",
-            };
-        }
-        Ok((settings, note))
-    }
+    let place = format!("--sweep {} at {value}", axis.name());
+    let ends = [last, first].map(|line| line.warnings(&place));
+    let known = station.warnings(&place);
+    let new = ends.into_iter().find(|w| !w.is_empty() && *w != known);
+    warn(args.station.strict, new.unwrap_or_default())
 }

@@ -1,9 +1,10 @@
 //! `pickline train`.
 
-use super::args::{Common, Format, TrainArgs};
+use super::args::TrainArgs;
 use super::outputs;
 use super::progress::Bar;
-use super::session::Session;
+use super::session::{Session, tell};
+use super::settings::{check_threads, on_threads};
 use super::warnings::warn;
 use pickline::dispatch::RULES;
 use pickline::error::{Error, Result};
@@ -33,16 +34,7 @@ const BESIDE: [&str; 4] = ["json", "csv", "svg", "checkpoint.json"];
 
 pub fn run(args: &TrainArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
-    let common = Common {
-        seed: args.seed,
-        update_hz: 0.0,
-        threads: args.threads,
-        format: Format::Table,
-        out: None,
-        force: args.force,
-        quiet: args.quiet,
-    };
-    common.check()?;
+    check_threads(args.threads)?;
     let plan = plan(args)?;
     let resumed = args.resume.as_deref().map(|path| {
         let text = files::read_text(path)?;
@@ -62,7 +54,7 @@ pub fn run(args: &TrainArgs, session: &Session) -> Result<()> {
         .map(|(_, station)| station.clone())
         .collect();
     let expert = expert(&plan, &lines)?;
-    let text = common.on_threads(|| {
+    let text = on_threads(args.threads, || {
         let (trainer, kept) = match resumed {
             Some(saved) => {
                 let mut trainer = Trainer::resume(saved.trainer, lines)?;
@@ -74,10 +66,9 @@ pub fn run(args: &TrainArgs, session: &Session) -> Result<()> {
             None => (Trainer::new(plan, lines, args.seed)?, Kept::default()),
         };
         let courses = trials(&stations)?;
-        Training {
+        TrainingRun {
             args,
             session,
-            common: &common,
             started: Instant::now(),
             trainer,
             stations: stations.iter().map(|(name, _)| name.clone()).collect(),
@@ -238,10 +229,9 @@ fn trials(stations: &[(String, Station)]) -> Result<Vec<(TrialName, Vec<Course>)
     Ok(list)
 }
 
-struct Training<'a> {
+struct TrainingRun<'a> {
     args: &'a TrainArgs,
     session: &'a Session,
-    common: &'a Common,
     started: Instant,
     trainer: Trainer,
     /// The stations as given on the command line.
@@ -259,7 +249,7 @@ struct Saved {
     score: Kept,
 }
 
-impl Training<'_> {
+impl TrainingRun<'_> {
     fn run(mut self, courses: &[(TrialName, Vec<Course>)], kept: Kept) -> Result<String> {
         let bar = Bar::new(self.args.quiet);
         let environment = Environment {
@@ -267,63 +257,93 @@ impl Training<'_> {
             progress: &bar,
         };
         let mut score = TrainingResults::new(judges(courses)?, kept, &self.trainer)?;
-        if let Some(expert) = &self.expert {
-            let (common, started) = (self.common, self.started);
-            let judge = |trainer: &Trainer, round: Round| {
-                score.judge(trainer, Judged::Round(round), started.elapsed())?;
-                common.remark(&format!(
-                    "{} answers, {:.0} % matched, best so far {}",
-                    round.answers,
-                    100.0 * round.agreement,
-                    score.summary()
-                ));
-                Ok(())
-            };
-            let expert = |robots| expert.alone(robots);
-            self.trainer.imitate(&expert, &environment, judge)?;
-            let planned = self
-                .trainer
-                .plan()
-                .imitation
-                .as_ref()
-                .map_or(0, |i| i.rounds);
-            let done = self.trainer.rounds();
-            if done < planned {
-                if done == 0 {
-                    // Nothing has been learned yet.
-                    return Err(Error::interrupted());
-                }
-                common.remark(&format!(
-                    "stopped after {done} of {planned} rounds; the best policy so far is kept, but \
-                     an imitation cannot be resumed"
-                ));
-            }
-        }
+        self.imitate(&mut score, &environment)?;
         if score.is_empty() {
             score.judge(&self.trainer, Judged::Start, self.started.elapsed())?;
         }
         self.save(&score)?;
-        let left = self
-            .trainer
-            .plan()
-            .steps
-            .saturating_sub(self.trainer.steps());
+        let finite = self.learn(&mut score, &bar, &environment)?;
+        self.write(&score)?;
+        if !finite {
+            return Err(Error::input(
+                "the training",
+                format!(
+                    "the weights became NaN or infinite after {} steps",
+                    self.trainer.steps()
+                ),
+                "lower --learning-rate or the reward weights; the best policy before that is kept",
+            ));
+        }
+        Ok(score.to_table())
+    }
+
+    /// Imitates the expert, if there is one.
+    fn imitate(&mut self, score: &mut TrainingResults, environment: &Environment) -> Result<()> {
+        let Some(expert) = &self.expert else {
+            return Ok(());
+        };
+        let (quiet, started) = (self.args.quiet, self.started);
+        let judge = |trainer: &Trainer, round: Round| {
+            score.judge(trainer, Judged::Round(round), started.elapsed())?;
+            let text = format!(
+                "{} answers, {:.0} % matched, best so far {}",
+                round.answers,
+                100.0 * round.agreement,
+                score.summary()
+            );
+            remark(quiet, &text);
+            Ok(())
+        };
+        let expert = |robots| expert.alone(robots);
+        self.trainer.imitate(&expert, environment, judge)?;
+        let imitation = self.trainer.plan().imitation.as_ref();
+        let planned = imitation.map_or(0, |imitation| imitation.rounds);
+        let done = self.trainer.rounds();
+        if done >= planned {
+            return Ok(());
+        }
+        if done == 0 {
+            // Nothing has been learned yet.
+            return Err(Error::interrupted());
+        }
+        let text = format!(
+            "stopped after {done} of {planned} rounds; the best policy so far is kept, but an \
+             imitation cannot be resumed"
+        );
+        remark(quiet, &text);
+        Ok(())
+    }
+
+    /// Learns from the decisions of the policy itself. Returns whether the weights are finite.
+    fn learn(
+        &mut self,
+        score: &mut TrainingResults,
+        bar: &Bar,
+        environment: &Environment,
+    ) -> Result<bool> {
+        let planned = self.trainer.plan().steps;
+        let left = planned.saturating_sub(self.trainer.steps());
         bar.begin("training", left, "steps");
-        let mut astray = false;
+        let mut finite = true;
         while !self.trainer.done() && !environment.stopped() {
-            let phase = self.trainer.phase(&environment)?;
-            astray = !self.trainer.is_finite();
-            if astray {
+            let phase = self.trainer.phase(environment)?;
+            finite = self.trainer.is_finite();
+            if !finite {
                 break;
             }
             score.judge(&self.trainer, Judged::Phase(phase), self.started.elapsed())?;
             bar.incumbent(&score.summary());
             // An interrupted phase is not resumed, but played again.
             if self.trainer.done() || !environment.stopped() {
-                self.save(&score)?;
+                self.save(score)?;
             }
         }
         bar.end();
+        Ok(finite)
+    }
+
+    /// Writes the policy, its record and its learning curve.
+    fn write(&self, score: &TrainingResults) -> Result<()> {
         let record = score.record(&self.trainer, &self.session.command(), &self.stations);
         let stations = self.stations.join(", ");
         let bytes = score.export(
@@ -342,18 +362,7 @@ impl Training<'_> {
             self.trainer.seed(),
         );
         let chart = curve_chart(&score.curve(), &made);
-        files::write_whole(&self.beside("svg"), chart.as_bytes())?;
-        if astray {
-            return Err(Error::input(
-                "the training",
-                format!(
-                    "the weights became NaN or infinite after {} steps",
-                    self.trainer.steps()
-                ),
-                "lower --learning-rate or the reward weights; the best policy before that is kept",
-            ));
-        }
-        Ok(score.to_table())
+        files::write_whole(&self.beside("svg"), chart.as_bytes())
     }
 
     /// Writes the checkpoint and the learning curve so far.
@@ -384,4 +393,11 @@ fn judges(courses: &[(TrialName, Vec<Course>)]) -> Result<Vec<Trial<'_>>> {
         list.push(Trial::new(name.clone(), scenes(courses)?, &robust)?);
     }
     Ok(list)
+}
+
+/// A remark for the user, unless quiet.
+fn remark(quiet: bool, text: &str) {
+    if !quiet {
+        tell(text);
+    }
 }

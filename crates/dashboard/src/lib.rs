@@ -54,10 +54,10 @@ impl Dashboard {
         strategy: &str,
         access: Access,
     ) -> Result<Self> {
-        let listener = listen_at("--dashboard", address)?;
+        let listener = listen_at("'dashboard'", address)?;
         let wrong = |error: std::io::Error| {
             Error::input(
-                "--dashboard",
+                "'dashboard'",
                 format!("{address}: {error}"),
                 "try again, or run without a dashboard",
             )

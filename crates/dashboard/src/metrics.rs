@@ -4,7 +4,7 @@
 //! Each metric is one row of [`metrics`]; `docs/protocol.md` has the table of them.
 
 use pickline_live::LineView;
-use pickline_live::protocol::SourceReport;
+use pickline_live::protocol::{SourceReport, Status};
 use std::fmt::{Display, Write as _};
 
 /// The states of a robot, as named in a status.
@@ -72,29 +72,7 @@ pub fn metrics(view: &LineView, strategy: &str) -> String {
     ] {
         page.single(name, "gauge", help, count);
     }
-    page.metric(
-        "pickline_robot_picks_total",
-        "counter",
-        "Successful picks of a robot.",
-    );
-    for robot in &status.robots {
-        page.sample(&[("robot", &robot.name)], robot.picked);
-    }
-    let help = "Failed attempts of a robot.";
-    page.metric("pickline_robot_failures_total", "counter", help);
-    for robot in &status.robots {
-        page.sample(&[("robot", &robot.name)], robot.failed);
-    }
-    let help = "1 for the state that a robot is in, 0 for the others.";
-    page.metric("pickline_robot_state", "gauge", help);
-    for robot in &status.robots {
-        let known = ROBOT_STATES.into_iter();
-        let other = Some(&*robot.state).filter(|state| !ROBOT_STATES.contains(state));
-        for state in known.chain(other) {
-            let labels = [("robot", &*robot.name), ("state", state)];
-            page.sample(&labels, u8::from(state == robot.state));
-        }
-    }
+    page.robots(status);
     page.sources(view);
     let help = "Messages that were refused, by reason.";
     page.metric("pickline_messages_rejected_total", "counter", help);
@@ -120,6 +98,33 @@ struct MetricsText {
 
 // Writing into a string never fails.
 impl MetricsText {
+    /// The figures of each robot.
+    fn robots(&mut self, status: &Status) {
+        self.metric(
+            "pickline_robot_picks_total",
+            "counter",
+            "Successful picks of a robot.",
+        );
+        for robot in &status.robots {
+            self.sample(&[("robot", &robot.name)], robot.picked);
+        }
+        let help = "Failed attempts of a robot.";
+        self.metric("pickline_robot_failures_total", "counter", help);
+        for robot in &status.robots {
+            self.sample(&[("robot", &robot.name)], robot.failed);
+        }
+        let help = "1 for the state that a robot is in, 0 for the others.";
+        self.metric("pickline_robot_state", "gauge", help);
+        for robot in &status.robots {
+            let known = ROBOT_STATES.into_iter();
+            let other = Some(&*robot.state).filter(|state| !ROBOT_STATES.contains(state));
+            for state in known.chain(other) {
+                let labels = [("robot", &*robot.name), ("state", state)];
+                self.sample(&labels, u8::from(state == robot.state));
+            }
+        }
+    }
+
     /// Starts a metric: its help text and its type.
     fn metric(&mut self, name: &'static str, kind: &str, help: &str) {
         self.name = name;

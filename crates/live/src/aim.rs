@@ -6,6 +6,7 @@
 //! Invariant: only the last [`KEPT`] results are kept.
 
 use super::protocol::Verdict;
+use crate::Setting;
 use pickline::error::{rounded, shown};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -224,9 +225,10 @@ impl Aim {
             (products.sum::<f64>() / squares, 0.0)
         };
         let (way, ms) = (if late < 0.0 { "early" } else { "late" }, 1e3 * late);
-        let flag = format!("--camera-delay {:.0}", 1e3 * delay + ms);
+        let setting = format!("{} {:.0}", Setting::CameraDelay, 1e3 * delay + ms);
         let ms = format!("{:.0} ms", ms.abs());
-        let stamped = format!("as if timestamps of pictures were {ms} {way}: {flag} corrects that");
+        let stamped =
+            format!("as if timestamps of pictures were {ms} {way}: {setting} corrects that");
         match tells {
             false => format!(
                 "{stamped}, unless the camera's x is off by {}; results at another belt speed \
@@ -310,7 +312,7 @@ impl Aim {
             ", or the grippers do not hold items"
         };
         let way = rounded(0.1 * speed.abs() * 1e3, 3);
-        let delay = rounded(1e3 * delay, 4);
+        let (setting, delay) = (Setting::CameraDelay, rounded(1e3 * delay, 4));
         let comes = camera.map_or(String::new(), |offset| {
             let ms = rounded(1e3 * offset, 2);
             format!(
@@ -320,7 +322,7 @@ impl Aim {
         });
         Some(format!(
             "{what}: items are not where they are expected{gripper}\n  most likely the timestamps \
-             of pictures are late: 100 ms are {way} mm at this speed, and --camera-delay MS, now \
+             of pictures are late: 100 ms are {way} mm at this speed, and {setting} MS, now \
              {delay}, subtracts them.{comes}\n  `found {{x, y}}` in results would show how many; \
              also check the camera's position and the belt's speed"
         ))
@@ -365,12 +367,12 @@ mod tests {
     fn a_late_stamp_is_told_of_with_what_cures_it() {
         let remarks = told((0..100).map(|i| (i % 2, 0.045 + jitter(i), jitter(i + 3), 0.3)));
         assert_eq!(remarks.len(), 1, "{remarks:?}");
-        let cure = remarks[0].contains("were 149 ms late: --camera-delay 169 corrects");
+        let cure = remarks[0].contains("were 149 ms late: 'camera_delay' 169 corrects");
         assert!(cure && remarks[0].contains("mm downstream"), "{remarks:?}");
         assert!(remarks[0].contains("unless the camera's x is off by 44.8 mm"));
         let remarks = told((0..100).map(|i| (i % 2, -0.03 + jitter(i), 0.0, 0.3)));
         assert!(
-            remarks[0].contains("101 ms early: --camera-delay -81"),
+            remarks[0].contains("101 ms early: 'camera_delay' -81"),
             "{remarks:?}"
         );
     }
@@ -447,7 +449,7 @@ mod tests {
         }
         assert_eq!(remarks.len(), 1, "{remarks:?}");
         let none = remarks[0].contains("none of the last 10 grasps");
-        assert!(none && remarks[0].contains("--camera-delay"), "{remarks:?}");
+        assert!(none && remarks[0].contains("'camera_delay'"), "{remarks:?}");
         assert!(remarks[0].contains("or the grippers"), "{remarks:?}");
         // One pick in ten: nothing is reported.
         let mut aim = Aim::default();
@@ -467,7 +469,7 @@ mod tests {
             remarks.extend(aim.remark(0.0, Some(0.004), 0.3, &NAMES));
         }
         assert_eq!(remarks.len(), 1);
-        assert!(remarks[0].contains("--camera-delay") && remarks[0].contains("30 mm"));
+        assert!(remarks[0].contains("'camera_delay'") && remarks[0].contains("30 mm"));
         assert!(remarks[0].contains("come 4 ms after"), "{remarks:?}");
         // Reported again after an improvement.
         for _ in 0..RUN / 2 {

@@ -25,7 +25,7 @@ pub enum ClockKind {
 }
 
 impl ClockKind {
-    /// The value of `--clock` for this kind.
+    /// Its name.
     pub fn name(self) -> &'static str {
         match self {
             Self::System => "system",
@@ -33,7 +33,7 @@ impl ClockKind {
         }
     }
 
-    /// The kind for this value of `--clock`, if there is one.
+    /// The kind with this name, if there is one.
     pub fn named(name: &str) -> Option<Self> {
         let kinds = [Self::System, Self::Messages];
         kinds.into_iter().find(|kind| kind.name() == name)

@@ -103,8 +103,8 @@ fn listed(names: &[&str]) -> String {
 
 fn another(problem: &str) -> Error {
     Error::input(
-        "--station",
+        "'station'",
         format!("the node and the line have different stations: {problem}"),
-        "start both with the same --station and --robots",
+        "start both with the same 'station' and 'robots'",
     )
 }

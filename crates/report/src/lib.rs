@@ -38,7 +38,7 @@ pub use game::{GameReport, nfg_text};
 pub use optimum::{OptimumReport, RivalsReport, ValidationReport};
 pub use origin::{is_result_of, origin_comment, with_origin};
 pub use presentation::{Presentation, SettingNames};
-pub use provenance::{Provenance, station_hash};
+pub use provenance::Provenance;
 pub use replay::{check_replay, replay_page};
 pub use run::RunReport;
 pub use station_picture::station_picture;

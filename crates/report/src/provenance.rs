@@ -2,9 +2,9 @@
 //! that equal inputs give equal bytes.
 
 use pickline::error::counted;
-use pickline::files::{csv_comment, fingerprint};
+use pickline::files::csv_comment;
 use pickline::sim::Conditions;
-use pickline::station::{Station, to_toml};
+use pickline::station::{Station, station_hash};
 use serde::Serialize;
 
 /// Where a result comes from. No date, no machine, no thread count.
@@ -107,9 +107,4 @@ impl Provenance {
             self.station, self.station_hash, self.patterns, self.program, self.command
         )
     }
-}
-
-/// Hash of a station's resolved values, independent of how they were given.
-pub fn station_hash(station: &Station) -> String {
-    fingerprint(to_toml(station))
 }

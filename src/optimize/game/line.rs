@@ -62,8 +62,8 @@ pub fn check_size(station: &Station) -> Result<()> {
     if robots <= MOST_ROBOTS {
         return Ok(());
     }
-    Err(Error::input(
-        "--station, --robots",
+    Err(Error::usage(
+        "'station', 'robots'",
         format!(
             "a game of {robots} robots has {}^{robots} rule assignments; games are solved \
              exhaustively, up to {MOST_ROBOTS} robots",

@@ -69,7 +69,7 @@ pub fn import(recording: &Recording, name: &str, options: &ImportOptions) -> Res
             return Err(Error::input(
                 name,
                 format!("the pattern would be wrong: {problem}"),
-                format!("{cure}; --accept-mismatch creates the pattern anyway"),
+                format!("{cure}; 'accept_mismatch' creates the pattern anyway"),
             ));
         }
         tracks = link(boxes, options);
@@ -321,8 +321,8 @@ fn warn(
         .count();
     if lost > found.len() {
         report.warnings.push(format!(
-            "{} do not ride on the belt, more than do: --scale, --fps, --belt-speed, --axis or \
-             --reverse may be wrong",
+            "{} do not ride on the belt, more than do: 'scale', 'fps', 'belt_speed', 'axis' or \
+             'reverse' may be wrong",
             count(lost, "track")
         ));
     }
@@ -330,8 +330,8 @@ fn warn(
     let short = short.filter(|d| d.reason.starts_with(FEWER)).count();
     if seen.linked && short > found.len() {
         report.warnings.push(format!(
-            "{} linked from the boxes are too short, more than there are items: --scale, --fps \
-             or --belt-speed may be wrong, or the detector has false positives",
+            "{} linked from the boxes are too short, more than there are items: 'scale', 'fps' \
+             or 'belt_speed' may be wrong, or the detector has false positives",
             count(short, "track")
         ));
     }
@@ -413,7 +413,7 @@ fn contradictions(
         &report.file,
         format!("the pattern would be wrong: {}", problems.join("; ")),
         format!(
-            "{}; --accept-mismatch creates the pattern anyway",
+            "{}; 'accept_mismatch' creates the pattern anyway",
             cures.join("; ")
         ),
     ))
@@ -434,17 +434,17 @@ fn looks_like_corners(motion: &Motion, boxes: Boxes) -> bool {
 fn corners(format: Format) -> &'static str {
     match format {
         Format::Table => "name their columns x_max and y_max",
-        _ => "give --boxes corners",
+        _ => "give 'boxes' corners",
     }
 }
 
 /// The cure for the opposite direction along the axis.
 fn turn_over(options: &ImportOptions) -> String {
-    let flag = match options.reverse {
-        true => "omit --reverse",
-        false => "give --reverse",
+    let turned = match options.reverse {
+        true => "omit 'reverse'",
+        false => "give 'reverse'",
     };
-    format!("{flag}, or check --axis")
+    format!("{turned}, or check 'axis'")
 }
 
 /// The option values that would agree with items at `speed` [m/s].
@@ -459,7 +459,7 @@ fn agreeing(speed: f64, options: &ImportOptions) -> String {
     // Enough digits that the suggested values also agree over a long pattern.
     let shown = |value: f64| rounded(value, 5);
     format!(
-        "--scale {}, --fps {} or --belt-speed {} would agree with the tracks",
+        "'scale' {}, 'fps' {} or 'belt_speed' {} would agree with the tracks",
         shown(options.scale_m_per_px * ratio),
         nearest.map_or_else(|| shown(fps), f64::to_string),
         shown(speed)
@@ -495,10 +495,10 @@ fn is_turned(motion: &Motion) -> bool {
 fn turned(motion: &Motion, options: &ImportOptions) -> String {
     let given = match options.angle_deg {
         0.0 => String::new(),
-        angle => format!(", not at {} as given by --angle", rounded(angle, 9)),
+        angle => format!(", not at {} as given by 'angle'", rounded(angle, 9)),
     };
     format!(
-        "the belt travels {:.2} degrees off --axis in the image{given}, which puts items up to \
+        "the belt travels {:.2} degrees off 'axis' in the image{given}, which puts items up to \
          {:.3} m off",
         options.angle_deg + motion.angle_deg,
         motion.angle_off_m
@@ -506,7 +506,7 @@ fn turned(motion: &Motion, options: &ImportOptions) -> String {
 }
 
 fn turning(motion: &Motion, options: &ImportOptions) -> String {
-    format!("give --angle {:.2}", options.angle_deg + motion.angle_deg)
+    format!("give 'angle' {:.2}", options.angle_deg + motion.angle_deg)
 }
 
 fn bent(motion: &Motion) -> String {
@@ -550,15 +550,15 @@ fn nothing_remains(
                 ImageAxis::X => "y",
                 ImageAxis::Y => "x",
             };
-            let reverse = if across < 0.0 { " --reverse" } else { "" };
-            format!("give --axis {axis}{reverse}, the direction of the tracks: {speeds}")
+            let reverse = if across < 0.0 { " 'reverse'" } else { "" };
+            format!("give 'axis' {axis}{reverse}, the direction of the tracks: {speeds}")
         }
         BACKWARDS => format!("{}: {speeds}", turn_over(options)),
-        STILL => format!("check --scale, --fps, --belt-speed and --axis: {speeds}"),
+        STILL => format!("check 'scale', 'fps', 'belt_speed' and 'axis': {speeds}"),
         reason if reason.starts_with(FEWER) => {
-            "lower --min-frames, or configure the tracker to keep its ids longer".to_owned()
+            "lower 'min_frames', or configure the tracker to keep its ids longer".to_owned()
         }
-        _ => "check --scale and --fps".to_owned(),
+        _ => "check 'scale' and 'fps'".to_owned(),
     };
     Error::input(
         format!("{}:{}", report.file, first_line.unwrap_or(1)),
@@ -696,11 +696,11 @@ mod tests {
         for (text, words) in [
             (
                 track(1, 1..9, 0.0, 0.0, 5.0),
-                &["t.txt:1", "1 stands still", "--scale"][..],
+                &["t.txt:1", "1 stands still", "'scale'"][..],
             ),
             (
                 track(1, 1..2, 0.0, 0.0, 5.0),
-                &["fewer than 2 frames", "--min-frames"],
+                &["fewer than 2 frames", "'min_frames'"],
             ),
             (
                 track(1, 1..9, 0.0, 1.0, 5.0),
@@ -711,7 +711,7 @@ mod tests {
             ),
             (
                 "999999999,1,1,1,1,1,1\n1000000000,1,11,1,1,1,1".into(),
-                &["impossibly", "--fps"],
+                &["impossibly", "'fps'"],
             ),
             (String::new(), &["no line"]),
         ] {
@@ -726,7 +726,7 @@ mod tests {
             import("", "t", &bad)
                 .unwrap_err()
                 .to_string()
-                .contains("--fps")
+                .contains("'fps'")
         );
     }
 

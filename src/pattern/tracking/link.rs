@@ -150,14 +150,14 @@ pub(super) fn other_way(
         false => (along < 0.0) != options.reverse,
     };
     let (pixels, reverse) = match backwards {
-        true => ("smaller", "with --reverse"),
-        false => ("larger", "without --reverse"),
+        true => ("smaller", "with 'reverse'"),
+        false => ("larger", "without 'reverse'"),
     };
     Some((
         format!(
             "the boxes have no track ids and travel towards {pixels} pixel values of image {axis}, \
              which is not the given direction"
         ),
-        format!("give --axis {axis} {reverse}"),
+        format!("give 'axis' {axis} {reverse}"),
     ))
 }

@@ -35,8 +35,8 @@ impl FromStr for ImageAxis {
         match text.trim() {
             "x" | "X" => Ok(Self::X),
             "y" | "Y" => Ok(Self::Y),
-            _ => Err(Error::input(
-                "--axis",
+            _ => Err(Error::usage(
+                "'axis'",
                 format!("`{}` is not an image axis", shown(text)),
                 "give x or y, the image axis along which the belt travels",
             )),
@@ -117,78 +117,78 @@ impl ImportOptions {
         }
     }
 
-    /// Rejects values that no camera or belt has; the error names the flag.
+    /// Rejects values that no camera or belt has; the error names the setting.
     pub(super) fn check(&self) -> Result<()> {
         let figures = [
             (
-                "--fps",
+                "'fps'",
                 self.fps,
                 "frame rate",
                 "the camera's frames per second, for example 25",
             ),
             (
-                "--scale",
+                "'scale'",
                 self.scale_m_per_px,
                 "scale",
                 "metres on the belt per pixel, for example 0.001",
             ),
             (
-                "--belt-speed",
+                "'belt_speed'",
                 self.belt_speed,
                 "speed",
                 "the belt's speed in m/s, for example 0.05",
             ),
             (
-                "--split-distance",
+                "'split_distance'",
                 self.split_distance_m,
                 "distance",
                 "metres, for example 0.1",
             ),
             (
-                "--merge-distance",
+                "'merge_distance'",
                 self.merge_distance_m,
                 "distance",
                 "metres, for example 0.02",
             ),
         ];
-        for (flag, value, what, cure) in figures {
+        for (setting, value, what, cure) in figures {
             // NaN is in no range.
             if !SENSIBLE.contains(&value) {
                 let (least, most) = (SENSIBLE.start(), SENSIBLE.end());
-                return Err(Error::input(
-                    flag,
+                return Err(Error::usage(
+                    setting,
                     format!("{value:?} is not a valid {what}: expected {least:?} to {most:?}"),
                     format!("give {cure}"),
                 ));
             }
         }
         if !(-89.0..=89.0).contains(&self.angle_deg) {
-            return Err(Error::input(
-                "--angle",
-                format!("{:?} is not a valid angle from --axis", self.angle_deg),
+            return Err(Error::usage(
+                "'angle'",
+                format!("{:?} is not a valid angle from 'axis'", self.angle_deg),
                 "give degrees from -89 to 89",
             ));
         }
         if let Some((width, height)) = self.image_size
             && !(SENSIBLE.contains(&width) && SENSIBLE.contains(&height))
         {
-            return Err(Error::input(
-                "--image-size",
+            return Err(Error::usage(
+                "'image_size'",
                 format!("{width:?}x{height:?} is not a valid image size"),
                 "give the width and height in pixels, for example 1280x720",
             ));
         }
         if self.min_frames == 0 {
-            return Err(Error::input(
-                "--min-frames",
+            return Err(Error::usage(
+                "'min_frames'",
                 "0 is not a valid number of frames",
                 "give 1 to keep every object, or 2 to drop those seen only once",
             ));
         }
         match self.centre_px {
             Some(pixel) if !(pixel.is_finite() && pixel.abs() <= *SENSIBLE.end()) => {
-                Err(Error::input(
-                    "--centre-px",
+                Err(Error::usage(
+                    "'centre_px'",
                     format!("{pixel:?} is not a valid pixel"),
                     "give the pixel of the belt's centre line on the axis across the travel, \
                      or omit the flag",
@@ -204,14 +204,14 @@ impl ImportOptions {
     /// If a different kind was given.
     pub(super) fn boxes_of(&self, own: Boxes, source: &str) -> Result<Boxes> {
         match self.boxes {
-            Some(given) if given != own => Err(Error::input(
-                "--boxes",
+            Some(given) if given != own => Err(Error::usage(
+                "'boxes'",
                 format!(
                     "in {source} the boxes are {}, not {}",
                     own.name(),
                     given.name()
                 ),
-                "omit --boxes",
+                "omit 'boxes'",
             )),
             _ => Ok(own),
         }
@@ -256,11 +256,11 @@ mod tests {
         assert!(good.check().is_ok());
         for bad in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e300, 1e-300] {
             let set: [(&str, Set); 5] = [
-                ("--fps", |o, v| o.fps = v),
-                ("--scale", |o, v| o.scale_m_per_px = v),
-                ("--belt-speed", |o, v| o.belt_speed = v),
-                ("--split-distance", |o, v| o.split_distance_m = v),
-                ("--merge-distance", |o, v| o.merge_distance_m = v),
+                ("'fps'", |o, v| o.fps = v),
+                ("'scale'", |o, v| o.scale_m_per_px = v),
+                ("'belt_speed'", |o, v| o.belt_speed = v),
+                ("'split_distance'", |o, v| o.split_distance_m = v),
+                ("'merge_distance'", |o, v| o.merge_distance_m = v),
             ];
             for (flag, set) in set {
                 let mut options = good.clone();
@@ -273,12 +273,12 @@ mod tests {
         let mut options = good.clone();
         options.min_frames = 0;
         let message = options.check().unwrap_err().to_string();
-        assert!(message.starts_with("--min-frames"), "{message}");
+        assert!(message.starts_with("'min_frames'"), "{message}");
         for bad in [f64::NAN, f64::NEG_INFINITY, 1e12] {
             let mut options = good.clone();
             options.centre_px = Some(bad);
             let message = options.check().unwrap_err().to_string();
-            assert!(message.starts_with("--centre-px"), "{message}");
+            assert!(message.starts_with("'centre_px'"), "{message}");
         }
     }
 
@@ -297,11 +297,11 @@ mod tests {
                 .check()
                 .unwrap_err()
                 .to_string()
-                .starts_with("--angle")
+                .starts_with("'angle'")
         );
         let message = "z".parse::<ImageAxis>().unwrap_err().to_string();
         assert!(
-            message.contains("--axis") && message.contains("`z`"),
+            message.contains("'axis'") && message.contains("`z`"),
             "{message}"
         );
     }

@@ -198,7 +198,7 @@ mod tests {
             // With the opposite direction, everything moves backwards.
             options.reverse = !reverse;
             let message = import(&text, "t", &options).unwrap_err().to_string();
-            assert!(message.contains("--reverse"), "{message}");
+            assert!(message.contains("'reverse'"), "{message}");
         }
     }
 

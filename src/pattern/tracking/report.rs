@@ -221,7 +221,7 @@ impl ImportReport {
             // Adding 0 turns negative zero into zero.
             let angle = ((self.angle_deg + motion.angle_deg) * 100.0).round() / 100.0 + 0.0;
             out.push(format!(
-                "the belt travels at {angle:.2} degrees from --axis in the image (+/- {:.2}), from \
+                "the belt travels at {angle:.2} degrees from 'axis' in the image (+/- {:.2}), from \
                  {}",
                 1.96 * motion.angle_error_deg,
                 count(motion.tracks, "track")

@@ -140,22 +140,22 @@ pub(super) fn choose_slots(scene: &Scene, options: &BoundOptions) -> Result<Opti
         let slots = Slots { length };
         if !(SLOT_RANGE.0..=SLOT_RANGE.1).contains(&length) {
             let (low, high) = SLOT_RANGE;
-            return Err(Error::input(
-                "--slot",
+            return Err(Error::usage(
+                "'slot'",
                 format!("{} is not a valid slot length", shown_number(length)),
                 format!("give seconds, from {low:e} to {high:e}, such as 0.05"),
             ));
         }
         let arcs = size(slots);
         if arcs > MOST_ARCS || last / length > MOST_SLOTS {
-            return Err(Error::input(
-                "--slot",
+            return Err(Error::usage(
+                "'slot'",
                 format!(
                     "{} s is too short for this pattern: {arcs:.1e} picks in slots, at most \
                      {MOST_ARCS:.0e} fit",
                     shown_number(length)
                 ),
-                "give a longer slot, or omit --slot to choose one automatically",
+                "give a longer slot, or omit 'slot' to choose one automatically",
             ));
         }
         let coarse = false;

@@ -25,7 +25,7 @@ fn a_belt_that_falls_silent_stops_new_tasks_until_it_is_heard() {
         assert!(world.source("belt").overdue);
         assert!((world.source("belt").age - 14.0).abs() < 0.02);
         assert!(
-            world.remarks.len() == 1 && world.remarks[0].contains("--belt-timeout"),
+            world.remarks.len() == 1 && world.remarks[0].contains("'belt_timeout'"),
             "{:?}",
             world.remarks
         );

@@ -12,8 +12,8 @@ fn corners_taken_for_sizes_are_noticed() {
     }
     .shoot();
     let message = read(&text, &options()).unwrap_err();
-    assert!(message.contains("--boxes corners"), "{message}");
-    assert!(!message.contains("--scale"), "{message}");
+    assert!(message.contains("'boxes' corners"), "{message}");
+    assert!(!message.contains("'scale'"), "{message}");
     let mut corners = options();
     corners.boxes = Some(Boxes::Corners);
     let found = read(&text, &corners).unwrap();
@@ -30,7 +30,7 @@ fn corners_taken_for_sizes_are_noticed() {
     assert!((found.pattern.items()[0].area_cm2.unwrap() - 48.0).abs() < 0.1);
     corners.boxes = Some(Boxes::Centres);
     let message = read(&text, &corners).unwrap_err();
-    assert!(message.contains("--boxes corners"), "{message}");
+    assert!(message.contains("'boxes' corners"), "{message}");
     corners.boxes = Some(Boxes::Corners);
     let (sizes, _) = STRAIGHT.shoot();
     let message = read(&sizes, &corners).unwrap_err();
@@ -42,14 +42,14 @@ fn corners_in_coco_are_noticed_and_read() {
     let text = detections(0, false, true);
     let mut options = ImportOptions::new(20.0, 0.001, ImageAxis::X, 0.2);
     let message = read(&text, &options).unwrap_err();
-    assert!(message.contains("give --boxes corners"), "{message}");
+    assert!(message.contains("give 'boxes' corners"), "{message}");
     options.boxes = Some(Boxes::Corners);
     let found = read(&text, &options).unwrap();
     assert_eq!(found.pattern.len(), 30);
     assert!((found.pattern.items()[0].area_cm2.unwrap() - 12.0).abs() < 1e-6);
     // Sizes are not taken for corners, and messages hold no noise of the last digits.
     let message = read(&detections(0, false, false), &options).unwrap_err();
-    assert!(message.contains("omit --boxes"), "{message}");
+    assert!(message.contains("omit 'boxes'"), "{message}");
     assert!(!message.contains("0000000"), "{message}");
 }
 
@@ -65,7 +65,7 @@ fn corners_are_noticed_whichever_way_the_belt_travels() {
     let mut reverse = options();
     reverse.reverse = true;
     let message = read(&text, &reverse).unwrap_err();
-    assert!(message.contains("--boxes corners"), "{message}");
+    assert!(message.contains("'boxes' corners"), "{message}");
     let ways = [
         (ImageAxis::X, false),
         (ImageAxis::Y, false),
@@ -77,7 +77,7 @@ fn corners_are_noticed_whichever_way_the_belt_travels() {
         let mut options = ImportOptions::new(20.0, 0.001, axis, 0.2);
         options.reverse = reverse;
         let message = read(&text, &options).unwrap_err();
-        assert!(message.contains("--boxes corners"), "{turns}: {message}");
+        assert!(message.contains("'boxes' corners"), "{turns}: {message}");
         options.boxes = Some(Boxes::Corners);
         assert_eq!(read(&text, &options).unwrap().pattern.len(), 30, "{turns}");
     }
@@ -99,7 +99,7 @@ fn boxes_that_the_form_says_cannot_be_others() {
                 assert!(found.is_ok(), "{name}: {found:?}");
             } else {
                 let message = found.unwrap_err();
-                assert!(message.starts_with("--boxes"), "{message}");
+                assert!(message.starts_with("'boxes'"), "{message}");
             }
         }
     }

@@ -29,8 +29,8 @@ fn a_turned_camera_is_noticed_measured_and_put_right() {
         let film = Film { angle, ..STRAIGHT };
         let (text, truth) = film.shoot();
         let message = read(&text, &options()).unwrap_err();
-        assert!(message.contains("degrees off --axis"), "{message}");
-        let said = message.split("--angle ").nth(1).unwrap();
+        assert!(message.contains("degrees off 'axis'"), "{message}");
+        let said = message.split("'angle' ").nth(1).unwrap();
         let said: f64 = said.split([';', ' ']).next().unwrap().parse().unwrap();
         assert!((said - angle).abs() < 0.1, "{message}");
         let mut turned = options();
@@ -50,13 +50,13 @@ fn a_turned_camera_is_noticed_measured_and_put_right() {
         turned.angle_deg = -said;
         let message = read(&text, &turned).unwrap_err();
         assert!(
-            message.contains(&format!("give --angle {said}")),
+            message.contains(&format!("give 'angle' {said}")),
             "{message}"
         );
         let mut accepted = options();
         accepted.accept_mismatch = true;
         let found = read(&text, &accepted).unwrap();
-        assert!(warned(&found, "--angle"), "{:?}", found.report.warnings);
+        assert!(warned(&found, "'angle'"), "{:?}", found.report.warnings);
         assert!(apart(&found.pattern, &truth) > 0.02);
     }
     let (text, _) = Film {
@@ -65,7 +65,7 @@ fn a_turned_camera_is_noticed_measured_and_put_right() {
     }
     .shoot();
     let found = read(&text, &options()).unwrap();
-    assert!(warned(&found, "--angle 0.6"), "{:?}", found.report.warnings);
+    assert!(warned(&found, "'angle' 0.6"), "{:?}", found.report.warnings);
 }
 
 #[test]
@@ -74,7 +74,7 @@ fn a_turned_camera_is_not_taken_for_a_wrong_scale() {
         let (text, _) = Film { angle, ..STRAIGHT }.shoot();
         let message = read(&text, &options()).unwrap_err();
         assert!(
-            message.contains("give --angle ") && !message.contains("--scale"),
+            message.contains("give 'angle' ") && !message.contains("'scale'"),
             "{message}"
         );
     }
@@ -89,9 +89,9 @@ fn a_wrong_frame_rate_scale_or_speed_is_refused_with_what_would_agree() {
     for words in [
         "0.3000 m/s",
         "given belt speed is 0.25",
-        "--fps 25 ",
-        "--scale 0.00166",
-        "--belt-speed 0.3",
+        "'fps' 25 ",
+        "'scale' 0.00166",
+        "'belt_speed' 0.3",
     ] {
         assert!(message.contains(words), "{words} not in {message}");
     }
@@ -99,11 +99,11 @@ fn a_wrong_frame_rate_scale_or_speed_is_refused_with_what_would_agree() {
     let mut across = options();
     across.axis = ImageAxis::Y;
     let message = read(&text, &across).unwrap_err();
-    assert!(message.contains("give --axis x,"), "{message}");
+    assert!(message.contains("give 'axis' x,"), "{message}");
     let mut coarse = options();
     coarse.scale_m_per_px = 0.0026;
     let message = read(&text, &coarse).unwrap_err();
-    assert!(message.contains("--scale 0.002"), "{message}");
+    assert!(message.contains("'scale' 0.002"), "{message}");
     assert!(
         message.contains("60 of 60 items are more than 25 % off"),
         "{message}"
@@ -112,7 +112,7 @@ fn a_wrong_frame_rate_scale_or_speed_is_refused_with_what_would_agree() {
     let mut nearly = options();
     nearly.fps = 24.0;
     let message = read(&text, &nearly).unwrap_err();
-    for words in ["--fps 25 ", "puts items up to 0.19", "--belt-speed 0.24"] {
+    for words in ["'fps' 25 ", "puts items up to 0.19", "'belt_speed' 0.24"] {
         assert!(message.contains(words), "{words} not in {message}");
     }
     let mut slow = options();
@@ -126,7 +126,7 @@ fn a_wrong_frame_rate_scale_or_speed_is_refused_with_what_would_agree() {
     // What is said to agree does.
     slow.belt_speed = 0.24;
     let message = read(&text, &slow).unwrap_err();
-    let said = message.split("--belt-speed ").nth(1).unwrap();
+    let said = message.split("'belt_speed' ").nth(1).unwrap();
     slow.belt_speed = said.split(' ').next().unwrap().parse().unwrap();
     let found = read(&text, &slow).unwrap();
     assert!(
@@ -188,10 +188,10 @@ fn lenses_that_bend_and_cameras_that_tilt_are_noticed() {
 #[test]
 fn boxes_without_tracks_that_travel_another_way_are_refused_with_the_way() {
     let ways = [
-        (ImageAxis::X, false, "--axis x without --reverse"),
-        (ImageAxis::Y, false, "--axis y without --reverse"),
-        (ImageAxis::X, true, "--axis x with --reverse"),
-        (ImageAxis::Y, true, "--axis y with --reverse"),
+        (ImageAxis::X, false, "'axis' x without 'reverse'"),
+        (ImageAxis::Y, false, "'axis' y without 'reverse'"),
+        (ImageAxis::X, true, "'axis' x with 'reverse'"),
+        (ImageAxis::Y, true, "'axis' y with 'reverse'"),
     ];
     let mut accepted = 0;
     for sparse in [false, true] {
@@ -233,7 +233,7 @@ fn more_tracks_backwards_than_forwards_are_refused() {
     let message = read(&film.join("\n"), &reverse).unwrap_err();
     for words in [
         "60 tracks travel backwards, but only 1 item",
-        "omit --reverse",
+        "omit 'reverse'",
     ] {
         assert!(message.contains(words), "{words} not in {message}");
     }
@@ -263,7 +263,7 @@ fn a_belt_that_changes_its_speed_is_named_and_refused() {
                 "{number}: {words} not in {message}"
             );
         }
-        for words in ["lens", "tilted", "--belt-speed"] {
+        for words in ["lens", "tilted", "'belt_speed'"] {
             assert!(!message.contains(words), "{number}: {words} in {message}");
         }
     }
@@ -309,8 +309,8 @@ fn angles_are_those_in_the_picture() {
     let message = read(&text, &turned).unwrap_err();
     for words in [
         "travels 2.0",
-        "not at -2 as given by --angle",
-        "give --angle 2.0",
+        "not at -2 as given by 'angle'",
+        "give 'angle' 2.0",
     ] {
         assert!(message.contains(words), "{words} not in {message}");
     }

@@ -219,7 +219,7 @@ fn what_has_no_certain_meaning_is_refused_by_its_name() {
         }
     }
     let message = load("ultralytics-labels", &options()).unwrap_err();
-    assert!(message.contains("--image-size"), "{message}");
+    assert!(message.contains("'image_size'"), "{message}");
     for (text, words) in [
         (
             "x_min,y_min,x_max,y_max,class_id,confidence,tracker_id\n1,1,2,2,0,0.9,1\n",

@@ -132,6 +132,6 @@ fn shares_of_the_picture_are_scaled_whatever_the_form() {
         let made = read(&text, &sized).unwrap();
         assert!(apart(&made.pattern, &tracked) < 1e-3, "{:#?}", made.report);
         let message = read(&text, &options()).unwrap_err();
-        assert!(message.contains("--image-size"), "{message}");
+        assert!(message.contains("'image_size'"), "{message}");
     }
 }

@@ -1,6 +1,7 @@
 //! The arguments of `pickline bound`.
 
-use super::{Common, ConditionArgs, StationChoice};
+use super::conditions::ConditionArgs;
+use super::shared::{Common, StationChoice};
 use clap::{Args, ValueEnum};
 
 /// Bound what any strategy can pick from a pattern, even one that knows the future

@@ -1,6 +1,7 @@
 //! The arguments of `pickline compare` and `pickline sweep`.
 
-use super::{Common, ConditionArgs, FeedArgs, Pictures, StationChoice, strategy_help};
+use super::conditions::ConditionArgs;
+use super::shared::{Common, FeedArgs, Pictures, StationChoice, strategy_help};
 use clap::Args;
 
 /// Texts before and after the list of strategy forms.

@@ -1,6 +1,7 @@
 //! The arguments of `pickline game`.
 
-use super::{Common, ConditionArgs, PatternSetArgs, StationChoice};
+use super::conditions::ConditionArgs;
+use super::shared::{Common, PatternSetArgs, StationChoice};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 

@@ -1,10 +1,8 @@
 //! The arguments of `pickline run` and `pickline emulate`.
 
-use super::super::log::Log;
-use super::{StationChoice, strategy_help};
+use super::shared::{StationChoice, strategy_help};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
-use std::sync::{Arc, OnceLock};
 
 /// Which clock is used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -53,22 +51,19 @@ pub struct TransportArgs {
     #[arg(long, value_name = "HOST:PORT")]
     pub connect: Option<String>,
     #[command(flatten)]
-    pub access: super::AccessArgs,
+    pub access: super::access::AccessArgs,
     #[cfg(feature = "mqtt")]
     #[command(flatten)]
-    pub mqtt: super::MqttArgs,
+    pub mqtt: super::mqtt::MqttArgs,
     #[cfg(feature = "ros2")]
     #[command(flatten)]
-    pub ros2: super::Ros2Args,
+    pub ros2: super::ros2::Ros2Args,
     /// Print no remarks on stderr; refused messages are still counted
     #[arg(short, long)]
     pub quiet: bool,
     /// Format of remarks on stderr
     #[arg(long, value_enum, default_value_t = LogFormatArg::Auto)]
     pub log_format: LogFormatArg,
-    /// The log for remarks; not an argument, but opened with the first remark.
-    #[arg(skip)]
-    pub log: OnceLock<Arc<Log>>,
 }
 
 /// Run a line: receive detections, send tasks to the robots

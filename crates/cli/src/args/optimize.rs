@@ -1,6 +1,7 @@
 //! The arguments of `pickline optimize`.
 
-use super::{Common, ConditionArgs, PatternSetArgs, Pictures, StationChoice, strategy_help};
+use super::conditions::ConditionArgs;
+use super::shared::{Common, PatternSetArgs, Pictures, StationChoice, strategy_help};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 

@@ -1,6 +1,6 @@
 //! The arguments of `pickline pattern`.
 
-use super::{AttributeArgs, FeedArgs, Format, StationChoice};
+use super::shared::{AttributeArgs, FeedArgs, OutputFormat, StationChoice};
 use clap::{Args, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
@@ -44,7 +44,7 @@ impl Default for PatternCommand {
             file: None,
             station: None,
             belt_speed: None,
-            format: Format::Table,
+            format: OutputFormat::Table,
             strict: false,
         })
     }
@@ -123,8 +123,8 @@ pub struct DescribeArgs {
     #[arg(long, value_name = "V", allow_negative_numbers = true)]
     pub belt_speed: Option<f64>,
     /// Output format
-    #[arg(long, value_enum, default_value_t = Format::Table)]
-    pub format: Format,
+    #[arg(long, value_enum, default_value_t = OutputFormat::Table)]
+    pub format: OutputFormat,
     /// Treat warnings about implausible values as errors
     #[arg(long)]
     pub strict: bool,

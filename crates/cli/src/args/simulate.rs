@@ -1,6 +1,7 @@
 //! The arguments of `pickline simulate`.
 
-use super::{Common, ConditionArgs, StationChoice, strategy_help};
+use super::conditions::ConditionArgs;
+use super::shared::{Common, StationChoice, strategy_help};
 use clap::Args;
 use std::path::PathBuf;
 

@@ -1,6 +1,6 @@
 //! The arguments of `pickline station`.
 
-use super::StationChoice;
+use super::shared::StationChoice;
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
 

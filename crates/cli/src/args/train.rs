@@ -1,6 +1,6 @@
 //! The arguments of `pickline train`.
 
-use super::strategy_help;
+use super::shared::strategy_help;
 use clap::Args;
 use pickline::rl::PRESETS;
 use std::path::PathBuf;

@@ -1,6 +1,6 @@
 //! Summing up repeated remarks of the same kind.
 
-use super::Level;
+use super::LogLevel;
 use pickline::error::grouped;
 use std::collections::BTreeMap;
 use std::net::SocketAddr;
@@ -23,7 +23,7 @@ struct Kind {
     /// Number of remarks that were not printed.
     more: u64,
     /// The last of those.
-    last: (Level, String),
+    last: (LogLevel, String),
     /// When the next summary is due.
     due: Instant,
     /// Time from that summary to the one after it.
@@ -41,7 +41,13 @@ impl Kinds {
 
     /// Counts a remark, and returns it if it should be printed, as the first of its kind in a
     /// while.
-    pub fn note(&mut self, now: Instant, level: Level, kind: &str, text: &str) -> Option<String> {
+    pub fn note(
+        &mut self,
+        now: Instant,
+        level: LogLevel,
+        kind: &str,
+        text: &str,
+    ) -> Option<String> {
         let is_known = self.table.contains_key(kind) || self.table.len() < MOST_KINDS;
         // Beyond the limit, all new kinds share one entry.
         let kind = if is_known { kind } else { "" };
@@ -66,7 +72,7 @@ impl Kinds {
     }
 
     /// The summaries that are due. A kind without further remarks is forgotten.
-    pub fn take_due(&mut self, now: Instant) -> Vec<(Level, String)> {
+    pub fn take_due(&mut self, now: Instant) -> Vec<(LogLevel, String)> {
         let mut sums = Vec::new();
         self.table.retain(|_, kind| {
             if kind.due > now {
@@ -83,14 +89,14 @@ impl Kinds {
     }
 
     /// All summaries, due or not.
-    pub fn take_all(&mut self) -> Vec<(Level, String)> {
+    pub fn take_all(&mut self) -> Vec<(LogLevel, String)> {
         self.table.values_mut().filter_map(Kind::take).collect()
     }
 }
 
 impl Kind {
     /// Summarises the remarks that were not printed; a single one is returned unchanged.
-    fn take(&mut self) -> Option<(Level, String)> {
+    fn take(&mut self) -> Option<(LogLevel, String)> {
         let (level, last) = &mut self.last;
         let last = std::mem::take(last);
         match std::mem::take(&mut self.more) {
@@ -127,7 +133,7 @@ mod tests {
         let at = |seconds: u64| start + Duration::from_secs(seconds);
         let mut kinds = Kinds::new(Duration::from_secs(5));
         let note = |kinds: &mut Kinds, second: u64| {
-            kinds.note(at(second), Level::Info, "a", &format!("a at {second}"))
+            kinds.note(at(second), LogLevel::Info, "a", &format!("a at {second}"))
         };
         assert_eq!(note(&mut kinds, 0).as_deref(), Some("a at 0"));
         assert_eq!(kinds.take_due(at(5)), []);
@@ -147,7 +153,7 @@ mod tests {
         let mut kinds = Kinds::new(Duration::from_secs(5));
         let said = (0..10_000).filter(|i| {
             let kind = i.to_string();
-            kinds.note(now, Level::Info, &kind, &kind).is_some()
+            kinds.note(now, LogLevel::Info, &kind, &kind).is_some()
         });
         let said = said.count();
         assert!(said <= MOST_KINDS + 1);

@@ -17,7 +17,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 pub use kinds::kind_of;
-pub use style::{Level, Style};
+pub use style::{LogLevel, Style};
 
 /// Maximum number of lines waiting to be written.
 const MOST_WAITING: usize = 512;
@@ -31,12 +31,12 @@ const LONGEST_PAUSE: Duration = Duration::from_secs(3600);
 /// The log. When dropped, it writes what is left, but waits only briefly for that.
 #[derive(Debug)]
 pub struct Log {
-    shared: Arc<Shared>,
+    shared: Arc<LogQueue>,
     style: Style,
 }
 
 #[derive(Debug)]
-struct Shared {
+struct LogQueue {
     state: Mutex<State>,
     changed: Condvar,
 }
@@ -68,7 +68,7 @@ impl Log {
             ending: false,
             done: false,
         };
-        let shared = Arc::new(Shared {
+        let shared = Arc::new(LogQueue {
             state: Mutex::new(state),
             changed: Condvar::new(),
         });
@@ -78,7 +78,7 @@ impl Log {
     }
 
     /// Logs `text`; repeated remarks of one `kind` are summed up.
-    pub fn say(&self, level: Level, kind: &str, text: &str) {
+    pub fn say(&self, level: LogLevel, kind: &str, text: &str) {
         let now = Instant::now();
         let mut state = self.shared.lock();
         if let Some(text) = state.kinds.note(now, level, kind, text) {
@@ -106,7 +106,7 @@ impl Drop for Log {
     }
 }
 
-impl Shared {
+impl LogQueue {
     /// Locks the state, even after a panic elsewhere, which leaves the lines intact.
     fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
@@ -168,7 +168,7 @@ impl State {
         if self.lost > 0 {
             let lost = grouped(std::mem::take(&mut self.lost));
             let text = format!("{lost} more remarks were dropped: stderr is not read fast enough");
-            lines += &style.line(Level::Warning, &text);
+            lines += &style.line(LogLevel::Warning, &text);
         }
         (!lines.is_empty()).then_some(lines)
     }
@@ -194,14 +194,14 @@ mod tests {
         let log = log(&gate);
         for i in 1..=2000 {
             log.say(
-                Level::Warning,
+                LogLevel::Warning,
                 "camera value",
                 &format!("line {i}: refused"),
             );
         }
-        log.say(Level::Info, "other", "other");
-        log.say(Level::Warning, "robot value", "line 9: refused");
-        log.say(Level::Warning, "robot value", "line 10: refused");
+        log.say(LogLevel::Info, "other", "other");
+        log.say(LogLevel::Warning, "robot value", "line 9: refused");
+        log.say(LogLevel::Warning, "robot value", "line 10: refused");
         drop(log);
         assert_eq!(
             gate.text(),
@@ -215,7 +215,7 @@ mod tests {
         let gate = Gate::default();
         gate.open();
         let log = Log::start(gate.clone(), Style::Text, Duration::from_millis(20));
-        (0..5).for_each(|i| log.say(Level::Info, "a", &i.to_string()));
+        (0..5).for_each(|i| log.say(LogLevel::Info, "a", &i.to_string()));
         gate.wait_for("and 4 more, the last: 4\n");
     }
 
@@ -225,7 +225,7 @@ mod tests {
         let log = log(&gate);
         let began = Instant::now();
         for i in 0..100_000 {
-            log.say(Level::Info, &format!("kind {i}"), &"x".repeat(200));
+            log.say(LogLevel::Info, &format!("kind {i}"), &"x".repeat(200));
         }
         log.sum_up();
         assert!(log.shared.lock().waiting.len() <= MOST_WAITING);

@@ -5,7 +5,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 /// The severity of a remark. The numbers are those of syslog (RFC 5424, section 6.2.1),
 /// which journald uses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Level {
+pub enum LogLevel {
     /// The program or a part of it cannot continue.
     Error = 3,
     /// Something is wrong, but the line continues.
@@ -14,7 +14,7 @@ pub enum Level {
     Info = 6,
 }
 
-impl Level {
+impl LogLevel {
     fn name(self) -> &'static str {
         match self {
             Self::Error => "error",
@@ -45,7 +45,7 @@ impl Style {
     }
 
     /// `text` in this format, with a newline.
-    pub fn line(self, level: Level, text: &str) -> String {
+    pub fn line(self, level: LogLevel, text: &str) -> String {
         match self {
             Self::Text => format!("{text}\n"),
             // In the journal, each line is a separate entry.
@@ -91,11 +91,11 @@ mod tests {
     fn every_line_for_journald_has_its_level() {
         let text = "camera: no word\n  cure: look";
         assert_eq!(
-            Style::Journald.line(Level::Warning, text),
+            Style::Journald.line(LogLevel::Warning, text),
             "<4>camera: no word\n<4>  cure: look\n"
         );
-        assert_eq!(Style::Text.line(Level::Error, "a"), "a\n");
-        let stamped = Style::Stamped.line(Level::Info, "a");
+        assert_eq!(Style::Text.line(LogLevel::Error, "a"), "a\n");
+        let stamped = Style::Stamped.line(LogLevel::Info, "a");
         let stamp = stamped.strip_suffix(" info a\n").unwrap();
         assert!(stamp.parse::<f64>().unwrap() > 1.7e9, "{stamped}");
     }

@@ -58,7 +58,7 @@ pub struct AssociationGate {
 }
 
 impl AssociationGate {
-    /// The gate for this `--tolerance` [m].
+    /// The gate for this tolerance [m].
     pub fn new(tolerance: f64) -> Self {
         Self {
             tolerance: tolerance.max(SAME),

@@ -32,31 +32,30 @@ pub struct Association {
     pub beside: Vec<u32>,
 }
 
-/// Matches the detections `seen` in one picture to the items. `travelled` [m] is the belt's travel
-/// when an item was measured and when the picture was taken.
-pub fn associate(
+/// The pairs of a detection and an item that may belong together.
+#[derive(Debug, Default)]
+struct Candidates {
+    pairs: Vec<CandidatePair>,
+    /// Items near a detection, and whether they are so near that they may be the same item.
+    near: Vec<(usize, u32, bool)>,
+    /// Items that an earlier part of the picture has shown.
+    shown: Vec<(usize, u32)>,
+}
+
+/// Finds the items that each of the `active` detections may show.
+fn candidates(
     items: &Items,
     gate: AssociationGate,
     seen: &[PlacedDetection],
+    active: &[bool],
     travelled: impl Fn(f64) -> f64,
-) -> Association {
+) -> Candidates {
+    let mut found = Candidates::default();
     let Some(first) = seen.first() else {
-        return Association::default();
+        return found;
     };
     let (source, time) = (first.source(), first.time);
-    let mut matches: Vec<Match> = vec![Match::New; seen.len()];
-    let mut active = vec![true; seen.len()];
-    for i in 0..seen.len() {
-        if let Some(later) = repetition(gate, seen, i) {
-            (matches[i], active[i]) = (Match::Repeats(later), false);
-        }
-    }
     let travel = travelled(time);
-    let mut pairs = Vec::new();
-    // Items near a detection, and whether they are so near that they may be the same item.
-    let mut near: Vec<(usize, u32, bool)> = Vec::new();
-    // Items that an earlier part of the picture has shown.
-    let mut shown: Vec<(usize, u32)> = Vec::new();
     for (index, one) in seen.iter().enumerate().filter(|(i, _)| active[*i]) {
         let reach = gate.reach(one.covariance, items.widest());
         let by_id = one.id().and_then(|id| items.known_as(source, id));
@@ -85,17 +84,17 @@ pub fn associate(
             let is_gone = matches!(tracked.state, ItemState::Picked(at) if at < time);
             let is_shown = tracked.seen_at(source) == Some(time);
             if is_shown && !is_same {
-                shown.push((index, item));
+                found.shown.push((index, item));
             }
             if (is_gone || is_shown) && !is_same {
                 continue;
             }
             if is_near(squared) {
-                near.push((index, item, is_close(squared)));
+                found.near.push((index, item, is_close(squared)));
             }
             if let Some(cost) = cost(squared, number, !is_gone) {
                 let detection = index;
-                pairs.push(CandidatePair {
+                found.pairs.push(CandidatePair {
                     detection,
                     item,
                     cost,
@@ -103,6 +102,28 @@ pub fn associate(
             }
         }
     }
+    found
+}
+
+/// Matches the detections `seen` in one picture to the items. `travelled` [m] is the belt's travel
+/// when an item was measured and when the picture was taken.
+pub fn associate(
+    items: &Items,
+    gate: AssociationGate,
+    seen: &[PlacedDetection],
+    travelled: impl Fn(f64) -> f64,
+) -> Association {
+    if seen.is_empty() {
+        return Association::default();
+    }
+    let mut matches: Vec<Match> = vec![Match::New; seen.len()];
+    let mut active = vec![true; seen.len()];
+    for i in 0..seen.len() {
+        if let Some(later) = repetition(gate, seen, i) {
+            (matches[i], active[i]) = (Match::Repeats(later), false);
+        }
+    }
+    let Candidates { pairs, near, shown } = candidates(items, gate, seen, &active, travelled);
     let doubled = gate.doubled();
     let way = |i: usize, j: usize| seen[i].way(seen[j].place, seen[j].y);
     let is_doubled = |i: usize| {
@@ -137,6 +158,17 @@ pub fn associate(
             matches[i] = Match::DoublesItem(*item);
         }
     }
+    let (overlooked, beside) = neighbours(near, &found);
+    Association {
+        matches,
+        overlooked,
+        beside,
+    }
+}
+
+/// What items near the detections are if the detections were `found` to show others: overlooked, or
+/// shown beside.
+fn neighbours(near: Vec<(usize, u32, bool)>, found: &[Option<u32>]) -> (Vec<(u32, u32)>, Vec<u32>) {
     let taken: HashSet<u32> = found.iter().flatten().copied().collect();
     let (mut overlooked, mut beside) = (Vec::new(), Vec::new());
     for (index, item, is_close) in near {
@@ -151,11 +183,7 @@ pub fn associate(
     beside.sort_unstable();
     beside.dedup();
     beside.retain(|item| overlooked.iter().all(|(_, other)| other != item));
-    Association {
-        matches,
-        overlooked,
-        beside,
-    }
+    (overlooked, beside)
 }
 
 /// The later detection of the same picture that repeats or corrects this one: it has the same id

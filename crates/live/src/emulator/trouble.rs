@@ -41,37 +41,41 @@ impl InjectedFaults {
     /// # Errors
     /// An invalid share or time, or a robot that the line does not have.
     pub fn check(&self, robots: usize) -> Result<()> {
-        for (flag, share) in [
-            ("--failing-grasps", self.grasp_failures),
-            ("--lost-acks", self.lost_acks),
-            ("--duplicates", self.duplicates),
-            ("--out-of-order", self.out_of_order),
+        for (setting, share) in [
+            ("'failing_grasps'", self.grasp_failures),
+            ("'lost_acks'", self.lost_acks),
+            ("'duplicates'", self.duplicates),
+            ("'out_of_order'", self.out_of_order),
         ] {
             if !(0.0..=1.0).contains(&share) {
                 let problem = format!("{} is not a valid share", shown_number(share));
-                return Err(Error::input(flag, problem, "give a share between 0 and 1"));
+                return Err(Error::input(
+                    setting,
+                    problem,
+                    "give a share between 0 and 1",
+                ));
             }
         }
         let (down_at, down) = self
             .robot_down
             .map_or((0.0, 0.0), |(_, at, time)| (at, time));
         let (stop_at, stop) = self.belt_stop.unwrap_or_default();
-        for (flag, time, most) in [
-            ("--jitter-ms", self.jitter, 10.0),
-            ("--robot-down", down_at, 1e6),
-            ("--robot-down", down, 1e6),
-            ("--belt-stop", stop_at, 1e6),
-            ("--belt-stop", stop, 1e6),
+        for (setting, time, most) in [
+            ("'jitter_ms'", self.jitter, 10.0),
+            ("'robot_down'", down_at, 1e6),
+            ("'robot_down'", down, 1e6),
+            ("'belt_stop'", stop_at, 1e6),
+            ("'belt_stop'", stop, 1e6),
         ] {
             if !(0.0..=most).contains(&time) {
                 let problem = format!("{} s is out of range", shown_number(time));
                 let cure = format!("give a time from 0 to {most} s");
-                return Err(Error::input(flag, problem, cure));
+                return Err(Error::input(setting, problem, cure));
             }
         }
         match self.robot_down {
             Some((robot, ..)) if robot >= robots => Err(Error::input(
-                "--robot-down",
+                "'robot_down'",
                 format!(
                     "there is no robot {} on a line with {robots} robots",
                     robot.saturating_add(1)

@@ -66,7 +66,7 @@ pub fn read(bytes: &[u8], expected: &Header) -> Result<JournalContents> {
         Error::input(
             "line 1",
             "is not the beginning of a journal",
-            "give a journal written by `pickline run --journal`, or a file that does not exist yet",
+            "give a journal that `pickline run` wrote with 'journal', or a file that does not exist yet",
         )
     })?;
     check(&header, expected)?;
@@ -138,7 +138,7 @@ fn check(header: &Header, expected: &Header) -> Result<()> {
         return other("station", &header.station, &expected.station, &cure);
     }
     if header.clock != expected.clock {
-        let cure = format!("give --clock {}, or {start_over}", shown(&header.clock));
+        let cure = format!("give 'clock' {}, or {start_over}", shown(&header.clock));
         return other("clock", &header.clock, &expected.clock, &cure);
     }
     Ok(())

@@ -108,7 +108,7 @@ pub struct Heading {
     pub station: String,
     /// Hash of the station.
     pub station_hash: String,
-    /// The value of `--strategy`.
+    /// The strategy, as it was given.
     pub strategy: String,
     /// Time budget for each decision of a look-ahead strategy [ms], if there was one.
     pub budget_ms: Option<f64>,

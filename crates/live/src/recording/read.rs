@@ -89,7 +89,7 @@ impl RecordingReader {
             state: None,
             first: None,
         };
-        let strange = "give a file written by `pickline run --record`";
+        let strange = "give a file that `pickline run` wrote with 'record'";
         let place = reader.name.clone();
         let wrong = |problem: String| Error::input(place.clone(), problem, strange);
         let (name, fields) = match reader.part() {
@@ -167,9 +167,36 @@ impl RecordingReader {
         }
     }
 
+    /// Where the reader is, for an error.
+    fn place(&self) -> String {
+        format!("{}, after message {}", self.name, self.entries)
+    }
+
+    fn damaged(&self, problem: &str) -> Error {
+        Error::input(self.place(), problem, "restore a copy of the file")
+    }
+
+    /// The error for a file that the parser cannot read on.
+    fn unreadable(&self, error: &McapError) -> Error {
+        if let McapError::UnsupportedCompression(name) = error {
+            let problem = format!(
+                "is an MCAP file whose chunks are compressed as `{}`; this program reads lz4 and \
+                 zstd",
+                shown(name)
+            );
+            let cure = "compress it with one of these, for example with `mcap compress`";
+            return Error::input(self.place(), problem, cure);
+        }
+        if matches!(error, McapError::BadMagic) || self.entries == 0 {
+            let problem = format!("is not an MCAP file: {error}");
+            let cure = "give a file that `pickline run` wrote with 'record'";
+            return Error::input(self.place(), problem, cure);
+        }
+        self.damaged(&format!("is damaged: {error}"))
+    }
+
     /// The next entry or metadata.
     fn part(&mut self) -> Result<Option<McapPart>> {
-        let at = |entries: u64, name: &str| format!("{name}, after message {entries}");
         loop {
             let event = match self.reader.next_event() {
                 None => {
@@ -182,42 +209,14 @@ impl RecordingReader {
                     self.ending = RecordingEnd::Torn;
                     return Ok(None);
                 }
-                Some(Err(McapError::UnsupportedCompression(name))) => {
-                    return Err(Error::input(
-                        at(self.entries, &self.name),
-                        format!(
-                            "is an MCAP file whose chunks are compressed as `{}`; this program \
-                             reads lz4 and zstd",
-                            shown(&name)
-                        ),
-                        "compress it with one of these, for example with `mcap compress`",
-                    ));
-                }
-                Some(Err(error)) => {
-                    let is_none = matches!(error, McapError::BadMagic) || self.entries == 0;
-                    let problem = if is_none {
-                        format!("is not an MCAP file: {error}")
-                    } else {
-                        format!("is damaged: {error}")
-                    };
-                    let cure = if is_none {
-                        "give a file written by `pickline run --record`"
-                    } else {
-                        "restore a copy of the file"
-                    };
-                    return Err(Error::input(at(self.entries, &self.name), problem, cure));
-                }
+                Some(Err(error)) => return Err(self.unreadable(&error)),
                 Some(Ok(event)) => event,
             };
             let record = match event {
                 LinearReadEvent::ReadRequest(need) => {
                     let read = self.file.read(self.reader.insert(need));
                     let read = read.map_err(|error| match error.kind() {
-                        ErrorKind::InvalidData => {
-                            let cure = "restore a copy of the file";
-                            let problem = format!("is damaged: {error}");
-                            Error::input(at(self.entries, &self.name), problem, cure)
-                        }
+                        ErrorKind::InvalidData => self.damaged(&format!("is damaged: {error}")),
                         _ => Error::read(Path::new(&self.name), error),
                     })?;
                     self.reader.notify_read(read);
@@ -225,10 +224,10 @@ impl RecordingReader {
                 }
                 LinearReadEvent::Record { opcode, data } => mcap::parse_record(opcode, data),
             };
-            let record = record.map_err(|error| {
-                let cure = "restore a copy of the file";
-                Error::input(at(self.entries, &self.name), error.to_string(), cure)
-            })?;
+            let record = match record {
+                Ok(record) => record,
+                Err(error) => return Err(self.damaged(&error.to_string())),
+            };
             match record {
                 Record::Header(header) => self.profile = header.profile,
                 Record::Channel(channel) => {
@@ -281,8 +280,8 @@ fn ros_bag(place: &str) -> Error {
     Error::input(
         place,
         "is a ROS bag, not a recording of pickline",
-        "give a file written by `pickline run --record`; to play a bag to a line, use `ros2 bag \
-         play` and `pickline run --ros2`",
+        "give a file that `pickline run` wrote with 'record'; to play a bag to a line, use `ros2 bag \
+         play` and `pickline run` with 'ros2'",
     )
 }
 
@@ -292,8 +291,8 @@ fn without_heading(place: &str) -> Error {
         place,
         "is an MCAP file with messages only: the station, strategy and settings at the start of a \
          recording are missing",
-        "give a file written by `pickline run --record`; to play the messages to a line, print \
-         those under /in/ as JSON, one per line, and pipe them to `pickline run --clock messages`",
+        "give a file that `pickline run` wrote with 'record'; to play the messages to a line, print \
+         those under /in/ as JSON, one per line, and pipe them to `pickline run` with 'clock' messages",
     )
 }
 
@@ -312,7 +311,7 @@ fn received(log_time: u64) -> f64 {
 /// A message as an entry; none for a topic that another program has added.
 fn entry(topic: &str, data: &[u8], log_time: u64) -> Result<Option<RecordingEntry>> {
     let wrong = |problem: String| {
-        let cure = "restore the file as `pickline run --record` wrote it";
+        let cure = "restore the file as `pickline run` wrote it";
         Error::input(topic, problem, cure)
     };
     if topic.starts_with("/in/") {

@@ -41,7 +41,7 @@ impl Recorder {
         let file = File::options().write(true).create_new(true).open(path);
         let file = file.map_err(|error| match error.kind() {
             ErrorKind::AlreadyExists => Error::input(
-                format!("--record {}", path.display()),
+                format!("'record' {}", path.display()),
                 "the file already exists, and a recording does not replace files",
                 "give another name, or move the file away",
             ),

@@ -7,6 +7,7 @@ mod offset;
 mod period;
 
 use super::protocol::{SourceKind, SourceReport};
+use crate::Setting;
 use offset::{Offset, StampJudgement};
 use period::Period;
 use std::collections::BTreeMap;
@@ -255,16 +256,19 @@ impl Sources {
                     pickline::error::rounded(period, 2)
                 )
             });
+            let sets = |setting: Setting| {
+                format!("{setting} S sets how long it may be silent, 0 for ever")
+            };
             let what = match kind {
-                SourceKind::Belt => {
-                    "no task is given until it is heard\n  check that the belt reports; \
-                     --belt-timeout S sets how long it may be silent, 0 for ever"
-                }
-                SourceKind::Robot => {
-                    "it gets no task until it is heard\n  check that it reports; --robot-timeout S \
-                     sets how long it may be silent, 0 for ever"
-                }
-                SourceKind::Camera => "normal if no items pass it",
+                SourceKind::Belt => format!(
+                    "no task is given until it is heard\n  check that the belt reports; {}",
+                    sets(Setting::BeltTimeout)
+                ),
+                SourceKind::Robot => format!(
+                    "it gets no task until it is heard\n  check that it reports; {}",
+                    sets(Setting::RobotTimeout)
+                ),
+                SourceKind::Camera => "normal if no items pass it".to_owned(),
             };
             remarks.push(format!(
                 "{named} has been silent for {silence} s{usual}: {what}"

@@ -55,13 +55,13 @@ pub enum Side {
     Station,
 }
 
-/// Listens at `address`, which was given with `flag`.
+/// Listens at `address`, which the setting `place` gives.
 ///
 /// # Errors
 /// The address is invalid, not of this machine, or in use.
-pub fn listen_at(flag: &str, address: &str) -> Result<TcpListener> {
+pub fn listen_at(place: &str, address: &str) -> Result<TcpListener> {
     TcpListener::bind(address).map_err(|error| {
         let cure = "give HOST:PORT of this machine with a free port, or port 0 for any";
-        Error::input(flag, format!("{}: {error}", shown(address)), cure)
+        Error::input(place, format!("{}: {error}", shown(address)), cure)
     })
 }

@@ -12,6 +12,7 @@ use super::origin::Origin;
 use super::peer::{Peer, PeerSocket, QUEUE_CAPACITY};
 use super::tls::{Stream, Tls};
 use super::{INBOX_CAPACITY, RETRY_INTERVAL};
+use crate::Setting;
 use crate::protocol::Message;
 use pickline::error::{Error, Result, shown};
 use std::net::SocketAddr;
@@ -90,7 +91,7 @@ impl Tcp {
             .map_err(|error| {
                 let cure = "close other programs that have files open";
                 Error::input(
-                    "--listen",
+                    "'listen'",
                     format!("cannot set up the network: {error}"),
                     cure,
                 )
@@ -286,7 +287,8 @@ impl Accepting {
             let trouble = match listener.accept().await {
                 Ok((stream, address)) if is_short(&stream) => Some(format!(
                     "{address} was turned away: this process is almost out of file descriptors; \
-                     allow more with `ulimit -n`, or fewer peers with --max-peers"
+                     allow more with `ulimit -n`, or fewer peers with {}",
+                    Setting::MaxPeers
                 )),
                 Ok((stream, address)) => {
                     self.take(stream, address, permit);

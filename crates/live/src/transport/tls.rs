@@ -73,14 +73,14 @@ mod with_rustls {
         pub fn listening(files: &TlsFiles) -> Result<Self> {
             let (Some(certificate), Some(key)) = (&files.certificate, &files.key) else {
                 return Err(Error::input(
-                    "--tls-cert",
+                    "'tls_cert'",
                     "the listening side needs a certificate and its key for TLS",
-                    "give --tls-cert and --tls-key; add --tls-ca to require certificates of peers",
+                    "give 'tls_cert' and 'tls_key'; add 'tls_ca' to require certificates of peers",
                 ));
             };
             let builder = ServerConfig::builder_with_provider(ring::default_provider().into())
                 .with_safe_default_protocol_versions()
-                .map_err(|error| unusable("--tls-cert", &error))?;
+                .map_err(|error| unusable("'tls_cert'", &error))?;
             let builder = match &files.authorities {
                 None => builder.with_no_client_auth(),
                 Some(file) => {
@@ -96,7 +96,7 @@ mod with_rustls {
             };
             let config = builder
                 .with_single_cert(certificates(certificate)?, private_key(key)?)
-                .map_err(|error| unusable("--tls-key", &error))?;
+                .map_err(|error| unusable("'tls_key'", &error))?;
             Ok(Self {
                 accepts: Some(TlsAcceptor::from(Arc::new(config))),
                 connects: None,
@@ -112,25 +112,25 @@ mod with_rustls {
         pub fn connecting(files: &TlsFiles) -> Result<Self> {
             let Some(authorities) = &files.authorities else {
                 return Err(Error::input(
-                    "--tls-ca",
+                    "'tls_ca'",
                     "the connecting side needs to know which certificates to trust",
-                    "give the certificate of the other side's authority with --tls-ca",
+                    "give the certificate of the other side's authority with 'tls_ca'",
                 ));
             };
             let builder = ClientConfig::builder_with_provider(ring::default_provider().into())
                 .with_safe_default_protocol_versions()
-                .map_err(|error| unusable("--tls-ca", &error))?
+                .map_err(|error| unusable("'tls_ca'", &error))?
                 .with_root_certificates(roots(authorities)?);
             let config = match (&files.certificate, &files.key) {
                 (None, None) => builder.with_no_client_auth(),
                 (Some(certificate), Some(key)) => builder
                     .with_client_auth_cert(certificates(certificate)?, private_key(key)?)
-                    .map_err(|error| unusable("--tls-key", &error))?,
+                    .map_err(|error| unusable("'tls_key'", &error))?,
                 _ => {
                     return Err(Error::input(
-                        "--tls-cert",
+                        "'tls_cert'",
                         "a certificate and its key belong together",
-                        "give both --tls-cert and --tls-key",
+                        "give both 'tls_cert' and 'tls_key'",
                     ));
                 }
             };
@@ -237,7 +237,7 @@ mod without {
         /// Always.
         pub fn listening(_: &TlsFiles) -> Result<Self> {
             Err(Error::input(
-                "--tls-cert",
+                "'tls_cert'",
                 "this program was built without TLS",
                 "build it with the feature `tls`",
             ))

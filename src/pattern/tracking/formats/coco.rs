@@ -108,7 +108,7 @@ pub(super) fn read(text: &str, name: &str, options: &ImportOptions) -> Result<Fi
             }
             _ => {
                 "give every detection an image_id that is its frame, and a bbox as given with \
-                 --boxes, or omit --boxes if it is [left, top, width, height]"
+                 'boxes', or omit 'boxes' if it is [left, top, width, height]"
             }
         },
     })

@@ -37,7 +37,7 @@ impl FromStr for Format {
         found.map(|(format, ..)| *format).ok_or_else(|| {
             let names = FORMATS.map(|(_, name, _)| name);
             let problem = format!("`{}` is not a known file format", shown(text));
-            Error::input("--as", problem, known_names(text, &names))
+            Error::usage("'format'", problem, known_names(text, &names))
         })
     }
 }

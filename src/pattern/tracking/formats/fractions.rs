@@ -43,7 +43,7 @@ pub(super) fn image_size(name: &str, options: &ImportOptions) -> Result<(f64, f6
         Error::input(
             name,
             "the boxes are fractions of the image size, which the file does not contain",
-            "give --image-size WIDTHxHEIGHT [px], for example --image-size 1280x720",
+            "give 'image_size' WIDTHxHEIGHT [px], for example 'image_size' 1280x720",
         )
     })
 }

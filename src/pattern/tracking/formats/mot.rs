@@ -190,14 +190,14 @@ pub(super) fn read(text: &str, name: &str, options: &ImportOptions) -> Result<Fi
         cure: match boxes {
             Boxes::Sizes => {
                 "give lines `frame,id,left,top,width,height,conf` with frames from 0 or 1, or one \
-                 of the other formats of `pickline pattern import tracks --help`"
+                 of the other formats of `pickline help pattern import tracks`"
             }
             Boxes::Corners => {
-                "omit --boxes corners if the boxes are left,top,width,height, or give \
+                "omit 'boxes' corners if the boxes are left,top,width,height, or give \
                  lines `frame,id,left,top,right,bottom,conf`"
             }
             Boxes::Centres => {
-                "omit --boxes centres if the boxes are left,top,width,height, or give \
+                "omit 'boxes' centres if the boxes are left,top,width,height, or give \
                  lines `frame,id,xc,yc,width,height,conf`"
             }
         },

@@ -23,7 +23,7 @@ pub(super) fn unread(text: &str) -> Option<(&'static str, &'static str)> {
         17 | 18 if numbers(0..2) && is_name(2) && numbers(3..17) => Some((
             "KITTI's tracking labels",
             "write lines `frame,id,left,top,width,height,conf`: columns 1 and 2, the corners in \
-             columns 7 to 10 (or give the corners and --boxes corners) and column 18",
+             columns 7 to 10 (or give the corners and 'boxes' corners) and column 18",
         )),
         15 | 16 if is_name(0) && numbers(1..15) => Some((
             "KITTI's object labels",

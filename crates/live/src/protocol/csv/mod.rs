@@ -34,7 +34,7 @@ pub fn check_station(station: &Station) -> Result<()> {
         let name = &robot.name;
         if name.len() > LONGEST_ROBOT || *name != fields::plain(name, LONGEST_ROBOT) {
             return Err(Error::input(
-                "--dialect",
+                "'dialect'",
                 format!(
                     "`{}` is not a valid robot name in the csv dialect",
                     shown(name)
@@ -49,7 +49,7 @@ pub fn check_station(station: &Station) -> Result<()> {
     let length = station.belt().length;
     if length > LONGEST_BELT {
         return Err(Error::input(
-            "--dialect",
+            "'dialect'",
             format!(
                 "a belt of {} m is too long for the csv dialect",
                 shown_number(length)

@@ -419,7 +419,7 @@ fn stations_fit_or_are_refused() {
     ] {
         let error = station(name, length).unwrap_err().to_string();
         assert!(
-            error.starts_with("--dialect: ") && error.contains("cure: "),
+            error.starts_with("'dialect': ") && error.contains("cure: "),
             "{error}"
         );
     }

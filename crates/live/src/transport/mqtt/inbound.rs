@@ -181,9 +181,9 @@ impl Inbound {
         }
         online.then(|| {
             TransportEvent::Failed(Error::input(
-                "--mqtt",
+                "'mqtt'",
                 format!("another node, `{other}`, is running under the same topics"),
-                "stop it, or give this node another --mqtt-prefix; if it has crashed, the broker \
+                "stop it, or give this node another 'mqtt_prefix'; if it has crashed, the broker \
                  notices within a minute",
             ))
         })

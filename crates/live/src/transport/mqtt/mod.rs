@@ -73,7 +73,7 @@ pub fn start(
         .build()
         .map_err(|error| {
             Error::resources(
-                "--mqtt",
+                "'mqtt'",
                 format!("cannot set up the network: {error}"),
                 "free some memory",
             )
@@ -142,10 +142,10 @@ fn options(settings: &MqttSettings, client: &str) -> Result<MqttOptions> {
 }
 
 fn transport(settings: &MqttSettings) -> Result<Transport> {
-    let machines = "give the authority's certificate with --mqtt-ca";
+    let machines = "give the authority's certificate with 'mqtt_ca'";
     let Some(authorities) = settings.authorities.clone() else {
         return Transport::try_tls_with_default_config()
-            .map_err(|error| Error::input("--mqtt", error.to_string(), machines));
+            .map_err(|error| Error::input("'mqtt'", error.to_string(), machines));
     };
     Ok(Transport::tls(
         authorities,

@@ -244,7 +244,7 @@ impl BrokerSession {
         };
         match notice.wait_completion_async().await {
             Err(SubscribeNoticeError::V5SubAckFailure(reasons)) => Err(Error::input(
-                "--mqtt-prefix",
+                "'mqtt_prefix'",
                 format!(
                     "{} refuses the subscriptions: {:?}",
                     self.broker, reasons[0]

@@ -12,7 +12,7 @@ pub fn refused(error: &rustls::Error, broker: &Broker) -> Error {
         rustls::Error::InvalidCertificate(reason) => certificate(reason, broker),
         rustls::Error::AlertReceived(alert) => alerted(*alert),
         rustls::Error::InvalidMessage(_) => (
-            "--mqtt",
+            "'mqtt'",
             "the server there does not speak TLS".to_owned(),
             format!(
                 "write mqtt://{}:{}, or give the port for TLS, usually 8883",
@@ -20,14 +20,14 @@ pub fn refused(error: &rustls::Error, broker: &Broker) -> Error {
             ),
         ),
         rustls::Error::PeerIncompatible(reason) => (
-            "--mqtt",
+            "'mqtt'",
             format!("the broker offers no current TLS version or cipher: {reason:?}"),
             "enable TLS 1.2 or 1.3 in the broker".to_owned(),
         ),
         other => (
-            "--mqtt",
+            "'mqtt'",
             other.to_string(),
-            "check the broker's certificate, and that --mqtt-ca, --mqtt-cert and --mqtt-key match \
+            "check the broker's certificate, and that 'mqtt_ca', 'mqtt_cert' and 'mqtt_key' match \
              the broker"
                 .to_owned(),
         ),
@@ -40,20 +40,20 @@ pub fn unusable(error: &TlsError, broker: &Broker) -> Error {
     let (place, cure) = match error {
         TlsError::TLS(error) => return refused(error, broker),
         TlsError::NoValidCertInChain => (
-            "--mqtt-ca",
+            "'mqtt_ca'",
             "give a PEM file with the certificate of the authority (-----BEGIN CERTIFICATE)",
         ),
         TlsError::NoValidClientCertInChain => (
-            "--mqtt-cert",
+            "'mqtt_cert'",
             "give a PEM file with the certificate of this client (-----BEGIN CERTIFICATE)",
         ),
         TlsError::NoValidKeyInChain => (
-            "--mqtt-key",
-            "give a PEM file with the private key of --mqtt-cert (-----BEGIN PRIVATE KEY)",
+            "'mqtt_key'",
+            "give a PEM file with the private key of 'mqtt_cert' (-----BEGIN PRIVATE KEY)",
         ),
         _ => (
-            "--mqtt",
-            "check the files of --mqtt-ca, --mqtt-cert and --mqtt-key",
+            "'mqtt'",
+            "check the files of 'mqtt_ca', 'mqtt_cert' and 'mqtt_key'",
         ),
     };
     Error::input(place, format!("no TLS with {broker}: {error}"), cure)
@@ -67,32 +67,32 @@ fn certificate(reason: &CertificateError, broker: &Broker) -> TlsProblem {
     let machine_clock = "or correct the clock of this machine, if it is wrong";
     match reason {
         CertificateError::UnknownIssuer => (
-            "--mqtt-ca",
+            "'mqtt_ca'",
             "its certificate is signed by an authority that is not trusted here, or self-signed"
                 .into(),
-            "give the certificate of that authority with --mqtt-ca; for a self-signed certificate, \
+            "give the certificate of that authority with 'mqtt_ca'; for a self-signed certificate, \
              give the certificate itself"
                 .into(),
         ),
         CertificateError::BadSignature => (
-            "--mqtt-ca",
-            "its certificate is not signed by the authority in --mqtt-ca, but by another one with \
+            "'mqtt_ca'",
+            "its certificate is not signed by the authority in 'mqtt_ca', but by another one with \
              the same name"
                 .into(),
             "give the certificate of the authority that signed the broker's".into(),
         ),
         CertificateError::Expired | CertificateError::ExpiredContext { .. } => (
-            "--mqtt",
+            "'mqtt'",
             "its certificate, or that of its authority, has expired".into(),
             format!("renew the broker's certificate, {machine_clock}"),
         ),
         CertificateError::NotValidYet | CertificateError::NotValidYetContext { .. } => (
-            "--mqtt",
+            "'mqtt'",
             "its certificate is not valid yet".into(),
             format!("wait until it is, {machine_clock}"),
         ),
         CertificateError::Revoked => (
-            "--mqtt",
+            "'mqtt'",
             "its certificate is revoked".into(),
             "give the broker another certificate".into(),
         ),
@@ -109,14 +109,14 @@ fn certificate(reason: &CertificateError, broker: &Broker) -> TlsProblem {
             if text.contains("CaUsedAsEndEntity") {
                 let problem = "its certificate is a CA certificate (basicConstraints CA:TRUE), \
                                which openssl creates by default for self-signed ones";
-                return ("--mqtt", problem.into(), own_certificate(&host));
+                return ("'mqtt'", problem.into(), own_certificate(&host));
             }
             if text.contains("UnsupportedCertVersion") {
                 let problem = "its certificate has X.509 version 1, which names no host";
-                return ("--mqtt", problem.into(), own_certificate(&host));
+                return ("'mqtt'", problem.into(), own_certificate(&host));
             }
             (
-                "--mqtt",
+                "'mqtt'",
                 format!("its certificate is not accepted: {other}"),
                 own_certificate(&host),
             )
@@ -126,10 +126,10 @@ fn certificate(reason: &CertificateError, broker: &Broker) -> TlsProblem {
 
 fn other_name(names: &str, host: &str) -> TlsProblem {
     (
-        "--mqtt",
+        "'mqtt'",
         format!("its certificate is for {names}, not for `{host}`"),
         format!(
-            "give --mqtt the host name that the certificate is for, or create one with \
+            "give 'mqtt' the host name that the certificate is for, or create one with \
              subjectAltName for `{host}`"
         ),
     )
@@ -148,7 +148,7 @@ fn own_certificate(host: &str) -> String {
         Err(_) => "DNS",
     };
     format!(
-        "create one for a server, and give it with --mqtt-ca: openssl req -x509 -newkey rsa:2048 \
+        "create one for a server, and give it with 'mqtt_ca': openssl req -x509 -newkey rsa:2048 \
          -nodes -keyout broker.key -out broker.pem -days 365 -subj /CN={host} -addext \
          subjectAltName={kind}:{host} -addext basicConstraints=critical,CA:FALSE"
     )
@@ -156,11 +156,11 @@ fn own_certificate(host: &str) -> String {
 
 /// Explains a TLS alert from the broker.
 fn alerted(alert: Alert) -> TlsProblem {
-    let own = "give a certificate that the broker trusts, and its key, with --mqtt-cert and \
-               --mqtt-key";
+    let own = "give a certificate that the broker trusts, and its key, with 'mqtt_cert' and \
+               'mqtt_key'";
     match alert {
         Alert::CertificateRequired => (
-            "--mqtt-cert",
+            "'mqtt_cert'",
             "the broker requires a client certificate".into(),
             own.into(),
         ),
@@ -172,28 +172,28 @@ fn alerted(alert: Alert) -> TlsProblem {
         | Alert::CertificateUnknown
         | Alert::DecryptError
         | Alert::AccessDenied => (
-            "--mqtt-cert",
+            "'mqtt_cert'",
             format!("the broker does not accept the client certificate ({alert:?})"),
             own.into(),
         ),
         // The alert of old brokers if a certificate is missing.
         Alert::HandshakeFailure => (
-            "--mqtt-cert",
+            "'mqtt_cert'",
             "the broker ends the handshake: it may require a client certificate".into(),
             own.into(),
         ),
         Alert::ProtocolVersion | Alert::InsufficientSecurity => (
-            "--mqtt",
+            "'mqtt'",
             "the broker does not accept TLS 1.2 or 1.3".into(),
             "enable TLS 1.2 or 1.3 in the broker".into(),
         ),
         Alert::UnrecognisedName => (
-            "--mqtt",
+            "'mqtt'",
             "the broker does not know this host name".into(),
             "give the host name that the broker's certificate is for".into(),
         ),
         other => (
-            "--mqtt",
+            "'mqtt'",
             format!("the broker ends the handshake: {other:?}"),
             "check the broker's log".into(),
         ),

@@ -53,7 +53,7 @@ impl MqttTopics {
             });
         }
         Err(Error::input(
-            "--mqtt-prefix",
+            "'mqtt_prefix'",
             format!("`{}` is not a valid topic prefix", shown(prefix)),
             "give words separated by /, without + and #, for example plant/line1",
         ))
@@ -152,7 +152,7 @@ mod tests {
     fn what_is_no_prefix_is_refused() {
         for prefix in ["", "/a", "a/", "a//b", "a+", "#", "$SYS", "a\nb"] {
             let error = MqttTopics::new(prefix).unwrap_err().to_string();
-            assert!(error.contains("--mqtt-prefix"), "{error}");
+            assert!(error.contains("'mqtt_prefix'"), "{error}");
         }
     }
 }

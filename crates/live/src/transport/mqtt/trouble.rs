@@ -12,7 +12,7 @@ use rumqttc::{ConnectionError, DisconnectReasonCode, StateError, TlsError};
 /// The error for a failure that a retry does not solve, because the settings are wrong.
 pub fn fatal(error: &ConnectionError, broker: &Broker) -> Option<Error> {
     use ConnectReturnCode as Code;
-    let input = |problem: String, cure: &str| Some(Error::input("--mqtt", problem, cure));
+    let input = |problem: String, cure: &str| Some(Error::input("'mqtt'", problem, cure));
     if let Some(trouble) = tls_trouble(error, broker) {
         return Some(trouble);
     }
@@ -34,8 +34,8 @@ pub fn fatal(error: &ConnectionError, broker: &Broker) -> Option<Error> {
                 Some(user) => format!("{broker} refuses user `{}` or its password", shown(user)),
                 None => format!("{broker} requires a user and password"),
             },
-            "give --mqtt-user, and the password in PICKLINE_MQTT_PASSWORD or with \
-             --mqtt-password-file",
+            "give 'mqtt_user', and the password in PICKLINE_MQTT_PASSWORD or with \
+             'mqtt_password_file'",
         ),
         Code::RefusedProtocolVersion | Code::UnsupportedProtocolVersion => input(
             format!("{broker} refuses MQTT 5"),
@@ -44,7 +44,7 @@ pub fn fatal(error: &ConnectionError, broker: &Broker) -> Option<Error> {
         Code::BadClientId | Code::ClientIdentifierNotValid => {
             let problem = format!("{broker} refuses this client id");
             Some(Error::input(
-                "--mqtt-client-id",
+                "'mqtt_client_id'",
                 problem,
                 "give another one",
             ))
@@ -65,7 +65,7 @@ pub fn taken_over(error: &ConnectionError, broker: &Broker) -> Option<Error> {
     .then(|| {
         let problem = format!("another client has connected to {broker} with the same client id");
         Error::input(
-            "--mqtt-client-id",
+            "'mqtt_client_id'",
             problem,
             "give every program a different one",
         )

@@ -1,4 +1,5 @@
-//! The URL of the broker.
+//! The URL of the broker. Read by hand: the crate `url` rewrites hosts and its errors name no cure, and
+//! `percent-encoding` lets a `%` without digits pass, which is most likely a password written as it is.
 
 use pickline::error::{Error, Result, nearest, shown};
 
@@ -42,8 +43,6 @@ impl Broker {
     /// # Errors
     /// The text is anything else. It is not quoted from where a password may begin.
     pub fn read(text: &str) -> Result<Self> {
-        const CURE: &str = "give mqtt://HOST:PORT, or mqtts://HOST:PORT for TLS";
-        let wrong = |problem: String| Error::input("--mqtt", problem, CURE);
         let Some((scheme, rest)) = text.split_once("://") else {
             return Err(wrong("this is not a URL: it has no ://".into()));
         };
@@ -63,32 +62,7 @@ impl Broker {
             Some((who, place)) => (Some(who), place),
             None => (None, rest),
         };
-        let place = place.strip_suffix('/').unwrap_or(place);
-        let (host, port) = match place.strip_prefix('[').and_then(|p| p.split_once(']')) {
-            Some((host, port)) => (
-                host,
-                port.strip_prefix(':').or(port.is_empty().then_some("")),
-            ),
-            None => match place.split_once(':') {
-                Some((host, port)) => (host, Some(port)),
-                None => (place, Some("")),
-            },
-        };
-        let allowed = |c: char| c.is_alphanumeric() || ".-_:%".contains(c);
-        if host.is_empty() || !host.chars().all(allowed) {
-            return Err(wrong(format!("`{}` is not a valid host", shown(host))));
-        }
-        let port = match port {
-            Some("") => Some(if tls { 8883 } else { 1883 }),
-            Some(port) => port.parse().ok().filter(|port| *port > 0),
-            None => None,
-        };
-        let Some(port) = port else {
-            return Err(wrong(format!(
-                "`{}` has no port from 1 to 65535",
-                shown(place)
-            )));
-        };
+        let (host, port) = host_and_port(place, if tls { 8883 } else { 1883 })?;
         let (user, password) = match who {
             None => (None, None),
             Some(who) => {
@@ -115,6 +89,42 @@ impl Broker {
             password,
         })
     }
+}
+
+fn wrong(problem: String) -> Error {
+    let cure = "give mqtt://HOST:PORT, or mqtts://HOST:PORT for TLS";
+    Error::input("'mqtt'", problem, cure)
+}
+
+/// The host and the port of `place`, the port being `usual` where none is given.
+fn host_and_port(place: &str, usual: u16) -> Result<(&str, u16)> {
+    let place = place.strip_suffix('/').unwrap_or(place);
+    let (host, port) = match place.strip_prefix('[').and_then(|p| p.split_once(']')) {
+        Some((host, port)) => (
+            host,
+            port.strip_prefix(':').or(port.is_empty().then_some("")),
+        ),
+        None => match place.split_once(':') {
+            Some((host, port)) => (host, Some(port)),
+            None => (place, Some("")),
+        },
+    };
+    let allowed = |c: char| c.is_alphanumeric() || ".-_:%".contains(c);
+    if host.is_empty() || !host.chars().all(allowed) {
+        return Err(wrong(format!("`{}` is not a valid host", shown(host))));
+    }
+    let port = match port {
+        Some("") => Some(usual),
+        Some(port) => port.parse().ok().filter(|port| *port > 0),
+        None => None,
+    };
+    let Some(port) = port else {
+        return Err(wrong(format!(
+            "`{}` has no port from 1 to 65535",
+            shown(place)
+        )));
+    };
+    Ok((host, port))
 }
 
 /// Decodes %XX.
@@ -185,7 +195,7 @@ mod tests {
         ] {
             let error = Broker::read(text).unwrap_err().to_string();
             assert!(
-                error.contains("--mqtt") && error.contains("cure: "),
+                error.contains("'mqtt'") && error.contains("cure: "),
                 "{error}"
             );
             assert!(

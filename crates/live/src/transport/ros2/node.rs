@@ -32,12 +32,23 @@ const DELIVERY_TIME: Duration = Duration::from_millis(500);
 /// Pause before retrying a failed reader.
 const READ_RETRY_DELAY: Duration = Duration::from_millis(10);
 
-/// Starts the node's threads.
-pub fn start(
-    number: u64,
-    settings: &Ros2Settings,
-    inbox: SyncSender<TransportEvent>,
-) -> Result<Peer> {
+/// The name of this program's node.
+fn node_name(side: Side) -> &'static str {
+    match side {
+        Side::Node => "pickline",
+        Side::Station => "pickline_station",
+    }
+}
+
+fn invalid_node(settings: &Ros2Settings, error: &str) -> Error {
+    let (namespace, name) = (shown(&settings.namespace), node_name(settings.side));
+    let problem = format!("{namespace}/{name} is not a valid node: {error}");
+    let cure = "give a namespace of letters, digits and underscores, for example /line1";
+    Error::input("'ros2_namespace'", problem, cure)
+}
+
+/// Joins the DDS domain and creates the node.
+fn create_node(settings: &Ros2Settings) -> Result<(Context, Node)> {
     let networks = settings.networks.clone();
     let participant = DomainParticipantBuilder::new(settings.domain)
         .with_only_networks(networks)
@@ -45,21 +56,10 @@ pub fn start(
         .map_err(|error| {
             let problem = format!("cannot start DDS in domain {}: {error}", settings.domain);
             let cure = "check the addresses and that the ports of the domain are free";
-            Error::input("--ros2", problem, cure)
+            Error::input("'ros2'", problem, cure)
         })?;
-    let name = match settings.side {
-        Side::Node => "pickline",
-        Side::Station => "pickline_station",
-    };
-    let failed = |error: String| {
-        let problem = format!(
-            "{}/{name} is not a valid node: {error}",
-            shown(&settings.namespace)
-        );
-        let cure = "give a namespace of letters, digits and underscores, for example /line1";
-        Error::input("--ros2-namespace", problem, cure)
-    };
-    let name = NodeName::new(&settings.namespace, name);
+    let failed = |error: String| invalid_node(settings, &error);
+    let name = NodeName::new(&settings.namespace, node_name(settings.side));
     let name = name.map_err(|error| failed(error.to_string()))?;
     let options = NodeOptions::new()
         .enable_rosout(false)
@@ -67,13 +67,24 @@ pub fn start(
     let context = Context::from_domain_participant(participant);
     let context = context.map_err(|error| failed(error.to_string()))?;
     let node = context.new_node(name, options);
-    let mut node = node.map_err(|error| failed(format!("{error:?}")))?;
+    let node = node.map_err(|error| failed(format!("{error:?}")))?;
+    Ok((context, node))
+}
+
+/// Starts the node's threads.
+pub fn start(
+    number: u64,
+    settings: &Ros2Settings,
+    inbox: SyncSender<TransportEvent>,
+) -> Result<Peer> {
+    let (context, mut node) = create_node(settings)?;
     let watch = NodeWatcher::new(&context, &settings.namespace);
     let mut topics = TopicFactory {
         node: &mut node,
         settings,
     };
-    let failed = |error: ros2_client::error::CreateError| failed(error.to_string());
+    let failed =
+        |error: ros2_client::error::CreateError| invalid_node(settings, &error.to_string());
     let publishers = Arc::new(topics.publishers().map_err(failed)?);
     let subscriptions = match settings.side {
         Side::Node => Subscriptions::Node(Box::new(topics.node_subscriptions().map_err(failed)?)),
@@ -84,7 +95,7 @@ pub fn start(
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_time()
         .build()
-        .map_err(|error| Error::resources("--ros2", error.to_string(), "free some memory"))?;
+        .map_err(|error| Error::resources("'ros2'", error.to_string(), "free some memory"))?;
     let up = Arc::new(AtomicBool::new(false));
     let listener = Listener {
         number,
@@ -143,9 +154,9 @@ fn publish_all(
 /// The error for a turn that no one ends.
 fn endless() -> Error {
     Error::input(
-        "--clock messages",
+        "'clock' messages",
         "no station that takes turns publishes on the topic `tick`",
-        "omit --clock messages, or let `pickline emulate --clock messages` play the station",
+        "omit 'clock' messages, or let `pickline emulate` with 'clock' messages play the station",
     )
 }
 
@@ -314,9 +325,9 @@ impl Listener {
             Precedence::Stay | Precedence::Wait => None,
             Precedence::Warn => Some(TransportEvent::Remark(problem)),
             Precedence::GiveWay => Some(TransportEvent::Failed(Error::input(
-                "--ros2",
+                "'ros2'",
                 problem,
-                "stop it, or give this node another --ros2-namespace",
+                "stop it, or give this node another 'ros2_namespace'",
             ))),
         }
     }

@@ -215,7 +215,7 @@ impl Publishers {
                 Outgoing::Status(status) => {
                     publish(&publishers.status, outgoing::status(status, frame))
                 }
-                // No topic carries it; `run` refuses --may-stop-belt over ROS 2.
+                // No topic carries it; a line over ROS 2 is not asked for them.
                 Outgoing::BeltRequest(_) => Ok(()),
                 Outgoing::Due(due) => {
                     publish(&publishers.due, outgoing::due(Some(due), published, frame))

@@ -1,6 +1,6 @@
 //! Restores the sending order of messages over all topics, one turn at a time.
 //!
-//! DDS keeps the order within a topic but not between topics. With `--clock messages` node and
+//! DDS keeps the order within a topic but not between topics. With message time node and
 //! station take turns. A turn ends with a message that gives its number of messages. Messages are
 //! held until the turn is complete and then passed on in the order of their publication times in
 //! DDS.

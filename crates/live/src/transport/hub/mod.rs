@@ -1,22 +1,26 @@
 //! The hub of all peers: which are connected, which message goes to which, and which are
 //! disconnected.
 
-use super::connection::Connection;
+mod hello;
+mod sending;
+
+use crate::Setting;
+use crate::protocol::{Hello, HelloAnswer, Incoming, Message, Rejected, Rejection};
+use crate::transport::connection::Connection;
 #[cfg(feature = "mqtt")]
-use super::mqtt;
-use super::peer::{Peer, QUEUE_CAPACITY};
+use crate::transport::mqtt;
+use crate::transport::peer::Peer;
 #[cfg(feature = "ros2")]
-use super::ros2;
-use super::tcp::{CLOSE_TIMEOUT, Tcp, WRITE_TIMEOUT};
-use super::{
+use crate::transport::ros2;
+use crate::transport::tcp::{CLOSE_TIMEOUT, Tcp, WRITE_TIMEOUT};
+use crate::transport::{
     Access, Dialect, Endpoint, INBOX_CAPACITY, Origin, RETRY_INTERVAL, Side, TransportEvent,
     listen_at, stream,
 };
-use crate::protocol::{Hello, HelloAnswer, Incoming, Message, Rejected, Rejection, Role};
-use pickline::error::{Error, Result, counted, known_names, shown};
+use pickline::error::{Error, Result, counted, shown};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::net::SocketAddr;
-use std::sync::mpsc::{Receiver, sync_channel};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
 
 /// A peer that has sent nothing for this time after connecting is treated as one without a hello.
@@ -73,7 +77,7 @@ pub struct Hub {
     address: Option<SocketAddr>,
     connects_to: Option<String>,
     /// Keeps the inbox open.
-    _sender: std::sync::mpsc::SyncSender<TransportEvent>,
+    _sender: SyncSender<TransportEvent>,
     is_stdio: bool,
 }
 
@@ -98,50 +102,56 @@ impl Hub {
             is_stdio: matches!(place, Endpoint::Stdio),
             terms,
         };
-        match place {
+        hub.start(place, sender)?;
+        Ok(hub)
+    }
+
+    /// Starts the peer or the thread of connections at `endpoint`.
+    fn start(&mut self, endpoint: &Endpoint, sender: SyncSender<TransportEvent>) -> Result<()> {
+        match endpoint {
             Endpoint::Stdio => {
                 let peer = stream::start(
                     0,
                     std::io::stdin(),
                     std::io::stdout(),
-                    hub.terms.dialect,
+                    self.terms.dialect,
                     sender,
                 );
-                hub.peers.insert(0, peer);
+                self.peers.insert(0, peer);
             }
             Endpoint::Listen(address) => {
-                let listener = listen_at("--listen", address)?;
-                hub.address = listener.local_addr().ok();
-                let tcp = Tcp::start(sender, hub.terms.access.tls.clone(), hub.terms.dialect)?;
+                let listener = listen_at("'listen'", address)?;
+                self.address = listener.local_addr().ok();
+                let tcp = Tcp::start(sender, self.terms.access.tls.clone(), self.terms.dialect)?;
                 tcp.listen(listener).map_err(|error| {
                     let cure = "try again";
-                    Error::input("--listen", format!("{}: {error}", shown(address)), cure)
+                    Error::input("'listen'", format!("{}: {error}", shown(address)), cure)
                 })?;
-                hub.tcp = Some(tcp);
+                self.tcp = Some(tcp);
             }
             Endpoint::Connect(address) => {
                 if std::net::ToSocketAddrs::to_socket_addrs(address.as_str()).is_err() {
                     let problem = format!("`{}` is not a valid address", shown(address));
                     let cure = "give HOST:PORT, for example 127.0.0.1:7400";
-                    return Err(Error::input("--connect", problem, cure));
+                    return Err(Error::input("'connect'", problem, cure));
                 }
-                let tcp = Tcp::start(sender, hub.terms.access.tls.clone(), hub.terms.dialect)?;
+                let tcp = Tcp::start(sender, self.terms.access.tls.clone(), self.terms.dialect)?;
                 tcp.connect(address.clone(), Duration::ZERO);
-                hub.connects_to = Some(address.clone());
-                hub.tcp = Some(tcp);
+                self.connects_to = Some(address.clone());
+                self.tcp = Some(tcp);
             }
             #[cfg(feature = "mqtt")]
             Endpoint::Mqtt(settings) => {
-                let peer = mqtt::start(hub.next, settings, sender)?;
-                hub.keep(peer);
+                let peer = mqtt::start(self.next, settings, sender)?;
+                self.keep(peer);
             }
             #[cfg(feature = "ros2")]
             Endpoint::Ros2(settings) => {
-                let peer = ros2::start(hub.next, settings, sender)?;
-                hub.keep(peer);
+                let peer = ros2::start(self.next, settings, sender)?;
+                self.keep(peer);
             }
         }
-        Ok(hub)
+        Ok(())
     }
 
     fn keep(&mut self, peer: Peer) -> u64 {
@@ -242,8 +252,9 @@ impl Hub {
             let there = counted(count, "peer");
             let address = connection.address.map(|at| at.to_string());
             self.remarks.push_back(format!(
-                "{} was turned away: {there} are connected, and --max-peers allows no more",
-                address.unwrap_or_default()
+                "{} was turned away: {there} are connected, and {} allows no more",
+                address.unwrap_or_default(),
+                Setting::MaxPeers
             ));
             let reason = format!("{there} are connected, and no more are allowed");
             tcp.reject(connection, &refusal(&reason));
@@ -286,127 +297,6 @@ impl Hub {
                 }
             }
         }
-    }
-
-    /// Handles the hello of a peer.
-    pub fn handle_hello(&mut self, number: u64, hello: Hello) -> HelloOutcome {
-        let refused = match self.check_hello(number, &hello) {
-            Ok(robots) => {
-                let spoken = self.accept(number, hello, robots);
-                return HelloOutcome::Accepted(spoken);
-            }
-            Err(reason) => reason,
-        };
-        self.refuse_hello(number, &refused);
-        HelloOutcome::Refused(refused)
-    }
-
-    /// Answers a refused hello, and ends the connection if that is possible.
-    fn refuse_hello(&mut self, number: u64, reason: &str) {
-        if let Some(peer) = self.peers.get_mut(&number) {
-            if peer.is_on_socket() {
-                self.dismiss(number, reason);
-            } else {
-                peer.try_send(refusal(reason), true);
-            }
-        }
-    }
-
-    fn check_hello(
-        &self,
-        number: u64,
-        hello: &Hello,
-    ) -> std::result::Result<BTreeSet<usize>, String> {
-        let on_socket = self.peers.get(&number).is_some_and(Peer::is_on_socket);
-        let asked = on_socket && self.needs_token();
-        if let Some(token) = self.terms.access.token.as_ref().filter(|_| asked) {
-            match &hello.token {
-                None => return Err("its hello has no token".into()),
-                Some(given) if !token.is(given) => return Err("its token is wrong".into()),
-                Some(_) => {}
-            }
-        }
-        let names = &self.terms.robots;
-        let robots = hello.robots.iter().map(|robot| {
-            let place = names.iter().position(|name| name == robot);
-            place.ok_or_else(|| {
-                let known: Vec<&str> = names.iter().map(String::as_str).collect();
-                let cure = known_names(&shown(robot), &known);
-                format!("there is no robot `{}`; {cure}", shown(robot))
-            })
-        });
-        let robots = robots.collect::<std::result::Result<BTreeSet<usize>, String>>()?;
-        self.check_owners(number, hello, &robots)?;
-        Ok(robots)
-    }
-
-    /// Checks that each robot has one peer at a time. Two peers would get the same tasks and both
-    /// carry them out.
-    fn check_owners(
-        &self,
-        number: u64,
-        hello: &Hello,
-        robots: &BTreeSet<usize>,
-    ) -> std::result::Result<(), String> {
-        if hello.role != Role::Robot {
-            return Ok(());
-        }
-        let others = self.peers.iter().filter(|(other, peer)| {
-            let is_other = **other != number && peer.identity.name() != Some(&hello.name);
-            is_other && peer.is_up() && peer.identity.role() == Some(Role::Robot)
-        });
-        for (_, peer) in others {
-            if let Some(robot) = robots.iter().find(|r| peer.identity.speaks_for(**r)) {
-                let robot = shown(&self.terms.robots[*robot]);
-                let title = peer.title();
-                return Err(format!("{title} already speaks for `{robot}`"));
-            }
-        }
-        Ok(())
-    }
-
-    fn accept(&mut self, number: u64, hello: Hello, robots: BTreeSet<usize>) -> Vec<usize> {
-        if hello.role == Role::Robot {
-            self.owned.extend(&robots);
-            // The robot has reconnected before its old connection was noticed as dead.
-            let same = self.peers.iter().filter(|(other, peer)| {
-                let is_same = peer.identity.role() == Some(Role::Robot)
-                    && peer.identity.name() == Some(&hello.name);
-                **other != number && is_same && peer.is_on_socket()
-            });
-            let same = same.filter(|(_, peer)| robots.iter().any(|r| peer.identity.speaks_for(*r)));
-            let same: Vec<u64> = same.map(|(other, _)| *other).collect();
-            for other in same {
-                self.dismiss(other, "it has sent a hello over another connection");
-            }
-        }
-        let Some(peer) = self.peers.get_mut(&number) else {
-            return Vec::new();
-        };
-        let before: Vec<usize> = peer.identity.robots().collect();
-        let new = robots.iter().copied().filter(|r| !before.contains(r));
-        let new: Vec<usize> = new.collect();
-        peer.identity.greet(hello, robots);
-        (peer.has_spoken, peer.refused) = (true, 0);
-        let kept = peer.identify();
-        let answer = HelloAnswer {
-            accepted: true,
-            reason: None,
-            robots: self.terms.robots.clone(),
-        };
-        // The answer goes before anything else.
-        let answer = Message::from(answer);
-        for message in std::iter::once(answer).chain(kept) {
-            let robot = robot_of(&message, &self.terms.robots);
-            if peer.identity.gets(&message, robot) {
-                if self.terms.waits {
-                    peer.send(message);
-                } else {
-                    peer.try_send(message, true);
-                }
-            }
-        }
-        new
     }
 
     /// Checks that the peer of `origin` may send `message`, which is from `robot` if from any.
@@ -557,121 +447,6 @@ impl Hub {
         }
         if let (Some(tcp), Some(address)) = (&self.tcp, &self.connects_to) {
             tcp.connect(address.clone(), RETRY_INTERVAL);
-        }
-    }
-
-    /// Sends a message to all peers that should get it, waiting for space in their queues.
-    pub fn send(&mut self, message: impl Into<Message>) {
-        let message = message.into();
-        let robot = robot_of(&message, &self.terms.robots);
-        for peer in self.peers.values_mut() {
-            if peer.identity.gets(&message, robot) {
-                peer.send(message.clone());
-            }
-        }
-    }
-
-    /// Sends a message to all peers that should get it, without waiting. Returns remarks about the
-    /// peers that lagged behind and were disconnected. A message that does not matter is dropped
-    /// for peers without space.
-    pub fn try_send(&mut self, message: impl Into<Message>, matters: bool) -> Vec<String> {
-        let message = message.into();
-        let robot = robot_of(&message, &self.terms.robots);
-        let mut slow = Vec::new();
-        for peer in self.peers.values_mut() {
-            if peer.identity.gets(&message, robot) && !peer.try_send(message.clone(), matters) {
-                slow.push(peer.title());
-                peer.disconnect();
-            }
-        }
-        slow
-    }
-
-    /// Sends a message to one peer only.
-    pub fn send_to(&mut self, number: u64, message: impl Into<Message>) {
-        let message = message.into();
-        let robot = robot_of(&message, &self.terms.robots);
-        let Some(peer) = self.peers.get_mut(&number) else {
-            return;
-        };
-        if !peer.identity.gets(&message, robot) {
-            return;
-        }
-        if self.terms.waits {
-            peer.send(message);
-        } else if !peer.try_send(message, true) {
-            peer.disconnect();
-        }
-    }
-
-    /// Number of messages in the longest queue.
-    pub fn queued(&self) -> usize {
-        self.peers.values().map(Peer::queued).max().unwrap_or(0)
-    }
-
-    /// Whether any queue is full.
-    pub fn is_full(&self) -> bool {
-        self.queued() >= QUEUE_CAPACITY
-    }
-
-    /// Whether any queue is more than half full, so that only necessary messages should be added.
-    pub fn is_half_full(&self) -> bool {
-        self.peers.values().any(Peer::is_half_full)
-    }
-
-    /// The robots that should get no task now, because no peer can deliver it or the peer that
-    /// speaks for them lags behind. Other peers cannot hold them up.
-    pub fn held(&self) -> Vec<usize> {
-        let robots = 0..self.terms.robots.len();
-        robots.filter(|robot| self.is_held(*robot)).collect()
-    }
-
-    fn is_held(&self, robot: usize) -> bool {
-        let is_owned = self.owned.contains(&robot);
-        let needs_token = self.needs_token();
-        let mut is_carried = false;
-        for peer in self.peers.values().filter(|peer| peer.is_up()) {
-            let is_stranger = needs_token && peer.is_on_socket() && !peer.identity.has_greeted();
-            if is_stranger || !peer.identity.carries(robot, is_owned) {
-                continue;
-            }
-            let keeps_up = !peer.is_half_full();
-            if !keeps_up && peer.identity.speaks_for(robot) {
-                return true;
-            }
-            is_carried |= keeps_up;
-        }
-        !is_carried
-    }
-
-    /// Ends all streams to the peers once everything is written. The peers may keep sending.
-    pub fn finish_writing(&mut self) {
-        self.peers.values_mut().for_each(Peer::finish_writing);
-    }
-
-    /// Writes the remaining messages and closes all connections, within `timeout`.
-    ///
-    /// # Errors
-    /// A write has failed, if that is known by then.
-    pub fn close(mut self, timeout: Duration) -> Result<()> {
-        let needs_token = self.needs_token();
-        let unknown = self.peers.iter();
-        let unknown = unknown.filter(|(_, peer)| !needs_token && peer.unknown_for().is_some());
-        let unknown: Vec<u64> = unknown.map(|(number, _)| *number).collect();
-        for number in unknown {
-            self.release(number);
-        }
-        let until = Instant::now() + timeout;
-        for (_, peer) in std::mem::take(&mut self.peers) {
-            peer.close(until.saturating_duration_since(Instant::now()));
-        }
-        let mut left = self.inbox.try_iter();
-        match left.find_map(|heard| match heard {
-            TransportEvent::Failed(error) => Some(error),
-            _ => None,
-        }) {
-            Some(error) => Err(error),
-            None => Ok(()),
         }
     }
 }

@@ -1,123 +1,71 @@
-//! What a run of the live node keeps on disk: its journal and its recording.
+//! What a node keeps on disk: its journal and its recording.
 
-use super::args::RunArgs;
 #[cfg(feature = "mcap")]
-use super::live::NodeClock;
-use super::live::unix_now;
+use super::clock::NodeClock;
+use super::clock::unix_now;
+use super::monitor::{NodeMonitor, Severity};
+use super::options::NodeOptions;
+use crate::journal::{Journal, OpenedJournal, Owner, lock_of};
+use crate::protocol::{Incoming, Outgoing};
+use crate::recording::RecordedEvent;
 #[cfg(feature = "mcap")]
-use super::log::{Level, Log};
-use super::session::Session;
+use crate::recording::{Heading, Recorder};
+use crate::{ClockKind, Controller};
 use pickline::decision::Strategy;
 use pickline::error::Result;
-use pickline::files;
-use pickline::station::Station;
-use pickline::strategies::policy_file;
-use pickline_live::journal::{Journal, OpenedJournal, Owner, lock_of};
-use pickline_live::protocol::{Incoming, Outgoing};
-use pickline_live::recording::RecordedEvent;
-#[cfg(feature = "mcap")]
-use pickline_live::recording::{Heading, Recorder};
-use pickline_live::{ClockKind, Config, Controller};
-use pickline_report::station_hash;
+use pickline::station::{Station, station_hash};
 use std::path::{Path, PathBuf};
-#[cfg(feature = "mcap")]
-use std::sync::Arc;
-
-/// The program's name and version, as recorded.
-const PROGRAM: &str = concat!("pickline ", env!("CARGO_PKG_VERSION"));
 
 /// Maximum number of silent steps (steps without output) combined into one record.
 const TOGETHER: u32 = 64;
 
 /// The journal and recording of a run.
 #[derive(Default)]
-pub struct Kept {
+pub struct KeptFiles {
     /// Files that this run created.
     created: Vec<PathBuf>,
     journal: Option<Journal>,
     /// Silent steps since the last record.
     unsaid: u32,
     #[cfg(feature = "mcap")]
-    recording: Recording,
+    recording: RunRecording,
 }
 
 /// A recording, which must not stop the line: if writing fails, the recording ends. The error
-/// is logged at once and returned at the end.
+/// is remarked at once and returned at the end.
 #[cfg(feature = "mcap")]
 #[derive(Default)]
-struct Recording {
+struct RunRecording {
     /// The clock for log times, which never go back.
     clock: NodeClock,
     recorder: Option<Recorder>,
     failure: Option<pickline::error::Error>,
-    /// Where a failure is logged.
-    log: Option<Arc<Log>>,
+    /// The failure as a remark that was not made yet.
+    remark: Option<String>,
 }
 
-/// Checks, before the work begins, that the journal and the recording can be written and are
-/// not input files. Existing content is checked when they are opened: a journal must belong
-/// to this line, and a recording must not replace a file.
-///
-/// # Errors
-/// A file that cannot be written, or that is used twice.
-pub fn check(args: &RunArgs) -> Result<()> {
-    let read = [
-        args.station.file(),
-        ("--strategy", args.strategy.as_deref().and_then(policy_file)),
-    ];
-    #[cfg(feature = "mcap")]
-    let record = args.kept.record.as_deref();
-    #[cfg(not(feature = "mcap"))]
-    let record = None;
-    let written = [
-        ("--journal", args.kept.journal.as_deref()),
-        ("--record", record),
-    ];
-    for file in written.iter().filter_map(|(_, file)| *file) {
-        files::check_target(file)?;
-        files::try_target(file)?;
-    }
-    files::check_apart(&read, &written)
-}
-
-impl Kept {
+impl KeptFiles {
     /// Opens the journal and the recording, and creates the controller, which resumes where
-    /// the journal ends if there is one. `strategy` is its text and the strategy itself.
+    /// the journal ends if there is one.
     ///
     /// # Errors
     /// As for [`OpenedJournal::open`], [`Controller::restore`] and [`Recorder::create`].
     pub fn open(
-        args: &RunArgs,
-        session: &Session,
+        options: &NodeOptions,
         station: Station,
-        strategy: (&str, Box<dyn Strategy>),
-        config: Config,
+        strategy: Box<dyn Strategy>,
+        monitor: &mut dyn NodeMonitor,
     ) -> Result<(Controller, Self)> {
+        let config = options.config.clone();
         #[cfg(feature = "mcap")]
-        let mut heading = Heading {
-            program: PROGRAM.into(),
-            command: session.command(),
-            station: pickline::station::to_toml(&station),
-            station_hash: station_hash(&station),
-            strategy: strategy.0.to_owned(),
-            budget_ms: args.budget_ms,
-            seed: args.seed,
-            ..Heading::of(&config)
-        };
-        #[cfg(not(feature = "mcap"))]
-        let _ = session;
+        let mut heading = heading(options, &station);
         let owner = Owner {
             station: station_hash(&station),
             clock: config.clock,
-            program: PROGRAM.into(),
+            program: options.origin.program.clone(),
         };
-        let path = args.kept.journal.as_deref();
-        let lock = path.map(lock_of);
-        let created = path.into_iter().chain(lock.as_deref());
-        let created = created
-            .filter(|file| file.symlink_metadata().is_err())
-            .map(Path::to_owned);
-        let mut created: Vec<PathBuf> = created.collect();
+        let path = options.journal.as_deref();
+        let created = created_by(path);
         let mut found = path
             .map(|path| OpenedJournal::open(path, &owner))
             .transpose()?;
@@ -127,32 +75,31 @@ impl Kept {
         let mut controller = match (reading, path) {
             (Some(reading), Some(path)) => {
                 let name = path.display().to_string();
-                let made = Controller::restore(station, strategy.1, config, reading.state, stamp);
+                let made = Controller::restore(station, strategy, config, reading.state, stamp);
                 let controller = made.map_err(|error| error.inside(&name))?;
-                args.transport
-                    .remark(&resuming(path, reading.torn, &controller));
+                let text = resuming(path, reading.torn, &controller);
+                monitor.remark(Severity::Info, None, &text);
                 controller
             }
             _ => {
                 if let Some(path) = path.filter(|_| found.as_ref().is_some_and(|f| f.is_empty)) {
-                    args.transport.remark(&starting_over(path));
+                    monitor.remark(Severity::Info, None, &starting_over(path));
                 }
-                Controller::new(station, strategy.1, config)
+                Controller::new(station, strategy, config)
             }
         };
         let mut kept = Self::default();
         #[cfg(feature = "mcap")]
-        if let Some(path) = &args.kept.record {
+        if let Some(path) = &options.record {
             heading.restored_at = stamp;
             let state = is_restored.then(|| controller.whole());
             let recorder = Recorder::create(path, &heading, state.as_ref())?;
             kept.recording.recorder = Some(recorder);
-            kept.recording.log = Some(Arc::clone(args.transport.log()));
             // A recording never replaces a file.
             kept.created.push(path.clone());
         }
         if let Some(found) = found {
-            match found.begin(&controller.whole(), args.kept.fsync) {
+            match found.begin(&controller.whole(), options.sync) {
                 Ok(journal) => kept.journal = Some(journal),
                 Err(error) => {
                     kept.discard();
@@ -160,7 +107,7 @@ impl Kept {
                 }
             }
         }
-        kept.created.append(&mut created);
+        kept.created.extend(created);
         Ok((controller, kept))
     }
 
@@ -211,7 +158,7 @@ impl Kept {
 }
 
 #[cfg(feature = "mcap")]
-impl Kept {
+impl KeptFiles {
     /// Records a message received at `received` [s since 1970].
     pub fn heard(&mut self, message: &Incoming, received: f64) {
         self.recording
@@ -235,6 +182,11 @@ impl Kept {
         self.recording.go_on(|recorder, now| recorder.flush(now));
     }
 
+    /// What went wrong with the recording since the last call, if anything.
+    pub fn take_remark(&mut self) -> Option<String> {
+        self.recording.remark.take()
+    }
+
     /// Ends the recording.
     ///
     /// # Errors
@@ -248,15 +200,12 @@ impl Kept {
 }
 
 #[cfg(feature = "mcap")]
-impl Recording {
+impl RunRecording {
     fn go_on(&mut self, write: impl FnOnce(&mut Recorder, f64) -> Result<()>) {
         if let Some(recorder) = &mut self.recorder
             && let Err(error) = write(recorder, self.clock.read().stamp)
         {
-            let text = format!("the recording has stopped: {error}");
-            if let Some(log) = &self.log {
-                log.say(Level::Error, &text, &text);
-            }
+            self.remark = Some(format!("the recording has stopped: {error}"));
             self.failure = Some(error);
             self.recorder = None;
         }
@@ -265,7 +214,7 @@ impl Recording {
 
 /// Stubs for a build without recordings.
 #[cfg(not(feature = "mcap"))]
-impl Kept {
+impl KeptFiles {
     pub fn heard(&mut self, _: &Incoming, _: f64) {}
 
     pub fn said(&mut self, _: &Outgoing) {}
@@ -274,8 +223,36 @@ impl Kept {
 
     fn flush(&mut self) {}
 
+    pub fn take_remark(&mut self) -> Option<String> {
+        None
+    }
+
     pub fn finish(self) -> Result<()> {
         Ok(())
+    }
+}
+
+/// The journal and its lock, as far as they do not exist yet.
+fn created_by(journal: Option<&Path>) -> Vec<PathBuf> {
+    let lock = journal.map(lock_of);
+    let files = journal.into_iter().chain(lock.as_deref());
+    let missing = files.filter(|file| file.symlink_metadata().is_err());
+    missing.map(Path::to_owned).collect()
+}
+
+/// The settings of the run, as recorded.
+#[cfg(feature = "mcap")]
+fn heading(options: &NodeOptions, station: &Station) -> Heading {
+    let origin = &options.origin;
+    Heading {
+        program: origin.program.clone(),
+        command: origin.command.clone(),
+        station: pickline::station::to_toml(station),
+        station_hash: station_hash(station),
+        strategy: origin.strategy.clone(),
+        budget_ms: origin.budget_ms,
+        seed: origin.seed,
+        ..Heading::of(&options.config)
     }
 }
 
@@ -303,28 +280,24 @@ fn resuming(path: &Path, torn: usize, controller: &Controller) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Unwatched;
     use super::*;
-    use crate::args::{Cli, Command};
-    use clap::Parser as _;
+    use pickline::strategies::{default_strategy, read_alone};
 
     #[test]
     fn a_journal_is_synced_where_that_is_asked_for() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("line.journal");
-        let journal = path.to_str().unwrap();
-        let flags = ["pickline", "run", "-q", "--journal", journal, "--fsync"];
-        for (count, expected) in [(flags.len() - 1, false), (flags.len(), true)] {
-            let Command::Run(args) = Cli::try_parse_from(&flags[..count]).unwrap().command else {
-                unreachable!();
-            };
-            let station = args.station.resolve().unwrap();
-            let text = pickline::strategies::default_strategy(station.robots().len());
-            let strategy = pickline::strategies::read_alone(&text, station.robots().len());
-            let strategy = (text.as_str(), strategy.unwrap().make());
-            let session = Session::new(Vec::new());
-            let config = Config::default();
-            let (_, kept) = Kept::open(&args, &session, station, strategy, config).unwrap();
-            assert_eq!(kept.journal.unwrap().is_synced(), expected);
+        let station = pickline::station::built_in("paper").unwrap();
+        let station = station.station(None).unwrap();
+        let robots = station.robots().len();
+        for sync in [false, true] {
+            let strategy = read_alone(&default_strategy(robots), robots)
+                .unwrap()
+                .make();
+            let journal = folder.path().join(format!("{sync}.journal"));
+            let options = NodeOptions::default().with_journal(journal, sync);
+            let opened = KeptFiles::open(&options, station.clone(), strategy, &mut Unwatched);
+            assert_eq!(opened.unwrap().1.journal.unwrap().is_synced(), sync);
         }
     }
 }

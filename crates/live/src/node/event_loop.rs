@@ -1,20 +1,18 @@
-//! The main loop of `pickline run`: peers, controller, journal, recording and dashboard.
+//! The main loop of a node: peers, controller, journal and recording.
 
-use super::args::TransportArgs;
-use super::dashboard::Screen;
-use super::kept::Kept;
-use super::live::{BREATH, GLANCE, NodeClock, until};
-use super::log::Level;
-use super::notify::Notify;
-use pickline::error::Result;
-use pickline::plausible::Warning;
-use pickline_live::layout;
-use pickline_live::protocol::{
+use super::clock::{CLOSE_TIMEOUT, NodeClock, POLL_INTERVAL, ROOM_INTERVAL, until};
+use super::kept::KeptFiles;
+use super::monitor::{NodeMonitor, NodeSummary, Severity};
+use super::options::NodeOptions;
+use crate::layout;
+use crate::protocol::{
     Hello, Incoming, Message, Outgoing, PeerMessage, Rejected, Rejection, decode_said,
 };
-use pickline_live::recording::{RecordedEvent, whole_microseconds};
-use pickline_live::transport::{HelloOutcome, Hub, Origin, TransportEvent};
-use pickline_live::{ClockKind, ClockReading, Controller, HandledAs};
+use crate::recording::{RecordedEvent, whole_microseconds};
+use crate::transport::{HelloOutcome, Hub, Origin, TransportEvent};
+use crate::{ClockKind, ClockReading, Controller, HandledAs};
+use pickline::error::Result;
+use pickline::plausible::Warning;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
@@ -22,46 +20,71 @@ use std::time::Duration;
 /// Maximum number of messages handled before checking again what is due.
 const AT_ONCE: usize = 64;
 
-/// The controller with its peers, journal, recording and dashboard.
-pub struct Node<'a> {
-    /// Makes the decisions.
-    pub controller: Controller,
-    /// The connections to the peers.
-    pub hub: Hub,
-    /// The clock of the line.
-    pub clock: NodeClock,
+/// The controller with its peers, files and monitor.
+pub(super) struct EventLoop<'a> {
+    controller: Controller,
+    hub: Hub,
+    clock: NodeClock,
     /// How far the machine's clock was ahead of `clock` at the last step, after being set [s].
-    pub ahead: f64,
-    /// The journal and the recording.
-    pub kept: Kept,
-    /// The service manager, which expects keep-alives.
-    pub notify: Notify,
-    /// The dashboard.
-    pub screen: Screen,
-    /// The transport settings, which also decide about remarks.
-    pub transport: &'a TransportArgs,
-    /// Number of peers that may still send messages.
-    pub talking: usize,
-    /// The origin of the message that the controller is holding back, if any.
-    pub held_back: Option<Origin>,
+    ahead: f64,
+    kept: KeptFiles,
+    monitor: &'a mut dyn NodeMonitor,
+    clock_kind: ClockKind,
     /// Time between two statuses with the system clock [s]; 0 means none.
-    pub status_every: f64,
+    status_every: f64,
+    /// Number of peers that may still send messages.
+    talking: usize,
+    /// The origin of the message that the controller is holding back, if any.
+    held_back: Option<Origin>,
 }
 
-impl Node<'_> {
-    /// Runs the line until `stop` is set or no peer has more to send, then reports the final
-    /// status.
+impl<'a> EventLoop<'a> {
+    /// A loop that has not begun.
+    pub fn new(
+        controller: Controller,
+        hub: Hub,
+        kept: KeptFiles,
+        monitor: &'a mut dyn NodeMonitor,
+        options: &NodeOptions,
+    ) -> Self {
+        Self {
+            controller,
+            hub,
+            clock: NodeClock::start(),
+            ahead: 0.0,
+            kept,
+            monitor,
+            clock_kind: options.config.clock,
+            status_every: options.config.status_every,
+            talking: 0,
+            held_back: None,
+        }
+    }
+
+    /// Runs the line until `stop` is set or no peer has more to send, reports the final status
+    /// and closes everything.
     ///
     /// # Errors
-    /// A peer or journal error after which the line cannot continue.
-    pub fn go(&mut self, stop: &AtomicBool) -> Result<()> {
-        self.notify.ready();
+    /// A peer or file error after which the line cannot continue.
+    pub fn run(mut self, stop: &AtomicBool) -> Result<NodeSummary> {
+        let summary = self.serve(stop);
+        // Messages already in the journal are still sent, even after an error.
+        self.hub.close(CLOSE_TIMEOUT)?;
+        self.monitor.closed(&self.controller);
+        let summary = summary?;
+        self.kept.finish()?;
+        Ok(summary)
+    }
+
+    /// Runs the line, and then reports the final status.
+    fn serve(&mut self, stop: &AtomicBool) -> Result<NodeSummary> {
+        self.monitor.ready();
         if self.hub.is_stdio() {
             // Stdin and stdout are open from the start, but tasks in the journal may not have
             // been sent.
             self.welcome();
         }
-        match self.transport.clock() {
+        match self.clock_kind {
             ClockKind::System => self.go_by_the_clock(stop),
             ClockKind::Messages => self.go_by_the_messages(stop),
         }?;
@@ -73,24 +96,24 @@ impl Node<'_> {
     fn go_by_the_clock(&mut self, stop: &AtomicBool) -> Result<()> {
         let mut next_status = self.clock.read().stamp + self.status_every;
         while !stop.load(Ordering::Relaxed) {
-            self.notify.alive();
+            self.monitor.alive();
             let now = self.step();
             if self.status_every > 0.0 && now >= next_status {
                 next_status = now + self.status_every;
                 self.report(false, self.hub.queued() as u64);
             }
             self.speak()?;
-            self.screen.show(&self.controller, &self.hub);
+            self.monitor.line(&self.controller, &self.hub);
             let due = self.controller.next_stamp();
             let due = due.map_or(next_status, |due| due.min(next_status));
-            let mut patience = until(Some(due), self.clock.read().stamp);
+            let mut timeout = until(Some(due), self.clock.read().stamp);
             // Write everything received so far to the journal before waiting.
             self.kept.rest(&mut self.controller)?;
             for _ in 0..AT_ONCE {
-                let Some(heard) = self.hub.next_event(patience) else {
+                let Some(heard) = self.hub.next_event(timeout) else {
                     break;
                 };
-                patience = Duration::ZERO;
+                timeout = Duration::ZERO;
                 match heard {
                     TransportEvent::Left(0) => return Ok(()),
                     TransportEvent::Left(number) => {
@@ -131,9 +154,9 @@ impl Node<'_> {
     /// Handles messages until the peers have no more or `stop` is set.
     fn go_by_the_messages(&mut self, stop: &AtomicBool) -> Result<()> {
         while !stop.load(Ordering::Relaxed) {
-            self.notify.alive();
-            self.screen.show(&self.controller, &self.hub);
-            match self.hub.next_event(GLANCE) {
+            self.monitor.alive();
+            self.monitor.line(&self.controller, &self.hub);
+            match self.hub.next_event(POLL_INTERVAL) {
                 None => {
                     self.kept.rest(&mut self.controller)?;
                     continue;
@@ -150,7 +173,7 @@ impl Node<'_> {
                 ) => {
                     if matches!(heard, TransportEvent::Down(_)) {
                         let remark = "all peers have gone, which ends the run with message time";
-                        self.transport.warn(remark);
+                        self.warn(remark);
                     }
                     self.talking = self.talking.saturating_sub(1);
                     if self.talking == 0 {
@@ -163,8 +186,8 @@ impl Node<'_> {
             }
             // Wait for a slow reader, but not once `stop` is set.
             while self.hub.is_half_full() && self.hub.peers() > 0 && !stop.load(Ordering::Relaxed) {
-                self.notify.alive();
-                thread::sleep(BREATH);
+                self.monitor.alive();
+                thread::sleep(ROOM_INTERVAL);
                 self.hub.run_timers();
             }
             self.speak()?;
@@ -205,15 +228,15 @@ impl Node<'_> {
             TransportEvent::Foreign(number, start) => {
                 let text = self.hub.foreign(number, &start);
                 self.count(Rejection::Syntax);
-                self.transport.warn(&text);
+                self.warn(&text);
             }
             TransportEvent::Stalled(number) => {
                 if let Some(text) = self.hub.stalled(number) {
-                    self.transport.warn(&text);
+                    self.warn(&text);
                 }
             }
             TransportEvent::Up(_) => self.welcome(),
-            TransportEvent::Remark(text) => self.transport.remark(&text),
+            TransportEvent::Remark(text) => self.monitor.remark(Severity::Info, None, &text),
             TransportEvent::Failed(error) => return Err(error),
             TransportEvent::Left(_) | TransportEvent::Down(_) | TransportEvent::Ended(_) => {}
         }
@@ -231,7 +254,7 @@ impl Node<'_> {
         message.name_source(self.hub.name(&origin));
         let ClockReading { stamp, ahead } = self.clock.read();
         let received = whole_microseconds(stamp);
-        let taken = match self.transport.clock() {
+        let taken = match self.clock_kind {
             ClockKind::System => {
                 if ahead != self.ahead {
                     // The clock was set, and this message may use its new time.
@@ -273,7 +296,7 @@ impl Node<'_> {
             HelloOutcome::Refused(reason) => {
                 self.count(Rejection::NotAllowed);
                 let text = format!("{origin}: the hello was refused: {reason}");
-                self.transport.warn(&text);
+                self.warn(&text);
             }
         }
     }
@@ -310,18 +333,18 @@ impl Node<'_> {
     }
 
     /// Warns about a value that is most likely wrong.
-    fn question(&self, origin: &Origin, doubt: &Warning) {
+    fn question(&mut self, origin: &Origin, doubt: &Warning) {
         let (place, problem, cure) = (&doubt.place, &doubt.problem, &doubt.cure);
         let kind = format!("{} {place}", origin.sender());
         let text = format!("{origin}: {place}: {problem}; {cure}");
-        self.transport.say(Level::Warning, &kind, &text);
+        self.monitor.remark(Severity::Warning, Some(&kind), &text);
     }
 
-    fn tell(&self, origin: &Origin, rejected: &Rejected) {
+    fn tell(&mut self, origin: &Origin, rejected: &Rejected) {
         let (reason, message) = (rejected.reason.name(), &rejected.message);
         let text = format!("{origin}: refused ({reason}): {message}");
         let kind = format!("{} {reason}", origin.sender());
-        self.transport.say(Level::Warning, &kind, &text);
+        self.monitor.remark(Severity::Warning, Some(&kind), &text);
     }
 
     /// Handles a peer that may have missed earlier output.
@@ -337,8 +360,12 @@ impl Node<'_> {
         self.count(rejected.reason);
         self.tell(origin, rejected);
         if let Some(text) = self.hub.refuse(origin, rejected) {
-            self.transport.warn(&text);
+            self.warn(&text);
         }
+    }
+
+    fn warn(&mut self, text: &str) {
+        self.monitor.remark(Severity::Warning, None, text);
     }
 
     fn count(&mut self, rejection: Rejection) {
@@ -355,68 +382,55 @@ impl Node<'_> {
     /// Sends the controller's output, after the changes behind it are in the journal.
     fn speak(&mut self) -> Result<()> {
         for remark in self.controller.take_remarks() {
-            self.transport.warn(&remark);
+            self.warn(&remark);
+        }
+        if let Some(text) = self.kept.take_remark() {
+            self.monitor.remark(Severity::Error, None, &text);
         }
         let output = self.controller.take_output();
         self.kept.keep(&mut self.controller, !output.is_empty())?;
         for message in output {
             self.kept.said(&message);
-            if self.transport.clock() == ClockKind::Messages {
+            if self.clock_kind == ClockKind::Messages {
                 self.hub.send(message);
                 continue;
             }
             let matters = match &message {
                 Outgoing::Status(status) => {
-                    let (picked, seen) = (status.picked, status.seen);
-                    self.notify
-                        .status(&format!("{picked} of {seen} items picked"));
+                    self.monitor.status(status);
                     status.last
                 }
                 _ => true,
             };
             for title in self.hub.try_send(message, matters) {
                 let text = format!("{title} did not keep up and was disconnected");
-                self.transport.warn(&text);
+                self.warn(&text);
             }
         }
         Ok(())
     }
 
     /// Reports the final status.
-    fn end(&mut self, stopped: bool) -> Result<()> {
-        self.notify.stopping();
+    fn end(&mut self, stopped: bool) -> Result<NodeSummary> {
+        self.monitor.stopping();
         self.controller.stop();
         self.kept.happened(&RecordedEvent::Stopped {});
         self.tell_dropped();
         // With message time, the output depends only on the messages.
-        let queued = match self.transport.clock() {
+        let queued = match self.clock_kind {
             ClockKind::System => self.hub.queued() as u64,
             ClockKind::Messages => 0,
         };
         self.report(true, queued);
         self.speak()?;
         let status = self.controller.status(true, 0);
-        // Print pending summaries before the final statistics.
-        self.transport.log().sum_up();
-        let latency = self.controller.latency();
-        if stopped && !status.open_tasks.is_empty() {
-            let open: Vec<String> = status.open_tasks.iter().map(u64::to_string).collect();
-            self.transport
-                .remark(&format!("stopped; open tasks: {}", open.join(", ")));
-        }
-        self.transport.remark(&format!(
-            "{} of {} items picked, {} missed, {} on the belt, {} claimed; {} decisions, \
-             p50 {:.3} ms, p99 {:.3} ms, max {:.3} ms",
-            status.picked,
-            status.seen,
-            status.missed.total(),
-            status.on_belt,
-            status.claimed,
-            latency.decisions,
-            latency.p50_ms,
-            latency.p99_ms,
-            latency.max_ms,
-        ));
-        layout::check_heard(self.controller.station(), &status)
+        let summary = NodeSummary {
+            latency: self.controller.latency(),
+            status,
+            stopped,
+        };
+        self.monitor.finished(&summary);
+        layout::check_heard(self.controller.station(), &summary.status)?;
+        Ok(summary)
     }
 }

@@ -1,0 +1,50 @@
+//! The strategy of a live line, running or replayed.
+
+use super::progress::Bar;
+use super::session::Session;
+use super::settings::{budget, on_threads, parse_strategy};
+use pickline::error::Result;
+use pickline::optimize::Environment;
+use pickline::planning::{Allowance, Budget};
+use pickline::station::Station;
+use pickline::strategies::Blueprint;
+use pickline::study::{self, BlueprintOptions};
+use pickline_live::ClockKind;
+
+/// The time or work budget of each decision on a live line.
+///
+/// # Errors
+/// An invalid time.
+pub fn allowance(ms: Option<f64>, clock: ClockKind) -> Result<Allowance> {
+    Ok(Allowance {
+        asked: budget(ms)?,
+        otherwise: match clock {
+            // The belt does not wait.
+            ClockKind::System => Budget::LIVE,
+            // The same stream gives the same output on every machine.
+            ClockKind::Messages => Budget::EXPERIMENT,
+        },
+    })
+}
+
+/// The strategy of a live line, parsed from `text`.
+///
+/// # Errors
+/// A text that is not a valid strategy.
+pub fn live_strategy(
+    text: &str,
+    options: &BlueprintOptions,
+    quiet: bool,
+    station: &Station,
+    session: &Session,
+) -> Result<Blueprint> {
+    let bar = Bar::new(quiet);
+    let environment = Environment {
+        stop: session.stop(),
+        progress: &bar,
+    };
+    let strategy = parse_strategy(text, quiet)?;
+    on_threads(None, || {
+        study::blueprint(&strategy, station, options, &environment)
+    })
+}

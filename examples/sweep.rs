@@ -1,0 +1,33 @@
+//! Finds how many robots a line needs until another one gains nothing.
+
+use pickline::experiment::Axis;
+use pickline::optimize::Environment;
+use pickline::station;
+use pickline::study::{self, SweepOptions};
+use std::error::Error;
+use std::io::Write;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    run(&mut std::io::stdout())
+}
+
+pub fn run(out: &mut impl Write) -> Result<(), Box<dyn Error>> {
+    let line = station::built_in("paper")?;
+    let station = line.station(Some(2))?;
+    let options = SweepOptions::default()
+        .with_axis(Axis::Robots)
+        .with_robots(|robots| line.station(Some(robots)))
+        .with_to(3.0)
+        .with_patterns("poisson:0.15:2".parse()?)
+        .with_bound(false);
+    let found = study::sweep(&station, &options, &Environment::QUIET)?;
+
+    for (robots, methods) in found.sweep.values.iter().zip(&found.sweep.points) {
+        let (rules, share) = (&methods[0].title, 100.0 * methods[0].picked_share);
+        writeln!(out, "{robots} robots: {share:.1} % picked by {rules}")?;
+    }
+    if let Some(robots) = found.sweep.recommended(0) {
+        writeln!(out, "{robots} robots are enough")?;
+    }
+    Ok(())
+}

@@ -1,0 +1,353 @@
+//! Methods compared on cases: robust GT, greedy GT, the built-in policy and any strategy.
+
+use super::blueprint::policy_distance;
+use super::notes::{Note, condition_notes};
+use super::robust::{LineSearch, RobustTraining};
+use crate::error::{Error, Result, known_names, shown};
+use crate::experiment::{self, Case, Comparison, Draws, Method, add_bounds};
+use crate::optimize::Environment;
+use crate::planning::Allowance;
+use crate::sim::Conditions;
+use crate::station::Station;
+use crate::strategies::{self, HAS_POLICY, POLICY, Parsed};
+use std::sync::Arc;
+
+/// The highest accepted number of patterns per case; more are treated as a typing mistake.
+const MOST_REPLICATES: usize = 100_000;
+
+/// The settings of a comparison.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct CompareOptions {
+    seed: u64,
+    replicates: usize,
+    conditions: Conditions,
+    strategies: Vec<Arc<Parsed>>,
+    station_strategy: Option<Arc<Parsed>>,
+    training: RobustTraining,
+    greedy: bool,
+    policy: bool,
+    bound: bool,
+    reference: String,
+}
+
+impl Default for CompareOptions {
+    /// Seed 1, 100 patterns of each random case, nothing going wrong; robust GT, greedy GT, the
+    /// built-in policy and the bound.
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            replicates: 100,
+            conditions: Conditions::default(),
+            strategies: Vec::new(),
+            station_strategy: None,
+            training: RobustTraining::default(),
+            greedy: true,
+            policy: true,
+            bound: true,
+            reference: "robust_gt".into(),
+        }
+    }
+}
+
+impl CompareOptions {
+    /// With this master seed. Robust GT is found with it, the cases use the seeds after it.
+    #[must_use]
+    pub fn with_seed(mut self, seed: u64) -> Self {
+        self.seed = seed;
+        self
+    }
+
+    /// With this number of patterns of each random case; if something can go wrong, of runs of
+    /// each case.
+    #[must_use]
+    pub fn with_replicates(mut self, replicates: usize) -> Self {
+        self.replicates = replicates;
+        self
+    }
+
+    /// Under these conditions, with random events from the master seed.
+    #[must_use]
+    pub fn with_conditions(mut self, conditions: Conditions) -> Self {
+        self.conditions = conditions;
+        self
+    }
+
+    /// With another strategy among the methods.
+    #[must_use]
+    pub fn with_strategy(mut self, strategy: Parsed) -> Self {
+        self.strategies.push(Arc::new(strategy));
+        self
+    }
+
+    /// With the strategy that the station file names, before the others and unless it is one
+    /// of them.
+    #[must_use]
+    pub fn with_station_strategy(mut self, strategy: Option<Parsed>) -> Self {
+        self.station_strategy = strategy.map(Arc::new);
+        self
+    }
+
+    /// With robust GT from this training.
+    #[must_use]
+    pub fn with_training(mut self, training: RobustTraining) -> Self {
+        self.training = training;
+        self
+    }
+
+    /// With greedy GT or without it; it is always left out if it would take minutes.
+    #[must_use]
+    pub fn with_greedy(mut self, greedy: bool) -> Self {
+        self.greedy = greedy;
+        self
+    }
+
+    /// With the built-in policy or without it; it is always left out if another policy is
+    /// compared or if the line is far from its training.
+    #[must_use]
+    pub fn with_policy(mut self, policy: bool) -> Self {
+        self.policy = policy;
+        self
+    }
+
+    /// With the certified bound or without it.
+    #[must_use]
+    pub fn with_bound(mut self, bound: bool) -> Self {
+        self.bound = bound;
+        self
+    }
+
+    /// With the others compared against this method, by its name in files: `robust_gt`,
+    /// `greedy_gt` or a strategy as it is written.
+    #[must_use]
+    pub fn with_reference(mut self, method: &str) -> Self {
+        method.clone_into(&mut self.reference);
+        self
+    }
+}
+
+/// A comparison whose settings are checked.
+#[derive(Debug)]
+pub struct CompareStudy<'a> {
+    station: &'a Station,
+    cases: &'a [Case],
+    options: &'a CompareOptions,
+    conditions: Conditions,
+    strategies: Vec<Arc<Parsed>>,
+    greedy: bool,
+    /// The place of the method that the others are compared against.
+    reference: usize,
+    notes: Vec<Note>,
+}
+
+/// What a comparison found.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct Compared {
+    /// The methods on the cases that were completed before a stop request.
+    pub comparison: Comparison,
+    /// Number of completed cases whose bounds were computed, or were not asked for.
+    pub bounded: usize,
+    /// Remarks on the result.
+    pub notes: Vec<Note>,
+}
+
+/// Compares robust GT (game theory) with greedy GT, the built-in policy and other strategies on
+/// `cases`, with paired differences. On a stop request, the completed cases are returned.
+///
+/// # Errors
+/// Settings that do not fit the line, a pattern that cannot be generated or read, or
+/// [`Interrupted`](crate::error::ErrorKind::Interrupted) before the first case is complete.
+pub fn compare(
+    station: &Station,
+    cases: &[Case],
+    options: &CompareOptions,
+    environment: &Environment,
+) -> Result<Compared> {
+    CompareStudy::new(station, cases, options)?.run(environment)
+}
+
+impl<'a> CompareStudy<'a> {
+    /// Checks the settings.
+    ///
+    /// # Errors
+    /// Settings that do not fit the line, or a pattern that cannot be generated or read.
+    pub fn new(
+        station: &'a Station,
+        cases: &'a [Case],
+        options: &'a CompareOptions,
+    ) -> Result<Self> {
+        if !(1..=MOST_REPLICATES).contains(&options.replicates) {
+            return Err(Error::input(
+                "'replicates'",
+                format!("{} patterns per case", options.replicates),
+                format!("give 1 to {MOST_REPLICATES}"),
+            ));
+        }
+        let robots = station.robots().len();
+        let mut study = Self {
+            station,
+            cases,
+            options,
+            conditions: options.conditions.with_seed(options.seed),
+            strategies: Vec::new(),
+            greedy: false,
+            reference: 0,
+            notes: Vec::new(),
+        };
+        study.choose_strategies()?;
+        for strategy in &study.strategies {
+            // Report an error before the long search for robust GT.
+            strategy.alone(robots)?;
+        }
+        options.training.check(robots)?;
+        study.choose_greedy()?;
+        study.reference = study.find_reference()?;
+        Ok(study)
+    }
+
+    /// Number of methods, robust GT included.
+    pub fn methods(&self) -> usize {
+        1 + usize::from(self.greedy) + self.strategies.len()
+    }
+
+    /// The seed of the first pattern of each random case: the training uses the master seed.
+    pub fn first_seed(&self) -> u64 {
+        self.options.seed.wrapping_add(1)
+    }
+
+    /// The built-in policy, the strategy of the station file and the others, in this order.
+    fn choose_strategies(&mut self) -> Result<()> {
+        let options = self.options;
+        self.strategies.clone_from(&options.strategies);
+        if let Some(saved) = &options.station_strategy
+            && !self.strategies.iter().any(|s| s.text() == saved.text())
+        {
+            let note = Note::StationStrategy(saved.text().to_owned());
+            self.notes.push(note);
+            self.strategies.insert(0, Arc::clone(saved));
+        }
+        // The paper's third column, unless another policy replaces it or the line is far from
+        // its training.
+        let is_policy = |strategy: &Arc<Parsed>| strategies::is_policy(strategy.text());
+        if !HAS_POLICY || !options.policy || self.strategies.iter().any(is_policy) {
+            return Ok(());
+        }
+        let policy = strategies::parse(POLICY)?;
+        let alone = policy.alone(self.station.robots().len())?;
+        match policy_distance(&alone, self.station).filter(|distance| distance.is_far()) {
+            Some(distance) => self.notes.push(Note::PolicyLeftOut {
+                distance: distance.to_string(),
+                policy: POLICY,
+            }),
+            None => self.strategies.insert(0, Arc::new(policy)),
+        }
+        Ok(())
+    }
+
+    /// Takes greedy GT if it can be found on the patterns of the cases in about a minute.
+    fn choose_greedy(&mut self) -> Result<()> {
+        let robots = self.station.robots().len();
+        let (mut items, mut most) = (0.0, 0);
+        for case in self.cases {
+            let patterns = match case.is_random() {
+                true => self.options.replicates,
+                false => 1,
+            };
+            let one = case.patterns(self.station.belt(), 1, self.options.seed)?;
+            let length: usize = one.iter().map(|(_, pattern)| pattern.len()).sum();
+            items += patterns as f64 * length as f64;
+            most = most.max(patterns);
+        }
+        if !self.options.greedy {
+            return Ok(());
+        }
+        match Method::greedy_limit(robots, most, items) {
+            None => self.greedy = true,
+            Some(replicates) => self.notes.push(Note::GreedyLeftOut { robots, replicates }),
+        }
+        Ok(())
+    }
+
+    /// The place of the method that the others are compared against.
+    fn find_reference(&self) -> Result<usize> {
+        let mut ids = vec!["robust_gt"];
+        ids.extend(self.greedy.then_some("greedy_gt"));
+        ids.extend(self.strategies.iter().map(|strategy| strategy.text()));
+        let reference = &self.options.reference;
+        ids.iter().position(|id| id == reference).ok_or_else(|| {
+            Error::input(
+                "'reference'",
+                format!("`{}` is not one of the compared methods", shown(reference)),
+                known_names(reference, &ids),
+            )
+        })
+    }
+
+    /// Runs the comparison.
+    ///
+    /// # Errors
+    /// A pattern that does not fit on the belt, an illegal action, or [`Interrupted`](crate::error::ErrorKind::Interrupted)
+    /// before the first case is complete.
+    pub fn run(&self, environment: &Environment) -> Result<Compared> {
+        let (methods, mut notes) = self.find_methods(environment)?;
+        let draws = Draws {
+            replicates: self.options.replicates,
+            first_seed: self.first_seed(),
+            conditions: &self.conditions,
+        };
+        let mut comparison = experiment::compare(
+            self.station,
+            methods,
+            self.cases,
+            draws.replicates,
+            draws.first_seed,
+            draws.conditions,
+            environment,
+        )?;
+        let mut bounded = comparison.cases.len();
+        if self.options.bound {
+            add_bounds(&mut comparison, self.station, draws, environment)?;
+            let with_bound = comparison.cases.iter().filter(|case| case.bound.is_some());
+            bounded = with_bound.count();
+        }
+        let generated = self.cases.iter().all(Case::is_generated);
+        notes.extend(condition_notes(&self.conditions, generated));
+        Ok(Compared {
+            comparison,
+            bounded,
+            notes,
+        })
+    }
+
+    /// The methods, the one that the others are compared against first, and what there is to
+    /// say about them.
+    fn find_methods(&self, environment: &Environment) -> Result<(Vec<Method>, Vec<Note>)> {
+        let (station, options) = (self.station, self.options);
+        let update_hz = self.conditions.update_hz;
+        let line = LineSearch::new(station, options.seed, update_hz, environment);
+        let line = line.under(&self.conditions);
+        let robust = line.robust(&options.training, |items| {
+            line.like_cases(self.cases, items)
+        })?;
+        let mut notes = vec![robust.note()];
+        notes.extend(self.notes.iter().cloned());
+        let mut methods = vec![Method::Robust(robust.rules)];
+        if self.greedy {
+            methods.push(Method::greedy(station.robots().len())?);
+        }
+        for strategy in &self.strategies {
+            let blueprint = line.put(strategy, &robust.best_few, Allowance::default())?;
+            let full = blueprint.make().name();
+            if full != blueprint.name() {
+                let name = blueprint.name().to_owned();
+                notes.push(Note::FullName { name, full });
+            }
+            let distance = policy_distance(&blueprint, station);
+            notes.extend(distance.map(|distance| Note::Distance(distance.to_string())));
+            methods.push(Method::Strategy(blueprint));
+        }
+        methods[..=self.reference].rotate_right(1);
+        Ok((methods, notes))
+    }
+}

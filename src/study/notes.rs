@@ -1,0 +1,284 @@
+//! What a study has to say about its result besides figures.
+
+use crate::dispatch::RULES;
+use crate::pattern::PatternSet;
+use crate::sim::Conditions;
+use std::fmt;
+
+/// A remark that belongs to a result. Its text names settings in single quotes, as
+/// errors do ([`spell_settings`](crate::error::spell_settings)).
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Note {
+    /// Where robust GT (game theory) comes from.
+    Robust(RobustNote),
+    /// This strategy is the one of the station file.
+    StationStrategy(String),
+    /// The built-in policy is not among the methods, because the line is far from its training.
+    PolicyLeftOut {
+        /// How the line differs.
+        distance: String,
+        /// How the policy is written as a strategy.
+        policy: &'static str,
+    },
+    /// Greedy GT is not among the methods, because it would take minutes.
+    GreedyLeftOut {
+        /// Number of robots of the line.
+        robots: usize,
+        /// Number of patterns per case with which it is affordable; 0 if there is none.
+        replicates: usize,
+    },
+    /// The full form of a strategy whose name is short for it.
+    FullName {
+        /// The name in the result.
+        name: String,
+        /// All its settings.
+        full: String,
+    },
+    /// How the line differs from a policy's training.
+    Distance(String),
+    /// The same, for some values of a sweep.
+    DistanceAtValues {
+        /// Number of values at which the line differs.
+        count: usize,
+        /// Number of values.
+        all: usize,
+        /// The first of them.
+        first: f64,
+        /// How it differs there.
+        distance: String,
+    },
+    /// Grasps may fail, but no item has a probability below 1.
+    NothingFails,
+    /// All items weigh the same, so that PP and FIFO are one rule.
+    EqualWeights,
+    /// Something can go wrong, so the event loop simulates each assignment by itself.
+    SameLuck,
+    /// Extended workspaces overlap on some patterns.
+    Overlapping {
+        /// Number of these patterns.
+        overlapping: usize,
+        /// Number of patterns.
+        patterns: usize,
+    },
+    /// The flow that a search for the highest speed recommends [m/s].
+    ChosenFlow(f64),
+    /// No flow can be recommended: some pattern is picked completely at no speed.
+    NoFlow,
+    /// No flow can be recommended: not all patterns were evaluated.
+    NoFlowYet,
+    /// The time limit was reached before the winner was validated.
+    TimeLimit {
+        /// Maximum number of fresh patterns used nevertheless.
+        fresh: usize,
+    },
+    /// The user stopped the work.
+    Interrupted,
+    /// There are no fresh patterns like those of this source.
+    NotValidated(String),
+}
+
+/// The text of [`Note::NothingFails`].
+const NOTHING_FAILS: &str = "no item has a p_grasp below 1, so no grasp fails; give 'grasp_success' P for \
+     items without one";
+
+/// The text of [`Note::EqualWeights`].
+const EQUAL_WEIGHTS: &str = "all items weigh the same, so PP picks like FIFO; give areas or probabilities \
+     ('area', 'p_grasp') to tell them apart";
+
+/// The text of [`Note::SameLuck`].
+const SAME_LUCK: &str = "every assignment meets the same luck on a pattern; as something can go wrong, \
+     the general event loop simulates each assignment by itself";
+
+/// The text of [`Note::NoFlow`].
+const NO_FLOW: &str = "no flow can be chosen: for some pattern no belt speed picks everything";
+
+/// The text of [`Note::Interrupted`].
+const INTERRUPTED: &str = "interrupted: what is missing above (patterns, tie-breaking by max speed, \
+     validation, other strategies) was not done; run again for a reliable result";
+
+/// The text of [`Note::GreedyLeftOut`].
+fn left_out(robots: usize, replicates: usize) -> String {
+    let cure = match replicates {
+        0 => String::new(),
+        replicates => format!("; 'replicates' {replicates} includes it"),
+    };
+    format!(
+        "greedy GT (game theory) is left out: trying {}^{robots} assignments on every pattern \
+         would take minutes{cure}",
+        RULES.len()
+    )
+}
+
+impl fmt::Display for Note {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Robust(note) => note.fmt(f),
+            Self::StationStrategy(text) => write!(f, "{text} is the strategy of the station file"),
+            Self::PolicyLeftOut { distance, policy } => write!(
+                f,
+                "the built-in policy is left out: {distance}; 'strategy' {policy} runs it anyway"
+            ),
+            Self::GreedyLeftOut { robots, replicates } => {
+                f.write_str(&left_out(*robots, *replicates))
+            }
+            Self::FullName { name, full } => write!(f, "{name} is {full}"),
+            Self::Distance(text) => f.write_str(text),
+            Self::DistanceAtValues {
+                count,
+                all,
+                first,
+                distance,
+            } => write!(
+                f,
+                "at {count} of {all} values, first at {first}: {distance}"
+            ),
+            Self::NothingFails => f.write_str(NOTHING_FAILS),
+            Self::EqualWeights => f.write_str(EQUAL_WEIGHTS),
+            Self::SameLuck => f.write_str(SAME_LUCK),
+            Self::Overlapping {
+                overlapping,
+                patterns,
+            } => write!(
+                f,
+                "extended workspaces overlap on {overlapping} of {patterns} patterns; there, the \
+                 general event loop simulated each assignment by itself"
+            ),
+            Self::ChosenFlow(flow) => write!(
+                f,
+                "chosen flow: {flow} m/s, the smallest speed limit of these patterns"
+            ),
+            Self::NoFlow => f.write_str(NO_FLOW),
+            Self::NoFlowYet => f.write_str("no flow is chosen: not all patterns were evaluated"),
+            Self::TimeLimit { fresh } => write!(
+                f,
+                "'time_limit' was reached: validated on at most {fresh} fresh patterns, without a \
+                 bound"
+            ),
+            Self::Interrupted => f.write_str(INTERRUPTED),
+            Self::NotValidated(source) => {
+                write!(f, "no validation: cannot draw fresh patterns like {source}")
+            }
+        }
+    }
+}
+
+/// Where robust GT (game theory) comes from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RobustNote {
+    /// By what it is robust.
+    pub basis: RobustBasis,
+    /// For which lines of a sweep it was found.
+    pub scope: Option<RobustScope>,
+}
+
+/// By what robust GT was chosen.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum RobustBasis {
+    /// The caller gave it.
+    Given,
+    /// It is the best on a training set.
+    Best {
+        /// The training set.
+        on: String,
+    },
+    /// It is the best on the paper's training set.
+    PaperBest {
+        /// The training set.
+        on: String,
+        /// Whether the study itself has other conditions, which were left out.
+        undisturbed: bool,
+    },
+    /// It has the highest mean on patterns like those scored.
+    HighestMean {
+        /// The figure whose mean is the highest.
+        figure: &'static str,
+        /// The training set; `None` if it is the scored patterns themselves.
+        on: Option<String>,
+    },
+}
+
+/// For which lines of a sweep robust GT was found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RobustScope {
+    /// Once, at the station's own belt speed.
+    OwnSpeed,
+    /// For each line separately.
+    EveryLine,
+}
+
+impl fmt::Display for RobustNote {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match &self.basis {
+            RobustBasis::Given => f.write_str("robust GT as given ('robust')")?,
+            RobustBasis::Best { on } => write!(f, "robust GT is the best on {on}")?,
+            RobustBasis::PaperBest { on, undisturbed } => {
+                let plain = match undisturbed {
+                    true => ", with every item known and nothing going wrong",
+                    false => "",
+                };
+                write!(
+                    f,
+                    "robust GT is the best on {on}, as in the paper{plain}; 'train_patterns' names \
+                     another set"
+                )?;
+            }
+            RobustBasis::HighestMean { figure, on } => {
+                write!(f, "robust GT has the highest mean {figure} on ")?;
+                match on {
+                    Some(on) => f.write_str(on)?,
+                    None => f.write_str(
+                        "the very patterns used here, which favours it; 'train_patterns' names others",
+                    )?,
+                }
+            }
+        }
+        f.write_str(match self.scope {
+            None => "",
+            Some(RobustScope::OwnSpeed) => ", found at the station's own belt speed",
+            Some(RobustScope::EveryLine) => ", found for every line",
+        })
+    }
+}
+
+/// Notes for a comparison under `conditions`. `generated` means that no pattern comes from
+/// a file.
+pub fn condition_notes(conditions: &Conditions, generated: bool) -> Vec<Note> {
+    let nothing = generated && conditions.disturbances.never_fails(&[]);
+    nothing.then_some(Note::NothingFails).into_iter().collect()
+}
+
+/// Notes for any result on `set` under `conditions`, of which `patterns` patterns were used.
+/// `independent` is the number of patterns on which the cascade could be used.
+pub fn set_notes(
+    set: &PatternSet,
+    conditions: &Conditions,
+    independent: usize,
+    patterns: usize,
+) -> Vec<Note> {
+    let mut notes = Vec::new();
+    let mut rewards = set
+        .patterns
+        .iter()
+        .flat_map(|p| p.items())
+        .map(|i| i.reward());
+    let first = rewards.next();
+    if first.is_some_and(|first| rewards.all(|reward| reward == first)) {
+        notes.push(Note::EqualWeights);
+    }
+    let overlapping = patterns - independent;
+    if conditions.disturbances.any() {
+        let mut items = set.patterns.iter().map(|pattern| pattern.items());
+        if items.all(|items| conditions.disturbances.never_fails(items)) {
+            notes.push(Note::NothingFails);
+        }
+        notes.push(Note::SameLuck);
+    } else if overlapping > 0 {
+        notes.push(Note::Overlapping {
+            overlapping,
+            patterns,
+        });
+    }
+    notes
+}

@@ -1,0 +1,402 @@
+//! The rule for each robot that picks best across a set of patterns, scored again on fresh
+//! patterns and beside other strategies.
+
+use super::blueprint::policy_distance;
+use super::notes::{Note, set_notes};
+use super::patterns::{ScoredPatterns, ScoredSet, other_luck, with_draws};
+use crate::error::Result;
+use crate::optimize::{
+    self, Environment, Evaluator, Grasp, Limits, MostRuns, Objective, Optimum, Risk, Rival, Search,
+    SearchKind, SpeedScan, StopReason, Validation, chosen_flow, rivals, validate,
+};
+use crate::pattern::{PatternSet, PatternSource, Recipe};
+use crate::sim::Conditions;
+use crate::station::Station;
+use crate::strategies::{Blueprint, Parsed};
+use std::sync::Arc;
+use std::time::Instant;
+
+/// Default number of fresh patterns on which the winner is scored.
+const MOST_FRESH: usize = 1000;
+/// Maximum number of items in all of them; if they have more, there are fewer patterns.
+const ITEMS_OF_FRESH: f64 = 150_000.0;
+/// Minimum default number of fresh patterns, however long they are.
+const FEWEST_FRESH: usize = 10;
+/// Maximum number of fresh patterns after the time limit.
+const FRESH_IN_A_HURRY: usize = 24;
+/// Number of grids, and of Poisson disk patterns, of the default set.
+const DEFAULT_BALANCED: usize = 120;
+
+/// The settings of a search and of the validation of its winner.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct OptimizeOptions {
+    seed: u64,
+    patterns: ScoredPatterns,
+    conditions: Conditions,
+    objective: Objective,
+    search: Search,
+    strategies: Vec<Arc<Parsed>>,
+    fresh: Option<usize>,
+    bound: bool,
+}
+
+impl Default for OptimizeOptions {
+    /// The picking rate on the balanced set with seed 1, nothing going wrong, within the usual
+    /// number of runs, with validation and bound.
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            patterns: PatternSource::Balanced(DEFAULT_BALANCED).into(),
+            conditions: Conditions::default(),
+            objective: Objective::PickingRate,
+            search: Search {
+                kind: SearchKind::Auto,
+                grasp: Grasp::default(),
+                risk: Risk::Mean,
+                scan: Some(SpeedScan::default()),
+                limits: Limits {
+                    runs: MostRuns::Usual,
+                    until: None,
+                },
+            },
+            strategies: Vec::new(),
+            fresh: None,
+            bound: true,
+        }
+    }
+}
+
+impl OptimizeOptions {
+    /// With this master seed. The search uses it, fresh patterns use the next.
+    #[must_use]
+    pub fn with_seed(mut self, seed: u64) -> Self {
+        self.seed = seed;
+        self
+    }
+
+    /// With assignments scored on these patterns.
+    #[must_use]
+    pub fn with_patterns(mut self, patterns: ScoredPatterns) -> Self {
+        self.patterns = patterns;
+        self
+    }
+
+    /// Under these conditions, with random events from the master seed.
+    #[must_use]
+    pub fn with_conditions(mut self, conditions: Conditions) -> Self {
+        self.conditions = conditions;
+        self
+    }
+
+    /// With this figure maximised.
+    #[must_use]
+    pub fn with_objective(mut self, objective: Objective) -> Self {
+        self.objective = objective;
+        self
+    }
+
+    /// With this search method.
+    #[must_use]
+    pub fn with_kind(mut self, kind: SearchKind) -> Self {
+        self.search.kind = kind;
+        self
+    }
+
+    /// With these settings of GRASP; its seed is the master seed.
+    #[must_use]
+    pub fn with_grasp(mut self, grasp: Grasp) -> Self {
+        self.search.grasp = grasp;
+        self
+    }
+
+    /// With the figures of the patterns combined in this way.
+    #[must_use]
+    pub fn with_risk(mut self, risk: Risk) -> Self {
+        self.search.risk = risk;
+        self
+    }
+
+    /// With this resolution of the speed limits that break ties.
+    #[must_use]
+    pub fn with_scan(mut self, scan: SpeedScan) -> Self {
+        self.search.scan = Some(scan);
+        self
+    }
+
+    /// With these limits on the search.
+    #[must_use]
+    pub fn with_limits(mut self, limits: Limits) -> Self {
+        self.search.limits = limits;
+        self
+    }
+
+    /// With another strategy scored beside the winner.
+    #[must_use]
+    pub fn with_strategy(mut self, strategy: Parsed) -> Self {
+        self.strategies.push(Arc::new(strategy));
+        self
+    }
+
+    /// With the winner scored on this number of fresh patterns; 0 for none. By default 1000,
+    /// fewer if they are long.
+    #[must_use]
+    pub fn with_validation(mut self, patterns: usize) -> Self {
+        self.fresh = Some(patterns);
+        self
+    }
+
+    /// With a bound on how far the winner is from the best that any strategy can do, or
+    /// without it.
+    #[must_use]
+    pub fn with_bound(mut self, bound: bool) -> Self {
+        self.bound = bound;
+        self
+    }
+}
+
+/// A search whose settings are checked and whose patterns are drawn.
+#[derive(Debug)]
+pub struct OptimizeStudy<'a> {
+    station: &'a Station,
+    options: &'a OptimizeOptions,
+    conditions: Conditions,
+    search: Search,
+    set: ScoredSet,
+    strategies: Vec<Blueprint>,
+    /// Number of fresh patterns to score the winner on.
+    fresh: usize,
+}
+
+/// What a search found.
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct Optimized {
+    /// The best assignments. If the user stopped the search, or only what follows it, its stop
+    /// reason is [`StopReason::Interrupted`].
+    pub optimum: Optimum,
+    /// The settings of the search.
+    pub search: Search,
+    /// The winner on fresh patterns, and their description.
+    pub validation: Option<(Validation, String)>,
+    /// The strategies beside the winner, if there are any.
+    pub rivals: Option<ScoredRivals>,
+    /// Remarks on the result.
+    pub notes: Vec<Note>,
+}
+
+/// Strategies scored beside the winner, on the same patterns.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct ScoredRivals {
+    /// The winner, then the strategies.
+    pub rivals: Vec<Rival>,
+    /// How the strategies are written.
+    pub names: Vec<String>,
+    /// The description of the patterns.
+    pub patterns: String,
+    /// Number of patterns.
+    pub count: usize,
+}
+
+/// Finds the assignment of rules that picks best across a set of patterns, scores it again on
+/// fresh patterns, bounds it, and scores other strategies beside it. On a stop request, the
+/// best so far is returned.
+///
+/// # Errors
+/// Settings that do not fit the line, a set that cannot be generated or read, or
+/// [`Interrupted`](crate::error::ErrorKind::Interrupted) before there is a result.
+pub fn optimize(
+    station: &Station,
+    options: &OptimizeOptions,
+    environment: &Environment,
+) -> Result<Optimized> {
+    OptimizeStudy::new(station, options)?.run(environment)
+}
+
+impl<'a> OptimizeStudy<'a> {
+    /// Checks the settings and draws the patterns.
+    ///
+    /// # Errors
+    /// Settings that do not fit the line, or a set that cannot be generated or read.
+    pub fn new(station: &'a Station, options: &'a OptimizeOptions) -> Result<Self> {
+        let conditions = options.conditions.with_seed(options.seed);
+        let set = options.patterns.draw(station, options.seed, &conditions)?;
+        let fresh = match options.fresh {
+            Some(count) => count,
+            // Fewer long patterns are as informative.
+            None => {
+                let items = set.source.expected_items(&set.recipe)?;
+                let afforded = ITEMS_OF_FRESH / items.max(1.0);
+                (afforded as usize).clamp(FEWEST_FRESH, MOST_FRESH)
+            }
+        };
+        set.source.check_fresh(&set.recipe, fresh)?;
+        let robots = station.robots().len();
+        let strategies = options.strategies.iter();
+        let strategies = strategies.map(|strategy| strategy.alone(robots));
+        let grasp = Grasp {
+            seed: options.seed,
+            ..options.search.grasp
+        };
+        Ok(Self {
+            station,
+            options,
+            conditions,
+            search: Search {
+                grasp: grasp.checked()?,
+                ..options.search
+            },
+            set,
+            strategies: strategies.collect::<Result<_>>()?,
+            fresh,
+        })
+    }
+
+    /// The patterns on which assignments are scored.
+    pub fn set(&self) -> &ScoredSet {
+        &self.set
+    }
+
+    /// Runs the search and scores its winner.
+    ///
+    /// # Errors
+    /// An illegal action of a strategy, or
+    /// [`Interrupted`](crate::error::ErrorKind::Interrupted) before there is a result.
+    pub fn run(&self, environment: &Environment) -> Result<Optimized> {
+        let set = self.set.scored();
+        let evaluator = self.evaluator(set, &self.conditions)?;
+        let mut optimum = optimize::optimize(&evaluator, &self.search, environment)?;
+        let until = self.search.limits.until;
+        let short = until.is_some_and(|until| Instant::now() >= until);
+        let count = match short {
+            true => self.fresh.min(FRESH_IN_A_HURRY),
+            false => self.fresh,
+        };
+        let fresh = self.draw_fresh(count, environment)?;
+        let luck = other_luck(&self.conditions);
+        let on_fresh = fresh.as_ref().map(|fresh| self.evaluator(fresh, &luck));
+        let on_fresh = on_fresh.transpose()?;
+        let validation = match (&fresh, &on_fresh) {
+            (Some(fresh), Some(on)) => {
+                let certify = !short && self.options.bound;
+                let validation = self.validate(on, &optimum, certify, environment)?;
+                validation.map(|validation| (validation, fresh.description.clone()))
+            }
+            _ => None,
+        };
+        let scored = match (&fresh, &on_fresh) {
+            (Some(fresh), Some(on)) => (fresh, on),
+            _ => (set, &evaluator),
+        };
+        let rivals = self.score_rivals(scored, &optimum, environment)?;
+        let mut notes = self.notes(&evaluator, &optimum);
+        if short {
+            let fresh = FRESH_IN_A_HURRY;
+            notes.push(Note::TimeLimit { fresh });
+        }
+        if environment.stopped() {
+            notes.push(Note::Interrupted);
+            // Even if the search was complete and only later work was interrupted.
+            optimum.stop = StopReason::Interrupted;
+        } else if validation.is_none() && self.fresh > 0 {
+            notes.push(Note::NotValidated(self.set.source.to_string()));
+        }
+        Ok(Optimized {
+            optimum,
+            search: self.search,
+            validation,
+            rivals,
+            notes,
+        })
+    }
+
+    /// Patterns that were not used in the search, drawn with the next seed.
+    fn draw_fresh(&self, count: usize, environment: &Environment) -> Result<Option<PatternSet>> {
+        if count == 0 || environment.stopped() {
+            return Ok(None);
+        }
+        let recipe = Recipe {
+            seed: self.set.recipe.seed.wrapping_add(1),
+            ..self.set.recipe
+        };
+        let fresh = self.set.source.draw_fresh(&recipe, count)?;
+        if fresh.is_some() || !self.conditions.disturbances.any() {
+            return Ok(fresh);
+        }
+        // The same patterns with different luck are also fresh.
+        Ok(Some(with_draws(self.set.drawn(), count)))
+    }
+
+    /// The evaluator that scores assignments and strategies on `set`.
+    fn evaluator<'s>(
+        &'s self,
+        set: &'s PatternSet,
+        conditions: &Conditions,
+    ) -> Result<Evaluator<'s>> {
+        let objective = self.options.objective;
+        Evaluator::new(self.station, &set.patterns, objective, conditions)
+    }
+
+    /// Scores the winner on the fresh patterns of `evaluator`.
+    fn validate(
+        &self,
+        evaluator: &Evaluator,
+        optimum: &Optimum,
+        certify: bool,
+        environment: &Environment,
+    ) -> Result<Option<Validation>> {
+        let best = optimum.ranking.best();
+        validate(
+            evaluator,
+            &best.assignment,
+            chosen_flow(self.options.objective, best),
+            self.search.risk,
+            &other_luck(&self.conditions),
+            certify,
+            environment,
+        )
+    }
+
+    /// Scores the strategies and the winner on a set, the patterns of its evaluator.
+    fn score_rivals(
+        &self,
+        (set, evaluator): (&PatternSet, &Evaluator),
+        optimum: &Optimum,
+        environment: &Environment,
+    ) -> Result<Option<ScoredRivals>> {
+        if self.strategies.is_empty() || environment.stopped() {
+            return Ok(None);
+        }
+        let best = &optimum.ranking.best().assignment;
+        let risk = self.search.risk;
+        let rivals = rivals(evaluator, best, &self.strategies, risk, environment)?;
+        let names = self.strategies.iter().map(|s| s.name().to_owned());
+        Ok(rivals.map(|rivals| ScoredRivals {
+            rivals,
+            names: names.collect(),
+            patterns: set.description.clone(),
+            count: set.patterns.len(),
+        }))
+    }
+
+    /// Notes on the set, the chosen flow and the strategies.
+    fn notes(&self, evaluator: &Evaluator, optimum: &Optimum) -> Vec<Note> {
+        let count = evaluator.pattern_count();
+        let independent = evaluator.independent_patterns();
+        let set = self.set.scored();
+        let mut notes = set_notes(set, &self.conditions, independent, count);
+        if matches!(self.options.objective, Objective::MaxSpeed(_)) {
+            let best = optimum.ranking.best();
+            notes.push(match chosen_flow(self.options.objective, best) {
+                Some(_) if optimum.patterns < count => Note::NoFlowYet,
+                Some(flow) => Note::ChosenFlow(flow),
+                None => Note::NoFlow,
+            });
+        }
+        let distances = self.strategies.iter();
+        let distances = distances.filter_map(|s| policy_distance(s, self.station));
+        notes.extend(distances.map(|distance| Note::Distance(distance.to_string())));
+        notes
+    }
+}

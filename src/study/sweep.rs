@@ -1,0 +1,405 @@
+//! One quantity of the line varied: belt speed, robots, spacing or reach.
+
+use super::blueprint::policy_distance;
+use super::notes::{Note, RobustNote, RobustScope, condition_notes};
+use super::part::PartProgress;
+use super::patterns::ScoredPatterns;
+use super::robust::{LineSearch, RobustGt, RobustTraining};
+use super::values::{self, LineAt, ValueOptions};
+use crate::error::Result;
+use crate::experiment::{self, Axis, Method, Setting, Sweep};
+use crate::optimize::Environment;
+use crate::pattern::{PatternSet, PatternSource, Recipe};
+use crate::planning::Allowance;
+use crate::sim::Conditions;
+use crate::station::Station;
+use crate::strategies::Parsed;
+use std::sync::Arc;
+
+/// Spacing [m] and number of items of the default pattern, a grid.
+pub const DEFAULT_GRID: (f64, usize) = (0.15, 50);
+
+/// The settings of a sweep.
+#[derive(Clone)]
+#[non_exhaustive]
+pub struct SweepOptions {
+    pub(super) values: ValueOptions,
+    seed: u64,
+    patterns: ScoredPatterns,
+    conditions: Conditions,
+    strategies: Vec<Arc<Parsed>>,
+    station_strategy: Option<Arc<Parsed>>,
+    training: RobustTraining,
+    greedy: bool,
+    bound: bool,
+}
+
+impl Default for SweepOptions {
+    /// A sweep of the belt speed around the line's limit on the grid of 0.15 m, with seed 1,
+    /// robust GT and the bound.
+    fn default() -> Self {
+        Self {
+            values: ValueOptions::default(),
+            seed: 1,
+            patterns: PatternSource::Grid(DEFAULT_GRID.0).into(),
+            conditions: Conditions::default(),
+            strategies: Vec::new(),
+            station_strategy: None,
+            training: RobustTraining::default(),
+            greedy: false,
+            bound: true,
+        }
+    }
+}
+
+impl SweepOptions {
+    /// With this quantity varied.
+    #[must_use]
+    pub fn with_axis(mut self, axis: Axis) -> Self {
+        self.values.axis = axis;
+        self
+    }
+
+    /// With this first value, instead of one below the line's limit.
+    #[must_use]
+    pub fn with_from(mut self, from: f64) -> Self {
+        self.values.from = Some(from);
+        self
+    }
+
+    /// With this last value, instead of one above the line's limit.
+    #[must_use]
+    pub fn with_to(mut self, to: f64) -> Self {
+        self.values.to = Some(to);
+        self
+    }
+
+    /// With this step between values, instead of a round one that gives up to thirty values.
+    #[must_use]
+    pub fn with_step(mut self, step: f64) -> Self {
+        self.values.step = Some(step);
+        self
+    }
+
+    /// With the line of a given number of robots, which a sweep of the robots needs: a station
+    /// does not know where another robot would stand.
+    #[must_use]
+    pub fn with_robots(
+        mut self,
+        line: impl Fn(usize) -> Result<Station> + Send + Sync + 'static,
+    ) -> Self {
+        self.values.of_robots = Some(Arc::new(line));
+        self
+    }
+
+    /// With this master seed. Robust GT is found with it, the patterns use the next.
+    #[must_use]
+    pub fn with_seed(mut self, seed: u64) -> Self {
+        self.seed = seed;
+        self
+    }
+
+    /// With these patterns at every value.
+    #[must_use]
+    pub fn with_patterns(mut self, patterns: ScoredPatterns) -> Self {
+        self.patterns = patterns;
+        self
+    }
+
+    /// Under these conditions, with random events from the master seed.
+    #[must_use]
+    pub fn with_conditions(mut self, conditions: Conditions) -> Self {
+        self.conditions = conditions;
+        self
+    }
+
+    /// With another strategy among the methods.
+    #[must_use]
+    pub fn with_strategy(mut self, strategy: Parsed) -> Self {
+        self.strategies.push(Arc::new(strategy));
+        self
+    }
+
+    /// With the strategy that the station file names, before the others and unless it is one
+    /// of them.
+    #[must_use]
+    pub fn with_station_strategy(mut self, strategy: Option<Parsed>) -> Self {
+        self.station_strategy = strategy.map(Arc::new);
+        self
+    }
+
+    /// With robust GT from this training.
+    #[must_use]
+    pub fn with_training(mut self, training: RobustTraining) -> Self {
+        self.training = training;
+        self
+    }
+
+    /// With greedy GT, the assignment with the highest picking rate at each value, or without.
+    #[must_use]
+    pub fn with_greedy(mut self, greedy: bool) -> Self {
+        self.greedy = greedy;
+        self
+    }
+
+    /// With the certified bound or without it.
+    #[must_use]
+    pub fn with_bound(mut self, bound: bool) -> Self {
+        self.bound = bound;
+        self
+    }
+}
+
+/// A sweep whose settings are checked and whose patterns are drawn.
+pub struct SweepStudy<'a> {
+    station: &'a Station,
+    options: &'a SweepOptions,
+    conditions: Conditions,
+    lines: Vec<LineAt>,
+    strategies: Vec<Arc<Parsed>>,
+    source: PatternSource,
+    recipe: Recipe,
+    set: PatternSet,
+    notes: Vec<Note>,
+}
+
+/// What a sweep found.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct Swept {
+    /// The methods at the values that were completed before a stop request.
+    pub sweep: Sweep,
+    /// The names of the methods in files.
+    pub methods: Vec<String>,
+    /// Remarks on the result.
+    pub notes: Vec<Note>,
+}
+
+/// Runs robust GT (game theory) and other strategies at every value of a quantity of the line,
+/// on the same patterns. On a stop request, the completed values are returned.
+///
+/// # Errors
+/// An invalid range, settings that do not fit a line, a pattern that cannot be generated or
+/// read, or [`Interrupted`](crate::error::ErrorKind::Interrupted) before the first value is
+/// complete.
+pub fn sweep(
+    station: &Station,
+    options: &SweepOptions,
+    environment: &Environment,
+) -> Result<Swept> {
+    SweepStudy::new(station, options)?.run(environment)
+}
+
+impl<'a> SweepStudy<'a> {
+    /// Checks the settings and draws the patterns.
+    ///
+    /// # Errors
+    /// An invalid range, settings that do not fit a line, or a pattern that cannot be generated
+    /// or read.
+    pub fn new(station: &'a Station, options: &'a SweepOptions) -> Result<Self> {
+        let lines = values::lines(&options.values, station)?;
+        let mut strategies = options.strategies.clone();
+        let mut notes = Vec::new();
+        if let Some(saved) = &options.station_strategy
+            && !strategies.iter().any(|s| s.text() == saved.text())
+        {
+            notes.push(Note::StationStrategy(saved.text().to_owned()));
+            strategies.insert(0, Arc::clone(saved));
+        }
+        for line in &lines {
+            let robots = line.station.robots().len();
+            for strategy in &strategies {
+                strategy.alone(robots)?;
+            }
+            options.training.check(robots)?;
+        }
+        // A different seed from the training set's.
+        let seed = options.seed.wrapping_add(1);
+        let usual = DEFAULT_GRID.1;
+        let (source, mut recipe) = options.patterns.recipe(station, seed, usual)?;
+        let mut set = source.build(&recipe)?;
+        let generated = !matches!(source, PatternSource::Files(_));
+        let is_usual = options.patterns.items().is_none() && recipe.items == usual;
+        if generated && is_usual && options.values.axis != Axis::Speed {
+            // These are scored by what they pick in the steady state.
+            recipe.items = values::items(&lines, &set.patterns, recipe.items)?;
+            set = source.build(&recipe)?;
+        }
+        Ok(Self {
+            station,
+            options,
+            conditions: options.conditions.with_seed(options.seed),
+            lines,
+            strategies,
+            source,
+            recipe,
+            set,
+            notes,
+        })
+    }
+
+    /// The patterns.
+    pub fn set(&self) -> &PatternSet {
+        &self.set
+    }
+
+    /// The first and the last value, with the line at each; the values between them are no
+    /// more unusual. `None` for a single value.
+    pub fn ends(&self) -> Option<[(f64, &Station); 2]> {
+        match &self.lines[..] {
+            [first, .., last] => Some([first, last].map(|line| (line.value, &line.station))),
+            _ => None,
+        }
+    }
+
+    /// Whether it is the paper's own sweep, whose results can be shown next to these.
+    pub fn is_papers_case(&self) -> bool {
+        self.options.values.axis == Axis::Speed
+            && self.source == PatternSource::Grid(DEFAULT_GRID.0)
+            && self.recipe.items == DEFAULT_GRID.1
+            && self.station.robots().len() == 2
+    }
+
+    /// Runs the sweep.
+    ///
+    /// # Errors
+    /// A pattern that does not fit on the belt, an illegal action, or
+    /// [`Interrupted`](crate::error::ErrorKind::Interrupted) before the first value is
+    /// complete.
+    pub fn run(&self, environment: &Environment) -> Result<Swept> {
+        let luck = self.conditions.with_seed(self.recipe.seed);
+        let patterns = &self.set.patterns;
+        let (settings, trained) = match self.options.values.axis {
+            Axis::Speed => {
+                let own = LineAt {
+                    value: self.station.belt().speed,
+                    station: self.station.clone(),
+                };
+                let (own, trained) = self.settings(&[own], environment)?;
+                let (options, own) = (&self.options.values, &own[0]);
+                let settings = values::speeds(options, own, patterns, &luck, environment)?;
+                (settings, trained)
+            }
+            _ => self.settings(&self.lines, environment)?,
+        };
+        let mut notes: Vec<Note> = trained.into_iter().collect();
+        notes.extend(self.notes.iter().cloned());
+        notes.extend(distances(&settings));
+        let sweep = experiment::sweep(&settings, patterns, &luck, self.options.bound, environment)?;
+        let generated = !matches!(self.source, PatternSource::Files(_));
+        notes.extend(condition_notes(&self.conditions, generated));
+        let methods = settings.first().map(|setting| setting.methods.iter());
+        let ids = methods.into_iter().flatten().map(|m| m.id().to_owned());
+        Ok(Swept {
+            sweep,
+            methods: ids.collect(),
+            notes,
+        })
+    }
+
+    /// Robust GT (game theory) of one line.
+    fn robust(&self, station: &Station, environment: &Environment) -> Result<RobustGt> {
+        let line = self.search(station, environment).under(&self.conditions);
+        let training = match &self.options.training {
+            RobustTraining::LikeScored { items }
+                if self.is_papers_case() && self.conditions.describe().is_empty() =>
+            {
+                &RobustTraining::Paper { items: *items }
+            }
+            training => training,
+        };
+        line.robust(training, |items| {
+            line.like(&self.source, items, &self.recipe)
+        })
+    }
+
+    fn search<'s>(&self, station: &'s Station, environment: &Environment<'s>) -> LineSearch<'s> {
+        let update_hz = self.conditions.update_hz;
+        LineSearch::new(station, self.options.seed, update_hz, environment)
+    }
+
+    /// The methods on every line, and a note on where robust GT comes from; it is found for
+    /// each line separately.
+    fn settings(
+        &self,
+        lines: &[LineAt],
+        environment: &Environment,
+    ) -> Result<(Vec<Setting>, Option<Note>)> {
+        let axis = self.options.values.axis;
+        let scope = match (&self.options.training, axis) {
+            (RobustTraining::Given(_), _) => None,
+            (_, Axis::Speed) => Some(RobustScope::OwnSpeed),
+            _ => Some(RobustScope::EveryLine),
+        };
+        let mut settings = Vec::with_capacity(lines.len());
+        let mut note = None;
+        for (place, line) in lines.iter().enumerate() {
+            let (value, count) = (line.value, lines.len());
+            let within = PartProgress {
+                whole: environment.progress,
+                part: format!("{} {value} ({}/{count})", axis.name(), place + 1),
+            };
+            let environment = Environment {
+                progress: &within,
+                ..*environment
+            };
+            let robust = self.robust(&line.station, &environment)?;
+            let methods = self.methods(&line.station, &robust, &environment)?;
+            note = Some(Note::Robust(RobustNote {
+                basis: robust.basis,
+                scope,
+            }));
+            settings.push(Setting {
+                value,
+                station: line.station.clone(),
+                methods,
+            });
+        }
+        Ok((settings, note))
+    }
+
+    /// The methods on one line.
+    fn methods(
+        &self,
+        station: &Station,
+        robust: &RobustGt,
+        environment: &Environment,
+    ) -> Result<Vec<Method>> {
+        let search = self.search(station, environment);
+        let mut methods = vec![Method::Robust(robust.rules.clone())];
+        if self.options.greedy {
+            methods.push(Method::greedy(station.robots().len())?);
+        }
+        for strategy in &self.strategies {
+            let blueprint = search.put(strategy, &robust.best_few, Allowance::default())?;
+            methods.push(Method::Strategy(blueprint));
+        }
+        Ok(methods)
+    }
+}
+
+/// For every policy, at how many values the line differs from its training, and how it differs
+/// at the first of them.
+fn distances(settings: &[Setting]) -> Vec<Note> {
+    let methods = settings.first().map_or(0, |setting| setting.methods.len());
+    let of_method = |method: usize| {
+        let found: Vec<(f64, String)> = settings
+            .iter()
+            .filter_map(|setting| match &setting.methods[method] {
+                Method::Strategy(blueprint) => {
+                    let found = policy_distance(blueprint, &setting.station)?;
+                    Some((setting.value, found.to_string()))
+                }
+                _ => None,
+            })
+            .collect();
+        let (first, distance) = found.first()?.clone();
+        Some(Note::DistanceAtValues {
+            count: found.len(),
+            all: settings.len(),
+            first,
+            distance,
+        })
+    };
+    (0..methods).filter_map(of_method).collect()
+}
