@@ -10,6 +10,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     run(&mut std::io::stdout())
 }
 
+/// Writes the best three assignments, and what the winner does on fresh patterns.
 pub fn run(out: &mut impl Write) -> Result<(), Box<dyn Error>> {
     let station = station::built_in("paper")?.station(Some(2))?;
     let options = OptimizeOptions::default()
