@@ -10,7 +10,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     run(&mut std::io::stdout())
 }
 
-/// Writes the picking rates of all methods on the paper's cases.
+/// Compares methods on the paper's cases and writes the figures to `out`.
 pub fn run(out: &mut impl Write) -> Result<(), Box<dyn Error>> {
     let station = station::built_in("paper")?.station(Some(2))?;
     let cases = experiment::load_cases("paper")?;

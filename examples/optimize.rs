@@ -10,7 +10,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     run(&mut std::io::stdout())
 }
 
-/// Writes the best three assignments, and what the winner does on fresh patterns.
+/// Searches for the best rules and writes them to `out`.
 pub fn run(out: &mut impl Write) -> Result<(), Box<dyn Error>> {
     let station = station::built_in("paper")?.station(Some(2))?;
     let options = OptimizeOptions::default()

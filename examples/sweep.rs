@@ -11,7 +11,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     run(&mut std::io::stdout())
 }
 
-/// Writes what lines of two and three robots pick.
+/// Sweeps one quantity of the line and writes the figures to `out`.
 pub fn run(out: &mut impl Write) -> Result<(), Box<dyn Error>> {
     let line = station::built_in("paper")?;
     let station = line.station(Some(2))?;

@@ -15,7 +15,7 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// Runs the line until its input ends.
+/// Runs the line whose cameras and robots connect at `place`; `monitor` sees what happens.
 pub fn run(place: Endpoint, monitor: &mut dyn NodeMonitor) -> Result<NodeSummary> {
     let station = station::built_in("paper")?.station(Some(2))?;
     let strategy = strategies::read_alone("rules:SPT,FIFO", 2)?.make();
