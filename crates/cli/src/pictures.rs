@@ -16,10 +16,16 @@ pub fn checked<R: VerbReport>(pictures: &Pictures) -> Result<&'static ChartKind<
 
 /// The error for a report that lacks the data for `chart`.
 pub fn missing<R>(chart: &ChartKind<R>) -> Error {
-    chart.missing().at(CHART)
+    by_flags(chart.missing())
 }
 
 const CHART: &str = "--chart";
+
+/// An error about a chart, with settings named by their flags.
+fn by_flags(error: Error) -> Error {
+    let flag = |setting: &str| format!("--{}", setting.replace('_', "-"));
+    error.at(CHART).spell_settings(flag)
+}
 
 impl Pictures {
     /// The flags and output files of the pictures.
@@ -43,7 +49,7 @@ impl Pictures {
         }
         outputs.try_add(self.svg.as_deref(), || {
             let svg = chart.svg(report, report.provenance());
-            svg.map_err(|error| error.at(CHART))
+            svg.map_err(by_flags)
         });
         outputs
     }

@@ -285,7 +285,7 @@ mod tests {
     use pickline::strategies::{default_strategy, read_alone};
 
     #[test]
-    fn a_journal_is_synced_where_that_is_asked_for() {
+    fn a_journal_is_synced_where_the_options_say_so() {
         let folder = tempfile::tempdir().unwrap();
         let station = pickline::station::built_in("paper").unwrap();
         let station = station.station(None).unwrap();
