@@ -15,7 +15,7 @@ enum Mark {
 }
 
 /// The rows of a file, each with its line number.
-pub struct CsvFile<'a> {
+pub(crate) struct CsvFile<'a> {
     reader: csv::Reader<&'a [u8]>,
     name: &'a str,
     bytes: &'a [u8],
@@ -31,7 +31,7 @@ pub struct CsvFile<'a> {
 
 impl<'a> CsvFile<'a> {
     /// A reader of `text`; messages call the file `name`.
-    pub fn new(text: &'a str, name: &'a str) -> Self {
+    pub(crate) fn new(text: &'a str, name: &'a str) -> Self {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let mut lines = text.split_inclusive(['\n', '\r']);
         let first = lines
@@ -81,7 +81,7 @@ impl<'a> CsvFile<'a> {
     ///
     /// # Errors
     /// If a row is not valid CSV or a column has no name.
-    pub fn header(&mut self) -> Result<(csv::StringRecord, usize)> {
+    pub(crate) fn header(&mut self) -> Result<(csv::StringRecord, usize)> {
         let mut record = csv::StringRecord::new();
         let mut line = 1;
         while let Some(next) = self.next_row(&mut record)? {
@@ -108,7 +108,7 @@ impl<'a> CsvFile<'a> {
     ///
     /// # Errors
     /// If a row is not valid CSV, or has more or fewer fields than the header.
-    pub fn next(&mut self, record: &mut csv::StringRecord) -> Result<Option<usize>> {
+    pub(crate) fn next(&mut self, record: &mut csv::StringRecord) -> Result<Option<usize>> {
         let columns = self.columns.unwrap_or_default();
         while let Some(line) = self.next_row(record)? {
             if record.iter().all(str::is_empty) {
@@ -134,7 +134,7 @@ impl<'a> CsvFile<'a> {
     }
 
     /// The line reached so far: that of the last row or of its error.
-    pub fn line(&self) -> usize {
+    pub(crate) fn line(&self) -> usize {
         self.line
     }
 
@@ -187,7 +187,7 @@ impl<'a> CsvFile<'a> {
     /// The first comment below the header that looks like a row, with its line: it has as many
     /// fields as the header and satisfies `is_row`. It may be a row whose first field starts with
     /// `#`.
-    pub fn commented_row(
+    pub(crate) fn commented_row(
         &mut self,
         is_row: impl Fn(&mut Self, &[&str]) -> bool,
     ) -> Option<(usize, &'a str)> {
@@ -214,7 +214,7 @@ impl<'a> CsvFile<'a> {
 
     /// Parses `field` as a number with a decimal point. A decimal comma is accepted if commas do
     /// not separate fields and no other number in the file has a point.
-    pub fn number(&mut self, field: &str) -> Option<f64> {
+    pub(crate) fn number(&mut self, field: &str) -> Option<f64> {
         let mark = match (field.contains('.'), field.contains(',')) {
             (true, false) => Some(Mark::Point),
             (false, true) if self.separator != ',' => Some(Mark::Comma),
@@ -234,7 +234,7 @@ impl<'a> CsvFile<'a> {
     }
 
     /// How to write a number: the cure for a field that is not one.
-    pub fn number_cure(&self) -> &'static str {
+    pub(crate) fn number_cure(&self) -> &'static str {
         match (self.separator, self.mark) {
             (',', _) => {
                 "write it with a decimal point and no unit, for example -0.15 (decimal commas \

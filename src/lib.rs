@@ -35,14 +35,25 @@
 //! # Ok::<(), pickline::error::Error>(())
 //! ```
 //!
+//! # Features
+//!
+//! - `onnx` (default): trained policies as strategies, and training them: writes ONNX files and
+//!   runs them with tract, which is half of the build. Without it `policy` still describes what a
+//!   policy was trained on, and the strategy `onnx` is refused with an explanation.
+//!
 //! # Where to look
+//!
+//! What most programs need is at the root of the crate: a [`Station`], a [`Pattern`], a
+//! [`Scene`] that puts one on the other, a [`Strategy`] or a [`RuleAssignment`] to run with
+//! [`simulate`] or [`simulate_rules`], and the [`Error`] of all of it. Everything else is in its
+//! module.
+//!
 //!
 //! A module may use the modules above it in this list, never those below it
 //! (`docs/architecture.md`).
 
-#![warn(missing_docs)]
-// Units are in brackets, [m] or [s], which rustdoc would treat as links.
-#![allow(rustdoc::broken_intra_doc_links)]
+// What only the crate uses says so; the other crates of the workspace do not hold to it yet.
+#![warn(unreachable_pub)]
 
 pub mod error;
 pub mod kinematics;
@@ -67,3 +78,10 @@ pub mod optimize;
 pub mod rl;
 pub mod experiment;
 pub mod study;
+
+pub use decision::{Outcome, Strategy};
+pub use dispatch::RuleAssignment;
+pub use error::{Error, ErrorKind, Result};
+pub use pattern::{Item, Pattern};
+pub use sim::{Scene, simulate, simulate_rules};
+pub use station::{Belt, Robot, Station};

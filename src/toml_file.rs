@@ -20,7 +20,7 @@ pub(crate) struct File<'a> {
 impl<'a> File<'a> {
     /// A file with the content `text`. Messages call it `name` and refer to `example` for an
     /// example.
-    pub fn new(name: &'a str, text: &'a str, example: &'a str) -> Self {
+    pub(crate) fn new(name: &'a str, text: &'a str, example: &'a str) -> Self {
         Self {
             name,
             text: text.strip_prefix('\u{feff}').unwrap_or(text),
@@ -31,7 +31,7 @@ impl<'a> File<'a> {
     }
 
     /// Passes the file's top-level table to `read`.
-    pub fn read<T>(&self, read: impl FnOnce(&Section) -> Result<T>) -> Result<T> {
+    pub(crate) fn read<T>(&self, read: impl FnOnce(&Section) -> Result<T>) -> Result<T> {
         if self.text.trim().is_empty() {
             return Err(Error::input(
                 self.name,
@@ -59,7 +59,7 @@ impl<'a> File<'a> {
         })
     }
 
-    pub fn line(&self, offset: usize) -> usize {
+    pub(crate) fn line(&self, offset: usize) -> usize {
         let offset = offset.min(self.text.len());
         1 + self.text.as_bytes()[..offset]
             .iter()
@@ -67,20 +67,20 @@ impl<'a> File<'a> {
             .count()
     }
 
-    pub fn remember<T>(&self, key: &str, value: &Spanned<T>) -> usize {
+    pub(crate) fn remember<T>(&self, key: &str, value: &Spanned<T>) -> usize {
         let line = self.line(value.span().start);
         self.lines.borrow_mut().insert(key.to_owned(), line);
         line
     }
 
     /// Messages about `key`, which is derived from `other`, name `other` instead.
-    pub fn alias(&self, key: &str, other: &str) {
+    pub(crate) fn alias(&self, key: &str, other: &str) {
         let mut aliases = self.aliases.borrow_mut();
         aliases.insert(key.to_owned(), other.to_owned());
     }
 
     /// `file:line: key`; the line is that of the key or of the nearest enclosing table.
-    pub fn place(&self, key: &str) -> String {
+    pub(crate) fn place(&self, key: &str) -> String {
         let (lines, aliases) = (self.lines.borrow(), self.aliases.borrow());
         let key = aliases.get(key).map_or(key, String::as_str);
         let mut known = key;
@@ -113,14 +113,14 @@ impl<'a> Section<'a> {
         }
     }
 
-    pub fn wrong(&self, key: &str, problem: String, cure: String) -> Error {
+    pub(crate) fn wrong(&self, key: &str, problem: String, cure: String) -> Error {
         if let Some(value) = self.table.get(key) {
             self.file.remember(&self.key(key), value);
         }
         Error::input(self.file.place(&self.key(key)), problem, cure)
     }
 
-    pub fn missing(&self, key: &str) -> Error {
+    pub(crate) fn missing(&self, key: &str) -> Error {
         Error::input(
             format!("{}:{}: {}", self.file.name, self.line, self.key(key)),
             "the key is missing",
@@ -128,7 +128,7 @@ impl<'a> Section<'a> {
         )
     }
 
-    pub fn only(&self, known: &[&str]) -> Result<()> {
+    pub(crate) fn only(&self, known: &[&str]) -> Result<()> {
         for (key, _) in self.table.iter() {
             let name: &str = key.get_ref();
             if !known.contains(&name) {
@@ -143,7 +143,7 @@ impl<'a> Section<'a> {
         Ok(())
     }
 
-    pub fn section(&self, key: &str) -> Result<Section<'a>> {
+    pub(crate) fn section(&self, key: &str) -> Result<Section<'a>> {
         let Some(value) = self.table.get(key) else {
             return Err(Error::input(
                 self.file.name,
@@ -168,7 +168,7 @@ impl<'a> Section<'a> {
     }
 
     /// The tables of the list `key`, each under its own [[key]] header.
-    pub fn tables(&self, key: &str) -> Result<Vec<Section<'a>>> {
+    pub(crate) fn tables(&self, key: &str) -> Result<Vec<Section<'a>>> {
         let Some(value) = self.table.get(key) else {
             return Ok(Vec::new());
         };
@@ -204,7 +204,7 @@ impl<'a> Section<'a> {
         Some(value.get_ref())
     }
 
-    pub fn optional(&self, key: &str) -> Result<Option<f64>> {
+    pub(crate) fn optional(&self, key: &str) -> Result<Option<f64>> {
         let Some(value) = self.value(key) else {
             return Ok(None);
         };
@@ -218,11 +218,11 @@ impl<'a> Section<'a> {
         }
     }
 
-    pub fn number(&self, key: &str) -> Result<f64> {
+    pub(crate) fn number(&self, key: &str) -> Result<f64> {
         self.optional(key)?.ok_or_else(|| self.missing(key))
     }
 
-    pub fn optional_count(&self, key: &str) -> Result<Option<usize>> {
+    pub(crate) fn optional_count(&self, key: &str) -> Result<Option<usize>> {
         match self.value(key) {
             None => Ok(None),
             Some(value) => match value {
@@ -240,7 +240,7 @@ impl<'a> Section<'a> {
         }
     }
 
-    pub fn text(&self, key: &str) -> Result<String> {
+    pub(crate) fn text(&self, key: &str) -> Result<String> {
         match self.value(key) {
             None => Err(self.missing(key)),
             Some(DeValue::String(text)) => Ok(text.to_string()),
@@ -252,7 +252,7 @@ impl<'a> Section<'a> {
         }
     }
 
-    pub fn point(&self, key: &str) -> Result<Point2<f64>> {
+    pub(crate) fn point(&self, key: &str) -> Result<Point2<f64>> {
         let value = self.value(key).ok_or_else(|| self.missing(key))?;
         let coordinates = match value {
             DeValue::Array(list) => list.iter().map(|v| as_number(v.get_ref())).collect(),

@@ -5,14 +5,14 @@ use nalgebra::Point2;
 
 /// A convex polygon [m]. With fewer than three corners it has no area.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Polygon {
+pub(super) struct Polygon {
     corners: Vec<Point2<f64>>,
 }
 
 impl Polygon {
     /// The convex hull of `points`, by Andrew's monotone chain
     /// (doi:10.1016/0020-0190(79)90072-3).
-    pub fn hull(mut points: Vec<Point2<f64>>) -> Self {
+    pub(super) fn hull(mut points: Vec<Point2<f64>>) -> Self {
         points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
         points.dedup();
         if points.len() < 3 {
@@ -43,7 +43,7 @@ impl Polygon {
     }
 
     /// The corners, in counterclockwise order.
-    pub fn corners(&self) -> &[Point2<f64>] {
+    pub(super) fn corners(&self) -> &[Point2<f64>] {
         &self.corners
     }
 
@@ -55,7 +55,7 @@ impl Polygon {
 
     /// The intersection of the two polygons, by clipping edge by edge (Sutherland and Hodgman 1974,
     /// doi:10.1145/360767.360802). At most one of them may have no area.
-    pub fn intersection(&self, other: &Self) -> Self {
+    pub(super) fn intersection(&self, other: &Self) -> Self {
         if other.corners.len() < 3 {
             return match self.corners.len() {
                 0..3 => Self::hull(Vec::new()),
@@ -82,7 +82,7 @@ impl Polygon {
     }
 
     /// The area [m^2].
-    pub fn area(&self) -> f64 {
+    pub(super) fn area(&self) -> f64 {
         let Some(&first) = self.corners.first() else {
             return 0.0;
         };
@@ -93,7 +93,7 @@ impl Polygon {
     }
 
     /// The smallest and largest coordinates along x and y [m].
-    pub fn bounds(&self) -> [[f64; 2]; 2] {
+    pub(super) fn bounds(&self) -> [[f64; 2]; 2] {
         let range = |of: fn(&Point2<f64>) -> f64| {
             let all = self.corners.iter().map(of);
             let none = [f64::INFINITY, f64::NEG_INFINITY];
@@ -103,7 +103,7 @@ impl Polygon {
     }
 
     /// Distance between two disjoint polygons [m].
-    pub fn distance(&self, other: &Self) -> f64 {
+    pub(super) fn distance(&self, other: &Self) -> f64 {
         let pairs = self
             .edges()
             .flat_map(|a| other.edges().map(move |b| (a, b)));

@@ -4,14 +4,14 @@ use nalgebra::{Point2, Vector2};
 
 /// The segment from `from` to `to` [m], which may coincide.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Segment {
+pub(super) struct Segment {
     pub from: Point2<f64>,
     pub to: Point2<f64>,
 }
 
 /// The nearest points of two segments.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Nearest {
+pub(super) struct Nearest {
     /// Distance between the segments [m].
     pub distance: f64,
     /// One point on each segment [m].
@@ -45,7 +45,7 @@ impl Segment {
     }
 
     /// The nearest points of this segment and `other`.
-    pub fn nearest(&self, other: &Self) -> Nearest {
+    pub(super) fn nearest(&self, other: &Self) -> Nearest {
         if let Some(point) = self.crossing(other) {
             return Nearest {
                 distance: 0.0,

@@ -1,6 +1,7 @@
 //! The outcome of a run.
 
 use nalgebra::Point2;
+use strum::VariantArray as _;
 
 /// A successful pick.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,7 +21,8 @@ pub struct Pick {
 }
 
 /// Why an attempt failed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, strum::IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 pub enum FailureCause {
     /// The gripper did not hold the item.
     Grasp,
@@ -32,10 +34,7 @@ pub enum FailureCause {
 impl FailureCause {
     /// The name used in files.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Grasp => "grasp",
-            Self::OutOfReach => "out_of_reach",
-        }
+        self.into()
     }
 }
 
@@ -58,7 +57,10 @@ impl Failure {
 }
 
 /// Why an item was not picked.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, strum::IntoStaticStr, strum::VariantArray,
+)]
+#[strum(serialize_all = "snake_case")]
 pub enum MissReason {
     /// No robot has a departure window for it.
     Unreachable,
@@ -74,23 +76,11 @@ pub enum MissReason {
 
 impl MissReason {
     /// All reasons; the first that applies is reported.
-    pub const ALL: [Self; 5] = [
-        Self::Unreachable,
-        Self::GraspFailed,
-        Self::PassedOver,
-        Self::Unseen,
-        Self::Busy,
-    ];
+    pub const ALL: &'static [Self] = Self::VARIANTS;
 
     /// The name used in files.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Unreachable => "unreachable",
-            Self::GraspFailed => "grasp_failed",
-            Self::PassedOver => "passed_over",
-            Self::Unseen => "unseen",
-            Self::Busy => "busy",
-        }
+        self.into()
     }
 }
 
@@ -241,6 +231,7 @@ mod tests {
             "unseen",
             "busy",
         ];
-        assert_eq!(MissReason::ALL.map(MissReason::name), names);
+        let all: Vec<_> = MissReason::ALL.iter().map(|r| r.name()).collect();
+        assert_eq!(all, names);
     }
 }

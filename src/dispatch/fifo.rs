@@ -4,7 +4,7 @@ use super::DispatchingRule;
 use crate::decision::{Candidate, Moment};
 
 /// First in, first out: the item that is furthest downstream.
-pub struct Fifo;
+pub(super) struct Fifo;
 
 impl DispatchingRule for Fifo {
     fn name(&self) -> &'static str {

@@ -4,7 +4,7 @@ use super::DispatchingRule;
 use crate::decision::{Candidate, Moment};
 
 /// Longest distance: the item farthest from the robot's base.
-pub struct Ld;
+pub(super) struct Ld;
 
 impl DispatchingRule for Ld {
     fn name(&self) -> &'static str {

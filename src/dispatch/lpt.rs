@@ -4,7 +4,7 @@ use super::DispatchingRule;
 use crate::decision::{Candidate, Moment};
 
 /// Longest processing time: the pick that takes longest.
-pub struct Lpt;
+pub(super) struct Lpt;
 
 impl DispatchingRule for Lpt {
     fn name(&self) -> &'static str {

@@ -4,7 +4,7 @@ use super::DispatchingRule;
 use crate::decision::{Candidate, Moment};
 
 /// Priority picking: the item with the highest object-specific reward.
-pub struct Pp;
+pub(super) struct Pp;
 
 impl DispatchingRule for Pp {
     fn name(&self) -> &'static str {

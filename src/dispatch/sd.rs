@@ -4,7 +4,7 @@ use super::DispatchingRule;
 use crate::decision::{Candidate, Moment};
 
 /// Shortest distance: the item nearest to the robot's base.
-pub struct Sd;
+pub(super) struct Sd;
 
 impl DispatchingRule for Sd {
     fn name(&self) -> &'static str {

@@ -4,7 +4,7 @@ use super::DispatchingRule;
 use crate::decision::{Candidate, Moment};
 
 /// Shortest processing time: the pick that is completed soonest.
-pub struct Spt;
+pub(super) struct Spt;
 
 impl DispatchingRule for Spt {
     fn name(&self) -> &'static str {

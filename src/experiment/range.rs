@@ -70,7 +70,7 @@ fn round_up(value: f64) -> f64 {
 }
 
 /// Maximum number of rows of a sweep without --step.
-pub const ROWS: f64 = 30.0;
+pub(super) const ROWS: f64 = 30.0;
 
 /// The largest of the steps 1, 2, 5, 10, ... and their decimal fractions that is at most
 /// `most`.

@@ -27,7 +27,8 @@ pub enum Axis {
 }
 
 impl Axis {
-    /// All axes with their names and units, the default first.
+    /// All axes with their names and units, the default first. By hand, because derived names
+    /// would have their units elsewhere.
     pub const NAMES: [(Self, &'static str, &'static str); 4] = [
         (Self::Speed, "speed", "m/s"),
         (Self::Robots, "robots", "1"),

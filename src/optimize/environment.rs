@@ -60,7 +60,7 @@ pub(super) struct Deadline<'a> {
 
 impl Deadline<'_> {
     /// Whether the point in time has passed.
-    pub fn passed(&self) -> bool {
+    pub(super) fn passed(&self) -> bool {
         self.at.is_some_and(|at| Instant::now() >= at)
     }
 }

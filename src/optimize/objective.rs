@@ -22,7 +22,8 @@ pub enum Objective {
 }
 
 impl Objective {
-    /// All names with their units and meanings, the default first.
+    /// All names with their units and meanings, the default first. By hand, because unit and
+    /// meaning belong to each name, and one objective carries its scan.
     pub const NAMES: [(&'static str, &'static str, &'static str); 4] = [
         ("picking-rate", "1/min", "picks per minute"),
         ("picked-share", "1", "share of the items picked"),

@@ -99,7 +99,9 @@ pub struct Search {
 }
 
 /// Why the search ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, strum::IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
+#[non_exhaustive]
 pub enum StopReason {
     /// Every assignment was scored.
     Enumerated,
@@ -114,15 +116,9 @@ pub enum StopReason {
 }
 
 impl StopReason {
-    /// The name in files.
+    /// The name in files: the variant's in snake case.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Enumerated => "enumerated",
-            Self::LocalOptima => "local_optima",
-            Self::Budget => "budget",
-            Self::TimeLimit => "time_limit",
-            Self::Interrupted => "interrupted",
-        }
+        self.into()
     }
 }
 

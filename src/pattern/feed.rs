@@ -22,7 +22,7 @@ pub enum Feed {
     Profile(PathBuf),
 }
 
-/// Every feed by name, with a description. A profile also needs a file.
+/// Every feed by name, with a description. A profile also needs a file, so the list is by hand.
 pub const FEEDS: [(&str, &str); 6] = [
     ("grid", "rows and columns"),
     ("poisson", "Poisson disk, no two items close"),

@@ -26,11 +26,11 @@ impl Profile {
     ///
     /// # Errors
     /// If the file cannot be read, or the first problem in it, with its line.
-    pub fn load(path: &Path) -> Result<Self> {
+    pub(super) fn load(path: &Path) -> Result<Self> {
         Self::parse(&crate::files::read_text(path)?, &path.display().to_string())
     }
 
-    pub fn parse(text: &str, name: &str) -> Result<Self> {
+    pub(super) fn parse(text: &str, name: &str) -> Result<Self> {
         let mut file = CsvFile::new(text, name);
         let (header, line) = file.header()?;
         let mut places = [None; COLUMNS.len()];
@@ -109,17 +109,17 @@ impl Profile {
     }
 
     /// The name of the file, for messages.
-    pub fn name(&self) -> &str {
+    pub(super) fn name(&self) -> &str {
         &self.name
     }
 
     /// Time from the first row to the last [s].
-    pub fn duration(&self) -> f64 {
+    pub(super) fn duration(&self) -> f64 {
         self.points.last().map_or(0.0, |point| point.0)
     }
 
     /// Mean flow over the duration [1/min].
-    pub fn mean_flow(&self) -> f64 {
+    pub(super) fn mean_flow(&self) -> f64 {
         let piece = |pair: &[(f64, f64)]| (pair[1].0 - pair[0].0) * (pair[0].1 + pair[1].1) / 2.0;
         self.points.windows(2).map(piece).sum::<f64>() / self.duration()
     }
@@ -129,7 +129,7 @@ impl Profile {
     ///
     /// # Errors
     /// If there are too many items.
-    pub fn check_items(&self, scale: f64) -> Result<()> {
+    pub(super) fn check_items(&self, scale: f64) -> Result<()> {
         let items = scale * self.mean_flow() * self.duration() / 60.0;
         if items <= MOST_ITEMS as f64 {
             return Ok(());
@@ -146,7 +146,7 @@ impl Profile {
     /// current flow to the maximum (Lewis and Shedler, "Simulation of nonhomogeneous Poisson
     /// processes by thinning", Naval Research Logistics Quarterly 26, 1979, DOI
     /// 10.1002/nav.3800260304). `place` maps an arrival time [s] to the position of the item.
-    pub fn arrivals(
+    pub(super) fn arrivals(
         &self,
         scale: f64,
         count: usize,

@@ -75,7 +75,7 @@ struct SeenItem {
 impl Horizon {
     /// Fills the horizon from `snapshot`, without items that no robot can reach within `ahead`
     /// [s] from now.
-    pub fn read(&mut self, snapshot: &Snapshot, ahead: f64, goal: Goal) {
+    pub(super) fn read(&mut self, snapshot: &Snapshot, ahead: f64, goal: Goal) {
         let station = snapshot.station;
         let robots = station.robots().len();
         self.now = snapshot.time;
@@ -202,19 +202,19 @@ impl Horizon {
     }
 
     /// Number of robots.
-    pub fn robots(&self) -> usize {
+    pub(super) fn robots(&self) -> usize {
         self.free.len()
     }
 
     /// The place of an item of the pattern; `None` if it is out of view or out of reach.
-    pub fn place(&self, item: u32) -> Option<u32> {
+    pub(super) fn place(&self, item: u32) -> Option<u32> {
         let found = self.places.binary_search_by_key(&item, |&(item, _)| item);
         found.ok().map(|at| self.places[at].1)
     }
 
     /// Shortest possible duration of a pick, averaged over robots and the items within their
     /// reach [s].
-    pub fn mean_shortest(&self) -> f64 {
+    pub(super) fn mean_shortest(&self) -> f64 {
         let all = self.reach.iter().flatten().map(|reach| reach.shortest);
         let (sum, count) = all
             .filter(|shortest| shortest.is_finite())
@@ -226,13 +226,13 @@ impl Horizon {
 
     /// The data of one item for one robot.
     #[inline(always)]
-    pub fn reach(&self, robot: usize, place: u32) -> &ItemReach {
+    pub(super) fn reach(&self, robot: usize, place: u32) -> &ItemReach {
         &self.reach[robot][place as usize]
     }
 
     /// When `robot` is free again if it leaves for the item at `start` [s].
     #[inline(always)]
-    pub fn finish(&self, robot: usize, reach: &ItemReach, start: f64) -> f64 {
+    pub(super) fn finish(&self, robot: usize, reach: &ItemReach, start: f64) -> f64 {
         let arm = &self.arms[robot];
         let dx = reach.x0 + self.belt_speed * start - arm.bin_x;
         let travel = kinematics::travel_time(dx, reach.dy, self.belt_speed, arm.speed);
@@ -254,7 +254,7 @@ impl Horizon {
     /// because the arm is faster than the belt. Backwards in time the belt moves the other way,
     /// so the way back has the meeting point's closed form with -v.
     #[inline(always)]
-    pub fn latest_start(&self, robot: usize, reach: &ItemReach, deadline: f64) -> f64 {
+    pub(super) fn latest_start(&self, robot: usize, reach: &ItemReach, deadline: f64) -> f64 {
         let arm = &self.arms[robot];
         let lifted = deadline - arm.grasp - arm.release;
         let dx = reach.x0 + self.belt_speed * lifted - arm.bin_x;
@@ -267,7 +267,7 @@ impl Horizon {
 impl Horizon {
     /// With all of `pattern` in view at time 0, when the first robot decides and the others
     /// are free at the times [s] given.
-    pub fn of_all(
+    pub(crate) fn of_all(
         station: &Station,
         pattern: &crate::pattern::Pattern,
         free_at: &[f64],

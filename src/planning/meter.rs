@@ -68,7 +68,7 @@ const UNWATCHED: u64 = 20;
 
 impl Meter {
     /// Starts counting.
-    pub fn new(budget: Budget) -> Self {
+    pub(super) fn new(budget: Budget) -> Self {
         Self {
             budget,
             began: Instant::now(),
@@ -79,12 +79,12 @@ impl Meter {
     }
 
     /// Adds simulated decisions.
-    pub fn spend(&mut self, decisions: usize) {
+    pub(super) fn spend(&mut self, decisions: usize) {
         self.spent += decisions as u64;
     }
 
     /// Share of the budget that is used; the budget is exhausted from 1 on.
-    pub fn share(&mut self) -> f64 {
+    pub(super) fn share(&mut self) -> f64 {
         match self.budget {
             Budget::Decisions(most) => self.share = self.spent as f64 / most as f64,
             Budget::Time(most) if self.spent >= self.look_again => {
@@ -99,7 +99,7 @@ impl Meter {
 
     /// Whether time is up. A budget in decisions never ends work early: that work must be
     /// completed, with the same result on every machine.
-    pub fn is_late(&mut self) -> bool {
+    pub(super) fn is_late(&mut self) -> bool {
         matches!(self.budget, Budget::Time(_)) && self.share() >= 1.0
     }
 }
@@ -107,7 +107,7 @@ impl Meter {
 #[cfg(test)]
 impl Meter {
     /// Of a decision that began a minute ago.
-    pub fn of_a_minute(budget: Budget) -> Self {
+    pub(crate) fn of_a_minute(budget: Budget) -> Self {
         let minute = Duration::from_secs(60);
         Self {
             began: Instant::now().checked_sub(minute).unwrap(),

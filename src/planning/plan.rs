@@ -45,7 +45,7 @@ pub(super) struct PlanScore {
 impl PlanScore {
     /// Compares two scores; the better one is greater. Values are sums in any order, so they
     /// count as equal within rounding.
-    pub fn compare(&self, other: &Self) -> Ordering {
+    pub(super) fn compare(&self, other: &Self) -> Ordering {
         let slack = 1e-9 * (1.0 + self.value.abs());
         if (self.value - other.value).abs() > slack {
             return self.value.total_cmp(&other.value);
@@ -55,14 +55,14 @@ impl PlanScore {
     }
 
     /// Whether this score is better.
-    pub fn beats(&self, other: &Self) -> bool {
+    pub(super) fn beats(&self, other: &Self) -> bool {
         self.compare(other) == Ordering::Greater
     }
 }
 
 impl PickPlan {
     /// Removes everything from the plan.
-    pub fn clear(&mut self, horizon: &Horizon) {
+    pub(super) fn clear(&mut self, horizon: &Horizon) {
         self.routes.resize_with(horizon.robots(), Vec::new);
         self.routes.iter_mut().for_each(Vec::clear);
         self.owner.clear();
@@ -71,7 +71,7 @@ impl PickPlan {
     }
 
     /// Copies `other`, reusing allocated memory.
-    pub fn copy_from(&mut self, other: &Self) {
+    pub(super) fn copy_from(&mut self, other: &Self) {
         self.routes.clone_from(&other.routes);
         self.owner.clone_from(&other.owner);
         self.value = other.value;
@@ -79,7 +79,7 @@ impl PickPlan {
 
     /// Appends the item at `place` to the stops of `robot`, which leaves at `start` [s];
     /// returns when it is free again [s].
-    pub fn push(&mut self, horizon: &Horizon, robot: usize, place: u32, start: f64) -> f64 {
+    pub(super) fn push(&mut self, horizon: &Horizon, robot: usize, place: u32, start: f64) -> f64 {
         let finish = horizon.finish(robot, horizon.reach(robot, place), start);
         // A station has at most 100 robots.
         self.owner[place as usize] = robot as u16;
@@ -95,7 +95,7 @@ impl PickPlan {
 
     /// Recomputes all times of `robot` and removes stops that have become impossible. Returns
     /// the number of stops examined.
-    pub fn retime(&mut self, horizon: &Horizon, robot: usize) -> usize {
+    pub(super) fn retime(&mut self, horizon: &Horizon, robot: usize) -> usize {
         let route = &mut self.routes[robot];
         let looked_at = route.len();
         let mut free = horizon.free[robot];
@@ -130,13 +130,13 @@ impl PickPlan {
     }
 
     /// When `robot` is done [s].
-    pub fn done(&self, horizon: &Horizon, robot: usize) -> f64 {
+    pub(super) fn done(&self, horizon: &Horizon, robot: usize) -> f64 {
         let last = self.routes[robot].last();
         last.map_or(horizon.free[robot], |stop| stop.finish)
     }
 
     /// The score of the plan.
-    pub fn score(&self, horizon: &Horizon) -> PlanScore {
+    pub(super) fn score(&self, horizon: &Horizon) -> PlanScore {
         // Items are in pattern order, downstream first, so the last one without an owner is the
         // last to leave.
         let left = self.owner.iter().rposition(|&owner| owner == NOBODY);

@@ -57,7 +57,7 @@ pub(super) struct BestPlan<'p> {
 impl Rollout {
     /// Completes `start` with every base; a completion better than `best` replaces it. Returns
     /// the best completion's score; `None` if time was up before.
-    pub fn complete(
+    pub(super) fn complete(
         &mut self,
         bases: Bases,
         start: &PickPlan,
@@ -87,7 +87,13 @@ impl Rollout {
 
     /// Tries every candidate for the first decisions of `beam` and keeps the best partial plans
     /// from one to the next; a depth of 1 is the classical rollout.
-    pub fn search(&mut self, bases: Bases, beam: Beam, best: &mut BestPlan, meter: &mut Meter) {
+    pub(super) fn search(
+        &mut self,
+        bases: Bases,
+        beam: Beam,
+        best: &mut BestPlan,
+        meter: &mut Meter,
+    ) {
         let mut beginnings = vec![PickPlan::default()];
         beginnings[0].clear(bases.horizon);
         for _ in 0..beam.depth {

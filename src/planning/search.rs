@@ -58,7 +58,7 @@ struct Refill {
 
 impl Improver {
     /// Improves `plan` for as long as `meter` allows. The plan never gets worse.
-    pub fn improve(
+    pub(super) fn improve(
         &mut self,
         horizon: &Horizon,
         plan: &mut PickPlan,

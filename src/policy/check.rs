@@ -22,7 +22,7 @@ const MOST_BYTES: usize = 256 << 20;
 ///
 /// # Errors
 /// What is wrong, with `place` as the location.
-pub fn read(bytes: &[u8], folder: Option<&Path>, place: &str) -> Result<ModelProto> {
+pub(super) fn read(bytes: &[u8], folder: Option<&Path>, place: &str) -> Result<ModelProto> {
     let wrong = |problem: String| {
         let cure = "give a policy as `pickline train` or torch's ONNX exporter writes it";
         Error::input(place, problem, cure)
@@ -111,7 +111,7 @@ fn check_names(graph: &GraphProto) -> std::result::Result<(), String> {
 }
 
 /// The inputs that are not weights.
-pub fn inputs(graph: &GraphProto) -> impl Iterator<Item = (usize, &ValueInfoProto)> {
+pub(super) fn inputs(graph: &GraphProto) -> impl Iterator<Item = (usize, &ValueInfoProto)> {
     let is_weight = |name: &str| graph.initializer.iter().any(|tensor| tensor.name == name);
     graph
         .input
@@ -121,7 +121,7 @@ pub fn inputs(graph: &GraphProto) -> impl Iterator<Item = (usize, &ValueInfoProt
 }
 
 /// The sizes of a value (`None` for dynamic ones) and its type.
-pub fn shape(value: &ValueInfoProto) -> Option<(Vec<Option<usize>>, i32)> {
+pub(super) fn shape(value: &ValueInfoProto) -> Option<(Vec<Option<usize>>, i32)> {
     let type_proto::Value::TensorType(tensor) = value.r#type.as_ref()?.value.as_ref()?;
     let size = |dim: &tract_onnx::pb::tensor_shape_proto::Dimension| match dim.value {
         Some(dimension::Value::DimValue(size)) => usize::try_from(size).ok().filter(|s| *s > 0),

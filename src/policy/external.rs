@@ -42,7 +42,7 @@ fn entry<'t>(tensor: &'t TensorProto, key: &str) -> Option<&'t str> {
 }
 
 /// All weights of `graph`, including those in attributes of nodes and in nested graphs.
-pub fn tensors(graph: &mut GraphProto) -> Vec<&mut TensorProto> {
+pub(super) fn tensors(graph: &mut GraphProto) -> Vec<&mut TensorProto> {
     let mut found: Vec<&mut TensorProto> = graph.initializer.iter_mut().collect();
     for node in &mut graph.node {
         for attribute in &mut node.attribute {
@@ -60,7 +60,12 @@ pub fn tensors(graph: &mut GraphProto) -> Vec<&mut TensorProto> {
 ///
 /// # Errors
 /// A file that is missing, too large, too short or outside `folder`.
-pub fn gather(graph: &mut GraphProto, folder: &Path, most: usize, place: &str) -> Result<()> {
+pub(super) fn gather(
+    graph: &mut GraphProto,
+    folder: &Path,
+    most: usize,
+    place: &str,
+) -> Result<()> {
     let mut files: HashMap<PathBuf, Vec<u8>> = HashMap::new();
     for tensor in tensors(graph) {
         if !is_external(tensor) {

@@ -461,7 +461,12 @@ impl Ports {
                 format!(
                     "train on one of: {}; outputs are the logits of K slots, and one more for \
                      waiting",
-                    View::ALL.map(written).join(", ")
+                    View::ALL
+                        .iter()
+                        .copied()
+                        .map(written)
+                        .collect::<Vec<_>>()
+                        .join(", ")
                 ),
             ));
         };
@@ -541,9 +546,9 @@ fn written(view: View) -> String {
 /// The layouts with these sizes, if the file has no metadata; `outputs` is `None` if the file
 /// leaves a size dynamic.
 fn layouts_of(observation: usize, mask: Option<usize>, outputs: Option<&[usize]>) -> Vec<Layout> {
-    let all = View::ALL.into_iter().flat_map(|view| {
+    let all = View::ALL.iter().flat_map(|view| {
         [false, true].map(|wait| Layout {
-            view,
+            view: *view,
             slots: 1,
             wait,
         })

@@ -24,7 +24,7 @@ fn content_hash(model: &ModelProto) -> String {
 }
 
 /// Adds the hash to `model`, which must be complete.
-pub fn seal(model: &mut ModelProto) {
+pub(super) fn seal(model: &mut ModelProto) {
     let value = content_hash(model);
     model.metadata_props.push(StringStringEntryProto {
         key: format!("{PREFIX}{KEY}"),
@@ -37,7 +37,7 @@ pub fn seal(model: &mut ModelProto) {
 ///
 /// # Errors
 /// The hash differs from the one in the file; `place` is the location.
-pub fn check_seal(model: &ModelProto, place: &str) -> Result<()> {
+pub(super) fn check_seal(model: &ModelProto, place: &str) -> Result<()> {
     let Some(entry) = model.metadata_props.iter().find(|entry| is_seal(entry)) else {
         return Ok(());
     };

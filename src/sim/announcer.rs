@@ -12,7 +12,7 @@ pub(super) struct Announcer<'o> {
 }
 
 impl<'o> Announcer<'o> {
-    pub fn new(observer: &'o mut dyn Observer) -> Self {
+    pub(super) fn new(observer: &'o mut dyn Observer) -> Self {
         Self {
             observer,
             pending: Vec::new(),
@@ -21,12 +21,12 @@ impl<'o> Announcer<'o> {
     }
 
     /// Reports a decision.
-    pub fn decided(&mut self, snapshot: &Snapshot, action: Action) {
+    pub(super) fn decided(&mut self, snapshot: &Snapshot, action: Action) {
         self.observer.observe(&Event::Decision { snapshot, action });
     }
 
     /// Records the future events of a pick.
-    pub fn picks(&mut self, pick: &Pick) {
+    pub(super) fn picks(&mut self, pick: &Pick) {
         let (robot, item) = (pick.robot, pick.item);
         let time = pick.grasp;
         self.pending.push(Event::Grasp { time, robot, item });
@@ -35,7 +35,7 @@ impl<'o> Announcer<'o> {
     }
 
     /// Records the future events of a failed attempt.
-    pub fn fails(&mut self, failure: &Failure, grasp_time: f64) {
+    pub(super) fn fails(&mut self, failure: &Failure, grasp_time: f64) {
         self.pending.push(Event::GraspFailed {
             time: failure.claim_ends(grasp_time),
             robot: failure.attempt.robot,
@@ -47,7 +47,7 @@ impl<'o> Announcer<'o> {
     /// Reports every event of `run` up to `now` [s]. At equal times, grasps come first, then
     /// failures, then releases, then items that leave the belt, each in the order of their
     /// decisions.
-    pub fn advance(&mut self, run: &Run, now: f64) {
+    pub(super) fn advance(&mut self, run: &Run, now: f64) {
         let items = run.scene().pattern().len();
         loop {
             while self.leaving < items && run.is_picked(self.leaving as u32) {

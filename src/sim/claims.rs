@@ -8,39 +8,39 @@ pub(super) struct Claims {
 
 impl Claims {
     /// The empty set for `items` items.
-    pub fn none(items: usize) -> Self {
+    pub(super) fn none(items: usize) -> Self {
         Self {
             words: vec![0; items.div_ceil(64)],
         }
     }
 
     /// Clears the set and resizes it for `items` items.
-    pub fn reset(&mut self, items: usize) {
+    pub(super) fn reset(&mut self, items: usize) {
         self.words.clear();
         self.words.resize(items.div_ceil(64), 0);
     }
 
     #[inline(always)]
-    pub fn contains(&self, item: u32) -> bool {
+    pub(super) fn contains(&self, item: u32) -> bool {
         self.words[item as usize / 64] >> (item % 64) & 1 == 1
     }
 
     #[inline(always)]
-    pub fn insert(&mut self, item: u32) {
+    pub(super) fn insert(&mut self, item: u32) {
         self.words[item as usize / 64] |= 1 << (item % 64);
     }
 
-    pub fn remove(&mut self, item: u32) {
+    pub(super) fn remove(&mut self, item: u32) {
         self.words[item as usize / 64] &= !(1 << (item % 64));
     }
 
-    pub fn copy_from(&mut self, other: &Self) {
+    pub(super) fn copy_from(&mut self, other: &Self) {
         self.words.copy_from_slice(&other.words);
     }
 
     /// The highest index below `items` that is not in the set. This is the last unpicked item to
     /// leave the belt, because patterns are sorted downstream first.
-    pub fn last_missing(&self, items: usize) -> Option<usize> {
+    pub(super) fn last_missing(&self, items: usize) -> Option<usize> {
         let last = self.words.len() - 1;
         (0..=last).rev().find_map(|w| {
             let used = if w == last { (items - 1) % 64 + 1 } else { 64 };

@@ -20,7 +20,7 @@ pub(super) struct Queue {
 
 impl Queue {
     /// Returns to time 0.
-    pub fn reset(&mut self) {
+    pub(super) fn reset(&mut self) {
         let mut active = std::mem::take(&mut self.active);
         active.clear();
         *self = Self {
@@ -36,7 +36,7 @@ impl Queue {
     /// `queue` contains the items that the robot has windows for, by opening time; it must be the
     /// same in every call. `gone` returns whether an item that has not opened yet is claimed;
     /// `lost` does so for an opened item.
-    pub fn next_decision(
+    pub(super) fn next_decision(
         &mut self,
         scene: &Scene,
         queue: &[Candidate],
@@ -74,7 +74,7 @@ impl Queue {
     }
 
     /// When the next window after those in `active` opens [s].
-    pub fn next_opening(
+    pub(super) fn next_opening(
         &mut self,
         queue: &[Candidate],
         gone: &impl Fn(u32) -> bool,
@@ -87,7 +87,7 @@ impl Queue {
 
     /// Like [`Queue::next_opening`], but includes the items in `active`, because items that were
     /// given back may open after `time` [s].
-    pub fn next_opening_after(
+    pub(super) fn next_opening_after(
         &mut self,
         time: f64,
         queue: &[Candidate],
@@ -103,7 +103,12 @@ impl Queue {
     /// Adds `queue[place]` again, which is unclaimed from `time` [s] on; `time` must not be before
     /// any decision so far. Returns a lower bound of the robot's next decision time [s], or `None`
     /// if it is too late for this item.
-    pub fn give_back(&mut self, queue: &[Candidate], place: usize, time: f64) -> Option<f64> {
+    pub(super) fn give_back(
+        &mut self,
+        queue: &[Candidate],
+        place: usize,
+        time: f64,
+    ) -> Option<f64> {
         let candidate = queue[place];
         if candidate.close < time {
             return None;

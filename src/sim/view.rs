@@ -15,14 +15,14 @@ pub(super) struct ItemsInView {
 
 impl ItemsInView {
     /// Returns to time 0.
-    pub fn reset(&mut self) {
+    pub(super) fn reset(&mut self) {
         self.items.clear();
         self.first = 0;
         self.end = 0;
     }
 
     /// Fills `items` with what is in view at `time` [s], which must not decrease between calls.
-    pub fn update(&mut self, scene: &Scene, claims: &Claims, time: f64) {
+    pub(super) fn update(&mut self, scene: &Scene, claims: &Claims, time: f64) {
         let belt = scene.station().belt();
         let seen = scene.sightings();
         let x = |index: usize| seen[index].x0 + belt.speed * time;

@@ -364,7 +364,7 @@ fn steps_are_counted_and_told() {
         BoundStop::Optimal,
         BoundStop::Done,
         BoundStop::Interrupted,
-        BoundStop::TooMany,
+        BoundStop::TooManyItems,
     ]
     .map(BoundStop::name);
     assert_eq!(names, ["optimal", "done", "interrupted", "too_many_items"]);
@@ -422,7 +422,7 @@ fn slots_that_cannot_be_are_refused_and_huge_patterns_are_not() {
         assert!(error.to_string().contains(word), "{error}");
     }
     let found = bound(&scene, &BoundOptions::quick(BoundObjective::Picks));
-    assert_eq!(found.stop, BoundStop::TooMany);
+    assert_eq!(found.stop, BoundStop::TooManyItems);
     assert_eq!(
         (found.value, found.relaxed, found.reachable),
         (60_000.0, 60_000.0, 60_000)

@@ -217,7 +217,7 @@ fn weights_with_fractions_are_rounded_up() {
             ..options(BoundObjective::Weight, 1)
         };
         let found = bound(&scene, &none);
-        assert_eq!(found.stop, BoundStop::TooMany);
+        assert_eq!(found.stop, BoundStop::TooManyItems);
         let value = in_parts(found.value);
         assert!(
             least <= value && value <= least + (least >> 29),

@@ -19,6 +19,7 @@ thread_local! {
 }
 
 // SAFETY: everything is passed on to the system's allocator as it came.
+#[allow(unsafe_code)]
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         // A thread that ends frees after its locals are gone; nothing is counted then.

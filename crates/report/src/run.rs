@@ -139,8 +139,10 @@ impl RunReport {
         let steady = Throughput::of([&steady_state(scene, outcome)]);
         let figures = &outcome.figures;
         let id = |item: u32| pattern.items()[item as usize].id.clone();
-        let mut missed_by_reason: BTreeMap<_, _> =
-            MissReason::ALL.map(|reason| (reason.name(), 0)).into();
+        let mut missed_by_reason: BTreeMap<_, _> = MissReason::ALL
+            .iter()
+            .map(|reason| (reason.name(), 0))
+            .collect();
         for miss in &outcome.missed {
             *missed_by_reason.entry(miss.reason.name()).or_default() += 1;
         }

@@ -47,9 +47,9 @@ use crate::kinematics;
 use crate::station::Robot;
 
 /// Number of global features.
-pub const GLOBALS: usize = 21;
+pub(super) const GLOBALS: usize = 21;
 /// Number of features per slot.
-pub const FEATURES: usize = 17;
+pub(super) const FEATURES: usize = 17;
 
 /// The value that represents "never" for a time or duration.
 const NEVER: f32 = 2.0;
@@ -77,7 +77,12 @@ fn count(items: f32) -> f32 {
 }
 
 /// Fills `globals`, and `slots` with the features of the chosen candidates.
-pub fn encode(snapshot: &Snapshot, chosen: &[usize], globals: &mut [f32], slots: &mut [f32]) {
+pub(super) fn encode(
+    snapshot: &Snapshot,
+    chosen: &[usize],
+    globals: &mut [f32],
+    slots: &mut [f32],
+) {
     let moment = snapshot.moment();
     let scale = Scale {
         time: moment.robot.reach / moment.robot.speed,

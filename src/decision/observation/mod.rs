@@ -19,6 +19,7 @@ use super::strategy::Action;
 use crate::error::{Error, Result, known_names, shown};
 use std::fmt;
 use std::str::FromStr;
+use strum::VariantArray as _;
 
 /// Version of the meaning of the features.
 pub const VERSION: u32 = 1;
@@ -29,7 +30,8 @@ pub const VERSION: u32 = 1;
 const WAIT: f64 = 0.25;
 
 /// A set of features.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, strum::IntoStaticStr, strum::VariantArray)]
+#[strum(serialize_all = "snake_case")]
 pub enum View {
     /// The paper's features (Jermann et al.): x, y, processing time and reward of every slot, and
     /// busy and time until free of every robot.
@@ -40,14 +42,11 @@ pub enum View {
 
 impl View {
     /// All feature sets.
-    pub const ALL: [Self; 2] = [Self::Paper, Self::Full];
+    pub const ALL: &'static [Self] = Self::VARIANTS;
 
     /// The name used in files.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Paper => "paper",
-            Self::Full => "full",
-        }
+        self.into()
     }
 }
 
@@ -61,17 +60,15 @@ impl FromStr for View {
     type Err = Error;
 
     fn from_str(text: &str) -> Result<Self> {
-        Self::ALL
-            .into_iter()
-            .find(|view| view.name() == text)
-            .ok_or_else(|| {
-                let names = Self::ALL.map(Self::name);
-                Error::input(
-                    "observation",
-                    format!("`{}` is not a known view", shown(text)),
-                    known_names(text, &names),
-                )
-            })
+        let mut all = Self::ALL.iter().copied();
+        all.find(|view| view.name() == text).ok_or_else(|| {
+            let names: Vec<_> = Self::ALL.iter().map(|view| view.name()).collect();
+            Error::input(
+                "observation",
+                format!("`{}` is not a known view", shown(text)),
+                known_names(text, &names),
+            )
+        })
     }
 }
 

@@ -6,12 +6,17 @@ use crate::decision::snapshot::Snapshot;
 /// Number of robots that are represented; further robots of a longer line are not visible.
 const ROBOTS: usize = 6;
 /// Busy and time until free [s] of every robot, upstream first.
-pub const GLOBALS: usize = 2 * ROBOTS;
+pub(super) const GLOBALS: usize = 2 * ROBOTS;
 /// x and y relative to the robot's base [m], processing time [s], reward.
-pub const FEATURES: usize = 4;
+pub(super) const FEATURES: usize = 4;
 
 /// Fills `globals`, and `slots` with the features of the chosen candidates.
-pub fn encode(snapshot: &Snapshot, chosen: &[usize], globals: &mut [f32], slots: &mut [f32]) {
+pub(super) fn encode(
+    snapshot: &Snapshot,
+    chosen: &[usize],
+    globals: &mut [f32],
+    slots: &mut [f32],
+) {
     globals.fill(0.0);
     let robots = snapshot.free_at.len().min(ROBOTS);
     for (index, pair) in globals.chunks_exact_mut(2).enumerate().take(robots) {

@@ -20,7 +20,8 @@ pub const MOST_ROBOTS: usize = 4;
 const BATCH: usize = 256;
 
 /// A robot's payoff.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, strum::IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 pub enum PayoffKind {
     /// Its own picks per minute, `60 k_i / T`.
     Own,
@@ -31,10 +32,7 @@ pub enum PayoffKind {
 impl PayoffKind {
     /// The name on the command line.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Own => "own",
-            Self::Total => "total",
-        }
+        self.into()
     }
 }
 

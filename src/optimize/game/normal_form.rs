@@ -138,7 +138,7 @@ pub(super) mod tests {
     use super::*;
 
     /// A game of two players from a table of (row's payoff, column's payoff).
-    pub fn two_players(table: &[&[(i32, i32)]]) -> Game {
+    pub(crate) fn two_players(table: &[&[(i32, i32)]]) -> Game {
         let player = |name: &str, count: usize| Player {
             name: name.into(),
             actions: (1..=count).map(|i| format!("{name}{i}")).collect(),
@@ -151,16 +151,16 @@ pub(super) mod tests {
 
     /// Both confess: 5 years each; both stay silent: 1 year each. Payoffs are years of freedom
     /// out of ten.
-    pub fn prisoners_dilemma() -> Game {
+    pub(crate) fn prisoners_dilemma() -> Game {
         two_players(&[&[(9, 9), (0, 10)], &[(10, 0), (5, 5)]])
     }
 
-    pub fn matching_pennies() -> Game {
+    pub(crate) fn matching_pennies() -> Game {
         two_players(&[&[(1, -1), (-1, 1)], &[(-1, 1), (1, -1)]])
     }
 
     /// Two equilibria, one twice as good; miscoordination is worth nothing.
-    pub fn coordination() -> Game {
+    pub(crate) fn coordination() -> Game {
         two_players(&[&[(2, 2), (0, 0)], &[(0, 0), (1, 1)]])
     }
 

@@ -101,12 +101,12 @@ pub(super) struct Pace {
 
 impl Pace {
     /// Whether time explains the differences between speeds and they are more than chance.
-    pub fn explains(&self) -> bool {
+    pub(super) fn explains(&self) -> bool {
         self.off_px > 0.0 && !self.excess.is_empty()
     }
 
     /// The speed of a step without the effect of its time [px/frame].
-    pub fn steady(&self, step: &TrackStep) -> f64 {
+    pub(super) fn steady(&self, step: &TrackStep) -> f64 {
         let excess = self.excess.get(self.times.piece(step.frame));
         step.speed - excess.copied().unwrap_or_default()
     }

@@ -30,7 +30,7 @@ pub(super) struct Found {
 }
 
 impl Found {
-    pub fn new(object: &Object, speed: Option<f64>, options: &ImportOptions) -> Self {
+    pub(super) fn new(object: &Object, speed: Option<f64>, options: &ImportOptions) -> Self {
         let seen = &object.track.sightings;
         let scale = options.scale_m_per_px;
         let sure: Vec<f64> = seen
@@ -55,7 +55,7 @@ impl Found {
     }
 
     /// Whether it can only result from a wrong option.
-    pub fn is_absurd(&self, options: &ImportOptions) -> bool {
+    pub(super) fn is_absurd(&self, options: &ImportOptions) -> bool {
         let aside = self.across * options.scale_m_per_px;
         let area = self.item.area_cm2.unwrap_or_default();
         self.item.x0.abs() > FURTHEST || aside.abs() > FURTHEST || area > LARGEST_AREA

@@ -29,7 +29,7 @@ pub(super) struct BoxSighting {
 
 impl BoxSighting {
     /// The box of `row`, from this line of the file.
-    pub fn new(row: FileRow, line: usize, options: &ImportOptions) -> Self {
+    pub(super) fn new(row: FileRow, line: usize, options: &ImportOptions) -> Self {
         let (width, height) = row.size.unwrap_or_default();
         let (x, y) = (row.left + width / 2.0, row.top + height / 2.0);
         let (along, across) = options.turned(x, y);
@@ -46,7 +46,7 @@ impl BoxSighting {
     }
 
     /// Area of the box [px^2]; `None` for a point.
-    pub fn area(&self) -> Option<f64> {
+    pub(super) fn area(&self) -> Option<f64> {
         self.size.map(|(along, across)| along * across)
     }
 }
@@ -75,19 +75,19 @@ pub(super) fn speed_between(from: &BoxSighting, to: &BoxSighting, options: &Impo
 
 impl Track {
     /// The first and the last frame.
-    pub fn span(&self) -> (u32, u32) {
+    pub(super) fn span(&self) -> (u32, u32) {
         let frame = |sighting: Option<&BoxSighting>| sighting.map_or(0, |s| s.frame);
         (frame(self.sightings.first()), frame(self.sightings.last()))
     }
 
     /// Time from the first box to the last [s].
-    pub fn duration(&self, options: &ImportOptions) -> f64 {
+    pub(super) fn duration(&self, options: &ImportOptions) -> f64 {
         let (first, last) = self.span();
         f64::from(last.saturating_sub(first)) / options.fps
     }
 
     /// Position along the travel at time 0 [m]: the median over its boxes.
-    pub fn x0(&self, options: &ImportOptions) -> f64 {
+    pub(super) fn x0(&self, options: &ImportOptions) -> f64 {
         let at_start = |s: &BoxSighting| {
             let time = (f64::from(s.frame) - 1.0) / options.fps;
             s.along * options.scale_m_per_px - options.belt_speed * time
@@ -96,14 +96,14 @@ impl Track {
     }
 
     /// Position across the travel, as the image counts it [px]: the median over its boxes.
-    pub fn across(&self) -> f64 {
+    pub(super) fn across(&self) -> f64 {
         median(&mut self.sightings.iter().map(|s| s.across).collect::<Vec<_>>())
     }
 
     /// Speed along the travel [m/s]: the median of the slopes between pairs of boxes (Theil 1950;
     /// Sen 1968, doi:10.1080/01621459.1968.10480934). In a long track every box is paired only with
     /// the one half the track later, which takes linear time. `None` for a single box.
-    pub fn speed(&self, options: &ImportOptions) -> Option<f64> {
+    pub(super) fn speed(&self, options: &ImportOptions) -> Option<f64> {
         let pairs = pairs(&self.sightings).into_iter();
         median_of(pairs.map(|(from, to)| speed_between(from, to, options)))
     }

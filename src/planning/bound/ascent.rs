@@ -46,7 +46,7 @@ pub(super) struct Steps {
 impl Ascent {
     /// Starts from `prices` in units, within the limits for its schedules; `best` is a value
     /// known to be valid.
-    pub fn new(prices: Vec<i64>, best: i64) -> Self {
+    pub(super) fn new(prices: Vec<i64>, best: i64) -> Self {
         Self {
             at: prices.iter().map(|&p| p as f64).collect(),
             direction: vec![0.0; prices.len()],
@@ -56,13 +56,13 @@ impl Ascent {
     }
 
     /// The current prices, in units.
-    pub fn last_prices(&self) -> Vec<i64> {
+    pub(super) fn last_prices(&self) -> Vec<i64> {
         self.at.iter().map(|&at| at as i64).collect()
     }
 
     /// Makes `steps` for `schedules`. Every step is entered in `profile`. `done` gets the best value after every step and may end
     /// the search.
-    pub fn run(
+    pub(super) fn run(
         &mut self,
         dual: &Dual,
         schedules: Schedules,

@@ -43,7 +43,7 @@ pub(super) struct Schedules {
 
 impl Schedules {
     /// All schedules: no limit on the last release, and no item that must be picked.
-    pub const ANY: Self = Self {
+    pub(super) const ANY: Self = Self {
         horizon: u64::MAX,
         must_from: usize::MAX,
     };
@@ -75,7 +75,7 @@ fn digits(items: usize) -> i32 {
 
 impl Dual {
     /// The dual of `scene`.
-    pub fn new(scene: &Scene, objective: BoundObjective, slots: Slots) -> Self {
+    pub(super) fn new(scene: &Scene, objective: BoundObjective, slots: Slots) -> Self {
         let items = scene.pattern().len();
         let robots = 0..scene.station().robots().len();
         let network = |r: usize| SlotNetwork::new(scene.station(), r, scene.queue(r), slots);
@@ -115,7 +115,7 @@ impl Dual {
 
     /// Evaluates L(`prices`) for schedules whose last release is in slot `horizon` or before,
     /// into `into`. Items that nobody can have released by then cost nothing.
-    pub fn evaluate(&self, prices: &[i64], horizon: u64, into: &mut DualEvaluation) {
+    pub(super) fn evaluate(&self, prices: &[i64], horizon: u64, into: &mut DualEvaluation) {
         let rewards: Vec<i64> = self
             .weights
             .iter()
@@ -143,7 +143,7 @@ impl Dual {
 
     /// The most that a schedule can earn, given a bound of `units`: picks come in whole
     /// numbers.
-    pub fn whole(&self, units: i64) -> i64 {
+    pub(super) fn whole(&self, units: i64) -> i64 {
         match self.objective {
             BoundObjective::Picks => {
                 let pick = self.units as i64;
@@ -154,7 +154,7 @@ impl Dual {
     }
 
     /// `units` as a weight, rounded up.
-    pub fn weight(&self, units: i64) -> f64 {
+    pub(super) fn weight(&self, units: i64) -> f64 {
         let value = units as f64 / self.units;
         if (value * self.units) as i64 >= units {
             value

@@ -33,12 +33,12 @@ pub(super) struct Slots {
 
 impl Slots {
     /// Start of slot `slot` [s].
-    pub fn start(self, slot: u64) -> f64 {
+    pub(super) fn start(self, slot: u64) -> f64 {
         slot as f64 * self.length
     }
 
     /// The last slot that begins at `time` [s] or before; 0 for times before 0.
-    pub fn of(self, time: f64) -> u64 {
+    pub(super) fn of(self, time: f64) -> u64 {
         let mut slot = (time / self.length) as u64;
         // The quotient may be rounded across the boundary defined by the product.
         while slot > 0 && self.start(slot) > time {
@@ -85,7 +85,7 @@ struct Raw {
 
 impl SlotNetwork {
     /// The picks of robot `robot` of `station`, which has the windows `queue`.
-    pub fn new(station: &Station, robot: usize, queue: &[Candidate], slots: Slots) -> Self {
+    pub(super) fn new(station: &Station, robot: usize, queue: &[Candidate], slots: Slots) -> Self {
         let mut raw: Vec<Raw> = Vec::new();
         let mut spans: Vec<(u64, u64)> = Vec::with_capacity(queue.len());
         for candidate in queue {
@@ -152,24 +152,24 @@ impl SlotNetwork {
     }
 
     /// Upper bound on the number of arcs of a network.
-    pub fn size(queue: &[Candidate], slots: Slots) -> f64 {
+    pub(super) fn size(queue: &[Candidate], slots: Slots) -> f64 {
         let arcs = |c: &Candidate| (c.close - c.open) / slots.length + 2.0;
         queue.iter().map(arcs).sum()
     }
 
     /// The slots of the nodes, in ascending order.
-    pub fn slots(&self) -> &[u64] {
+    pub(super) fn slots(&self) -> &[u64] {
         &self.slots
     }
 
     /// Number of arcs.
-    pub fn arcs(&self) -> usize {
+    pub(super) fn arcs(&self) -> usize {
         self.arcs.len() + self.loops.len()
     }
 
     /// Computes the best value of any path up to each node with `rewards` per item, into
     /// `values`: `values[i]` uses the first `i` nodes, so `values[0]` is 0.
-    pub fn longest_path(&self, rewards: &[i64], values: &mut Vec<i64>) {
+    pub(super) fn longest_path(&self, rewards: &[i64], values: &mut Vec<i64>) {
         values.clear();
         values.push(0);
         let mut loops = self.loops.iter().peekable();
@@ -190,7 +190,7 @@ impl SlotNetwork {
 
     /// Calls `visit` with the items on the longest path over the first `nodes` nodes; `values`
     /// must come from [`Self::longest_path`] with the same `rewards`.
-    pub fn follow(
+    pub(super) fn follow(
         &self,
         rewards: &[i64],
         values: &[i64],
@@ -240,7 +240,12 @@ impl SlotNetwork {
     /// The best value of any path from each place of [`Self::longest_path`] on: what a robot
     /// that is free after the first `i` nodes can still get. Recomputes `values[places]` and
     /// assumes that later values are up to date.
-    pub fn longest_path_from(&self, rewards: &[i64], values: &mut [i64], places: Range<usize>) {
+    pub(super) fn longest_path_from(
+        &self,
+        rewards: &[i64],
+        values: &mut [i64],
+        places: Range<usize>,
+    ) {
         values[places.clone()].fill(0);
         // An arc into a later node begins after `places`.
         let end = (places.end + self.longest_arc).min(self.slots.len());
@@ -266,7 +271,7 @@ impl SlotNetwork {
 
     /// For each of `items` items, one more than the last place from which a pick of it begins;
     /// 0 if there is none.
-    pub fn last_places(&self, items: usize) -> Vec<u32> {
+    pub(super) fn last_places(&self, items: usize) -> Vec<u32> {
         let mut last = vec![0; items];
         let loops = self.loops.iter().map(|(node, item)| (*item, *node));
         let arcs = self.arcs.iter().map(|arc| (arc.item, arc.from));
@@ -278,12 +283,12 @@ impl SlotNetwork {
     }
 
     /// The slot of the last node before `place`; 0 before the first node.
-    pub fn slot_of_place(&self, place: usize) -> u64 {
+    pub(super) fn slot_of_place(&self, place: usize) -> u64 {
         place.checked_sub(1).map_or(0, |node| self.slots[node])
     }
 
     /// Number of nodes up to and including slot `slot`.
-    pub fn nodes_up_to(&self, slot: u64) -> usize {
+    pub(super) fn nodes_up_to(&self, slot: u64) -> usize {
         self.slots.partition_point(|&s| s <= slot)
     }
 }

@@ -31,7 +31,7 @@ pub(super) struct BoundProfile {
 
 impl BoundProfile {
     /// A profile that only knows that no item earns twice.
-    pub fn new(dual: &Dual) -> Self {
+    pub(super) fn new(dual: &Dual) -> Self {
         let mut slots: Vec<u64> = Vec::new();
         for network in &dual.networks {
             slots.extend(network.slots());
@@ -75,7 +75,7 @@ impl BoundProfile {
 
     /// Lowers the profile by what `prices` give; `at` is their evaluation. Negative prices are
     /// valid only while their items must be picked because they have not left `belt` yet.
-    pub fn enter(&mut self, belt: &Leaving, prices: &[i64], at: &DualEvaluation) {
+    pub(super) fn enter(&mut self, belt: &Leaving, prices: &[i64], at: &DualEvaluation) {
         let negative = prices.iter().position(|&price| price < 0);
         let until = negative.map_or(f64::INFINITY, |item| belt.leaves[item]);
         let (mut sum, mut counted) = (0, 0);
@@ -97,7 +97,7 @@ impl BoundProfile {
     }
 
     /// The schedules of step `step`; all their runs end before the next step.
-    pub fn schedules(&self, step: usize, belt: &Leaving) -> Schedules {
+    pub(super) fn schedules(&self, step: usize, belt: &Leaving) -> Schedules {
         Schedules {
             horizon: self.slots[step],
             must_from: belt
@@ -107,7 +107,7 @@ impl BoundProfile {
     }
 
     /// The schedules of step `step` that pick everything.
-    pub fn complete_schedules(&self, step: usize) -> Schedules {
+    pub(super) fn complete_schedules(&self, step: usize) -> Schedules {
         Schedules {
             horizon: self.slots[step],
             must_from: 0,
@@ -115,17 +115,17 @@ impl BoundProfile {
     }
 
     /// Whether nothing can be released in any slot.
-    pub fn is_empty(&self) -> bool {
+    pub(super) fn is_empty(&self) -> bool {
         self.slots.is_empty()
     }
 
     /// B of step `step`, in units.
-    pub fn value(&self, step: usize) -> i64 {
+    pub(super) fn value(&self, step: usize) -> i64 {
         self.best[step]
     }
 
     /// Bounds on the ends of runs on `belt`.
-    pub fn ends(&self, dual: &Dual, belt: &Leaving) -> Ends {
+    pub(super) fn ends(&self, dual: &Dual, belt: &Leaving) -> Ends {
         // Nothing is earned before the first release.
         let idle = belt.least_end(0);
         let mut found = Ends {
@@ -191,7 +191,7 @@ pub(super) struct Leaving {
 
 impl Leaving {
     /// The items of `scene`.
-    pub fn new(scene: &Scene, dual: &Dual) -> Self {
+    pub(super) fn new(scene: &Scene, dual: &Dual) -> Self {
         let items = scene.pattern().len();
         let mut release = vec![f64::INFINITY; items];
         for robot in 0..dual.networks.len() {

@@ -10,7 +10,9 @@ use crate::error::Result;
 use crate::sim::{Disturbances, Scene};
 
 /// Why the search ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, strum::IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
+#[non_exhaustive]
 pub enum BoundStop {
     /// A known schedule reaches the bound, so it is optimal.
     Optimal,
@@ -19,18 +21,13 @@ pub enum BoundStop {
     /// The search was asked to stop.
     Interrupted,
     /// There are too many items for useful slots; the bound is the trivial one.
-    TooMany,
+    TooManyItems,
 }
 
 impl BoundStop {
-    /// The name in files.
+    /// The name in files: the variant's in snake case.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Optimal => "optimal",
-            Self::Done => "done",
-            Self::Interrupted => "interrupted",
-            Self::TooMany => "too_many_items",
-        }
+        self.into()
     }
 }
 
@@ -209,7 +206,7 @@ fn trivial(scene: &Scene, objective: BoundObjective) -> Bound {
         coarse: true,
         arcs: 0,
         iterations: 0,
-        stop: BoundStop::TooMany,
+        stop: BoundStop::TooManyItems,
     }
 }
 

@@ -9,7 +9,7 @@ use rand_distr::{Distribution as _, StandardNormal};
 
 /// Fills the layer's weights with an orthogonal matrix times `gain`; biases stay 0. The vectors
 /// along the longer side are orthogonalised one after the other.
-pub fn orthogonal(layer: &Linear, gain: f32, parameters: &mut [f32], rng: &mut impl Rng) {
+pub(super) fn orthogonal(layer: &Linear, gain: f32, parameters: &mut [f32], rng: &mut impl Rng) {
     let (rows, columns) = (layer.inputs, layer.outputs);
     // `count` orthonormal vectors of dimension `size`.
     let (count, size) = (rows.min(columns), rows.max(columns));

@@ -4,7 +4,7 @@ use matrixmultiply::sgemm;
 
 /// A matrix in a slice: element (i, j) is at `i * stride + j`.
 #[derive(Clone, Copy)]
-pub struct MatrixView<'a> {
+pub(super) struct MatrixView<'a> {
     data: &'a [f32],
     rows: usize,
     columns: usize,
@@ -13,12 +13,12 @@ pub struct MatrixView<'a> {
 
 impl<'a> MatrixView<'a> {
     /// `rows` x `columns`, one row after the other.
-    pub fn new(data: &'a [f32], rows: usize, columns: usize) -> Self {
+    pub(super) fn new(data: &'a [f32], rows: usize, columns: usize) -> Self {
         Self::strided(data, rows, columns, columns)
     }
 
     /// `rows` x `columns`, the beginnings of rows that are `stride` long.
-    pub fn strided(data: &'a [f32], rows: usize, columns: usize, stride: usize) -> Self {
+    pub(super) fn strided(data: &'a [f32], rows: usize, columns: usize, stride: usize) -> Self {
         assert!(columns <= stride && span(rows, columns, stride) <= data.len());
         Self {
             data,
@@ -39,19 +39,19 @@ fn span(rows: usize, columns: usize, stride: usize) -> usize {
 }
 
 /// `c = a b + beta c`; `c` is a.rows x b.columns, dense.
-pub fn multiply(a: MatrixView, b: MatrixView, beta: f32, c: &mut [f32]) {
+pub(super) fn multiply(a: MatrixView, b: MatrixView, beta: f32, c: &mut [f32]) {
     assert_eq!(a.columns, b.rows);
     product((a, false), (b, false), beta, c);
 }
 
 /// `c = a' b + beta c`; `c` is a.columns x b.columns, dense.
-pub fn multiply_tn(a: MatrixView, b: MatrixView, beta: f32, c: &mut [f32]) {
+pub(super) fn multiply_tn(a: MatrixView, b: MatrixView, beta: f32, c: &mut [f32]) {
     assert_eq!(a.rows, b.rows);
     product((a, true), (b, false), beta, c);
 }
 
 /// `c = a b' + beta c`; `c` is a.rows x b.rows, dense.
-pub fn multiply_nt(a: MatrixView, b: MatrixView, beta: f32, c: &mut [f32]) {
+pub(super) fn multiply_nt(a: MatrixView, b: MatrixView, beta: f32, c: &mut [f32]) {
     assert_eq!(a.columns, b.columns);
     product((a, false), (b, true), beta, c);
 }

@@ -20,7 +20,8 @@ pub enum Format {
     Coco,
 }
 
-/// Every format with its value for `--as` and its name in messages.
+/// Every format with its name as a setting and its name in messages. By hand, because each has
+/// two names that do not follow from the variant.
 pub const FORMATS: [(Format, &str, &str); 5] = [
     (Format::Mot, "mot", "MOTChallenge text"),
     (Format::Table, "supervision", "CSV with a header"),
