@@ -10,7 +10,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     run(&mut std::io::stdout())
 }
 
-/// Compares methods on the paper's cases and writes the figures to `out`.
+/// Writes the picking rate of every method on every case.
 pub fn run(out: &mut impl Write) -> Result<(), Box<dyn Error>> {
     let station = station::built_in("paper")?.station(Some(2))?;
     let cases = experiment::load_cases("paper")?;

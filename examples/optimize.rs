@@ -10,7 +10,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     run(&mut std::io::stdout())
 }
 
-/// Searches for the best rules and writes them to `out`.
+/// Writes the three best assignments, and the best again on fresh patterns.
 pub fn run(out: &mut impl Write) -> Result<(), Box<dyn Error>> {
     let station = station::built_in("paper")?.station(Some(2))?;
     let options = OptimizeOptions::default()

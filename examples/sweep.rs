@@ -11,7 +11,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     run(&mut std::io::stdout())
 }
 
-/// Sweeps one quantity of the line and writes the figures to `out`.
+/// Writes what each number of robots picks, and how many are enough.
 pub fn run(out: &mut impl Write) -> Result<(), Box<dyn Error>> {
     let line = station::built_in("paper")?;
     let station = line.station(Some(2))?;

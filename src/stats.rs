@@ -25,11 +25,6 @@ impl Interval {
         }
     }
 
-    /// The two ends of an interval, or `None` for both if there is no interval.
-    pub fn ends(interval: Option<Self>) -> (Option<f64>, Option<f64>) {
-        (interval.map(|i| i.low), interval.map(|i| i.high))
-    }
-
     /// The interval clamped to the possible range, `low` to `high`.
     pub fn within(self, low: f64, high: f64) -> Self {
         Self {
@@ -282,8 +277,7 @@ mod tests {
         let middle = of(1.0, 3.0);
         let inside = [0.9, 1.0, 2.0, 3.0, 3.1].map(|value| middle.contains(value));
         assert_eq!(inside, [false, true, true, true, false]);
-        assert_eq!(Interval::ends(Some(middle)), (Some(1.0), Some(3.0)));
-        assert_eq!(Interval::ends(None), (None, None));
+        assert!(middle.is_wide() && !Interval::point(2.0).is_wide());
     }
 
     /// t(0.975, 1) = 12.7062, so the intervals of two values reach far.

@@ -129,7 +129,7 @@ pub(super) struct LineSearch<'a> {
 impl<'a> LineSearch<'a> {
     /// A search for `station` with every item known and nothing going wrong, at decisions every
     /// 1 / `update_hz` [s].
-    pub(crate) fn new(
+    pub(super) fn new(
         station: &'a Station,
         seed: u64,
         update_hz: f64,
@@ -145,7 +145,7 @@ impl<'a> LineSearch<'a> {
 
     /// The same with `conditions` while robust GT is found, but with different luck from that
     /// used for scoring strategies.
-    pub(crate) fn under(self, conditions: &Conditions) -> Self {
+    pub(super) fn under(self, conditions: &Conditions) -> Self {
         Self {
             conditions: other_luck(conditions),
             ..self
@@ -188,7 +188,7 @@ impl<'a> LineSearch<'a> {
     ///
     /// # Errors
     /// Rules that do not fit the line, an unavailable set, [`Interrupted`](crate::error::ErrorKind::Interrupted).
-    pub(crate) fn robust(
+    pub(super) fn robust(
         &self,
         training: &RobustTraining,
         like_scored: impl FnOnce(Option<usize>) -> Result<TrainingSet>,
@@ -260,7 +260,7 @@ impl<'a> LineSearch<'a> {
     ///
     /// # Errors
     /// As for [`PatternSource::training_set`].
-    pub(crate) fn like(
+    pub(super) fn like(
         &self,
         source: &PatternSource,
         items: Option<usize>,
@@ -280,7 +280,7 @@ impl<'a> LineSearch<'a> {
     ///
     /// # Errors
     /// As for [`training_set`].
-    pub(crate) fn like_cases(&self, cases: &[Case], items: Option<usize>) -> Result<TrainingSet> {
+    pub(super) fn like_cases(&self, cases: &[Case], items: Option<usize>) -> Result<TrainingSet> {
         let each = |case: &Case| case.expected_items(self.station.belt(), items);
         let expected: Vec<f64> = cases.iter().map(each).collect::<Result<_>>()?;
         let count = how_many(expected.iter().sum::<f64>() / expected.len().max(1) as f64);
@@ -307,7 +307,7 @@ impl<'a> LineSearch<'a> {
     ///
     /// # Errors
     /// As for [`Parsed::on`], and [`Interrupted`](crate::error::ErrorKind::Interrupted).
-    pub(crate) fn put(
+    pub(super) fn put(
         &self,
         strategy: &Parsed,
         known: &OnceCell<Vec<RuleAssignment>>,
@@ -374,7 +374,7 @@ pub(super) struct RobustGt {
 
 impl RobustGt {
     /// Where it comes from, as a note on a result.
-    pub(crate) fn note(&self) -> Note {
+    pub(super) fn note(&self) -> Note {
         Note::Robust(RobustNote {
             basis: self.basis.clone(),
             scope: None,

@@ -78,15 +78,15 @@ fn play(late: f64, camera_delay_ms: f64, says_where: bool) -> (usize, usize, Vec
 }
 
 #[test]
-fn pictures_that_are_stamped_late_are_told_of_with_the_flag_that_cures_it() {
+fn pictures_that_are_stamped_late_are_told_of_with_the_setting_that_cures_it() {
     for late in [0.15, 0.2, -0.1] {
         let (done, missed, remarks) = play(late, 0.0, true);
         assert!(done >= 10 && missed == done, "{done} {missed}");
         assert_eq!(remarks.len(), 1, "{remarks:?}");
-        let flag = format!("--camera-delay {:.0} ", 1e3 * late);
+        let setting = format!("'camera_delay' {:.0} ", 1e3 * late);
         let way = if late < 0.0 { "early" } else { "late" };
         let told = format!(
-            "as if timestamps of pictures were {:.0} ms {way}: {flag}",
+            "as if timestamps of pictures were {:.0} ms {way}: {setting}",
             1e3 * f64::abs(late)
         );
         assert!(remarks[0].contains(&told), "{remarks:?}");
@@ -165,7 +165,7 @@ fn an_indexing_belt_shifts_items_by_its_speed_when_the_picture_was_taken() {
         .filter(|r| r.contains("timestamps of pictures"))
         .collect();
     assert_eq!(told.len(), 1, "{remarks:?}");
-    let cure = "were 150 ms late: --camera-delay 150 corrects";
+    let cure = "were 150 ms late: 'camera_delay' 150 corrects";
     assert!(told[0].contains(cure), "{remarks:?}");
 }
 

@@ -3,7 +3,7 @@
 use super::flags::flag;
 use super::log::{Log, LogLevel, Style, kind_of};
 use pickline::error::spell_settings;
-use pickline_live::Setting;
+use pickline_live::RemarkSetting;
 use std::sync::Arc;
 
 /// Remarks for the operator; a quiet program makes none.
@@ -49,7 +49,7 @@ impl Remarks {
 /// A remark of the line with flags in place of its settings. What else stands in quotes may be a
 /// name that a peer has given.
 fn with_flags(text: &str) -> String {
-    spell_settings(text, |name| match Setting::named(name) {
+    spell_settings(text, |name| match RemarkSetting::named(name) {
         Some(setting) => flag(setting.name()),
         None => format!("'{name}'"),
     })

@@ -270,3 +270,31 @@ fn check_addresses(args: &RunArgs) -> Result<()> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::args::{Cli, Command};
+    use clap::Parser as _;
+
+    #[test]
+    fn a_journal_is_synced_where_that_is_asked_for() {
+        let flags = [
+            "pickline",
+            "run",
+            "-q",
+            "--journal",
+            "line.journal",
+            "--fsync",
+        ];
+        for (count, expected) in [(flags.len() - 1, false), (flags.len(), true)] {
+            let Command::Run(args) = Cli::try_parse_from(&flags[..count]).unwrap().command else {
+                unreachable!();
+            };
+            let station = args.station.resolve().unwrap();
+            let session = Session::new(Vec::new());
+            let options = node_options(&args, &session, &station, "rules:SPT,FIFO").unwrap();
+            assert_eq!(options.syncs_journal(), expected);
+        }
+    }
+}

@@ -15,7 +15,7 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// Runs the line whose cameras and robots connect at `place`; `monitor` sees what happens.
+/// Runs the line of two robots for the peers at `place`.
 pub fn run(place: Endpoint, monitor: &mut dyn NodeMonitor) -> Result<NodeSummary> {
     let station = station::built_in("paper")?.station(Some(2))?;
     let strategy = strategies::read_alone("rules:SPT,FIFO", 2)?.make();

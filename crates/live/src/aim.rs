@@ -6,7 +6,7 @@
 //! Invariant: only the last [`KEPT`] results are kept.
 
 use super::protocol::Verdict;
-use crate::Setting;
+use crate::RemarkSetting;
 use pickline::error::{rounded, shown};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -225,7 +225,7 @@ impl Aim {
             (products.sum::<f64>() / squares, 0.0)
         };
         let (way, ms) = (if late < 0.0 { "early" } else { "late" }, 1e3 * late);
-        let setting = format!("{} {:.0}", Setting::CameraDelay, 1e3 * delay + ms);
+        let setting = format!("{} {:.0}", RemarkSetting::CameraDelay, 1e3 * delay + ms);
         let ms = format!("{:.0} ms", ms.abs());
         let stamped =
             format!("as if timestamps of pictures were {ms} {way}: {setting} corrects that");
@@ -312,7 +312,7 @@ impl Aim {
             ", or the grippers do not hold items"
         };
         let way = rounded(0.1 * speed.abs() * 1e3, 3);
-        let (setting, delay) = (Setting::CameraDelay, rounded(1e3 * delay, 4));
+        let (setting, delay) = (RemarkSetting::CameraDelay, rounded(1e3 * delay, 4));
         let comes = camera.map_or(String::new(), |offset| {
             let ms = rounded(1e3 * offset, 2);
             format!(

@@ -1,6 +1,6 @@
 //! The strategy, the durations of its decisions, and its invalid answers.
 
-use super::latency::{DecisionTimes, Histogram};
+use super::latency::{DecisionTimes, DurationHistogram};
 use super::protocol::Latency;
 use pickline::decision::{Action, BeltItem, Candidate, Snapshot, Strategy};
 use pickline::error::{counted, shown};
@@ -14,7 +14,7 @@ pub struct Decider {
     strategy: Box<dyn Strategy>,
     name: String,
     stopwatch: Option<Stopwatch>,
-    latency: Histogram,
+    latency: DurationHistogram,
     /// The complaint about the strategy's first invalid answer, until it is taken.
     complaint: Option<String>,
     has_complained: bool,
@@ -33,7 +33,7 @@ impl Decider {
             name: strategy.name(),
             strategy,
             stopwatch: None,
-            latency: Histogram::default(),
+            latency: DurationHistogram::default(),
             complaint: None,
             has_complained: false,
             candidates: Vec::new(),

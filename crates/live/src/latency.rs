@@ -1,14 +1,15 @@
 //! Durations of decisions, in constant memory.
 
 use super::protocol::Latency;
+use hdrhistogram::Histogram;
 
-/// Ratio of the limits of neighbouring classes: 1 %, so that a quantile can be compared with a
-/// budget.
-const WIDER: f64 = 1.01;
-/// Number of classes of the histogram, which reach beyond 1,000 s.
-const CLASSES: usize = 2_400;
-/// Upper limit of the first class [s].
-const FIRST: f64 = 1e-7;
+/// Digits to which a duration is exact: it falls into a class at most 1 % wide, so that a quantile
+/// can be compared with a budget.
+const DIGITS: u8 = 2;
+/// Longest duration that is told from longer ones [ns]: 2,000 s.
+const LONGEST: u64 = 2_000_000_000_000;
+/// Nanoseconds per second.
+const NS: f64 = 1e9;
 
 /// Limits of [`DecisionTimes`] [s].
 const LIMITS: [f64; 14] = [
@@ -26,33 +27,32 @@ pub struct DecisionTimes {
     pub sum: f64,
 }
 
-/// A histogram of durations.
+/// The durations of all decisions so far.
 #[derive(Debug, Clone)]
-pub struct Histogram {
-    counts: Vec<u64>,
-    total: u64,
+pub struct DurationHistogram {
+    /// Durations [ns].
+    counts: Histogram<u64>,
+    /// Total duration [s].
     sum: f64,
+    /// Longest duration, exactly [s].
     max: f64,
 }
 
-impl Default for Histogram {
+impl Default for DurationHistogram {
     fn default() -> Self {
+        let counts = Histogram::new_with_bounds(1, LONGEST, DIGITS);
         Self {
-            counts: vec![0; CLASSES],
-            total: 0,
+            counts: counts.expect("the bounds and digits are constants that it allows"),
             sum: 0.0,
             max: 0.0,
         }
     }
 }
 
-impl Histogram {
+impl DurationHistogram {
     /// Adds a duration [s].
     pub fn note(&mut self, seconds: f64) {
-        let class = (seconds / FIRST).max(1.0).ln() / WIDER.ln();
-        // Clamped at both ends.
-        self.counts[(class.ceil() as usize).min(CLASSES - 1)] += 1;
-        self.total += 1;
+        self.counts.saturating_record(whole_ns(seconds));
         self.sum += seconds;
         self.max = self.max.max(seconds);
     }
@@ -60,7 +60,7 @@ impl Histogram {
     /// The figures for a status.
     pub fn latency(&self) -> Latency {
         Latency {
-            decisions: self.total,
+            decisions: self.counts.len(),
             p50_ms: 1e3 * self.quantile(0.5),
             p99_ms: 1e3 * self.quantile(0.99),
             max_ms: 1e3 * self.max,
@@ -69,30 +69,22 @@ impl Histogram {
 
     /// Counts within fixed limits.
     pub fn decision_times(&self) -> DecisionTimes {
-        let within = LIMITS.map(|limit| {
-            let classes = (limit / FIRST).ln() / WIDER.ln();
-            let counts = &self.counts[..=classes.round() as usize];
-            (limit, counts.iter().sum())
-        });
+        let within = LIMITS.map(|limit| (limit, self.counts.count_between(0, whole_ns(limit))));
         DecisionTimes {
             within: within.to_vec(),
-            count: self.total,
+            count: self.counts.len(),
             sum: self.sum,
         }
     }
 
     /// Upper limit of the class that contains the quantile [s].
     fn quantile(&self, share: f64) -> f64 {
-        let rank = share * self.total as f64;
-        let mut below = 0;
-        for (class, count) in self.counts.iter().enumerate() {
-            below += count;
-            if below > 0 && below as f64 >= rank {
-                return (FIRST * WIDER.powi(class as i32)).min(self.max);
-            }
-        }
-        self.max
+        (self.counts.value_at_quantile(share) as f64 / NS).min(self.max)
     }
+}
+
+fn whole_ns(seconds: f64) -> u64 {
+    (seconds * NS).round() as u64
 }
 
 #[cfg(test)]
@@ -101,7 +93,7 @@ mod tests {
 
     #[test]
     fn quantiles_are_within_a_class() {
-        let mut histogram = Histogram::default();
+        let mut histogram = DurationHistogram::default();
         assert_eq!(histogram.latency().p99_ms, 0.0);
         for i in 1..=1000 {
             histogram.note(1e-6 * f64::from(i));

@@ -47,7 +47,7 @@ pub use clock::ClockKind;
 pub use controller::{Config, Controller, HandledAs};
 pub use decider::Stopwatch;
 pub use latency::DecisionTimes;
-pub use setting::Setting;
+pub use setting::RemarkSetting;
 pub use sources::Timeouts;
 pub use state::{LineState, StateChange};
 pub use steady::{ClockReading, SteadyClock};

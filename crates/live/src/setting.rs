@@ -6,7 +6,7 @@ use std::fmt;
 /// so that a program can write its own words for it ([`pickline::error::spell_settings`]).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Setting {
+pub enum RemarkSetting {
     /// By how much the timestamps of pictures are late: `camera_delay` of [`Config`](crate::Config).
     CameraDelay,
     /// How long the belt may be silent: `belt` of [`Timeouts`](crate::Timeouts).
@@ -18,7 +18,7 @@ pub enum Setting {
     MaxPeers,
 }
 
-impl Setting {
+impl RemarkSetting {
     const ALL: [Self; 4] = [
         Self::CameraDelay,
         Self::BeltTimeout,
@@ -42,7 +42,7 @@ impl Setting {
     }
 }
 
-impl fmt::Display for Setting {
+impl fmt::Display for RemarkSetting {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "'{}'", self.name())
     }

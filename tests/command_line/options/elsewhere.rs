@@ -41,7 +41,7 @@ const ELSEWHERE: &[Elsewhere] = &[
     (
         &["run"],
         &["--fsync"],
-        "../crates/cli/src/kept.rs a_journal_is_synced_where_that_is_asked_for",
+        "../crates/cli/src/run.rs a_journal_is_synced_where_that_is_asked_for",
     ),
     #[cfg(feature = "onnx")]
     (

@@ -40,7 +40,7 @@ pub(super) struct EventLoop<'a> {
 
 impl<'a> EventLoop<'a> {
     /// A loop that has not begun.
-    pub fn new(
+    pub(super) fn new(
         controller: Controller,
         hub: Hub,
         kept: KeptFiles,
@@ -66,7 +66,7 @@ impl<'a> EventLoop<'a> {
     ///
     /// # Errors
     /// A peer or file error after which the line cannot continue.
-    pub fn run(mut self, stop: &AtomicBool) -> Result<NodeSummary> {
+    pub(super) fn run(mut self, stop: &AtomicBool) -> Result<NodeSummary> {
         let summary = self.serve(stop);
         // Messages already in the journal are still sent, even after an error.
         self.hub.close(CLOSE_TIMEOUT)?;

@@ -21,7 +21,7 @@ const TOGETHER: u32 = 64;
 
 /// The journal and recording of a run.
 #[derive(Default)]
-pub struct KeptFiles {
+pub(super) struct KeptFiles {
     /// Files that this run created.
     created: Vec<PathBuf>,
     journal: Option<Journal>,
@@ -50,7 +50,7 @@ impl KeptFiles {
     ///
     /// # Errors
     /// As for [`OpenedJournal::open`], [`Controller::restore`] and [`Recorder::create`].
-    pub fn open(
+    pub(super) fn open(
         options: &NodeOptions,
         station: Station,
         strategy: Box<dyn Strategy>,
@@ -113,7 +113,7 @@ impl KeptFiles {
 
     /// Removes the files that this run created, if the run could not begin: they would be in
     /// the way of the next one.
-    pub fn discard(self) {
+    pub(super) fn discard(self) {
         for file in &self.created {
             // They are still locked. A file that cannot be removed does no harm.
             let _ = std::fs::remove_file(file);
@@ -125,7 +125,7 @@ impl KeptFiles {
     ///
     /// # Errors
     /// A journal that cannot be written.
-    pub fn keep(&mut self, controller: &mut Controller, said: bool) -> Result<()> {
+    pub(super) fn keep(&mut self, controller: &mut Controller, said: bool) -> Result<()> {
         self.unsaid += 1;
         if !said && self.unsaid < TOGETHER {
             return Ok(());
@@ -137,7 +137,7 @@ impl KeptFiles {
     ///
     /// # Errors
     /// A journal that cannot be written.
-    pub fn rest(&mut self, controller: &mut Controller) -> Result<()> {
+    pub(super) fn rest(&mut self, controller: &mut Controller) -> Result<()> {
         self.flush();
         self.write(controller, false)
     }
@@ -160,19 +160,19 @@ impl KeptFiles {
 #[cfg(feature = "mcap")]
 impl KeptFiles {
     /// Records a message received at `received` [s since 1970].
-    pub fn heard(&mut self, message: &Incoming, received: f64) {
+    pub(super) fn heard(&mut self, message: &Incoming, received: f64) {
         self.recording
             .go_on(|recorder, _| recorder.record_incoming(message, received));
     }
 
     /// Records a message that is sent.
-    pub fn said(&mut self, message: &Outgoing) {
+    pub(super) fn said(&mut self, message: &Outgoing) {
         self.recording
             .go_on(|recorder, now| recorder.record_outgoing(message, now));
     }
 
     /// Records an event that is not a message.
-    pub fn happened(&mut self, event: &RecordedEvent) {
+    pub(super) fn happened(&mut self, event: &RecordedEvent) {
         self.recording
             .go_on(|recorder, now| recorder.record_event(event, now));
     }
@@ -183,7 +183,7 @@ impl KeptFiles {
     }
 
     /// What went wrong with the recording since the last call, if anything.
-    pub fn take_remark(&mut self) -> Option<String> {
+    pub(super) fn take_remark(&mut self) -> Option<String> {
         self.recording.remark.take()
     }
 
@@ -191,7 +191,7 @@ impl KeptFiles {
     ///
     /// # Errors
     /// A recording that could not be written completely.
-    pub fn finish(mut self) -> Result<()> {
+    pub(super) fn finish(mut self) -> Result<()> {
         if let Some(recorder) = self.recording.recorder.take() {
             recorder.finish()?;
         }
@@ -215,19 +215,19 @@ impl RunRecording {
 /// Stubs for a build without recordings.
 #[cfg(not(feature = "mcap"))]
 impl KeptFiles {
-    pub fn heard(&mut self, _: &Incoming, _: f64) {}
+    pub(super) fn heard(&mut self, _: &Incoming, _: f64) {}
 
-    pub fn said(&mut self, _: &Outgoing) {}
+    pub(super) fn said(&mut self, _: &Outgoing) {}
 
-    pub fn happened(&mut self, _: &RecordedEvent) {}
+    pub(super) fn happened(&mut self, _: &RecordedEvent) {}
 
     fn flush(&mut self) {}
 
-    pub fn take_remark(&mut self) -> Option<String> {
+    pub(super) fn take_remark(&mut self) -> Option<String> {
         None
     }
 
-    pub fn finish(self) -> Result<()> {
+    pub(super) fn finish(self) -> Result<()> {
         Ok(())
     }
 }
@@ -285,7 +285,7 @@ mod tests {
     use pickline::strategies::{default_strategy, read_alone};
 
     #[test]
-    fn a_journal_is_synced_where_that_is_asked_for() {
+    fn a_journal_is_synced_where_the_options_say_so() {
         let folder = tempfile::tempdir().unwrap();
         let station = pickline::station::built_in("paper").unwrap();
         let station = station.station(None).unwrap();

@@ -85,6 +85,11 @@ impl NodeOptions {
         self
     }
 
+    /// Whether the journal is on the disk before a task is sent.
+    pub fn syncs_journal(&self) -> bool {
+        self.sync
+    }
+
     /// With a recording of every message in this new file.
     #[cfg(feature = "mcap")]
     #[must_use]

@@ -7,7 +7,7 @@ mod offset;
 mod period;
 
 use super::protocol::{SourceKind, SourceReport};
-use crate::Setting;
+use crate::RemarkSetting;
 use offset::{Offset, StampJudgement};
 use period::Period;
 use std::collections::BTreeMap;
@@ -256,17 +256,17 @@ impl Sources {
                     pickline::error::rounded(period, 2)
                 )
             });
-            let sets = |setting: Setting| {
+            let sets = |setting: RemarkSetting| {
                 format!("{setting} S sets how long it may be silent, 0 for ever")
             };
             let what = match kind {
                 SourceKind::Belt => format!(
                     "no task is given until it is heard\n  check that the belt reports; {}",
-                    sets(Setting::BeltTimeout)
+                    sets(RemarkSetting::BeltTimeout)
                 ),
                 SourceKind::Robot => format!(
                     "it gets no task until it is heard\n  check that it reports; {}",
-                    sets(Setting::RobotTimeout)
+                    sets(RemarkSetting::RobotTimeout)
                 ),
                 SourceKind::Camera => "normal if no items pass it".to_owned(),
             };

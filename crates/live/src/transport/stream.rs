@@ -37,7 +37,7 @@ pub fn start(
 fn unwritten(number: u64, error: &std::io::Error) -> TransportEvent {
     match error.kind() {
         std::io::ErrorKind::BrokenPipe => TransportEvent::Left(number),
-        _ => TransportEvent::Failed(Error::input(
+        _ => TransportEvent::Failed(Error::resources(
             "stdout",
             error.to_string(),
             "redirect it to where it can be written",

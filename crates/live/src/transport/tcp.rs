@@ -12,7 +12,7 @@ use super::origin::Origin;
 use super::peer::{Peer, PeerSocket, QUEUE_CAPACITY};
 use super::tls::{Stream, Tls};
 use super::{INBOX_CAPACITY, RETRY_INTERVAL};
-use crate::Setting;
+use crate::RemarkSetting;
 use crate::protocol::Message;
 use pickline::error::{Error, Result, shown};
 use std::net::SocketAddr;
@@ -288,7 +288,7 @@ impl Accepting {
                 Ok((stream, address)) if is_short(&stream) => Some(format!(
                     "{address} was turned away: this process is almost out of file descriptors; \
                      allow more with `ulimit -n`, or fewer peers with {}",
-                    Setting::MaxPeers
+                    RemarkSetting::MaxPeers
                 )),
                 Ok((stream, address)) => {
                     self.take(stream, address, permit);

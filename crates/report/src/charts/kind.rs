@@ -15,7 +15,8 @@ pub struct ChartKind<R> {
     pub name: &'static str,
     /// Makes the chart; `None` if the report lacks the data.
     pub(crate) chart: fn(&R) -> Option<Chart>,
-    /// What the report needs for this chart, in words.
+    /// What the report needs for this chart, in words; settings are in single quotes, as in
+    /// [`pickline::error::spell_settings`].
     pub needs: &'static str,
 }
 

@@ -19,7 +19,7 @@ pub(super) const CHARTS: &[ChartKind<ComparisonReport>] = &[
     ChartKind {
         name: "difference",
         chart: difference,
-        needs: "a second method: greedy GT (game theory) or another strategy",
+        needs: "a second method: greedy GT (game theory) or a 'strategy'",
     },
     ChartKind {
         name: "throughput",

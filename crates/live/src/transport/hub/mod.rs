@@ -4,7 +4,7 @@
 mod hello;
 mod sending;
 
-use crate::Setting;
+use crate::RemarkSetting;
 use crate::protocol::{Hello, HelloAnswer, Incoming, Message, Rejected, Rejection};
 use crate::transport::connection::Connection;
 #[cfg(feature = "mqtt")]
@@ -254,7 +254,7 @@ impl Hub {
             self.remarks.push_back(format!(
                 "{} was turned away: {there} are connected, and {} allows no more",
                 address.unwrap_or_default(),
-                Setting::MaxPeers
+                RemarkSetting::MaxPeers
             ));
             let reason = format!("{there} are connected, and no more are allowed");
             tcp.reject(connection, &refusal(&reason));
