@@ -71,7 +71,7 @@ impl Grasp {
         if !(0.0..=1.0).contains(&self.alpha) {
             return Err(Error::usage(
                 "'alpha'",
-                format!("{} is not a share", shown_number(self.alpha)),
+                format!("{} is not between 0 and 1", shown_number(self.alpha)),
                 "give 0 (greedy) to 1 (random)",
             ));
         }

@@ -104,14 +104,14 @@ impl LookaheadOptions {
         }
         if given.contains(&"budget") && given.contains(&"budget-ms") {
             let problem = "is given together with budget".to_owned();
-            return Err(wrong("budget-ms", problem, "give one of the two"));
+            return Err(wrong("budget-ms", problem, "give only one of the two"));
         }
         let own = given
             .iter()
             .find(|key| ["budget", "budget-ms"].contains(key));
         if let (Some(key), Some(_)) = (own, allowance.asked) {
             let problem = "is given together with 'budget_ms'".to_owned();
-            return Err(wrong(key, problem, "give one of the two"));
+            return Err(wrong(key, problem, "give only one of the two"));
         }
         Ok(options)
     }
@@ -287,7 +287,7 @@ mod tests {
             ("budget=0", &["lookahead:budget", "from 1 to"]),
             ("budget", &["lookahead:budget", "``"]),
             ("budget-ms=NaN", &["lookahead:budget-ms", "a number"]),
-            ("budget=3,budget-ms=3", &["give one of the two"]),
+            ("budget=3,budget-ms=3", &["give only one of the two"]),
             ("seed=1,seed=2", &["given twice"]),
             ("bases=SPT", &["lookahead:bases", "1 rule for 2 robots"]),
             ("bases=SPT+FOO", &["lookahead:bases", "`FOO`"]),

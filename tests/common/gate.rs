@@ -5,7 +5,7 @@ use std::sync::{Arc, Condvar, Mutex};
 use std::time::Duration;
 
 /// Longer than anything takes on a slow machine.
-const PATIENCE: Duration = Duration::from_secs(300);
+const WRITE_TIMEOUT: Duration = Duration::from_secs(300);
 
 /// A stream that blocks writes until it is opened.
 #[derive(Clone, Default)]
@@ -38,7 +38,7 @@ impl Gate {
     pub fn wait_for(&self, words: &str) {
         let state = self.0.0.lock().unwrap();
         let lacks = |taken: &mut Taken| !String::from_utf8_lossy(&taken.bytes).contains(words);
-        let waited = self.0.1.wait_timeout_while(state, PATIENCE, lacks);
+        let waited = self.0.1.wait_timeout_while(state, WRITE_TIMEOUT, lacks);
         assert!(
             !waited.unwrap().1.timed_out(),
             "timed out waiting for {words}"

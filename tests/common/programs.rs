@@ -8,14 +8,14 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 /// More than any step takes on a slow machine.
-const PATIENCE: Duration = Duration::from_secs(300);
+const STEP_TIMEOUT: Duration = Duration::from_secs(300);
 /// Time between two looks, the first and the longest.
 const PAUSES: [Duration; 2] = [Duration::from_millis(1), Duration::from_millis(20)];
 
 /// Waits until something has happened. A test that has to wait for a program waits here, for
 /// what the program does, and not for a time by which it should have done it.
 pub fn wait_for(what: &str, mut happened: impl FnMut() -> bool) {
-    let until = Instant::now() + PATIENCE;
+    let until = Instant::now() + STEP_TIMEOUT;
     let mut pause = PAUSES[0];
     while !happened() {
         assert!(Instant::now() < until, "waited in vain for {what}");

@@ -101,7 +101,7 @@ fn a_run_of_misses_is_not_passed_over_in_silence() {
     let (done, missed, remarks) = play(0.15, 0.0, false);
     assert!(done >= 10 && missed == done);
     assert_eq!(remarks.len(), 1, "{remarks:?}");
-    assert!(remarks[0].contains("100 ms are 30 mm at this speed, and 'camera_delay'"));
+    assert!(remarks[0].contains("100 ms correspond to 30 mm at this speed, and 'camera_delay'"));
 }
 
 #[test]

@@ -34,7 +34,7 @@ mod served {
     /// Views take at most 1 / `SHARE` of the line's time.
     const SHARE: u32 = 20;
     /// How long to wait at the end for browsers that do not read the last view.
-    const PATIENCE: Duration = Duration::from_secs(1);
+    const CLOSE_TIMEOUT: Duration = Duration::from_secs(1);
 
     /// The dashboard, if there is one.
     pub struct Screen {
@@ -97,7 +97,7 @@ mod served {
             view.trend = self.trend.view();
             view.status.last = true;
             dashboard.show(view);
-            dashboard.close(PATIENCE);
+            dashboard.close(CLOSE_TIMEOUT);
         }
     }
 }

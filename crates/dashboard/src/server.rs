@@ -203,7 +203,7 @@ impl Site {
         {
             let mut response = words(
                 StatusCode::UNAUTHORIZED,
-                "the password is the token of `pickline run --token`\n",
+                "the password is the token that the line was started with\n",
             );
             let asks = HeaderValue::from_static("Basic realm=\"pickline\", charset=\"UTF-8\"");
             let headers = response.headers_mut();

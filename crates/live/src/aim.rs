@@ -322,7 +322,7 @@ impl Aim {
         });
         Some(format!(
             "{what}: items are not where they are expected{gripper}\n  most likely the timestamps \
-             of pictures are late: 100 ms are {way} mm at this speed, and {setting} MS, now \
+             of pictures are late: 100 ms correspond to {way} mm at this speed, and {setting} MS, now \
              {delay}, subtracts them.{comes}\n  `found {{x, y}}` in results would show how many; \
              also check the camera's position and the belt's speed"
         ))

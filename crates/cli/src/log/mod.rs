@@ -22,7 +22,7 @@ pub use style::{LogLevel, Style};
 /// Maximum number of lines waiting to be written.
 const MOST_WAITING: usize = 512;
 /// How long to wait at the end for a stderr that nobody reads.
-const PATIENCE: Duration = Duration::from_millis(500);
+const FLUSH_TIMEOUT: Duration = Duration::from_millis(500);
 /// Time from the first remark of a kind to the first summary of those that followed.
 const FIRST_SUM: Duration = Duration::from_secs(5);
 /// Maximum time that the thread sleeps.
@@ -102,7 +102,7 @@ impl Drop for Log {
         self.shared.changed.notify_all();
         // A reader that does not read loses the rest; the program exits anyway.
         let changed = &self.shared.changed;
-        let _ = changed.wait_timeout_while(state, PATIENCE, |state| !state.done);
+        let _ = changed.wait_timeout_while(state, FLUSH_TIMEOUT, |state| !state.done);
     }
 }
 

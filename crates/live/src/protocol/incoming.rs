@@ -27,7 +27,7 @@ pub enum Incoming {
     Drain(Order),
     /// The operator orders that no new task is given and open ones are cancelled.
     Stop(Order),
-    /// Time has come this far. With `--clock messages` the node decides what is due up to this time
+    /// Time has come this far. With message time the node decides what is due up to this time
     /// and answers with `due`.
     Tick {
         /// Timestamp [s].

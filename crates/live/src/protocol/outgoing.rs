@@ -143,7 +143,7 @@ pub struct BeltRequest {
     pub reason: String,
 }
 
-/// Everything up to a tick is decided; answers `tick` with `--clock messages`.
+/// Everything up to a tick is decided; answers `tick` with message time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Due {
     /// Timestamp of the tick [s].
@@ -193,7 +193,7 @@ pub struct Status {
     /// The sources that were heard, by kind and name; absent over ROS 2.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sources: Vec<SourceReport>,
-    /// Durations of decisions; absent with `--clock messages`, whose output depends only on the
+    /// Durations of decisions; absent with message time, whose output depends only on the
     /// messages.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub latency: Option<Latency>,

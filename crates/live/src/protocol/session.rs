@@ -49,7 +49,7 @@ pub struct Hello {
     /// The robots that it speaks for, by their names in the station file.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub robots: Vec<String>,
-    /// The secret of `--token`, if the node requires one.
+    /// The shared token, if the node requires one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub token: Option<String>,
 }
