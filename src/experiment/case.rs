@@ -138,20 +138,18 @@ fn read_case(section: &Section, folder: Option<&Path>) -> Result<Case> {
                 .into(),
         ));
     }
-    let length = |key: &str| {
-        let value = section.number(key)?;
-        if (1e-4..=1e3).contains(&value) {
-            return Ok(value);
-        }
-        Err(section.wrong(
-            key,
-            format!(
-                "{} is not a valid distance between items",
-                crate::error::shown_number(value)
-            ),
-            "give metres, from 0.0001 to 1000".into(),
-        ))
-    };
+    let source = read_source(section, given, folder)?;
+    let items = read_items(section, &source)?;
+    Ok(Case {
+        name,
+        source,
+        items,
+    })
+}
+
+/// The source of a case's patterns; `given` says which of the keys grid, poisson, feed, profile and
+/// pattern it has.
+fn read_source(section: &Section, given: [bool; 5], folder: Option<&Path>) -> Result<CaseSource> {
     // Relative to the case file, so that both can be moved together.
     let file = |key: &str| {
         let file = PathBuf::from(section.text(key)?);
@@ -162,8 +160,8 @@ fn read_case(section: &Section, folder: Option<&Path>) -> Result<Case> {
         false => Ok(None),
     };
     let source = match given {
-        [true, ..] => CaseSource::Grid(length("grid")?),
-        [_, true, ..] => CaseSource::Poisson(length("poisson")?),
+        [true, ..] => CaseSource::Grid(read_length(section, "grid")?),
+        [_, true, ..] => CaseSource::Poisson(read_length(section, "poisson")?),
         [_, _, true, ..] => CaseSource::Feed(read_feed(section)?, Some(section.number("flow")?)),
         [_, _, _, true, _] => CaseSource::Feed(Feed::Profile(file("profile")?), flow()?),
         _ => CaseSource::File(file("pattern")?),
@@ -175,31 +173,43 @@ fn read_case(section: &Section, folder: Option<&Path>) -> Result<Case> {
             "remove the key, or write feed = \"grid\" or feed = \"poisson\"".into(),
         ));
     }
-    let items = match (&source, section.optional_count("items")?) {
-        (CaseSource::File(_), None) => 0,
-        (CaseSource::Feed(Feed::Profile(_), _), None) => usize::MAX,
-        (CaseSource::File(_), Some(_)) => {
-            return Err(section.wrong(
-                "items",
-                "a recorded pattern has its own items".into(),
-                "remove the key".into(),
-            ));
-        }
-        (_, Some(items @ 1..=1_000_000)) => items,
-        (_, Some(items)) => {
-            return Err(section.wrong(
-                "items",
-                format!("{items} items"),
-                "give 1 to 1000000".into(),
-            ));
-        }
-        (_, None) => return Err(section.missing("items")),
-    };
-    Ok(Case {
-        name,
-        source,
-        items,
-    })
+    Ok(source)
+}
+
+/// A distance between items [m].
+fn read_length(section: &Section, key: &str) -> Result<f64> {
+    let value = section.number(key)?;
+    if (1e-4..=1e3).contains(&value) {
+        return Ok(value);
+    }
+    Err(section.wrong(
+        key,
+        format!(
+            "{} is not a valid distance between items",
+            crate::error::shown_number(value)
+        ),
+        "give metres, from 0.0001 to 1000".into(),
+    ))
+}
+
+/// The items in each pattern from `source`, as in [`Case::items`].
+fn read_items(section: &Section, source: &CaseSource) -> Result<usize> {
+    match (source, section.optional_count("items")?) {
+        (CaseSource::File(_), None) => Ok(0),
+        (CaseSource::Feed(Feed::Profile(_), _), None) => Ok(usize::MAX),
+        (CaseSource::File(_), Some(_)) => Err(section.wrong(
+            "items",
+            "a recorded pattern has its own items".into(),
+            "remove the key".into(),
+        )),
+        (_, Some(items @ 1..=1_000_000)) => Ok(items),
+        (_, Some(items)) => Err(section.wrong(
+            "items",
+            format!("{items} items"),
+            "give 1 to 1000000".into(),
+        )),
+        (_, None) => Err(section.missing("items")),
+    }
 }
 
 fn read_feed(section: &Section) -> Result<Feed> {

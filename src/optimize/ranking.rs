@@ -33,6 +33,35 @@ pub struct Ranked {
     pub max_speed: Option<f64>,
 }
 
+impl Ranked {
+    /// The entries of all assignments of `evaluation`, in its order, before any comparison.
+    fn all(evaluation: &Evaluation, risk: Risk) -> Vec<Self> {
+        let pairs = evaluation.assignments.iter().zip(&evaluation.scores);
+        pairs
+            .map(|(assignment, score)| {
+                let (worst_place, worst) = score
+                    .values
+                    .iter()
+                    .copied()
+                    .enumerate()
+                    .reduce(|a, b| if b.1 < a.1 { b } else { a })
+                    .unwrap_or_default();
+                Self {
+                    assignment: assignment.clone(),
+                    mean: stats::mean(&score.values),
+                    value: risk.aggregate(&score.values),
+                    difference: None,
+                    tied: false,
+                    picked_share: score.picked_share,
+                    worst,
+                    worst_pattern: evaluation.patterns[worst_place],
+                    max_speed: None,
+                }
+            })
+            .collect()
+    }
+}
+
 /// All scored assignments, best first.
 #[derive(Debug, Clone)]
 pub struct Ranking {
@@ -115,31 +144,7 @@ impl Ranking {
             && speeds.as_ref().is_none_or(|speeds| {
                 speeds.of.len() < contenders.len() || speeds.patterns < evaluator.pattern_count()
             });
-        let mut entries: Vec<Ranked> = evaluation
-            .assignments
-            .iter()
-            .zip(&evaluation.scores)
-            .map(|(assignment, score)| {
-                let (worst_place, worst) = score
-                    .values
-                    .iter()
-                    .copied()
-                    .enumerate()
-                    .reduce(|a, b| if b.1 < a.1 { b } else { a })
-                    .unwrap_or_default();
-                Ranked {
-                    assignment: assignment.clone(),
-                    mean: stats::mean(&score.values),
-                    value: risk.aggregate(&score.values),
-                    difference: None,
-                    tied: false,
-                    picked_share: score.picked_share,
-                    worst,
-                    worst_pattern: evaluation.patterns[worst_place],
-                    max_speed: None,
-                }
-            })
-            .collect();
+        let mut entries = Ranked::all(evaluation, risk);
         for &(place, speed) in speeds.iter().flat_map(|speeds| &speeds.of) {
             entries[place].max_speed = Some(speed);
         }
@@ -160,23 +165,8 @@ impl Ranking {
             entry.tied = difference.contains(0.0);
         }
         let leader = evaluation.assignments[leader].clone();
-        let mut contends = vec![false; entries.len()];
-        for &place in &contenders {
-            contends[place] = true;
-        }
-        let mut entries: Vec<(bool, Ranked)> = contends.into_iter().zip(entries).collect();
-        // The sort is stable, so equal entries stay in registry order.
-        entries.sort_by(|(a_contends, a), (b_contends, b)| {
-            b_contends.cmp(a_contends).then_with(|| {
-                if *a_contends {
-                    tie_order(a, b)
-                } else {
-                    b.value.total_cmp(&a.value)
-                }
-            })
-        });
         Ok(Some(Self {
-            entries: entries.into_iter().map(|(_, entry)| entry).collect(),
+            entries: in_order(entries, &contenders),
             leader,
             contenders: contenders.len(),
             method: intervals.method(),
@@ -224,6 +214,26 @@ fn tie_order(a: &Ranked, b: &Ranked) -> std::cmp::Ordering {
 
 fn wins_tie(a: &Ranked, b: &Ranked) -> bool {
     tie_order(a, b).is_lt()
+}
+
+/// The entries in the order of the ranking: the contenders first.
+fn in_order(entries: Vec<Ranked>, contenders: &[usize]) -> Vec<Ranked> {
+    let mut contends = vec![false; entries.len()];
+    for &place in contenders {
+        contends[place] = true;
+    }
+    let mut entries: Vec<(bool, Ranked)> = contends.into_iter().zip(entries).collect();
+    // The sort is stable, so equal entries stay in registry order.
+    entries.sort_by(|(a_contends, a), (b_contends, b)| {
+        b_contends.cmp(a_contends).then_with(|| {
+            if *a_contends {
+                tie_order(a, b)
+            } else {
+                b.value.total_cmp(&a.value)
+            }
+        })
+    });
+    entries.into_iter().map(|(_, entry)| entry).collect()
 }
 
 /// Whether `runs` suffice for the speed limits of this many assignments on this many patterns,

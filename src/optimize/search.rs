@@ -189,28 +189,25 @@ pub fn optimize(
     let judge = sampled.as_ref().unwrap_or(evaluator);
     let began = judge.runs();
     let left = || most.saturating_sub(judge.runs() - began);
+    let enumerated = matches!(kind, SearchKind::Exhaustive | SearchKind::Both);
     let mut memo = Memo::new();
     let mut cut = sampled.is_some();
     let mut enumeration = None;
-    if matches!(kind, SearchKind::Exhaustive | SearchKind::Both) {
+    if enumerated {
         let evaluation = enumerate(judge, left(), &within)?;
         cut |= !evaluation.is_whole(judge);
         enumeration = Some(evaluation);
     }
     let mut grasp = None;
     if matches!(kind, SearchKind::Grasp | SearchKind::Both) && (enumeration.is_none() || !cut) {
-        if let Some(evaluation) = &enumeration {
-            let scores = evaluation.scores.iter().cloned();
-            memo.extend(evaluation.assignments.iter().cloned().zip(scores));
-        }
-        let starts = search.grasp.starts as u64;
-        within.progress.begin("GRASP", starts, "starts");
-        let share = if enumeration.is_some() { 0.0 } else { FOR_TIES };
-        let runs = (left() as f64 * (1.0 - share)) as u64;
-        let outcome = search
-            .grasp
-            .run(judge, search.risk, &mut memo, runs, &within)?;
-        within.progress.end();
+        let outcome = run_grasp(
+            judge,
+            search,
+            &mut memo,
+            enumeration.as_ref(),
+            left(),
+            &within,
+        )?;
         cut |= outcome.cut;
         grasp = Some(outcome);
     }
@@ -225,7 +222,6 @@ pub fn optimize(
     let ranking = Ranking::new(&evaluation, judge, search.risk, tie_break, &within)?
         .ok_or_else(|| nothing_scored(environment))?;
     cut |= ranking.cut;
-    let enumerated = matches!(kind, SearchKind::Exhaustive | SearchKind::Both);
     let grasp_gap = match (&grasp, evaluation.leader(search.risk)) {
         (Some(grasp), Some(leader)) if enumerated && grasp.best.is_some() => {
             Some(search.risk.aggregate(&evaluation.scores[leader].values) - grasp.value)
@@ -248,6 +244,31 @@ pub fn optimize(
         max_runs,
         patterns: evaluation.patterns.len(),
     })
+}
+
+/// Runs GRASP with the scores of `enumeration`, if there is one. Otherwise it leaves a share of the
+/// `left` runs for breaking ties.
+fn run_grasp(
+    judge: &Evaluator,
+    search: &Search,
+    memo: &mut Memo,
+    enumeration: Option<&Evaluation>,
+    left: u64,
+    environment: &Environment,
+) -> Result<GraspOutcome> {
+    let share = if enumeration.is_some() { 0.0 } else { FOR_TIES };
+    if let Some(evaluation) = enumeration {
+        let scores = evaluation.scores.iter().cloned();
+        memo.extend(evaluation.assignments.iter().cloned().zip(scores));
+    }
+    let runs = (left as f64 * (1.0 - share)) as u64;
+    let starts = search.grasp.starts as u64;
+    environment.progress.begin("GRASP", starts, "starts");
+    let outcome = search
+        .grasp
+        .run(judge, search.risk, memo, runs, environment)?;
+    environment.progress.end();
+    Ok(outcome)
 }
 
 /// Why there is no result.

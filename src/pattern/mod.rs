@@ -14,6 +14,7 @@ mod poisson;
 mod profile;
 mod random;
 mod set;
+mod source_text;
 pub mod tracking;
 mod training;
 

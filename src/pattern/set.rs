@@ -1,20 +1,18 @@
 //! Sets of patterns, on which strategies are judged.
 
 use super::attributes::Attributes;
-use super::feed::{FEEDS, Feed, FeedShape};
+use super::feed::{Feed, FeedShape};
 use super::feeder::{Feeder, check_flow};
 use super::grid::{check_count, grid};
 use super::item::{MOST_ITEMS, Pattern};
 use super::poisson::poisson_disk;
 use super::random_stream;
-use crate::error::{Error, Result, counted, known_names, shown, shown_number};
+use crate::error::{Error, Result, counted, shown_number};
 use crate::station::Belt;
 use rand::RngExt;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
-use std::fmt;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
 /// Range of grid spacings and Poisson radii of the balanced set [m] (Jermann et al., results of the
 /// game-theoretic (GT) approach).
@@ -22,7 +20,7 @@ const BALANCED_RANGE: (f64, f64) = (0.15, 0.4);
 /// Default number of patterns drawn from a profile, however long they are.
 const FEWEST_LONG: usize = 3;
 /// Patterns of each kind in the balanced set (Jermann et al., Table 1: 240 in total).
-const BALANCED_EACH: usize = 120;
+pub(super) const BALANCED_EACH: usize = 120;
 
 /// The source of patterns, in the form given with `--patterns`.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,125 +43,6 @@ pub enum PatternSource {
     },
     /// A pattern file, or a folder of pattern files.
     Files(PathBuf),
-}
-
-/// The form of every source, for messages; keep in sync with the help of `--patterns`.
-const FORMS: &str = "balanced[:N], grid:SPACING, poisson:RADIUS[:N], a CSV file or a folder of \
-     them; or by flow FEED[:F/min][:N], FEED being grid, poisson, random, clustered, gaps or \
-     profile:FILE";
-/// The suffix of a flow in the form of a source.
-const PER_MINUTE: &str = "/min";
-
-impl FromStr for PatternSource {
-    type Err = Error;
-
-    fn from_str(text: &str) -> Result<Self> {
-        let wrong = |problem: String, cure: String| {
-            Error::usage(format!("'patterns' {}", shown(text)), problem, cure)
-        };
-        let forms = || format!("write one of {FORMS}");
-        let length = |part: &str| {
-            part.parse()
-                .ok()
-                .filter(|value: &f64| value.is_finite() && *value > 0.0)
-                .ok_or_else(|| {
-                    wrong(
-                        format!("`{}` is not a valid length [m]", shown(part)),
-                        forms(),
-                    )
-                })
-        };
-        let count = |part: &str| {
-            part.parse()
-                .ok()
-                .filter(|&n: &usize| (1..=1_000_000).contains(&n))
-                .ok_or_else(|| wrong(format!("`{}` is not a valid count", shown(part)), forms()))
-        };
-        let flow = |part: &str| {
-            let number = part.strip_suffix(PER_MINUTE).map(str::parse);
-            let flow = number
-                .and_then(|n| n.ok())
-                .filter(|&f| check_flow(f).is_ok());
-            flow.ok_or_else(|| wrong(format!("`{}` is not a valid flow", shown(part)), forms()))
-        };
-        let parts: Vec<&str> = text.split(':').collect();
-        if let ["profile", file @ ..] = parts.as_slice() {
-            let (file, count) = match file {
-                [file @ .., last] if !file.is_empty() && last.parse::<u64>().is_ok() => {
-                    (file, count(last)?)
-                }
-                _ => (file, BALANCED_EACH),
-            };
-            let (file, flow) = match file {
-                [file @ .., last] if !file.is_empty() && last.ends_with(PER_MINUTE) => {
-                    (file, Some(flow(last)?))
-                }
-                _ => (file, None),
-            };
-            if file.iter().all(|part| part.is_empty()) {
-                return Err(wrong("profile needs a file".into(), forms()));
-            }
-            let feed = Feed::Profile(file.join(":").into());
-            return Ok(Self::Feed { feed, flow, count });
-        }
-        if let [name, rest @ ..] = parts.as_slice()
-            && let Some(feed) = Feed::named(name)
-            && (!has_length(&feed) || rest.first().is_none_or(|p| p.ends_with(PER_MINUTE)))
-        {
-            let usual = if feed.is_random() { BALANCED_EACH } else { 1 };
-            let (flow, count) = match rest {
-                [] => (None, usual),
-                [f] if f.ends_with(PER_MINUTE) => (Some(flow(f)?), usual),
-                [n] if feed.is_random() => (None, count(n)?),
-                [f, n] if feed.is_random() => (Some(flow(f)?), count(n)?),
-                _ => return Err(wrong(format!("too many parts for {name}"), forms())),
-            };
-            return Ok(Self::Feed { feed, flow, count });
-        }
-        match parts.as_slice() {
-            ["balanced"] => Ok(Self::Balanced(BALANCED_EACH)),
-            ["balanced", n] => Ok(Self::Balanced(count(n)?)),
-            ["grid", s] => Ok(Self::Grid(length(s)?)),
-            ["poisson", r] => Ok(Self::Poisson(length(r)?, BALANCED_EACH)),
-            ["poisson", r, n] => Ok(Self::Poisson(length(r)?, count(n)?)),
-            _ if Path::new(text).exists() => Ok(Self::Files(text.into())),
-            [name, ..] => {
-                let known: Vec<&str> = FEEDS.iter().map(|f| f.0).chain(["balanced"]).collect();
-                Err(wrong(
-                    "not a known kind of pattern, and no such file or folder exists".into(),
-                    format!("{}; {}", forms(), known_names(name, &known)),
-                ))
-            }
-            [] => Err(wrong("empty".into(), forms())),
-        }
-    }
-}
-
-impl fmt::Display for PatternSource {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match self {
-            Self::Balanced(n) => write!(f, "balanced:{n}"),
-            Self::Grid(s) => write!(f, "grid:{}", shown_number(*s)),
-            Self::Poisson(r, n) => write!(f, "poisson:{}:{n}", shown_number(*r)),
-            Self::Feed { feed, flow, count } => {
-                write!(f, "{feed}")?;
-                if let Some(flow) = flow {
-                    write!(f, ":{}{PER_MINUTE}", shown_number(*flow))?;
-                }
-                // `poisson:N` alone would be a radius.
-                if feed.is_random() && (flow.is_some() || !has_length(feed)) {
-                    write!(f, ":{count}")?;
-                }
-                Ok(())
-            }
-            Self::Files(path) => write!(f, "{}", path.display()),
-        }
-    }
-}
-
-/// Whether the feed's name also denotes a pattern that is specified by a length.
-fn has_length(feed: &Feed) -> bool {
-    matches!(feed, Feed::Grid | Feed::PoissonDisk)
 }
 
 /// A set of patterns, each with a label, and how they were made.

@@ -14,6 +14,8 @@ mod metadata;
 #[cfg(feature = "onnx")]
 mod model;
 #[cfg(feature = "onnx")]
+mod ports;
+#[cfg(feature = "onnx")]
 mod seal;
 #[cfg(feature = "onnx")]
 mod strategy;

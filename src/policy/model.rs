@@ -3,13 +3,14 @@
 use super::check;
 use super::graph::OUTPUT;
 use super::metadata::Metadata;
-use crate::decision::observation::{Layout, View};
+use super::ports::{Input, MaskKind, Part, Ports, Real};
+use crate::decision::observation::Layout;
 use crate::error::{Error, Result, shown};
 use crate::files::folder_of;
 use std::fmt;
 use std::path::Path;
 use std::sync::Arc;
-use tract_onnx::pb::{GraphProto, ModelProto, tensor_proto::DataType};
+use tract_onnx::pb::{GraphProto, ModelProto};
 use tract_onnx::prelude::{
     Datum, Framework, InferenceFact, InferenceModelExt, IntoRunnable, IntoTValue, TValue, TVec,
     Tensor, TractResult, TypedRunnableModel, TypedSimpleState, f16, tvec,
@@ -33,35 +34,6 @@ pub struct Policy {
     /// A remark about that choice, if there are several outputs.
     remark: Option<String>,
     plan: Arc<TypedRunnableModel>,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Input {
-    /// In the type that the file specifies.
-    Observation(Part, Real),
-    Mask(MaskKind),
-}
-
-/// The part of the observation that an input takes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Part {
-    Whole,
-    /// The part before the slots.
-    Globals,
-    Slots,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Real {
-    Single,
-    Double,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum MaskKind {
-    Bool,
-    Real(Real),
-    Int64,
 }
 
 impl fmt::Debug for Policy {
@@ -360,215 +332,6 @@ fn repeated<T: Datum + Copy>(row: &[T], rows: usize) -> TractResult<Tensor> {
     } else {
         Tensor::from_shape(&[rows, row.len()], &row.repeat(rows))
     }
-}
-
-/// The network's inputs, and the layout that they imply.
-struct Ports {
-    layout: Layout,
-    /// All layouts that the sizes allow, the most likely first.
-    layouts: Vec<Layout>,
-    rows: usize,
-    inputs: Vec<Port>,
-}
-
-struct Port {
-    kind: Input,
-    width: usize,
-}
-
-impl Ports {
-    fn find(graph: &GraphProto, told: Option<Layout>, place: &str) -> Result<Self> {
-        let wrong = |problem: String, cure: String| Error::input(place, problem, cure);
-        let mut found = Vec::new();
-        let mut rows = 1;
-        for (index, value) in check::inputs(graph) {
-            let name = shown(&value.name);
-            let Some((dims, kind)) = check::shape(value) else {
-                return Err(wrong(
-                    format!("the input `{name}` is not a tensor of known shape"),
-                    "declare its shape [batch, numbers]".into(),
-                ));
-            };
-            let [batch, Some(width)] = dims[..] else {
-                return Err(wrong(
-                    format!("the input `{name}` has the shape {dims:?}"),
-                    "give it the shape [batch, numbers] with a fixed second size".into(),
-                ));
-            };
-            rows = batch.unwrap_or(rows);
-            let kind = DataType::try_from(kind);
-            let real = match kind {
-                Ok(DataType::Float) => Some(Real::Single),
-                Ok(DataType::Double) => Some(Real::Double),
-                _ => None,
-            };
-            let is_mask = value.name.contains("mask") || (index > 0 && real.is_none());
-            let kind = match (is_mask, real, kind) {
-                (false, Some(real), _) => Input::Observation(Part::Whole, real),
-                (true, Some(real), _) => Input::Mask(MaskKind::Real(real)),
-                (true, _, Ok(DataType::Bool)) => Input::Mask(MaskKind::Bool),
-                (true, _, Ok(DataType::Int64)) => Input::Mask(MaskKind::Int64),
-                _ => {
-                    return Err(wrong(
-                        format!("the input `{name}` has an unsupported type"),
-                        "use f32 or f64 for observations and bool, f32, f64 or int64 for masks"
-                            .into(),
-                    ));
-                }
-            };
-            found.push(Port { kind, width });
-        }
-        let widths = |mask: bool| -> Vec<usize> {
-            let is_mask = |port: &&Port| matches!(port.kind, Input::Mask(_)) == mask;
-            found
-                .iter()
-                .filter(is_mask)
-                .map(|port| port.width)
-                .collect()
-        };
-        let (parts, masks) = (widths(false), widths(true));
-        let (1 | 2, mask @ ([] | [_])) = (parts.len(), &masks[..]) else {
-            return Err(wrong(
-                format!(
-                    "the network has {} inputs for observations and {} for masks",
-                    parts.len(),
-                    masks.len()
-                ),
-                "give one for the observation, or one for its globals and one for its slots, and \
-                 at most one for the mask, named with `mask`"
-                    .into(),
-            ));
-        };
-        let (observation, mask) = (parts.iter().sum::<usize>(), mask.first().copied());
-        // An exporter may leave the sizes of the outputs dynamic.
-        let widths = graph.output.iter().map(|value| {
-            let (dims, _) = check::shape(value)?;
-            *dims.last()?
-        });
-        let is_open = widths.clone().any(|width| width.is_none());
-        let outputs: Vec<usize> = widths.flatten().collect();
-        let known = Some(&outputs[..]).filter(|_| !is_open);
-        let layouts = match told {
-            Some(layout) => vec![layout],
-            None => layouts_of(observation, mask, known),
-        };
-        let Some(&layout) = layouts.first() else {
-            return Err(wrong(
-                format!(
-                    "an input of {observation} numbers with outputs of {outputs:?} matches no \
-                     observation of this program"
-                ),
-                format!(
-                    "train on one of: {}; outputs are the logits of K slots, and one more for \
-                     waiting",
-                    View::ALL
-                        .iter()
-                        .copied()
-                        .map(written)
-                        .collect::<Vec<_>>()
-                        .join(", ")
-                ),
-            ));
-        };
-        let expected = (layout.observation(), layout.actions());
-        if (observation, mask.unwrap_or(expected.1)) != expected {
-            return Err(wrong(
-                format!(
-                    "the network takes {observation} numbers and a mask of {}, but its metadata \
-                     says {} and {}",
-                    mask.unwrap_or(expected.1),
-                    expected.0,
-                    expected.1
-                ),
-                "export it again with `pickline train`".into(),
-            ));
-        }
-        split(&mut found, &parts, &layout).map_err(|problem| {
-            wrong(
-                problem,
-                format!(
-                    "export inputs of widths {} (globals) and {} (slots), or one of width {}",
-                    layout.globals(),
-                    layout.observation() - layout.globals(),
-                    layout.observation()
-                ),
-            )
-        })?;
-        Ok(Self {
-            layout,
-            layouts,
-            rows,
-            inputs: found,
-        })
-    }
-}
-
-/// Determines which of two inputs, `parts` wide, takes which part of the observation, by their
-/// widths.
-fn split(ports: &mut [Port], parts: &[usize], layout: &Layout) -> std::result::Result<(), String> {
-    let globals = layout.globals();
-    let slots = layout.observation() - globals;
-    if parts.len() == 1 {
-        return Ok(());
-    }
-    if globals == slots || ![[globals, slots], [slots, globals]].contains(&[parts[0], parts[1]]) {
-        return Err(format!(
-            "its inputs of widths {} and {} cannot be matched to the parts of an observation",
-            parts[0], parts[1]
-        ));
-    }
-    for port in ports {
-        if let Input::Observation(part, _) = &mut port.kind {
-            *part = if port.width == globals {
-                Part::Globals
-            } else {
-                Part::Slots
-            };
-        }
-    }
-    Ok(())
-}
-
-/// The size of a view's observation, for messages.
-fn written(view: View) -> String {
-    let layout = Layout {
-        view,
-        slots: 1,
-        wait: false,
-    };
-    format!(
-        "{view} ({} + {} K)",
-        layout.globals(),
-        layout.slot_features()
-    )
-}
-
-/// The layouts with these sizes, if the file has no metadata; `outputs` is `None` if the file
-/// leaves a size dynamic.
-fn layouts_of(observation: usize, mask: Option<usize>, outputs: Option<&[usize]>) -> Vec<Layout> {
-    let all = View::ALL.iter().flat_map(|view| {
-        [false, true].map(|wait| Layout {
-            view: *view,
-            slots: 1,
-            wait,
-        })
-    });
-    let sized = all.filter_map(|layout| {
-        let slots = observation.checked_sub(layout.globals())?;
-        let per_slot = layout.slot_features();
-        (slots % per_slot == 0 && (1..=Layout::MOST_SLOTS).contains(&(slots / per_slot))).then_some(
-            Layout {
-                slots: slots / per_slot,
-                ..layout
-            },
-        )
-    });
-    let fitting = sized.filter(|layout| {
-        let actions = layout.actions();
-        mask.is_none_or(|mask| mask == actions)
-            && outputs.is_none_or(|outputs| outputs.is_empty() || outputs.contains(&actions))
-    });
-    fitting.collect()
 }
 
 fn build(model: &ModelProto, ports: &Ports) -> TractResult<Arc<TypedRunnableModel>> {

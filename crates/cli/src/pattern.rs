@@ -12,9 +12,10 @@ use super::warnings::warn;
 use pickline::error::{Error, Result, counted, shown, shown_number, spell_settings};
 use pickline::files;
 use pickline::pattern::{
-    Feed, Feeder, Pattern, describe, grid, poisson_disk, random_stream, to_csv, tracking,
+    Feed, FeedShape, Feeder, Pattern, describe, grid, poisson_disk, random_stream, to_csv, tracking,
 };
 use pickline::plausible::{BELT_SPEED, BELT_WIDTH, MERGE_DISTANCE, SPLIT_DISTANCE};
+use pickline::station::Belt;
 use pickline::study::DEFAULT_GRID;
 use pickline_report::{DescriptionReport, json_text, origin_comment};
 use rand::rngs::ChaCha8Rng;
@@ -43,70 +44,17 @@ fn generate(args: &GenerateArgs, session: &Session) -> Result<()> {
         &read,
         &[("--output", output)],
     )?;
-    // Load it even if the width is given: an invalid station must not go unnoticed.
-    let station = args.station.load()?;
-    let mut belt = *station.belt();
-    match args.width {
-        Some(width) if (1e-6..=1e3).contains(&width) => {
-            let values = [("--width", &BELT_WIDTH, Some(width))];
-            args.station.check_values(&values)?;
-            belt.width = width;
-        }
-        Some(width) => {
-            return Err(Error::input(
-                "--width",
-                format!("{} m is not a belt width", shown_number(width)),
-                "give metres, from 1e-6 to 1000",
-            ));
-        }
-        None => {}
-    }
+    let belt = chosen_belt(args)?;
     let attributes = args.attributes.resolve()?;
     let mut rng = random_stream(args.seed, 0);
     let kind = args.kind.feed(args.profile.as_deref())?;
-    let lengths = [
-        ("--spacing", args.spacing, Feed::Grid),
-        ("--radius", args.radius, Feed::PoissonDisk),
-    ];
-    for (flag, length, own) in &lengths {
-        if length.is_some() && kind != *own {
-            return Err(foreign(flag, &kind));
-        }
-        if length.is_some() && args.feed.flow.is_some() {
-            return Err(Error::input(
-                "--flow",
-                format!("{flag} already determines the flow"),
-                "give only one of the two",
-            ));
-        }
-    }
+    check_lengths(args, &kind)?;
     let shape = args.feed.shape(&[&kind], &args.station)?;
     let by_length = args.feed.flow.is_none() && matches!(kind, Feed::Grid | Feed::PoissonDisk);
     let pattern = if by_length {
         by_distance(args, &kind, belt.width, &mut rng)?
     } else {
-        let usual = kind.file().is_none().then_some(DEFAULT_FLOW);
-        let feeder = Feeder::new(&kind, args.feed.flow.or(usual), &belt, shape)?;
-        let usual = match kind.file() {
-            Some(_) => usize::MAX,
-            None => DEFAULT_GRID.1,
-        };
-        let pattern = feeder.draw(args.count.unwrap_or(usual), &mut rng)?;
-        if let Some(count) = args.count.filter(|count| *count > pattern.len()) {
-            tell(&format!(
-                "warning: --count {count}: the profile has only {} items",
-                pattern.len()
-            ));
-        }
-        if !args.quiet {
-            tell(&format!(
-                "generating the feed {kind} of {} items/min at {} m/s: {}",
-                shown_number(feeder.flow()),
-                shown_number(belt.speed),
-                achieved(&pattern, belt.speed)
-            ));
-        }
-        pattern
+        by_flow(args, &kind, &belt, shape, &mut rng)?
     };
     let pattern = attributes.apply(pattern, &mut rng)?;
     args.station.check_pattern("the pattern", &pattern)?;
@@ -160,6 +108,88 @@ fn by_distance(
         own.is_none() || args.count.is_none(),
     );
     poisson_disk(width, radius, count, rng)
+}
+
+/// The belt of the station, with the width that the flag gives.
+///
+/// # Errors
+/// An invalid station or width.
+fn chosen_belt(args: &GenerateArgs) -> Result<Belt> {
+    // Load it even if the width is given: an invalid station must not go unnoticed.
+    let station = args.station.load()?;
+    let mut belt = *station.belt();
+    match args.width {
+        Some(width) if (1e-6..=1e3).contains(&width) => {
+            let values = [("--width", &BELT_WIDTH, Some(width))];
+            args.station.check_values(&values)?;
+            belt.width = width;
+        }
+        Some(width) => {
+            return Err(Error::input(
+                "--width",
+                format!("{} m is not a belt width", shown_number(width)),
+                "give metres, from 1e-6 to 1000",
+            ));
+        }
+        None => {}
+    }
+    Ok(belt)
+}
+
+/// Checks that a distance between items is given only where it applies.
+///
+/// # Errors
+/// Another kind of pattern, or a flow as well.
+fn check_lengths(args: &GenerateArgs, kind: &Feed) -> Result<()> {
+    let lengths = [
+        ("--spacing", args.spacing, Feed::Grid),
+        ("--radius", args.radius, Feed::PoissonDisk),
+    ];
+    for (flag, length, own) in &lengths {
+        if length.is_some() && kind != own {
+            return Err(foreign(flag, kind));
+        }
+        if length.is_some() && args.feed.flow.is_some() {
+            return Err(Error::input(
+                "--flow",
+                format!("{flag} already determines the flow"),
+                "give only one of the two",
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// A pattern of the feed `kind`, given by its flow.
+fn by_flow(
+    args: &GenerateArgs,
+    kind: &Feed,
+    belt: &Belt,
+    shape: FeedShape,
+    rng: &mut ChaCha8Rng,
+) -> Result<Pattern> {
+    let usual = kind.file().is_none().then_some(DEFAULT_FLOW);
+    let feeder = Feeder::new(kind, args.feed.flow.or(usual), belt, shape)?;
+    let usual = match kind.file() {
+        Some(_) => usize::MAX,
+        None => DEFAULT_GRID.1,
+    };
+    let pattern = feeder.draw(args.count.unwrap_or(usual), rng)?;
+    if let Some(count) = args.count.filter(|count| *count > pattern.len()) {
+        tell(&format!(
+            "warning: --count {count}: the profile has only {} items",
+            pattern.len()
+        ));
+    }
+    if !args.quiet {
+        tell(&format!(
+            "generating the feed {kind} of {} items/min at {} m/s: {}",
+            shown_number(feeder.flow()),
+            shown_number(belt.speed),
+            achieved(&pattern, belt.speed)
+        ));
+    }
+    Ok(pattern)
 }
 
 /// The flow that a pattern actually has, as text.
@@ -283,15 +313,12 @@ fn check_outside(folder: &Path, written: &[(&str, Option<&Path>)]) -> Result<()>
     Ok(())
 }
 
-fn import_tracks(args: &TracksArgs, session: &Session) -> Result<()> {
-    let output = written(args.output.as_deref());
-    let targets = [("--output", output), ("--report", args.report.as_deref())];
-    let read = [("the recording", Some(args.file.as_path()))];
-    outputs::check("pattern import", args.force, &read, &targets)?;
-    if args.file.is_dir() {
-        check_outside(&args.file, &targets)?;
-    }
-    let options = tracking::ImportOptions {
+/// The options that the flags give.
+///
+/// # Errors
+/// An unknown format, or a value that is not an image size.
+fn import_options(args: &TracksArgs) -> Result<tracking::ImportOptions> {
+    Ok(tracking::ImportOptions {
         format: args
             .form
             .as_deref()
@@ -319,7 +346,40 @@ fn import_tracks(args: &TracksArgs, session: &Session) -> Result<()> {
             },
             args.belt_speed,
         )
+    })
+}
+
+/// Rejects, with `--strict`, an import with warnings.
+///
+/// # Errors
+/// The first of `doubts`.
+fn check_doubts(args: &TracksArgs, doubts: &[String]) -> Result<()> {
+    let [first, more @ ..] = doubts else {
+        return Ok(());
     };
+    let others = match more.len() {
+        0 => String::new(),
+        more => format!(
+            "; and {}, shown without --strict",
+            counted(more, "more warning")
+        ),
+    };
+    Err(Error::input(
+        args.file.display().to_string(),
+        format!("{first}{others}"),
+        "correct it, or leave out --strict",
+    ))
+}
+
+fn import_tracks(args: &TracksArgs, session: &Session) -> Result<()> {
+    let output = written(args.output.as_deref());
+    let targets = [("--output", output), ("--report", args.report.as_deref())];
+    let read = [("the recording", Some(args.file.as_path()))];
+    outputs::check("pattern import", args.force, &read, &targets)?;
+    if args.file.is_dir() {
+        check_outside(&args.file, &targets)?;
+    }
+    let options = import_options(args)?;
     let recording = tracking::Recording::load(&args.file)?;
     let mut import = tracking::import(&recording, &args.file.display().to_string(), &options)?;
     let flags = [
@@ -338,21 +398,8 @@ fn import_tracks(args: &TracksArgs, session: &Session) -> Result<()> {
         *doubt = spell_settings(doubt, flag);
     }
     let doubts = &import.report.warnings;
-    if args.strict
-        && let [first, more @ ..] = &doubts[..]
-    {
-        let others = match more.len() {
-            0 => String::new(),
-            more => format!(
-                "; and {}, shown without --strict",
-                counted(more, "more warning")
-            ),
-        };
-        return Err(Error::input(
-            args.file.display().to_string(),
-            format!("{first}{others}"),
-            "correct it, or leave out --strict",
-        ));
+    if args.strict {
+        check_doubts(args, doubts)?;
     }
     if !args.quiet {
         for line in import.report.lines() {

@@ -45,6 +45,7 @@ mod formats;
 mod import;
 mod link;
 mod median;
+mod mismatch;
 mod motion;
 mod object;
 mod options;

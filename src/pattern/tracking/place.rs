@@ -17,6 +17,8 @@ const LARGEST_AREA: f64 = 1e10;
 
 pub(super) const STILL: &str = "stands still";
 pub(super) const BACKWARDS: &str = "moves backwards";
+/// Start of the reason for dropping a track that was seen too rarely.
+pub(super) const FEWER: &str = "fewer than";
 
 /// What is known about an object before the frame is fixed.
 pub(super) struct Found {

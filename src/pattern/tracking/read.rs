@@ -1,6 +1,6 @@
 //! Turns lines into tracks, and separates broken lines and boxes without a track.
 
-use super::formats::{self, Format, Recording};
+use super::formats::{self, FileLine, FileLines, Format, Recording};
 use super::options::{Boxes, ImportOptions};
 use super::track::{BoxSighting, Track};
 use crate::error::{Error, Result};
@@ -52,116 +52,166 @@ pub(super) fn read(
     options: &ImportOptions,
 ) -> Result<TrackFile> {
     let source = formats::read(recording, name, options)?;
-    let mut reading = TrackFile {
-        format: source.format,
-        boxes: source.boxes,
-        remarks: source.remarks,
-        lines: source.lines.len(),
-        tracks: Vec::new(),
-        loose: Vec::new(),
-        malformed: 0,
-        repeated: 0,
-        cut_off: None,
-        dropped: Vec::new(),
-    };
-    let mut dropped: Vec<DroppedLine> = Vec::new();
-    let mut loose: Vec<(Option<String>, BoxSighting)> = Vec::new();
-    let mut place_of: HashMap<i64, usize> = HashMap::new();
-    // In a folder, every frame has its own file.
-    let mut file_of: HashMap<u32, String> = HashMap::new();
-    let mut usual_fields = 0;
-    let mut lines = source.lines.into_iter().peekable();
-    while let Some(line) = lines.next() {
-        let is_last = lines.peek().is_none();
-        let (number, filled) = (line.number, line.filled);
-        let reason = match line.row {
-            // A line with fewer fields than the previous one indicates an interrupted write, even
-            // if the rest can be parsed.
-            Ok(_) if is_last && filled < usual_fields => {
-                format!("{filled} fields, but the previous line has {usual_fields}")
-            }
-            Ok(row) => {
-                usual_fields = filled;
-                let id = row.id;
-                let sighting = BoxSighting::new(row, number, options);
-                if let Some(file) = &line.file {
-                    file_of
-                        .entry(sighting.frame)
-                        .or_insert_with(|| file.clone());
-                }
-                match id {
-                    Some(id) => {
-                        let place = *place_of.entry(id).or_insert_with(|| {
-                            reading.tracks.push(Track {
-                                name: id.to_string(),
-                                sightings: Vec::new(),
-                            });
-                            reading.tracks.len() - 1
-                        });
-                        reading.tracks[place].sightings.push(sighting);
-                    }
-                    None => loose.push((line.file, sighting)),
-                }
-                continue;
-            }
-            Err(reason) => reason,
-        };
-        let reason = if is_last {
-            reading.cut_off = Some(number);
-            format!("last line, incomplete: {reason}")
-        } else {
-            reading.malformed += 1;
-            reason
-        };
-        dropped.push(DroppedLine {
-            file: line.file,
-            line: number,
-            reason,
-        });
-    }
-    if reading.lines == 0 {
+    let cure = source.cure;
+    let mut sorted = SortedLines::of(source, options);
+    if sorted.file.lines == 0 {
         return Err(Error::input(
             name,
             "the file has no lines",
             "give a tracker's file with lines `frame,id,left,top,width,height,conf`",
         ));
     }
-    if reading.tracks.is_empty() {
-        reading.loose = loose.into_iter().map(|(_, sighting)| sighting).collect();
-    } else {
-        reading.malformed += loose.len();
-        dropped.extend(loose.into_iter().map(|(file, sighting)| DroppedLine {
-            file,
+    sorted.place_loose();
+    sorted.file.check_share(name, cure)?;
+    let first = u32::from(count_from_one(&mut sorted.file));
+    let SortedLines {
+        file: mut reading,
+        file_of,
+        ..
+    } = sorted;
+    reading.dropped.truncate(LISTED);
+    drop_repeated(&mut reading, |frame| file_of.get(&(frame - first)).cloned());
+    Ok(reading)
+}
+
+/// The lines of a file, sorted into tracks, boxes without a track and dropped lines.
+struct SortedLines {
+    /// All dropped lines are in its list, in the order of the file.
+    file: TrackFile,
+    /// The boxes without a track, with the names of their files.
+    loose: Vec<(Option<String>, BoxSighting)>,
+    /// The place of each track, by its id.
+    place_of: HashMap<i64, usize>,
+    /// The file of each frame: in a folder, every frame has its own.
+    file_of: HashMap<u32, String>,
+}
+
+impl SortedLines {
+    fn of(source: FileLines, options: &ImportOptions) -> Self {
+        let mut sorted = Self {
+            file: TrackFile {
+                format: source.format,
+                boxes: source.boxes,
+                remarks: source.remarks,
+                lines: source.lines.len(),
+                tracks: Vec::new(),
+                loose: Vec::new(),
+                malformed: 0,
+                repeated: 0,
+                cut_off: None,
+                dropped: Vec::new(),
+            },
+            loose: Vec::new(),
+            place_of: HashMap::new(),
+            file_of: HashMap::new(),
+        };
+        let mut usual_fields = 0;
+        let mut lines = source.lines.into_iter().peekable();
+        while let Some(line) = lines.next() {
+            let is_last = lines.peek().is_none();
+            let FileLine {
+                file,
+                number,
+                filled,
+                row,
+            } = line;
+            match row {
+                // A line with fewer fields than the previous one indicates an interrupted write,
+                // even if the rest can be parsed.
+                Ok(_) if is_last && filled < usual_fields => {
+                    let reason =
+                        format!("{filled} fields, but the previous line has {usual_fields}");
+                    sorted.drop_line(file, number, is_last, reason);
+                }
+                Ok(row) => {
+                    usual_fields = filled;
+                    let id = row.id;
+                    sorted.keep(file, id, BoxSighting::new(row, number, options));
+                }
+                Err(reason) => sorted.drop_line(file, number, is_last, reason),
+            }
+        }
+        sorted
+    }
+
+    fn keep(&mut self, file: Option<String>, id: Option<i64>, sighting: BoxSighting) {
+        if let Some(file) = &file {
+            self.file_of
+                .entry(sighting.frame)
+                .or_insert_with(|| file.clone());
+        }
+        let Some(id) = id else {
+            self.loose.push((file, sighting));
+            return;
+        };
+        let tracks = &mut self.file.tracks;
+        let place = *self.place_of.entry(id).or_insert_with(|| {
+            tracks.push(Track {
+                name: id.to_string(),
+                sightings: Vec::new(),
+            });
+            tracks.len() - 1
+        });
+        tracks[place].sightings.push(sighting);
+    }
+
+    fn drop_line(&mut self, file: Option<String>, line: usize, is_last: bool, reason: String) {
+        let reason = if is_last {
+            self.file.cut_off = Some(line);
+            format!("last line, incomplete: {reason}")
+        } else {
+            self.file.malformed += 1;
+            reason
+        };
+        self.file.dropped.push(DroppedLine { file, line, reason });
+    }
+
+    /// Keeps the boxes without a track if the file has no tracks at all, and drops them otherwise.
+    fn place_loose(&mut self) {
+        let loose = std::mem::take(&mut self.loose);
+        let file = &mut self.file;
+        if file.tracks.is_empty() {
+            file.loose = loose.into_iter().map(|(_, sighting)| sighting).collect();
+            return;
+        }
+        file.malformed += loose.len();
+        let dropped = loose.into_iter().map(|(name, sighting)| DroppedLine {
+            file: name,
             line: sighting.line,
             reason: "a detection without a track".to_owned(),
-        }));
+        });
+        file.dropped.extend(dropped);
         // Also orders the lines of a folder, whose files are sorted, by frame.
-        dropped.sort_by(|a, b| (&a.file, a.line).cmp(&(&b.file, b.line)));
+        file.dropped
+            .sort_by(|a, b| (&a.file, a.line).cmp(&(&b.file, b.line)));
     }
-    let nothing = reading.tracks.is_empty() && reading.loose.is_empty();
-    if let Some(first) = dropped.first()
-        && (nothing || reading.malformed > reading.lines / 2)
-    {
+}
+
+impl TrackFile {
+    /// Rejects a file with more broken lines than valid ones, or without any valid line.
+    fn check_share(&self, name: &str, cure: &str) -> Result<()> {
+        let nothing = self.tracks.is_empty() && self.loose.is_empty();
+        let Some(first) = self.dropped.first() else {
+            return Ok(());
+        };
+        if !nothing && self.malformed <= self.lines / 2 {
+            return Ok(());
+        }
         let place = match &first.file {
             Some(file) => format!("{name}/{file}:{}", first.line),
             None => format!("{name}:{}", first.line),
         };
-        return Err(Error::input(
+        Err(Error::input(
             place,
             format!(
                 "{} of {} lines are not in a tracker's format; the first: {}",
-                dropped.len(),
-                reading.lines,
+                self.dropped.len(),
+                self.lines,
                 first.reason
             ),
-            source.cure,
-        ));
+            cure,
+        ))
     }
-    let first = u32::from(count_from_one(&mut reading));
-    dropped.truncate(LISTED);
-    reading.dropped = dropped;
-    drop_repeated(&mut reading, |frame| file_of.get(&(frame - first)).cloned());
-    Ok(reading)
 }
 
 /// Converts a file that counts frames from 0 so that the first frame is 1; returns whether it did.

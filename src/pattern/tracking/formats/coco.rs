@@ -22,13 +22,7 @@ pub(super) fn read(text: &str, name: &str, options: &ImportOptions) -> Result<Fi
         )
         .caused_by(error)
     })?;
-    // The JSON sink of supervision writes the rows of its CSV sink as objects.
-    if let Some(first) = data.as_array().and_then(|list| list.first())
-        && first.get("bbox").is_none()
-        && ["x_min", "x1", "bb_left"]
-            .iter()
-            .any(|key| first.get(*key).is_some())
-    {
+    if is_sink(&data) {
         return read_sink(&data, name, options);
     }
     let listed = |key: &str| data.get(key).and_then(Value::as_array);
@@ -39,63 +33,22 @@ pub(super) fn read(text: &str, name: &str, options: &ImportOptions) -> Result<Fi
             "give COCO's list of detections, or its data set",
         ));
     };
-    let names: HashMap<i64, &str> = listed("categories")
-        .into_iter()
-        .flatten()
-        .filter_map(|entry| Some((entry.get("id")?.as_i64()?, entry.get("name")?.as_str()?)))
-        .collect();
-    // A video data set states which frame an image is.
-    let mut frames: HashMap<i64, f64> = listed("images")
-        .into_iter()
-        .flatten()
-        .filter_map(|entry| {
-            let frame = entry.get("frame_id").or_else(|| entry.get("frame_index"))?;
-            Some((entry.get("id")?.as_i64()?, frame.as_f64()?))
-        })
-        .collect();
-    let framed = !frames.is_empty();
-    let mut order = "frames from image_id";
-    if frames.is_empty()
-        && let Some(named) = listed("images").and_then(|images| frames_by_name(images))
-    {
-        frames = named;
-        order = "frames from the numbers in file_name, since the image ids are out of order";
-    }
+    let mut remarks = vec!["classes from category_id".to_owned()];
+    let (frames, order) = frames_of_images(listed("images"));
+    remarks.extend(order.map(str::to_owned));
     // COCO boxes are sizes, but some programs write corners.
     let kind = options.boxes.unwrap_or_default();
-    let read = |entry: &Value| -> std::result::Result<FileRow, String> {
-        let image = entry.get("image_id").and_then(Value::as_i64);
-        let image = image.ok_or("the image_id is not a whole number, so the frames are missing")?;
-        let figures = entry.get("bbox").and_then(Value::as_array);
-        let figures: Option<Vec<f64>> =
-            figures.and_then(|list| list.iter().map(Value::as_f64).collect());
-        let Some([left, top, width, height]) = figures.as_deref() else {
-            return Err("the bbox is not a list of four numbers".to_owned());
-        };
-        let id = ["track_id", "instance_id", "tracker_id"]
-            .iter()
-            .find_map(|key| entry.get(*key));
-        let frame = frame(frames.get(&image).copied().unwrap_or(image as f64))?;
-        let id = id.and_then(Value::as_i64).filter(|id| *id >= 0);
-        let mut row = boxed(frame, id, [*left, *top, *width, *height], kind)?;
-        row.confidence = entry.get("score").and_then(Value::as_f64);
-        row.class = entry.get("category_id").and_then(Value::as_i64).map(|id| {
-            names
-                .get(&id)
-                .map_or_else(|| id.to_string(), |name| (*name).trim().to_owned())
-        });
-        Ok(row)
+    let detections = Detections {
+        names: class_names(listed("categories")),
+        frames,
+        kind,
     };
     let line = |(index, entry): (usize, &Value)| FileLine {
         file: None,
         number: index + 1,
         filled: 1,
-        row: read(entry),
+        row: detections.row(entry),
     };
-    let mut remarks = vec!["classes from category_id".to_owned()];
-    if !framed {
-        remarks.push(order.to_owned());
-    }
     Ok(FileLines {
         format: Format::Coco,
         boxes: kind,
@@ -112,6 +65,73 @@ pub(super) fn read(text: &str, name: &str, options: &ImportOptions) -> Result<Fi
             }
         },
     })
+}
+
+/// What is needed to read a detection.
+struct Detections<'a> {
+    /// Names of the categories, by their ids.
+    names: HashMap<i64, &'a str>,
+    /// Frames of the images, by their ids; the others' frames are their ids.
+    frames: HashMap<i64, f64>,
+    kind: Boxes,
+}
+
+impl Detections<'_> {
+    fn row(&self, entry: &Value) -> std::result::Result<FileRow, String> {
+        let image = entry.get("image_id").and_then(Value::as_i64);
+        let image = image.ok_or("the image_id is not a whole number, so the frames are missing")?;
+        let figures = entry.get("bbox").and_then(Value::as_array);
+        let figures: Option<Vec<f64>> =
+            figures.and_then(|list| list.iter().map(Value::as_f64).collect());
+        let Some([left, top, width, height]) = figures.as_deref() else {
+            return Err("the bbox is not a list of four numbers".to_owned());
+        };
+        let id = ["track_id", "instance_id", "tracker_id"]
+            .iter()
+            .find_map(|key| entry.get(*key));
+        let frame = frame(self.frames.get(&image).copied().unwrap_or(image as f64))?;
+        let id = id.and_then(Value::as_i64).filter(|id| *id >= 0);
+        let mut row = boxed(frame, id, [*left, *top, *width, *height], self.kind)?;
+        row.confidence = entry.get("score").and_then(Value::as_f64);
+        row.class = entry.get("category_id").and_then(Value::as_i64).map(|id| {
+            self.names
+                .get(&id)
+                .map_or_else(|| id.to_string(), |name| (*name).trim().to_owned())
+        });
+        Ok(row)
+    }
+}
+
+fn class_names(categories: Option<&Vec<Value>>) -> HashMap<i64, &str> {
+    categories
+        .into_iter()
+        .flatten()
+        .filter_map(|entry| Some((entry.get("id")?.as_i64()?, entry.get("name")?.as_str()?)))
+        .collect()
+}
+
+/// The frames of images, by their ids, and a remark on their source if the images do not state
+/// them.
+fn frames_of_images(images: Option<&Vec<Value>>) -> (HashMap<i64, f64>, Option<&'static str>) {
+    // A video data set states which frame an image is.
+    let stated: HashMap<i64, f64> = images
+        .into_iter()
+        .flatten()
+        .filter_map(|entry| {
+            let frame = entry.get("frame_id").or_else(|| entry.get("frame_index"))?;
+            Some((entry.get("id")?.as_i64()?, frame.as_f64()?))
+        })
+        .collect();
+    if !stated.is_empty() {
+        return (stated, None);
+    }
+    match images.and_then(|images| frames_by_name(images)) {
+        Some(named) => (
+            named,
+            Some("frames from the numbers in file_name, since the image ids are out of order"),
+        ),
+        None => (stated, Some("frames from image_id")),
+    }
 }
 
 /// The frames of images whose ids are not in the order of the video, from the numbers in their
@@ -137,6 +157,16 @@ fn frames_by_name(images: &[Value]) -> Option<HashMap<i64, f64>> {
             .iter()
             .map(|&(id, frame)| (id, f64::from(frame)))
             .collect()
+    })
+}
+
+/// Whether the list is from the JSON sink of supervision, which writes the rows of its CSV sink as
+/// objects.
+fn is_sink(data: &Value) -> bool {
+    let first = data.as_array().and_then(|list| list.first());
+    first.is_some_and(|first| {
+        let columns = ["x_min", "x1", "bb_left"];
+        first.get("bbox").is_none() && columns.iter().any(|key| first.get(*key).is_some())
     })
 }
 

@@ -11,7 +11,7 @@ mod recognise;
 mod table;
 
 pub use format::{FORMATS, Format};
-pub(super) use lines::{FileLines, FileRow};
+pub(super) use lines::{FileLine, FileLines, FileRow};
 pub use recognise::recognised;
 
 use super::options::ImportOptions;

@@ -30,95 +30,30 @@ const CLASS_ID: &[&str] = &["class_id", "cls"];
 pub(super) fn read(text: &str, name: &str, options: &ImportOptions) -> Result<FileLines> {
     let mut file = CsvFile::new(text, name);
     let (header, header_line) = file.header()?;
-    let place = |names: &[&str]| {
-        let find = |name: &&str| header.iter().position(|column| column == *name);
-        names.iter().find_map(find)
-    };
-    let wrong =
-        |problem: &str, cure: &str| Error::input(format!("{name}:{header_line}"), problem, cure);
-    let Some(frames) = place(FRAME) else {
-        return Err(wrong(
-            "a recording with a header but without a column `frame`: the frames are missing",
-            "write the frame in every row; with supervision's CSVSink: \
-             sink.append(detections, custom_data={\"frame\": index})",
-        ));
-    };
-    let corners = place(RIGHT).zip(place(BOTTOM));
-    let sizes = place(WIDTH).zip(place(HEIGHT));
-    let (Some(left), Some(top), Some((first, second))) =
-        (place(LEFT), place(TOP), corners.or(sizes))
-    else {
-        return Err(wrong(
-            "a recording with a header but without known columns for the boxes",
-            "name them x_min,y_min,x_max,y_max or bb_left,bb_top,bb_width,bb_height",
-        ));
-    };
-    // The column names determine the kind of boxes.
-    let kind = match corners {
-        Some(_) => Boxes::Corners,
-        None => Boxes::Sizes,
-    };
-    let kind = options.boxes_of(kind, "the header")?;
-    let (id, confidence) = (place(ID), place(CONFIDENCE));
-    let (class_name, class_id) = (place(CLASS_NAME), place(CLASS_ID));
+    let place = format!("{name}:{header_line}");
+    let columns = TableColumns::find(&header, &place, options)?;
     let mut lines = Vec::new();
     let mut record = csv::StringRecord::new();
     loop {
-        let number = match file.next(&mut record) {
-            Ok(Some(number)) => number,
+        let (number, row) = match file.next(&mut record) {
+            Ok(Some(number)) => (number, columns.row(&record, &mut file)),
             Ok(None) => break,
-            Err(error) if error.kind() == ErrorKind::Input => {
-                lines.push(FileLine {
-                    file: None,
-                    number: file.line(),
-                    filled: record.len(),
-                    row: Err(error.problem()),
-                });
-                continue;
-            }
+            Err(error) if error.kind() == ErrorKind::Input => (file.line(), Err(error.problem())),
             Err(error) => return Err(error),
         };
-        let mut value = |place: usize, what: &str| {
-            let text = record.get(place).unwrap_or_default();
-            match file.number(text) {
-                Some(value) if value.is_finite() => Ok(value),
-                _ => parse_number(text, what).and(Err(format!("{what} `{text}` is not a number"))),
-            }
-        };
-        let row = (|| -> std::result::Result<FileRow, String> {
-            let frame = frame(value(frames, "frame")?)?;
-            let given = |place: &usize| record.get(*place).is_some_and(|text| !text.is_empty());
-            let id = match id.filter(given) {
-                Some(place) => track_id(value(place, "id")?)?,
-                None => None,
-            };
-            let figures = [
-                pixel(value(left, "left")?, "left")?,
-                pixel(value(top, "top")?, "top")?,
-                pixel(value(first, "width")?, "width")?,
-                pixel(value(second, "height")?, "height")?,
-            ];
-            let mut row = boxed(frame, id, figures, kind)?;
-            if let Some(place) = confidence.filter(given) {
-                row.confidence = Some(value(place, "confidence")?);
-            }
-            let class_place = class_name.filter(given).or(class_id.filter(given));
-            row.class = class_place.and_then(|place| class(record.get(place).unwrap_or_default()));
-            Ok(row)
-        })();
         lines.push(FileLine {
             file: None,
             number,
-            filled: record.iter().filter(|field| !field.is_empty()).count(),
+            // Optional columns may be empty in any line, including the last.
+            filled: header.len(),
             row,
         });
     }
-    // Optional columns may be empty in any line, including the last.
-    lines.iter_mut().for_each(|line| line.filled = header.len());
-    let source = class_name.or(class_id).and_then(|place| header.get(place));
+    let source = columns.class_name.or(columns.class_id);
+    let source = source.and_then(|place| header.get(place));
     Ok(FileLines {
         format: Format::Table,
-        boxes: kind,
+        boxes: columns.kind,
         lines,
         remarks: source
             .map(|name| format!("classes from column {name}"))
@@ -126,4 +61,98 @@ pub(super) fn read(text: &str, name: &str, options: &ImportOptions) -> Result<Fi
             .collect(),
         cure: "give every row a frame, a track id and a box in the columns named by the header",
     })
+}
+
+/// The places of the columns.
+struct TableColumns {
+    frame: usize,
+    id: Option<usize>,
+    /// Left, top, and two of the right edge and bottom or the width and height.
+    figures: [usize; 4],
+    confidence: Option<usize>,
+    class_name: Option<usize>,
+    class_id: Option<usize>,
+    /// Which two these are.
+    kind: Boxes,
+}
+
+impl TableColumns {
+    /// The columns named by `header`, which is at `line` of the file.
+    fn find(header: &csv::StringRecord, line: &str, options: &ImportOptions) -> Result<Self> {
+        let place = |names: &[&str]| {
+            let find = |name: &&str| header.iter().position(|column| column == *name);
+            names.iter().find_map(find)
+        };
+        let Some(frame) = place(FRAME) else {
+            return Err(Error::input(
+                line,
+                "a recording with a header but without a column `frame`: the frames are missing",
+                "write the frame in every row; with supervision's CSVSink: \
+                 sink.append(detections, custom_data={\"frame\": index})",
+            ));
+        };
+        let corners = place(RIGHT).zip(place(BOTTOM));
+        let sizes = place(WIDTH).zip(place(HEIGHT));
+        let (Some(left), Some(top), Some((first, second))) =
+            (place(LEFT), place(TOP), corners.or(sizes))
+        else {
+            return Err(Error::input(
+                line,
+                "a recording with a header but without known columns for the boxes",
+                "name them x_min,y_min,x_max,y_max or bb_left,bb_top,bb_width,bb_height",
+            ));
+        };
+        // The column names determine the kind of boxes.
+        let kind = match corners {
+            Some(_) => Boxes::Corners,
+            None => Boxes::Sizes,
+        };
+        Ok(Self {
+            frame,
+            id: place(ID),
+            figures: [left, top, first, second],
+            confidence: place(CONFIDENCE),
+            class_name: place(CLASS_NAME),
+            class_id: place(CLASS_ID),
+            kind: options.boxes_of(kind, "the header")?,
+        })
+    }
+
+    /// The box in `record`, a row of `file`.
+    fn row(
+        &self,
+        record: &csv::StringRecord,
+        file: &mut CsvFile,
+    ) -> std::result::Result<FileRow, String> {
+        let mut value = |place: usize, what: &str| {
+            let text = record.get(place).unwrap_or_default();
+            match file.number(text) {
+                Some(value) if value.is_finite() => Ok(value),
+                _ => parse_number(text, what).and(Err(format!("{what} `{text}` is not a number"))),
+            }
+        };
+        let frame = frame(value(self.frame, "frame")?)?;
+        let given = |place: &usize| record.get(*place).is_some_and(|text| !text.is_empty());
+        let id = match self.id.filter(given) {
+            Some(place) => track_id(value(place, "id")?)?,
+            None => None,
+        };
+        let [left, top, first, second] = self.figures;
+        let figures = [
+            pixel(value(left, "left")?, "left")?,
+            pixel(value(top, "top")?, "top")?,
+            pixel(value(first, "width")?, "width")?,
+            pixel(value(second, "height")?, "height")?,
+        ];
+        let mut row = boxed(frame, id, figures, self.kind)?;
+        if let Some(place) = self.confidence.filter(given) {
+            row.confidence = Some(value(place, "confidence")?);
+        }
+        let class_place = self
+            .class_name
+            .filter(given)
+            .or(self.class_id.filter(given));
+        row.class = class_place.and_then(|place| class(record.get(place).unwrap_or_default()));
+        Ok(row)
+    }
 }
