@@ -2,6 +2,7 @@
 
 use super::args::RunArgs;
 use super::live_strategy::{allowance, live_strategy};
+use super::remarks::Remarks;
 use super::session::Session;
 use pickline::error::{Error, Result, shown};
 use pickline::station::{Overrides, parse};
@@ -21,58 +22,8 @@ const BLOCK: usize = 1 << 16;
 pub fn replay(args: &RunArgs, file: &Path, session: &Session) -> Result<()> {
     let mut reader = RecordingReader::open(file)?;
     let name = file.display().to_string();
-    let heading = reader.heading.clone();
-    let none = Overrides {
-        robots: None,
-        belt_speed: None,
-    };
-    let station = parse(&heading.station, "its station", none).map_err(|e| e.inside(&name))?;
-    let config = heading.config().ok_or_else(|| {
-        let problem = format!("unknown clock `{}`", shown(&heading.clock));
-        Error::input(
-            &name,
-            problem,
-            "give a file that `pickline run --record` wrote",
-        )
-    })?;
-    let by_stamps = args.transport.clock() == ClockKind::Messages;
-    let clock = if by_stamps {
-        ClockKind::Messages
-    } else {
-        config.clock
-    };
-    let text = args.strategy.as_ref().unwrap_or(&heading.strategy);
-    let recorded = args.strategy.is_none().then_some(heading.budget_ms);
-    let allowance = allowance(args.budget_ms.or(recorded.flatten()), clock)?;
-    let quiet = args.transport.quiet;
-    let options = BlueprintOptions::default()
-        .with_seed(heading.seed)
-        .with_allowance(allowance);
-    let strategy = live_strategy(text, &options, quiet, &station, session)?.make();
     let remarks = args.transport.remarks();
-    remarks.remark(&format!(
-        "replaying {name}, recorded by {}: {}",
-        heading.program, heading.command
-    ));
-    // With the system clock, the recorded requests for a status are repeated.
-    let status_every = if clock == config.clock {
-        config.status_every
-    } else {
-        0.0
-    };
-    let config = Config {
-        clock,
-        status_every,
-        ..config
-    };
-    let controller = match reader.state.take() {
-        None => Controller::new(station, strategy, config),
-        Some(state) => {
-            let stamp = heading.restored_at;
-            let made = Controller::restore(station, strategy, config, state, stamp);
-            made.map_err(|error| error.inside(&name))?
-        }
-    };
+    let (controller, clock) = recorded_line(args, &name, &mut reader, &remarks, session)?;
     let mut replay = Replay {
         controller,
         clock,
@@ -97,6 +48,68 @@ pub fn replay(args: &RunArgs, file: &Path, session: &Session) -> Result<()> {
     }
     remarks.remark(&verdict);
     Ok(())
+}
+
+/// The line as it was when the recording called `name` began, and its clock.
+fn recorded_line(
+    args: &RunArgs,
+    name: &str,
+    reader: &mut RecordingReader,
+    remarks: &Remarks,
+    session: &Session,
+) -> Result<(Controller, ClockKind)> {
+    let heading = reader.heading.clone();
+    let none = Overrides {
+        robots: None,
+        belt_speed: None,
+    };
+    let station = parse(&heading.station, "its station", none).map_err(|e| e.inside(name))?;
+    let config = heading.config().ok_or_else(|| {
+        let problem = format!("unknown clock `{}`", shown(&heading.clock));
+        Error::input(
+            name,
+            problem,
+            "give a file that `pickline run --record` wrote",
+        )
+    })?;
+    let by_stamps = args.transport.clock() == ClockKind::Messages;
+    let clock = if by_stamps {
+        ClockKind::Messages
+    } else {
+        config.clock
+    };
+    let text = args.strategy.as_ref().unwrap_or(&heading.strategy);
+    let recorded = args.strategy.is_none().then_some(heading.budget_ms);
+    let allowance = allowance(args.budget_ms.or(recorded.flatten()), clock)?;
+    let options = BlueprintOptions::default()
+        .with_seed(heading.seed)
+        .with_allowance(allowance);
+    let quiet = args.transport.quiet;
+    let strategy = live_strategy(text, &options, quiet, &station, session)?.make();
+    remarks.remark(&format!(
+        "replaying {name}, recorded by {}: {}",
+        heading.program, heading.command
+    ));
+    // With the system clock, the recorded requests for a status are repeated.
+    let status_every = if clock == config.clock {
+        config.status_every
+    } else {
+        0.0
+    };
+    let config = Config {
+        clock,
+        status_every,
+        ..config
+    };
+    let controller = match reader.state.take() {
+        None => Controller::new(station, strategy, config),
+        Some(state) => {
+            let stamp = heading.restored_at;
+            let made = Controller::restore(station, strategy, config, state, stamp);
+            made.map_err(|error| error.inside(name))?
+        }
+    };
+    Ok((controller, clock))
 }
 
 struct Replay {
