@@ -13,6 +13,10 @@ pub use served::Screen;
 pub use unserved::Screen;
 
 /// Where the dashboard is asked for.
+#[cfg_attr(
+    not(feature = "dashboard"),
+    allow(dead_code, reason = "a build without the dashboard refuses it unread")
+)]
 pub struct Served<'a> {
     /// Its address, HOST:PORT.
     pub address: &'a str,
