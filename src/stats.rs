@@ -136,14 +136,22 @@ pub fn worst_mean(values: &mut [f64], share: f64) -> f64 {
     mean(worst)
 }
 
-/// The value below which `share` of the sorted values lie, rounded to the nearest of them.
+/// The value below which `share`, 0 to 1, of the sorted values lie, rounded to the nearest of them.
+///
+/// # Panics
+/// Without values, or with another share.
 pub fn quantile(sorted: &[f64], share: f64) -> f64 {
+    assert!(!sorted.is_empty() && (0.0..=1.0).contains(&share));
     sorted[(share * (sorted.len() - 1) as f64).round() as usize]
 }
 
 /// Wilson's 95 % score interval of the share of `hits` in `trials` (Wilson 1927, DOI
 /// 10.1080/01621459.1927.10502953).
+///
+/// # Panics
+/// With more hits than trials, or without trials.
 pub fn share_interval(hits: usize, trials: usize) -> Interval {
+    assert!(trials > 0 && hits <= trials);
     let n = trials as f64;
     let p = hits as f64 / n;
     let z = Normal::standard().inverse_cdf(0.5 + CONFIDENCE / 2.0);

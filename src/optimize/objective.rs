@@ -91,11 +91,31 @@ pub enum Risk {
     Mean,
     /// The worst pattern.
     Worst,
-    /// The mean over the worst share of the patterns (conditional value at risk).
+    /// The mean over the worst share of the patterns, above 0 and at most 1 (conditional value
+    /// at risk).
     Cvar(f64),
 }
 
+/// What a share of the worst patterns may be.
+const SHARE_CURE: &str = "give cvar:A with A above 0 and at most 1, such as cvar:0.1 for the mean of \
+                          the worst tenth";
+
 impl Risk {
+    /// Itself, checked.
+    ///
+    /// # Errors
+    /// A share that is not above 0 and at most 1.
+    pub fn checked(self) -> Result<Self> {
+        match self {
+            Self::Cvar(share) if !(share > 0.0 && share <= 1.0) => Err(Error::usage(
+                "'risk'",
+                format!("`{}` is not above 0 and at most 1", shown_number(share)),
+                SHARE_CURE,
+            )),
+            _ => Ok(self),
+        }
+    }
+
     /// Combines the figures of all patterns into one.
     pub fn aggregate(&self, values: &[f64]) -> f64 {
         self.aggregate_in(&mut values.to_vec())
@@ -126,21 +146,15 @@ impl FromStr for Risk {
 
     fn from_str(text: &str) -> Result<Self> {
         let name = text.split(':').next().unwrap_or_default();
-        const SHARE: &str = "give cvar:A with A above 0 and at most 1, such as cvar:0.1 for the \
-                             mean of the worst tenth";
         let wrong = |problem: String, cure: &str| Err(Error::usage("'risk'", problem, cure));
         match text.split_once(':') {
             None if text == "mean" => Ok(Self::Mean),
             None if text == "worst" => Ok(Self::Worst),
             Some(("cvar", share)) => match share.parse() {
-                Ok(a) if a > 0.0 && a <= 1.0 => Ok(Self::Cvar(a)),
-                Ok(_) => wrong(
-                    format!("`{}` is not above 0 and at most 1", shown(share)),
-                    SHARE,
-                ),
-                Err(_) => wrong(format!("`{}` is not a number", shown(share)), SHARE),
+                Ok(share) => Self::Cvar(share).checked(),
+                Err(_) => wrong(format!("`{}` is not a number", shown(share)), SHARE_CURE),
             },
-            None if text == "cvar" => wrong("`cvar` needs a share".into(), SHARE),
+            None if text == "cvar" => wrong("`cvar` needs a share".into(), SHARE_CURE),
             Some(("mean" | "worst", _)) => wrong(
                 format!("`{name}` takes no number, but `{}` has one", shown(text)),
                 &format!("write plain {name}, or cvar:A with A above 0 and at most 1"),

@@ -171,6 +171,7 @@ pub fn optimize(
     search: &Search,
     environment: &Environment,
 ) -> Result<Optimum> {
+    search.risk.checked()?;
     let max_runs = search.limits.runs.of(evaluator);
     let kind = resolve(search, max_runs, evaluator)?;
     let deadline = Deadline {

@@ -184,6 +184,14 @@ impl<'a> CompareStudy<'a> {
                 format!("give 1 to {MOST_REPLICATES}"),
             ));
         }
+        if cases.is_empty() {
+            return Err(Error::usage(
+                "'cases'",
+                "there is no case to compare on",
+                "give one or more",
+            ));
+        }
+        options.conditions.check()?;
         let robots = station.robots().len();
         let mut study = Self {
             station,

@@ -267,7 +267,7 @@ pub fn set_notes(
     if first.is_some_and(|first| rewards.all(|reward| reward == first)) {
         notes.push(Note::EqualWeights);
     }
-    let overlapping = patterns - independent;
+    let overlapping = patterns.saturating_sub(independent);
     if conditions.disturbances.any() {
         let mut items = set.patterns.iter().map(|pattern| pattern.items());
         if items.all(|items| conditions.disturbances.never_fails(items)) {

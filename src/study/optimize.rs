@@ -220,7 +220,9 @@ impl<'a> OptimizeStudy<'a> {
     /// # Errors
     /// Settings that do not fit the line, or a set that cannot be generated or read.
     pub fn new(station: &'a Station, options: &'a OptimizeOptions) -> Result<Self> {
+        options.search.risk.checked()?;
         let conditions = options.conditions.with_seed(options.seed);
+        conditions.check()?;
         let set = options.patterns.draw(station, options.seed, &conditions)?;
         let fresh = match options.fresh {
             Some(count) => count,

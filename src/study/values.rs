@@ -1,7 +1,7 @@
 //! The values that a sweep runs: those asked for, or about thirty around the limits of the
 //! line.
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, counted};
 use crate::experiment::{Axis, Range, Setting, ValueLimit, find_limits, round_step, step_between};
 use crate::optimize::Environment;
 use crate::pattern::Pattern;
@@ -100,6 +100,18 @@ fn range(options: &ValueOptions, usual: Range) -> Range {
     Range { from, to, step }
 }
 
+/// `station`, if it has this number of robots.
+fn with_robots(station: Station, robots: usize) -> Result<Station> {
+    match station.robots().len() {
+        found if found == robots => Ok(station),
+        found => Err(Error::usage(
+            "'robots'",
+            format!("gives {} for {robots}", counted(found, "robot")),
+            "make the line of the number of robots that is asked for",
+        )),
+    }
+}
+
 /// The line at `value`.
 fn line_at(options: &ValueOptions, station: &Station, value: f64) -> Result<LineAt> {
     let line = match options.axis {
@@ -107,7 +119,7 @@ fn line_at(options: &ValueOptions, station: &Station, value: f64) -> Result<Line
         Axis::Spacing => station.with_spacing(value),
         Axis::Reach => station.with_reach(value),
         Axis::Robots if value.fract() == 0.0 && value <= MOST_ROBOTS => match &options.of_robots {
-            Some(of_robots) => of_robots(value as usize),
+            Some(of_robots) => with_robots(of_robots(value as usize)?, value as usize),
             None => Err(Error::input(
                 "'sweep' robots",
                 "where other robots would stand is not known",
