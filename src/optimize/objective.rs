@@ -109,7 +109,7 @@ impl Risk {
         match self {
             Self::Cvar(share) if !(share > 0.0 && share <= 1.0) => Err(Error::usage(
                 "'risk'",
-                format!("`{}` is not above 0 and at most 1", shown_number(share)),
+                format!("{} is not above 0 and at most 1", shown_number(share)),
                 SHARE_CURE,
             )),
             _ => Ok(self),
@@ -151,7 +151,14 @@ impl FromStr for Risk {
             None if text == "mean" => Ok(Self::Mean),
             None if text == "worst" => Ok(Self::Worst),
             Some(("cvar", share)) => match share.parse() {
-                Ok(share) => Self::Cvar(share).checked(),
+                Ok(number) => match Self::Cvar(number).checked() {
+                    // As it was written.
+                    Err(_) => wrong(
+                        format!("`{}` is not above 0 and at most 1", shown(share)),
+                        SHARE_CURE,
+                    ),
+                    risk => risk,
+                },
                 Err(_) => wrong(format!("`{}` is not a number", shown(share)), SHARE_CURE),
             },
             None if text == "cvar" => wrong("`cvar` needs a share".into(), SHARE_CURE),
