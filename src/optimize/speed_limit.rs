@@ -36,7 +36,7 @@ impl SpeedScan {
     pub fn new(step: f64, station: &Station) -> Result<Self> {
         let fastest = station.slowest_arm();
         let steps = fastest / step;
-        if step >= FINEST && station.outruns(step) && steps <= MOST_STEPS {
+        if step >= FINEST && station.is_faster_than(step) && steps <= MOST_STEPS {
             return Ok(Self { step });
         }
         Err(Error::usage(
@@ -97,7 +97,7 @@ impl SpeedScan {
         let mut tree = tree.clone();
         for k in 1.. {
             let speed = self.speed(k);
-            if alive.is_empty() || !station.outruns(speed) {
+            if alive.is_empty() || !station.is_faster_than(speed) {
                 break;
             }
             if runs + alive.len() as u64 > most {
@@ -136,7 +136,7 @@ impl SpeedScan {
     ) -> Result<f64> {
         let mut limit = 0.0;
         for speed in (1..).map(|k| self.speed(k)) {
-            if !station.outruns(speed) {
+            if !station.is_faster_than(speed) {
                 break;
             }
             let station = station.with_belt_speed(speed)?;

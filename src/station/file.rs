@@ -1,7 +1,7 @@
 //! The station file: TOML with SI units. Unknown keys are errors.
 
 use super::builtin::built_in;
-use super::geometry::{Belt, Robot, Station, outruns};
+use super::geometry::{Belt, Robot, Station, check_arm_speed};
 use super::line::Line;
 use crate::error::{Error, Result, nearest_file, shown};
 use crate::files::fingerprint;
@@ -156,7 +156,7 @@ fn read(root: &Section, overrides: Overrides) -> Result<Station> {
     if overrides.belt_speed.is_some() {
         // The file itself may be right, so blame the flag.
         for robot in robots.iter().filter(|robot| robot.speed > 0.0) {
-            outruns(&|| "'belt_speed'".to_owned(), robot, &belt)?;
+            check_arm_speed(&|| "'belt_speed'".to_owned(), robot, &belt)?;
         }
     }
     Station::checked(belt, robots, &place)

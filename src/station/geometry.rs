@@ -117,7 +117,7 @@ impl Station {
     }
 
     /// Whether every arm is faster than a belt with this speed [m/s].
-    pub fn outruns(&self, belt_speed: f64) -> bool {
+    pub fn is_faster_than(&self, belt_speed: f64) -> bool {
         self.robots.iter().all(|robot| has_lead(robot, belt_speed))
     }
 
@@ -199,7 +199,7 @@ fn check_robot(
     positive(place, &key("speed"), robot.speed)?;
     dwell(place, &key("grasp_time"), robot.grasp_time)?;
     dwell(place, &key("release_time"), robot.release_time)?;
-    outruns(&|| place(&key("speed")), robot, belt)?;
+    check_arm_speed(&|| place(&key("speed")), robot, belt)?;
     if let Err(bad) = check_name(&robot.name) {
         let cure = format!("give every robot a unique name; expected {}", bad.expected);
         return Err(Error::input(place(&key("name")), bad.problem, cure));
@@ -251,7 +251,11 @@ fn has_lead(robot: &Robot, belt_speed: f64) -> bool {
 }
 
 /// Checks that the arm is faster than the belt, as the model requires.
-pub(super) fn outruns(place: &dyn Fn() -> String, robot: &Robot, belt: &Belt) -> Result<()> {
+pub(super) fn check_arm_speed(
+    place: &dyn Fn() -> String,
+    robot: &Robot,
+    belt: &Belt,
+) -> Result<()> {
     if has_lead(robot, belt.speed) {
         return Ok(());
     }

@@ -226,7 +226,7 @@ fn below_arms(station: &Station, range: Range) -> Range {
 /// The greatest multiple of `step`, up to `most`, at which every arm is faster than the belt.
 fn fastest(station: &Station, step: f64, most: f64) -> f64 {
     let mut k = (most / step + 1e-9).floor().max(1.0);
-    while k > 1.0 && !station.outruns(k * step) {
+    while k > 1.0 && !station.is_faster_than(k * step) {
         k = ((station.slowest_arm() / step).floor()).min(k - 1.0);
     }
     k * step

@@ -437,7 +437,7 @@ fn place() -> impl Strategy<Value = f64> {
     (size(), any::<bool>()).prop_map(|(size, left)| if left { -size } else { size })
 }
 
-/// An arm that outruns the belt by little is refused or simulated, never simulated
+/// An arm that is barely faster than the belt is refused or simulated, never simulated
 /// wrongly: the closed forms divide by the difference of the squared speeds.
 #[test]
 fn arms_a_hair_faster_than_the_belt() {

@@ -158,7 +158,11 @@ fn arms_are_faster_than_the_belt() {
     }
     let station = with(|_, r| r.speed = 0.3).unwrap();
     assert_eq!(station.slowest_arm(), 0.3);
-    assert!(station.outruns(0.29) && !station.outruns(0.3) && !station.outruns(0.4));
+    assert!(
+        station.is_faster_than(0.29)
+            && !station.is_faster_than(0.3)
+            && !station.is_faster_than(0.4)
+    );
 }
 
 #[test]
