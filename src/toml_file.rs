@@ -172,14 +172,15 @@ impl<'a> Section<'a> {
         let Some(value) = self.table.get(key) else {
             return Ok(Vec::new());
         };
-        self.file.remember(key, value);
-        let header = format!("write each table under its own [[{key}]] header");
+        let name = self.key(key);
+        self.file.remember(&name, value);
+        let header = format!("write each table under its own [[{}]] header", without_indices(&name));
         let DeValue::Array(list) = value.get_ref() else {
             let found = describe(value.get_ref());
             return Err(self.wrong(key, format!("{found} is not a list of tables"), header));
         };
         let table = |(i, value): (usize, &'a Spanned<DeValue<'a>>)| {
-            let path = format!("{key}[{i}]");
+            let path = format!("{name}[{i}]");
             let line = self.file.remember(&path, value);
             match value.get_ref() {
                 DeValue::Table(table) => Ok(Section {
@@ -252,6 +253,88 @@ impl<'a> Section<'a> {
         }
     }
 
+    pub(crate) fn optional_text(&self, key: &str) -> Result<Option<String>> {
+        match self.table.contains_key(key) {
+            true => self.text(key).map(Some),
+            false => Ok(None),
+        }
+    }
+
+    pub(crate) fn optional_bool(&self, key: &str) -> Result<Option<bool>> {
+        match self.value(key) {
+            None => Ok(None),
+            Some(DeValue::Boolean(value)) => Ok(Some(*value)),
+            Some(other) => Err(self.wrong(
+                key,
+                format!("{} is neither true nor false", describe(other)),
+                format!("write {key} = true or {key} = false, without quotes"),
+            )),
+        }
+    }
+
+    /// A list of strings.
+    pub(crate) fn optional_texts(&self, key: &str) -> Result<Option<Vec<String>>> {
+        let Some(value) = self.value(key) else {
+            return Ok(None);
+        };
+        let text = |value: &Spanned<DeValue>| match value.get_ref() {
+            DeValue::String(text) => Some(text.to_string()),
+            _ => None,
+        };
+        let texts = match value {
+            DeValue::Array(list) => list.iter().map(text).collect::<Option<Vec<_>>>(),
+            _ => None,
+        };
+        texts.map(Some).ok_or_else(|| {
+            self.wrong(
+                key,
+                format!("{} is not a list of strings", describe(value)),
+                format!("put each name in quotes: {key} = [\"pet\", \"hdpe\"]"),
+            )
+        })
+    }
+
+    /// A list of pairs of numbers.
+    pub(crate) fn optional_pairs(&self, key: &str) -> Result<Option<Vec<(f64, f64)>>> {
+        let Some(value) = self.value(key) else {
+            return Ok(None);
+        };
+        let pair = |value: &Spanned<DeValue>| match value.get_ref() {
+            DeValue::Array(pair) => match &pair[..] {
+                [a, b] => Some((as_number(a.get_ref())?, as_number(b.get_ref())?)),
+                _ => None,
+            },
+            _ => None,
+        };
+        let pairs = match value {
+            DeValue::Array(list) => list.iter().map(pair).collect::<Option<Vec<_>>>(),
+            _ => None,
+        };
+        pairs.map(Some).ok_or_else(|| {
+            self.wrong(
+                key,
+                format!("{} is not a list of points", describe(value)),
+                format!("give length in m and time in s of each: {key} = [[0.0, 0.08], [0.1, 0.15]]"),
+            )
+        })
+    }
+
+    /// Whether the value of `key` is a list of tables rather than of numbers.
+    pub(crate) fn has_tables(&self, key: &str) -> bool {
+        let first = match self.table.get(key).map(Spanned::get_ref) {
+            Some(DeValue::Array(list)) => list.first(),
+            _ => None,
+        };
+        first.is_some_and(|first| matches!(first.get_ref(), DeValue::Table(_)))
+    }
+
+    pub(crate) fn optional_point(&self, key: &str) -> Result<Option<Point2<f64>>> {
+        match self.table.contains_key(key) {
+            true => self.point(key).map(Some),
+            false => Ok(None),
+        }
+    }
+
     pub(crate) fn point(&self, key: &str) -> Result<Point2<f64>> {
         let value = self.value(key).ok_or_else(|| self.missing(key))?;
         let coordinates = match value {
@@ -267,6 +350,13 @@ impl<'a> Section<'a> {
             )),
         }
     }
+}
+
+/// The path of a table as it is written in a header: `robot[0].bin` is `robot.bin`.
+fn without_indices(path: &str) -> String {
+    let mut parts = path.split('.').map(|part| part.split('[').next().unwrap_or(part));
+    let first = parts.next().unwrap_or_default().to_owned();
+    parts.fold(first, |path, part| format!("{path}.{part}"))
 }
 
 fn as_number(value: &DeValue) -> Option<f64> {

@@ -1,21 +1,26 @@
 //! An item from the view of one robot.
 
-use crate::kinematics;
-use crate::station::{Robot, Station};
+use crate::kinematics::{self, Encounter};
+use crate::station::{ClassId, Robot, Station};
+use nalgebra::Point2;
 
 /// An item that a robot can still reach, with its departure window.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Candidate {
     /// Index of the item in its pattern (furthest downstream first).
     pub item: u32,
+    /// The bin of the robot that it goes into.
+    pub bin: u16,
+    /// Its class on the station.
+    pub class: ClassId,
     /// Position along the travel at time 0, as reported [m].
     pub x0: f64,
     /// Position across the belt, as reported [m].
     pub y: f64,
     /// Object-specific reward.
     pub weight: f64,
-    /// First departure time at which the robot, once it knows of the item, meets it in its
-    /// workspace [s].
+    /// First departure time at which the robot, from where it is now, meets it in its workspace once
+    /// it knows of the item [s].
     pub open: f64,
     /// Last such departure time [s].
     pub close: f64,
@@ -29,26 +34,34 @@ impl Candidate {
     }
 }
 
-/// A robot that is about to decide, and the time: what is needed to compute the figures of a
-/// [`Candidate`].
+/// A robot that is about to decide, where it is, and the time: what is needed to compute the figures
+/// of a [`Candidate`].
 ///
 /// Figures are computed on demand, so a rule only pays for those that it uses.
 #[derive(Debug, Clone, Copy)]
 pub struct Moment<'a> {
     /// The deciding robot.
     pub robot: &'a Robot,
+    /// Where its arm is: a bin, or its rest [m].
+    pub from: Point2<f64>,
     /// Belt speed [m/s].
     pub belt_speed: f64,
+    /// Belt length [m].
+    pub belt_length: f64,
     /// Time of the decision [s].
     pub time: f64,
 }
 
 impl<'a> Moment<'a> {
-    /// Robot `index` of `station`, which decides at `time` [s].
-    pub fn new(station: &'a Station, index: usize, time: f64) -> Self {
+    /// Robot `index` of `station`, whose arm is at its place `place` ([`Robot::place`]) and which
+    /// decides at `time` [s].
+    pub fn new(station: &'a Station, index: usize, place: usize, time: f64) -> Self {
+        let (robot, belt) = (&station.robots()[index], station.belt());
         Self {
-            robot: &station.robots()[index],
-            belt_speed: station.belt().speed,
+            robot,
+            from: robot.place(place),
+            belt_speed: belt.speed,
+            belt_length: belt.length,
             time,
         }
     }
@@ -59,25 +72,37 @@ impl<'a> Moment<'a> {
         candidate.x0 + self.belt_speed * self.time
     }
 
-    /// Time from the bin to the meeting point [s].
+    /// Time from where the arm is to the meeting point [s].
     #[inline(always)]
     pub fn travel_time(&self, candidate: &Candidate) -> f64 {
-        kinematics::travel_time(
-            self.x(candidate) - self.robot.bin.x,
-            candidate.y - self.robot.bin.y,
-            self.belt_speed,
-            self.robot.speed,
-        )
+        let x = self.x(candidate);
+        self.robot.arm.travel_time(&Encounter {
+            dx: x - self.from.x,
+            dy: candidate.y - self.from.y,
+            belt_speed: self.belt_speed,
+            upstream: -x,
+            downstream: self.belt_length - x,
+        })
     }
 
-    /// Total time of the pick, until the robot is free again [s].
+    /// Total time of the pick, until the item is in its bin and the robot is free again [s].
     #[inline(always)]
     pub fn processing_time(&self, candidate: &Candidate) -> f64 {
-        kinematics::processing_time(
-            self.travel_time(candidate),
-            self.robot.grasp_time,
-            self.robot.release_time,
-        )
+        self.pick_time(candidate, self.travel_time(candidate))
+    }
+
+    /// Like [`Moment::processing_time`], with the time `travel` [s] to the meeting point known.
+    #[inline(always)]
+    pub fn pick_time(&self, candidate: &Candidate, travel: f64) -> f64 {
+        let robot = self.robot;
+        let bin = &robot.bins[usize::from(candidate.bin)];
+        if robot.arm.constant_speed().is_some() && bin.at == self.from {
+            // Out and back along the same line.
+            return kinematics::processing_time(travel, robot.grasp_time, bin.release_time);
+        }
+        let meet = self.x(candidate) + self.belt_speed * travel;
+        let way = kinematics::distance(meet - bin.at.x, candidate.y - bin.at.y);
+        travel + robot.grasp_time + robot.arm.time(way) + bin.release_time
     }
 
     /// Distance from the item's current position to the robot's base [m].

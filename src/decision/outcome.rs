@@ -10,6 +10,8 @@ pub struct Pick {
     pub robot: usize,
     /// Index of the item in its pattern.
     pub item: u32,
+    /// Index of the robot's bin that the item goes into.
+    pub bin: u16,
     /// When the robot left for the item, which is also when it claimed it [s].
     pub decide: f64,
     /// When the item leaves the belt, the start of the grasp [s].
@@ -93,6 +95,34 @@ pub struct Miss {
     pub reason: MissReason,
 }
 
+/// Why an item was not to be picked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, strum::IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
+pub enum LeftReason {
+    /// Its class is not wanted.
+    Unwanted,
+    /// No robot has a bin for its class.
+    NoBin,
+    /// Its detection is less certain than the threshold.
+    Uncertain,
+}
+
+impl LeftReason {
+    /// The name used in files.
+    pub fn name(self) -> &'static str {
+        self.into()
+    }
+}
+
+/// An item that was left on the belt on purpose. It counts neither as picked nor as missed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LeftItem {
+    /// Index of the item in its pattern.
+    pub item: u32,
+    /// Why it was left.
+    pub reason: LeftReason,
+}
+
 /// The figures of one robot.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct RobotFigures {
@@ -109,7 +139,7 @@ pub struct RobotFigures {
 /// The figures by which a run is judged.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Figures {
-    /// Number of items in the pattern, n.
+    /// Number of items that are to be picked, n; items that are left on purpose do not count.
     pub items: usize,
     /// Number of items picked, k.
     pub picked: usize,
@@ -120,7 +150,7 @@ pub struct Figures {
 }
 
 impl Figures {
-    /// The picked share k / n.
+    /// The picked share k / n; not a number if no item is to be picked.
     pub fn picked_share(&self) -> f64 {
         self.picked as f64 / self.items as f64
     }
@@ -165,8 +195,11 @@ pub struct Outcome {
     pub picks: Vec<Pick>,
     /// All failed attempts, in the same order; empty without disturbances.
     pub failures: Vec<Failure>,
-    /// All items that were not picked, downstream first.
+    /// All items that were to be picked and were not, downstream first.
     pub missed: Vec<Miss>,
+    /// All items that were left on purpose, downstream first; none on a station where every item is
+    /// wanted.
+    pub left: Vec<LeftItem>,
 }
 
 #[cfg(test)]
@@ -210,6 +243,7 @@ mod tests {
             attempt: Pick {
                 robot: 1,
                 item: 2,
+                bin: 0,
                 decide: 3.0,
                 grasp: 4.0,
                 release: 6.5,

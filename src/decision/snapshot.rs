@@ -2,7 +2,7 @@
 
 use super::candidate::{Candidate, Moment};
 use crate::error::counted;
-use crate::station::Station;
+use crate::station::{ClassId, Station};
 
 /// An unclaimed item on the belt, whether or not the robot can reach it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,6 +17,8 @@ pub struct BeltItem {
     pub y: f64,
     /// Object-specific reward.
     pub weight: f64,
+    /// Its class on the station.
+    pub class: ClassId,
 }
 
 /// The state at a decision.
@@ -32,6 +34,9 @@ pub struct Snapshot<'a> {
     pub candidates: &'a [Candidate],
     /// When each robot is free [s]: at most `time` if it is idle, infinite if it waits forever.
     pub free_at: &'a [f64],
+    /// Where each robot's arm is, or will be once it is free: an index for
+    /// [`Robot::place`](crate::station::Robot::place).
+    pub places: &'a [u16],
     /// The unclaimed items on the belt that the camera has seen, downstream first. Empty if the
     /// strategy does not use it (see `Strategy::needs_view`).
     pub in_view: &'a [BeltItem],
@@ -40,7 +45,8 @@ pub struct Snapshot<'a> {
 impl<'a> Snapshot<'a> {
     /// The deciding robot and the time, for computing the figures of the candidates.
     pub fn moment(&self) -> Moment<'a> {
-        Moment::new(self.station, self.robot, self.time)
+        let place = usize::from(self.places[self.robot]);
+        Moment::new(self.station, self.robot, place, self.time)
     }
 
     /// The decision in words, for messages: the robot and its candidates.

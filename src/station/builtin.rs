@@ -4,8 +4,9 @@
 //! or dwell times. `docs/model.md` gives both geometries and the figures that they reproduce.
 
 use super::geometry::Station;
-use super::line::Line;
+use super::line::{Line, LineBins};
 use crate::error::{Error, Result, known_names};
+use crate::kinematics::{Arm, TravelLaw};
 
 /// A station that is available without a file.
 #[derive(Debug)]
@@ -22,6 +23,12 @@ pub struct BuiltIn {
     pub line: Line,
 }
 
+/// Jermann et al.: an end effector at 0.5 m/s.
+const PAPER_ARM: Arm = Arm {
+    law: TravelLaw::Constant { speed: 0.5 },
+    lift: 0.0,
+};
+
 /// All built-in stations, the default first.
 pub const BUILT_INS: &[BuiltIn] = &[
     BuiltIn {
@@ -34,10 +41,11 @@ pub const BUILT_INS: &[BuiltIn] = &[
             first_base_x: 1.3,
             spacing: 1.6,
             base_offset: 0.1,
-            bin_offset: 0.0,
+            bins: LineBins::AtEdge(0.0),
+            rest: None,
             tail: 0.5,
             reach: 0.8,
-            speed: 0.5,
+            arm: PAPER_ARM,
             grasp_time: 0.1,
             release_time: 0.1,
         },
@@ -52,10 +60,11 @@ pub const BUILT_INS: &[BuiltIn] = &[
             first_base_x: 1.55,
             spacing: 2.0,
             base_offset: 0.1,
-            bin_offset: 0.0,
+            bins: LineBins::AtEdge(0.0),
+            rest: None,
             tail: 1.0,
             reach: 0.8,
-            speed: 0.5,
+            arm: PAPER_ARM,
             grasp_time: 0.5,
             release_time: 0.5,
         },
@@ -70,7 +79,7 @@ impl BuiltIn {
     pub fn station(&self, robots: Option<usize>) -> Result<Station> {
         let line = Line {
             robots: robots.unwrap_or(self.line.robots),
-            ..self.line
+            ..self.line.clone()
         };
         line.check(&|key| key.to_owned())?;
         Station::new(

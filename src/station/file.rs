@@ -1,11 +1,16 @@
 //! The station file: TOML with SI units. Unknown keys are errors.
 
 use super::builtin::built_in;
-use super::geometry::{Belt, Robot, Station, check_arm_speed};
-use super::line::Line;
+use super::arm_keys;
+use super::check;
+use super::class::ItemClass;
+use super::geometry::{Belt, Station};
+use super::line::{Line, LineBins};
+use super::robot::{Bin, Robot, default_bin_name};
 use crate::error::{Error, Result, nearest_file, shown};
 use crate::files::fingerprint;
 use crate::toml_file::{File, Section};
+use nalgebra::Point2;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -146,20 +151,17 @@ pub fn parse_with_strategy(
 
 fn read(root: &Section, overrides: Overrides) -> Result<Station> {
     let file = root.file;
-    root.only(&["strategy", "belt", "robot", "line"])?;
+    root.only(&["strategy", "belt", "robot", "line", "class"])?;
     let place = |key: &str| match (key, overrides.belt_speed, overrides.robots) {
         ("belt.speed", Some(_), _) => "'belt_speed'".to_owned(),
         ("robot", _, Some(_)) => "'robots'".to_owned(),
         _ => file.place(key),
     };
     let (belt, robots) = read_station(root, overrides, &place)?;
-    if overrides.belt_speed.is_some() {
-        // The file itself may be right, so blame the flag.
-        for robot in robots.iter().filter(|robot| robot.speed > 0.0) {
-            check_arm_speed(&|| "'belt_speed'".to_owned(), robot, &belt)?;
-        }
-    }
-    Station::checked(belt, robots, &place)
+    let classes = read_classes(root)?;
+    // If the belt speed was given beside the file, the file itself may be right.
+    let too_slow = overrides.belt_speed.map(|_| "'belt_speed'");
+    Station::checked(belt, robots, classes, &place, too_slow)
 }
 
 fn read_station(
@@ -193,15 +195,13 @@ fn read_station(
             line.check(place)?;
             // Errors in derived values are reported at the keys of the line.
             for i in 0..line.robots {
-                root.file.alias(&format!("robot[{i}].speed"), "line.speed");
-                root.file.alias(&format!("robot[{i}].base"), "line");
-                root.file.alias(&format!("robot[{i}].bin"), "line");
+                alias_to_line(root.file, i, &line);
             }
             if length.is_none() {
                 root.file.alias("belt.length", "line");
             }
-            let robots = line.place(width);
-            (robots, length.unwrap_or_else(|| line.belt_length()))
+            let length = length.unwrap_or_else(|| line.belt_length());
+            (line.place(width), length)
         }
         (Some(_), Some(_)) => {
             return Err(root.wrong(
@@ -226,61 +226,129 @@ fn read_station(
     Ok((belt, robots))
 }
 
+/// Lets errors in robot `index` of a line name the keys of the line.
+fn alias_to_line(file: &File, index: usize, line: &Line) {
+    let robot = format!("robot[{index}]");
+    for key in arm_keys::KEYS {
+        file.alias(&format!("{robot}.{key}"), &format!("line.{key}"));
+    }
+    file.alias(&format!("{robot}.rest"), "line.rest");
+    file.alias(&format!("{robot}.base"), "line");
+    file.alias(&format!("{robot}.bin"), "line");
+    if let LineBins::AtBase(bins) = &line.bins {
+        for bin in 0..bins.len() {
+            let keys = [("at", "offset")].into_iter().chain(BIN_KEYS.map(|key| (key, key)));
+            for (key, of_line) in keys {
+                file.alias(
+                    &format!("{robot}.bin[{bin}].{key}"),
+                    &format!("line.bin[{bin}].{of_line}"),
+                );
+            }
+        }
+    }
+}
+
+/// The keys of a bin beside its position.
+const BIN_KEYS: [&str; 3] = ["name", "classes", "release_time"];
+
 fn read_robots(root: &Section) -> Result<Vec<Robot>> {
     let mut list = Vec::new();
     for robot in root.tables("robot")? {
-        robot.only(&[
-            "name",
-            "base",
-            "bin",
-            "reach",
-            "speed",
-            "grasp_time",
-            "release_time",
-        ])?;
+        let own = ["name", "base", "bin", "reach", "grasp_time", "release_time", "rest"];
+        robot.only(&[&own[..], &arm_keys::KEYS[..]].concat())?;
+        let release_time = robot.number("release_time")?;
+        let bins = if robot.has_tables("bin") {
+            read_bins(&robot, "at", release_time)?
+        } else {
+            vec![Bin::only(robot.point("bin")?, release_time)]
+        };
         list.push(Robot {
             name: robot.text("name")?,
             base: robot.point("base")?,
-            bin: robot.point("bin")?,
             reach: robot.number("reach")?,
-            speed: robot.number("speed")?,
+            arm: arm_keys::read(&robot)?,
             grasp_time: robot.number("grasp_time")?,
-            release_time: robot.number("release_time")?,
+            rest: robot.optional_point("rest")?.unwrap_or(bins[0].at),
+            bins,
         });
     }
     Ok(list)
 }
 
+/// The bins of a robot or of a line; `position` is the key of their position, `release_time` [s]
+/// applies to those without one.
+fn read_bins(owner: &Section, position: &str, release_time: f64) -> Result<Vec<Bin>> {
+    let read = |(index, bin): (usize, Section)| {
+        bin.only(&[&[position][..], &BIN_KEYS[..]].concat())?;
+        let name = bin.optional_text("name")?;
+        Ok(Bin {
+            name: name.unwrap_or_else(|| default_bin_name(index)),
+            at: bin.point(position)?,
+            classes: bin.optional_texts("classes")?,
+            release_time: bin.optional("release_time")?.unwrap_or(release_time),
+        })
+    };
+    let tables = owner.tables("bin")?;
+    tables.into_iter().enumerate().map(read).collect()
+}
+
 fn read_line(line: &Section, overrides: Overrides) -> Result<Line> {
-    line.only(&[
+    let own = [
         "robots",
         "first_base_x",
         "spacing",
         "base_offset",
         "bin_offset",
+        "bin",
         "tail",
         "reach",
-        "speed",
         "grasp_time",
         "release_time",
-    ])?;
+        "rest",
+    ];
+    line.only(&[&own[..], &arm_keys::KEYS[..]].concat())?;
     let robots = match (overrides.robots, line.optional_count("robots")?) {
         (Some(count), _) | (None, Some(count)) => count,
         (None, None) => return Err(line.missing("robots")),
     };
     line.file.alias("robot", "line.robots");
+    let release_time = line.number("release_time")?;
+    let bins = match (line.table.contains_key("bin"), line.optional("bin_offset")?) {
+        (true, Some(_)) => {
+            return Err(line.wrong(
+                "bin_offset",
+                "the line has both bin_offset and [[line.bin]]".into(),
+                "keep one of them; [[line.bin]] gives the offset of each bin from the base".into(),
+            ));
+        }
+        (true, None) => LineBins::AtBase(read_bins(line, "offset", release_time)?),
+        (false, _) => LineBins::AtEdge(line.number("bin_offset")?),
+    };
     Ok(Line {
         robots,
         first_base_x: line.number("first_base_x")?,
         spacing: line.number("spacing")?,
         base_offset: line.number("base_offset")?,
-        bin_offset: line.number("bin_offset")?,
+        bins,
+        rest: line.optional_point("rest")?.map(|rest| rest.coords),
         tail: line.number("tail")?,
         reach: line.number("reach")?,
-        speed: line.number("speed")?,
+        arm: arm_keys::read(line)?,
         grasp_time: line.number("grasp_time")?,
-        release_time: line.number("release_time")?,
+        release_time,
     })
+}
+
+fn read_classes(root: &Section) -> Result<Vec<ItemClass>> {
+    let read = |class: Section| {
+        class.only(&["name", "value", "wanted"])?;
+        Ok(ItemClass {
+            name: class.text("name")?,
+            value: class.optional("value")?.unwrap_or(1.0),
+            wanted: class.optional_bool("wanted")?.unwrap_or(true),
+        })
+    };
+    root.tables("class")?.into_iter().map(read).collect()
 }
 
 /// Hash of a station's resolved values, independent of how they were given.
@@ -296,23 +364,61 @@ pub fn to_toml(station: &Station) -> String {
         belt.speed, belt.length, belt.width
     );
     for robot in station.robots() {
-        let name = toml::Value::String(robot.name.clone());
+        write_robot(&mut text, robot);
+    }
+    for class in station.classes() {
         // Writing to a String cannot fail.
-        let _ = write!(
-            text,
-            "\n[[robot]]\nname = {name}\nbase = [{:?}, {:?}]\nbin = [{:?}, {:?}]\nreach = {:?}\n\
-             speed = {:?}\ngrasp_time = {:?}\nrelease_time = {:?}\n",
-            robot.base.x,
-            robot.base.y,
-            robot.bin.x,
-            robot.bin.y,
-            robot.reach,
-            robot.speed,
-            robot.grasp_time,
-            robot.release_time,
-        );
+        let _ = write!(text, "\n[[class]]\nname = {}\n", quoted(&class.name));
+        if class.value != 1.0 {
+            let _ = writeln!(text, "value = {:?}", class.value);
+        }
+        if !class.wanted {
+            text += "wanted = false\n";
+        }
     }
     text
+}
+
+fn quoted(text: &str) -> toml::Value {
+    toml::Value::String(text.to_owned())
+}
+
+fn write_robot(text: &mut String, robot: &Robot) {
+    let point = |at: Point2<f64>| format!("[{:?}, {:?}]", at.x, at.y);
+    let first = &robot.bins[0];
+    let only = robot.has_only_bin();
+    let mut line = |key: &str, value: String| {
+        // Writing to a String cannot fail.
+        let _ = writeln!(text, "{key} = {value}");
+    };
+    line("\n[[robot]]\nname", quoted(&robot.name).to_string());
+    line("base", point(robot.base));
+    if only {
+        line("bin", point(first.at));
+    }
+    line("reach", format!("{:?}", robot.reach));
+    for (key, value) in arm_keys::write(&robot.arm) {
+        line(key, value);
+    }
+    line("grasp_time", format!("{:?}", robot.grasp_time));
+    line("release_time", format!("{:?}", first.release_time));
+    if robot.rest != first.at {
+        line("rest", point(robot.rest));
+    }
+    if only {
+        return;
+    }
+    for bin in &robot.bins {
+        line("\n[[robot.bin]]\nname", quoted(&bin.name).to_string());
+        line("at", point(bin.at));
+        if let Some(classes) = &bin.classes {
+            let names: Vec<String> = classes.iter().map(|c| quoted(c).to_string()).collect();
+            line("classes", format!("[{}]", names.join(", ")));
+        }
+        if bin.release_time != first.release_time {
+            line("release_time", format!("{:?}", bin.release_time));
+        }
+    }
 }
 
 /// A station file that explains every key, equivalent to the built-in `paper`.

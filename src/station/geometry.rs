@@ -1,21 +1,10 @@
 //! The belt, the robots and the validated station.
 
-use crate::error::{Error, Result, shown, shown_number};
-use crate::kinematics;
-use crate::names::check_name;
-use nalgebra::{Point2, Vector2};
-
-/// Larger lengths, times and speeds [m, s, m/s] are rejected: no real line has them, and the closed
-/// forms square them.
-const LARGEST: f64 = 1e6;
-/// Smaller speeds and lengths are rejected for the same reason.
-const SMALLEST: f64 = 1e-6;
-/// Minimum ratio of arm speed to belt speed. The closed forms divide by the difference of the
-/// squared speeds and need a few significant digits of it; no real arm is this close to the speed
-/// of its belt.
-const LEAD: f64 = 1.0 + 1e-6;
-/// More robots than this on one belt are treated as a typing mistake.
-const MOST_ROBOTS: usize = 100;
+use super::check;
+use super::class::ItemClass;
+use super::robot::Robot;
+use super::sorting::{ClassId, Sorting};
+use crate::error::Result;
 
 /// The conveyor. It covers `0 <= x <= length`, `|y| <= width / 2` and moves along +x.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,51 +17,13 @@ pub struct Belt {
     pub width: f64,
 }
 
-/// One arm beside the belt.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Robot {
-    /// Name, unique in the station.
-    pub name: String,
-    /// Base, the centre of the workspace [m].
-    pub base: Point2<f64>,
-    /// Bin, which is also the resting position [m].
-    pub bin: Point2<f64>,
-    /// Radius of the workspace around the base [m].
-    pub reach: f64,
-    /// End-effector speed [m/s], greater than that of the belt.
-    pub speed: f64,
-    /// Dwell time at the grasp [s].
-    pub grasp_time: f64,
-    /// Dwell time at the release [s].
-    pub release_time: f64,
-}
-
-impl Robot {
-    /// Departure window `[open, close]` [s] of an item that was at (`x0`, `y`) [m] at time 0: the
-    /// departure times at which this robot still meets it inside its workspace, ends included. The
-    /// item is in the robot's *extended workspace* (Jermann et al., section on the custom
-    /// environment) exactly while the departure time lies in the window. `None` if the robot can
-    /// never reach the item.
-    pub fn departure_window(&self, belt: &Belt, x0: f64, y: f64) -> Option<(f64, f64)> {
-        let (x_in, x_out) =
-            kinematics::meeting_range(self.base.x, self.base.y, self.reach, y, belt.length)?;
-        let bin = (self.bin.x, self.bin.y);
-        let close = kinematics::departure_time(x_out, x0, y, bin, belt.speed, self.speed);
-        if close < 0.0 {
-            return None;
-        }
-        let open = kinematics::departure_time(x_in, x0, y, bin, belt.speed, self.speed).max(0.0);
-        // Rounding can swap the ends of a window that is barely more than a point. The model has no
-        // such window, so it becomes a point.
-        Some((open.min(close), close))
-    }
-}
-
 /// A validated station: the belt and its robots, from upstream to downstream.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Station {
     belt: Belt,
     robots: Vec<Robot>,
+    classes: Vec<ItemClass>,
+    sorting: Sorting,
 }
 
 impl Station {
@@ -82,28 +33,51 @@ impl Station {
     /// If the model forbids a value: a size that is not a positive finite number, an arm that is
     /// not faster than the belt, robots out of order, or a duplicate name.
     pub fn new(belt: Belt, robots: Vec<Robot>) -> Result<Self> {
-        Self::checked(belt, robots, &|key| key.to_owned())
+        Self::checked(belt, robots, Vec::new(), &|key| key.to_owned(), None)
+    }
+
+    /// The same station with these classes of items, whose values and whether they are wanted differ
+    /// from the default. Replaces those that it had.
+    ///
+    /// # Errors
+    /// If a name occurs twice or is not valid, or a value is negative or not a number.
+    pub fn with_classes(self, classes: Vec<ItemClass>) -> Result<Self> {
+        let place = |key: &str| key.to_owned();
+        Self::checked(self.belt, self.robots, classes, &place, None)
     }
 
     /// Like [`Station::new`]; `place` turns a key such as `robot[1].reach` into the place that
-    /// messages name, for example with the file name and line.
+    /// messages name, for example with the file name and line. An arm that is too slow for the belt
+    /// is reported at `too_slow` if given.
     pub(super) fn checked(
         belt: Belt,
         robots: Vec<Robot>,
+        classes: Vec<ItemClass>,
         place: &dyn Fn(&str) -> String,
+        too_slow: Option<&str>,
     ) -> Result<Self> {
-        for (key, value) in [
-            ("belt.speed", belt.speed),
-            ("belt.length", belt.length),
-            ("belt.width", belt.width),
-        ] {
-            positive(place, key, value)?;
-        }
-        check_count(place, robots.len())?;
+        check::belt(&belt, place)?;
+        check::count(place, robots.len())?;
         for (i, robot) in robots.iter().enumerate() {
-            check_robot(robot, i, &robots[..i], &belt, place)?;
+            check::robot(robot, i, &robots[..i], place)?;
+            let key = |field: &str| place(&format!("robot[{i}].{field}"));
+            check::lead(&|field| too_slow.map_or_else(|| key(field), str::to_owned), robot, &belt)?;
         }
-        Ok(Self { belt, robots })
+        check::classes(&classes, place)?;
+        let sorting = Sorting::new(&robots, &classes);
+        check::class_count(sorting.names().len(), place)?;
+        Ok(Self {
+            belt,
+            robots,
+            classes,
+            sorting,
+        })
+    }
+
+    /// The same classes on another belt with other robots.
+    fn rebuilt(&self, belt: Belt, robots: Vec<Robot>) -> Result<Self> {
+        let place = |key: &str| key.to_owned();
+        Self::checked(belt, robots, self.classes.clone(), &place, None)
     }
 
     /// The belt under the robots.
@@ -116,9 +90,57 @@ impl Station {
         &self.robots
     }
 
+    /// The classes whose value or wantedness the station states.
+    pub fn classes(&self) -> &[ItemClass] {
+        &self.classes
+    }
+
+    /// The class with this name; `None` if the station does not state it, so that it has value 1
+    /// and is wanted.
+    pub fn class(&self, name: &str) -> Option<&ItemClass> {
+        self.classes.iter().find(|class| class.name == name)
+    }
+
+    /// Whether this is a station of the paper's model alone: [plain](Robot::is_plain) robots and no
+    /// classes.
+    pub fn is_plain(&self) -> bool {
+        self.classes.is_empty() && self.robots.iter().all(Robot::is_plain)
+    }
+
+    /// The class with this name on this station.
+    pub fn class_id(&self, name: Option<&str>) -> ClassId {
+        self.sorting.class(name)
+    }
+
+    /// The names of all classes that the bins or the station's classes mention, sorted.
+    pub fn class_names(&self) -> &[String] {
+        self.sorting.names()
+    }
+
+    /// The bin of robot `robot` for items of `class`; `None` if the robot cannot take them.
+    #[inline]
+    pub fn bin_for(&self, robot: usize, class: ClassId) -> Option<u16> {
+        self.sorting.bin(robot, class)
+    }
+
+    /// What an item of `class` is worth more than another item, as a factor of its weight.
+    pub fn value_of(&self, class: ClassId) -> f64 {
+        self.sorting.value(class)
+    }
+
+    /// Whether items of `class` are to be picked, and some robot has a bin for them. Other items
+    /// ride to the end of the belt.
+    #[inline]
+    pub fn takes(&self, class: ClassId) -> bool {
+        self.sorting.takes(class)
+    }
+
     /// Whether every arm is faster than a belt with this speed [m/s].
     pub fn is_faster_than(&self, belt_speed: f64) -> bool {
-        self.robots.iter().all(|robot| has_lead(robot, belt_speed))
+        let belt = &self.belt;
+        self.robots
+            .iter()
+            .all(|robot| check::has_lead(robot, belt, belt_speed))
     }
 
     /// The same station with another belt speed [m/s].
@@ -127,10 +149,12 @@ impl Station {
     /// If the speed is not positive or not below that of every arm.
     pub fn with_belt_speed(&self, speed: f64) -> Result<Self> {
         let belt = Belt { speed, ..self.belt };
-        Self::checked(belt, self.robots.clone(), &|key| match key {
+        let (robots, classes) = (self.robots.clone(), self.classes.clone());
+        let place = |key: &str| match key {
             "belt.speed" => "belt speed".to_owned(),
             other => other.to_owned(),
-        })
+        };
+        Self::checked(belt, robots, classes, &place, None)
     }
 
     /// The same station with this reach [m] for every robot. The belt does not change.
@@ -142,7 +166,7 @@ impl Station {
             reach,
             ..robot.clone()
         };
-        Self::new(self.belt, self.robots.iter().map(robot).collect())
+        self.rebuilt(self.belt, self.robots.iter().map(robot).collect())
     }
 
     /// The same robots with their bases this far apart along the belt [m]. The first robot stays
@@ -157,166 +181,24 @@ impl Station {
         let mut robots = Vec::with_capacity(self.robots.len());
         for (i, robot) in self.robots.iter().enumerate() {
             moved = first + i as f64 * spacing - robot.base.x;
-            robots.push(Robot {
-                base: robot.base + Vector2::new(moved, 0.0),
-                bin: robot.bin + Vector2::new(moved, 0.0),
-                ..robot.clone()
-            });
+            robots.push(robot.moved(moved));
         }
         let belt = Belt {
             length: self.belt.length + moved,
             ..self.belt
         };
-        Self::new(belt, robots)
+        self.rebuilt(belt, robots)
     }
 
-    /// The end-effector speed [m/s] of the slowest arm; the belt must be slower.
+    /// The speed [m/s] of the slowest arm; the belt must be slower. For an arm that accelerates or
+    /// follows a table it is the slowest at which the arm gets ahead anywhere on the belt, near its
+    /// places: the inverse of the steepest slope of its travel-time law there.
     pub fn slowest_arm(&self) -> f64 {
         self.robots
             .iter()
-            .map(|robot| robot.speed)
+            .map(|robot| robot.belt_limit(&self.belt))
             .fold(f64::INFINITY, f64::min)
     }
-}
-
-fn check_robot(
-    robot: &Robot,
-    index: usize,
-    upstream: &[Robot],
-    belt: &Belt,
-    place: &dyn Fn(&str) -> String,
-) -> Result<()> {
-    let key = |field: &str| format!("robot[{index}].{field}");
-    for (field, value) in [
-        ("base", robot.base.x),
-        ("base", robot.base.y),
-        ("bin", robot.bin.x),
-        ("bin", robot.bin.y),
-    ] {
-        position(place, &key(field), value)?;
-    }
-    positive(place, &key("reach"), robot.reach)?;
-    positive(place, &key("speed"), robot.speed)?;
-    dwell(place, &key("grasp_time"), robot.grasp_time)?;
-    dwell(place, &key("release_time"), robot.release_time)?;
-    check_arm_speed(&|| place(&key("speed")), robot, belt)?;
-    if let Err(bad) = check_name(&robot.name) {
-        let cure = format!("give every robot a unique name; expected {}", bad.expected);
-        return Err(Error::input(place(&key("name")), bad.problem, cure));
-    }
-    if upstream.iter().any(|other| other.name == robot.name) {
-        return Err(Error::input(
-            place(&key("name")),
-            format!("two robots are named `{}`", shown(&robot.name)),
-            "give every robot a unique name",
-        ));
-    }
-    if let Some(before) = upstream.last()
-        && robot.base.x < before.base.x
-    {
-        return Err(Error::input(
-            place(&key("base")),
-            format!(
-                "robot `{}` at x = {} m is upstream of `{}` at x = {} m, which is listed before it",
-                shown(&robot.name),
-                shown_number(robot.base.x),
-                shown(&before.name),
-                shown_number(before.base.x)
-            ),
-            "list the robots from upstream to downstream, by base x",
-        ));
-    }
-    Ok(())
-}
-
-/// Checks the number of robots. Call it before the robots are created: a typing mistake such as
-/// 1000000000 must not fill the memory.
-pub(super) fn check_count(place: &dyn Fn(&str) -> String, robots: usize) -> Result<()> {
-    if (1..=MOST_ROBOTS).contains(&robots) {
-        return Ok(());
-    }
-    Err(Error::input(
-        place("robot"),
-        if robots == 0 {
-            "the station has no robots".to_owned()
-        } else {
-            format!("{robots} robots on one line")
-        },
-        format!("give 1 to {MOST_ROBOTS} robots"),
-    ))
-}
-
-fn has_lead(robot: &Robot, belt_speed: f64) -> bool {
-    robot.speed >= belt_speed * LEAD
-}
-
-/// Checks that the arm is faster than the belt, as the model requires.
-pub(super) fn check_arm_speed(
-    place: &dyn Fn() -> String,
-    robot: &Robot,
-    belt: &Belt,
-) -> Result<()> {
-    if has_lead(robot, belt.speed) {
-        return Ok(());
-    }
-    Err(Error::input(
-        place(),
-        format!(
-            "the arm of robot `{}` moves at {} m/s, which is not faster than the belt at {} m/s",
-            shown(&robot.name),
-            shown_number(robot.speed),
-            shown_number(belt.speed)
-        ),
-        "every arm must be faster than the belt; use a slower belt or a faster arm",
-    ))
-}
-
-/// Checks a speed or length that the closed forms square.
-pub(super) fn positive(place: &dyn Fn(&str) -> String, key: &str, value: f64) -> Result<()> {
-    if (SMALLEST..=LARGEST).contains(&value) {
-        return Ok(());
-    }
-    Err(Error::input(
-        place(key),
-        format!("{} is not a usable size", shown_number(value)),
-        format!("give a number in SI units (m, s, m/s) from {SMALLEST:e} to {LARGEST:e}"),
-    ))
-}
-
-/// Checks a coordinate.
-pub(super) fn position(place: &dyn Fn(&str) -> String, key: &str, value: f64) -> Result<()> {
-    if (-LARGEST..=LARGEST).contains(&value) {
-        return Ok(());
-    }
-    Err(Error::input(
-        place(key),
-        format!("{} is not a valid position", shown_number(value)),
-        format!("give metres, within +/-{LARGEST:e}"),
-    ))
-}
-
-/// Checks a length that may be 0.
-pub(super) fn distance(place: &dyn Fn(&str) -> String, key: &str, value: f64) -> Result<()> {
-    if (0.0..=LARGEST).contains(&value) {
-        return Ok(());
-    }
-    Err(Error::input(
-        place(key),
-        format!("{} is not a valid length", shown_number(value)),
-        format!("give metres, from 0 to {LARGEST:e}"),
-    ))
-}
-
-/// Checks a time that may be 0.
-pub(super) fn dwell(place: &dyn Fn(&str) -> String, key: &str, value: f64) -> Result<()> {
-    if (0.0..=LARGEST).contains(&value) {
-        return Ok(());
-    }
-    Err(Error::input(
-        place(key),
-        format!("{} is not a valid dwell time", shown_number(value)),
-        format!("give seconds, from 0 to {LARGEST:e}"),
-    ))
 }
 
 #[cfg(test)]

@@ -2,12 +2,17 @@
 //!
 //! A [`Station`] is always valid; code that receives one need not check it again.
 
+mod arm_keys;
 mod builtin;
+mod check;
+mod class;
 mod edit;
 mod file;
 mod geometry;
 mod line;
 mod plausible;
+mod robot;
+mod sorting;
 
 pub use builtin::{BUILT_INS, BuiltIn, built_in};
 pub use edit::edited;
@@ -15,5 +20,8 @@ pub use file::{
     Overrides, SavedStrategy, commented_example, is_file, load, load_with_strategy, parse,
     parse_with_strategy, station_hash, to_toml,
 };
-pub use geometry::{Belt, Robot, Station};
-pub use line::Line;
+pub use class::ItemClass;
+pub use geometry::{Belt, Station};
+pub use line::{Line, LineBins};
+pub use robot::{Bin, Robot};
+pub use sorting::ClassId;

@@ -35,13 +35,15 @@ impl Station {
             REACH.check(&format!("{at}, reach"), robot.reach)
         }));
         list.extend(first(&|robot, at| {
-            ARM_SPEED.check(&format!("{at}, speed"), robot.speed)
+            let speed = robot.arm.law.top_speed()?;
+            ARM_SPEED.check(&format!("{at}, speed"), speed)
         }));
         list.extend(first(&|robot, at| {
             DWELL.check(&format!("{at}, grasp_time"), robot.grasp_time)
         }));
         list.extend(first(&|robot, at| {
-            DWELL.check(&format!("{at}, release_time"), robot.release_time)
+            let mut bins = robot.bins.iter();
+            bins.find_map(|bin| DWELL.check(&format!("{at}, release_time"), bin.release_time))
         }));
         list.extend(first(&|robot, at| self.check_base(robot, at)));
         list.extend(first(&check_bin));
@@ -110,15 +112,21 @@ fn slips(x: f64, y: f64, factor: f64) -> impl Iterator<Item = (f64, f64)> {
 /// Warns about a bin that its robot cannot reach.
 fn check_bin(robot: &Robot, at: &str) -> Option<Warning> {
     let away = |bin: (f64, f64)| distance(bin.0 - robot.base.x, bin.1 - robot.base.y);
-    let bin = (robot.bin.x, robot.bin.y);
     // Rounding must not cause a warning about a bin exactly at the limit.
     let within = |bin| away(bin) <= robot.reach * (1.0 + 1e-9);
-    if within(bin) {
-        return None;
-    }
+    let only = robot.has_only_bin();
+    let (bin, name) = robot
+        .bins
+        .iter()
+        .map(|bin| ((bin.at.x, bin.at.y), &bin.name))
+        .find(|(bin, _)| !within(*bin))?;
     let size = bin.0.abs().max(bin.1.abs());
+    let which = match only {
+        true => String::new(),
+        false => format!(" `{}`", shown(name)),
+    };
     let problem = format!(
-        "its bin is {:.3} m from its base, beyond its reach of {} m{}",
+        "its bin{which} is {:.3} m from its base, beyond its reach of {} m{}",
         away(bin),
         shown_number(robot.reach),
         question(size, "m", LENGTHS, |factor| {
@@ -126,7 +134,7 @@ fn check_bin(robot: &Robot, at: &str) -> Option<Warning> {
         }),
     );
     let cure = "give base, bin and reach in metres, with the bin within reach of the base";
-    Some(Warning::new(format!("{at}, bin"), problem, cure))
+    Some(Warning::new(format!("{at}, bin{which}"), problem, cure))
 }
 
 #[cfg(test)]
