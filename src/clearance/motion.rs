@@ -2,6 +2,7 @@
 
 use super::segment::{Nearest, Segment};
 use crate::decision::{Outcome, Pick};
+use crate::kinematics::Arm;
 use crate::station::{Robot, Station};
 use nalgebra::Point2;
 
@@ -24,11 +25,11 @@ pub struct Clearance {
 /// The smallest distance between the arms of any two robots in the run `outcome`, to within
 /// [`TOLERANCE`], in continuous time; `None` for a single robot.
 ///
-/// A tool point leaves its bin at the decision, moves at constant speed to the meeting point, stays
-/// there during the grasp, and returns along the same line. Between two turning points both tool
-/// points therefore move uniformly, and the distance between the arms changes no faster than the
-/// sum of their speeds. The search bisects a time interval until this Lipschitz bound shows that it
-/// contains no smaller distance (Piyavskii 1972, doi:10.1016/0041-5553(72)90115-2; Shubert 1972,
+/// A tool point leaves its place at the decision, moves on a straight line to the meeting point, stays
+/// there during the grasp, and moves on a straight line to the bin. Between two turning points the
+/// distance between the arms therefore changes by at most the sum of the lengths that the tool points
+/// travel. The search bisects a time interval until this Lipschitz bound shows that it contains no
+/// smaller distance (Piyavskii 1972, doi:10.1016/0041-5553(72)90115-2; Shubert 1972,
 /// doi:10.1137/0709036).
 pub fn smallest(station: &Station, outcome: &Outcome) -> Option<Clearance> {
     let robots = station.robots();
@@ -53,33 +54,38 @@ pub fn smallest(station: &Station, outcome: &Outcome) -> Option<Clearance> {
 }
 
 /// The path of a tool point from turning point to turning point.
-struct Way {
+struct Way<'a> {
+    arm: &'a Arm,
     /// Times [s] in order, with the position of the tool point at each [m].
     turns: Vec<(f64, Point2<f64>)>,
     /// Maximum distance of the tool point from its base [m].
     furthest: f64,
 }
 
-impl Way {
-    fn of(index: usize, station: &Station, outcome: &Outcome) -> Self {
+impl<'a> Way<'a> {
+    fn of(index: usize, station: &'a Station, outcome: &Outcome) -> Self {
         let robot: &Robot = &station.robots()[index];
         let failed = outcome.failures.iter().map(|failure| &failure.attempt);
         let own = outcome.picks.iter().chain(failed);
         let mut trips: Vec<&Pick> = own.filter(|trip| trip.robot == index).collect();
         trips.sort_by(|a, b| a.decide.total_cmp(&b.decide));
-        let mut turns = vec![(0.0, robot.bin)];
+        let mut turns = vec![(0.0, robot.rest)];
+        let mut place = robot.rest;
         for trip in trips {
+            let bin = &robot.bins[usize::from(trip.bin)];
             let leaves = trip.grasp + robot.grasp_time;
-            let home = (trip.release - robot.release_time).max(leaves);
+            let home = (trip.release - bin.release_time).max(leaves);
             turns.extend([
-                (trip.decide, robot.bin),
+                (trip.decide, place),
                 (trip.grasp, trip.meet),
                 (leaves, trip.meet),
-                (home, robot.bin),
+                (home, bin.at),
             ]);
+            place = bin.at;
         }
         let away = turns.iter().map(|(_, tool)| (tool - robot.base).norm());
         Self {
+            arm: &robot.arm,
             furthest: away.fold(0.0, f64::max),
             turns,
         }
@@ -98,9 +104,23 @@ impl Way {
         }
         let (before, from) = self.turns[*next - 1];
         match self.turns.get(*next) {
-            Some(&(after, to)) => from + (to - from) * ((time - before) / (after - before)),
+            Some(&(after, to)) => {
+                let share = match self.arm.constant_speed() {
+                    Some(_) => (time - before) / (after - before),
+                    None => {
+                        let way = (to - from).norm();
+                        self.arm.progress(way, time - before, after - before)
+                    }
+                };
+                from + (to - from) * share
+            }
             None => from,
         }
+    }
+
+    /// Position at `time` [s], between the turns around `next`.
+    fn at(&self, time: f64, next: usize) -> Point2<f64> {
+        self.pass(time, &mut { next })
     }
 }
 
@@ -142,28 +162,49 @@ impl Pair {
             if time == f64::INFINITY {
                 return;
             }
+            let between = next;
             let tools = [0, 1].map(|i| ways[i].pass(time, &mut next[i]));
             let moment = self.moment(time, tools);
-            self.halve(&last, &moment, best);
+            let uniform = ways.iter().all(|way| way.arm.constant_speed().is_some());
+            if uniform {
+                let middle = |_, from: &ArmsAt, to: &ArmsAt| {
+                    [0, 1].map(|i| nalgebra::center(&from.tools[i], &to.tools[i]))
+                };
+                self.halve(&last, &moment, &middle, best);
+            } else {
+                let middle =
+                    |time, _: &ArmsAt, _: &ArmsAt| [0, 1].map(|i| ways[i].at(time, between[i]));
+                self.halve(&last, &moment, &middle, best);
+            }
             self.note(&moment, best);
             last = moment;
         }
     }
 
-    /// Searches between two moments between which both tool points move uniformly.
-    fn halve(&self, from: &ArmsAt, to: &ArmsAt, best: &mut Option<Clearance>) {
+    /// Searches between two moments between which both tool points move on straight lines. `middle`
+    /// gives the tool points at a time [s] between two moments, half-way if they move uniformly.
+    fn halve(
+        &self,
+        from: &ArmsAt,
+        to: &ArmsAt,
+        middle: &dyn Fn(f64, &ArmsAt, &ArmsAt) -> [Point2<f64>; 2],
+        best: &mut Option<Clearance>,
+    ) {
         let least = best.map_or(f64::INFINITY, |best| best.distance);
         let moved: f64 = (0..2).map(|i| (to.tools[i] - from.tools[i]).norm()).sum();
         let bound = 0.5 * (from.nearest.distance + to.nearest.distance - moved);
         if bound.max(0.0) >= least - TOLERANCE {
             return;
         }
-        let middle = |i: usize| nalgebra::center(&from.tools[i], &to.tools[i]);
-        let moment = self.moment(f64::midpoint(from.time, to.time), [middle(0), middle(1)]);
+        let time = f64::midpoint(from.time, to.time);
+        if time <= from.time || time >= to.time {
+            return;
+        }
+        let moment = self.moment(time, middle(time, from, to));
         // Search the earlier half first, so that on a tie the earlier moment is reported.
-        self.halve(from, &moment, best);
+        self.halve(from, &moment, middle, best);
         self.note(&moment, best);
-        self.halve(&moment, to, best);
+        self.halve(&moment, to, middle, best);
     }
 
     fn note(&self, moment: &ArmsAt, best: &mut Option<Clearance>) {

@@ -29,7 +29,7 @@ pub struct Overlap {
     pub workspaces: Option<Shared>,
     /// The intersection of the regions that their arms sweep.
     pub swept: Shared,
-    /// Distance between the arms while both rest at their bins [m].
+    /// Distance between the arms while both rest [m].
     pub at_rest: f64,
 }
 
@@ -57,9 +57,9 @@ pub const MARGIN: f64 = 0.05;
 
 /// Determines which arms of `station` can touch, from geometry alone.
 ///
-/// A tool point is on a line from the bin to a position on the belt within reach. An arm therefore
-/// stays inside the convex hull of its base, its bin and the part of the belt within its reach, and
-/// can be anywhere in it. Arms whose hulls are disjoint never touch.
+/// A tool point is on a line from a bin, or from where it rests, to a position on the belt within
+/// reach. An arm therefore stays inside the convex hull of its base, its bins, its rest and the part
+/// of the belt within its reach, and can be anywhere in it. Arms whose hulls are disjoint never touch.
 pub fn apart(station: &Station) -> Apart {
     let robots = station.robots();
     let belt = station.belt();
@@ -69,7 +69,8 @@ pub fn apart(station: &Station) -> Apart {
         .zip(&workspaces)
         .map(|(robot, workspace)| {
             let mut points = workspace.corners().to_vec();
-            points.extend([robot.base, robot.bin]);
+            points.extend([robot.base, robot.rest]);
+            points.extend(robot.bins.iter().map(|bin| bin.at));
             Polygon::hull(points)
         })
         .collect();
@@ -136,7 +137,7 @@ fn workspace(robot: &Robot, belt: &Belt) -> Polygon {
 fn arm_at_rest(robot: &Robot) -> Segment {
     Segment {
         from: robot.base,
-        to: robot.bin,
+        to: robot.rest,
     }
 }
 

@@ -57,6 +57,36 @@ impl Arm {
         self.law.time(distance + 2.0 * self.lift)
     }
 
+    /// The share of the way of `distance` [m] in the plane that the arm has covered `elapsed` [s] after
+    /// its start, of a move that takes `whole` [s]: none while it is lifted and all while it is
+    /// lowered. An arm with a measured table is taken to move along its path uniformly.
+    pub fn progress(&self, distance: f64, elapsed: f64, whole: f64) -> f64 {
+        if elapsed >= whole || distance <= 0.0 {
+            return 1.0;
+        }
+        let length = distance + 2.0 * self.lift;
+        let covered = match self.law {
+            TravelLaw::Constant { .. } | TravelLaw::Table(_) => length * elapsed / whole,
+            TravelLaw::Trapezoid {
+                speed,
+                acceleration,
+                deceleration,
+            } => {
+                let peak = speed.min((2.0 * length / self.law.ramp()).sqrt());
+                let (up, down) = (peak / acceleration, peak / deceleration);
+                let left = (whole - elapsed).max(0.0);
+                if elapsed < up {
+                    0.5 * acceleration * elapsed * elapsed
+                } else if left < down {
+                    length - 0.5 * deceleration * left * left
+                } else {
+                    peak * (elapsed - 0.5 * up)
+                }
+            }
+        };
+        ((covered - self.lift) / distance).clamp(0.0, 1.0)
+    }
+
     /// Time [s] from departure until the arm meets the item: the only root of
     /// `T(|d + (v tau, 0)| + 2 h) = tau` for which the meeting point is on the belt. An item that
     /// can only be met beyond an end of the belt is met at that end.

@@ -9,14 +9,6 @@ pub enum TravelLaw {
         speed: f64,
     },
     /// The trapezoidal velocity profile: accelerates, travels at top speed, decelerates. With
-    /// The top speed u [m/s]; `None` for a table.
-    pub fn top_speed(&self) -> Option<f64> {
-        match self {
-            Self::Constant { speed } | Self::Trapezoid { speed, .. } => Some(*speed),
-            Self::Table(_) => None,
-        }
-    }
-
     /// `c = 1/a + 1/b` it takes `sqrt(2 l c)` up to the length `u^2 c / 2`, from which on top speed
     /// is reached, and `l / u + u c / 2` beyond (Biagiotti and Melchiorri, Trajectory Planning for
     /// Automatic Machines and Robots, 2008, DOI 10.1007/978-3-540-85629-0, section 3.2). That the

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result, shown, shown_number};
 use crate::names::check_name;
-use crate::station::Station;
+use crate::station::{ClassId, Station};
 use std::collections::HashMap;
 
 /// Positions beyond this [m] are rejected: no belt is that long.
@@ -66,6 +66,19 @@ impl Item {
                 * self.p_grasp.unwrap_or(1.0)
                 * sigmoid(self.area_cm2.unwrap_or(0.0) / 100.0)
         })
+    }
+
+    /// Its class on `station`.
+    pub fn class_on(&self, station: &Station) -> ClassId {
+        station.class_id(self.class.as_deref())
+    }
+
+    /// The weight on `station`: the explicit weight, or the reward times the value of the class.
+    pub fn weight_on(&self, station: &Station) -> f64 {
+        match self.weight {
+            Some(weight) => weight,
+            None => station.value_of(self.class_on(station)) * self.reward(),
+        }
     }
 
     /// What the model forbids about this item alone: the field, the problem with its value, and the

@@ -1,9 +1,9 @@
 //! What can be planned at one decision: the items in view and the robots that can reach them.
 
 use super::options::Goal;
-use crate::decision::{Candidate, Snapshot};
+use crate::decision::{Candidate, Moment, Snapshot};
 use crate::kinematics;
-use crate::station::Station;
+use crate::station::{ClassId, Robot, Station};
 
 /// The planner's copy of a [`Snapshot`]. Items are identified by their *place* in it, which is
 /// downstream first as in the pattern, so that ties are broken as in the simulator.
@@ -26,13 +26,17 @@ pub(super) struct Horizon {
     pub leaves: Vec<f64>,
     /// For each robot, one entry per item.
     reach: Vec<Vec<ItemReach>>,
+    /// For each robot with several places, the windows of each item from each of them [s]; where
+    /// there is none, it closes before it opens.
+    windows: Vec<Vec<(f64, f64)>>,
     /// For each robot, the items that it can still reach, by opening time, then place;
-    /// `Candidate::item` is the place.
+    /// `Candidate::item` is the place. Windows are the widest over the places of the robot.
     pub queues: Vec<Vec<Candidate>>,
     arms: Vec<RobotTiming>,
     belt_speed: f64,
-    /// The windows of the item being added, one per robot.
-    windows: Vec<Option<(f64, f64)>>,
+    belt_length: f64,
+    /// The widest windows of the item being added, one per robot.
+    widest: Vec<Option<(f64, f64)>>,
 }
 
 /// One item for one robot.
@@ -40,22 +44,57 @@ pub(super) struct Horizon {
 pub(super) struct ItemReach {
     /// Position along the travel at time 0 [m].
     x0: f64,
-    /// Position across the belt, relative to the bin [m].
-    dy: f64,
-    /// First departure that meets it [s]; infinite if there is none.
+    /// Position across the belt [m].
+    y: f64,
+    /// The bin that it goes into, which is where the arm is then.
+    pub bin: u16,
+    /// First departure that meets it, from any place [s]; infinite if there is none.
     pub open: f64,
-    /// Last departure that meets it [s]; minus infinity if there is none.
+    /// Last departure that meets it, from any place [s]; minus infinity if there is none.
     pub close: f64,
     /// Shortest possible duration of picking it [s].
     pub shortest: f64,
 }
 
-#[derive(Debug, Clone, Copy)]
+/// One robot, and where it is.
+#[derive(Debug, Clone)]
 struct RobotTiming {
+    robot: Robot,
+    /// Where the arm is when it is free.
+    place: u16,
+    /// Number of places.
+    places: usize,
+    /// Position along the belt of the only place, speed and dwell times, of a robot that is
+    /// [plain](Robot::is_plain).
+    plain: Option<PlainTiming>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct PlainTiming {
     bin_x: f64,
+    bin_y: f64,
     speed: f64,
     grasp: f64,
     release: f64,
+}
+
+impl RobotTiming {
+    fn of(robot: &Robot, place: u16) -> Self {
+        let bin = &robot.bins[0];
+        let speed = robot.arm.constant_speed().filter(|_| robot.places() == 1);
+        Self {
+            robot: robot.clone(),
+            place,
+            places: robot.places(),
+            plain: speed.map(|speed| PlainTiming {
+                bin_x: bin.at.x,
+                bin_y: bin.at.y,
+                speed,
+                grasp: robot.grasp_time,
+                release: bin.release_time,
+            }),
+        }
+    }
 }
 
 /// An item that is to be planned.
@@ -70,6 +109,8 @@ struct SeenItem {
     weight: f64,
     /// Value in plans: 1, or the weight.
     value: f64,
+    /// Class on the station.
+    class: ClassId,
 }
 
 impl Horizon {
@@ -85,40 +126,45 @@ impl Horizon {
         let free = snapshot.free_at.iter();
         self.free.extend(free.map(|free| free.max(snapshot.time)));
         self.free[snapshot.robot] = snapshot.time;
-        self.arms.clear();
-        self.arms
-            .extend(station.robots().iter().map(|robot| RobotTiming {
-                bin_x: robot.bin.x,
-                speed: robot.speed,
-                grasp: robot.grasp_time,
-                release: robot.release_time,
-            }));
+        self.belt_length = station.belt().length;
+        // Robots do not change within a run, and copying their bins would take long.
+        let robots_of = |arms: &[RobotTiming]| arms.iter().map(|arm| &arm.robot).eq(station.robots());
+        if !robots_of(&self.arms) {
+            self.arms.clear();
+            let all = station.robots().iter();
+            self.arms.extend(all.map(|robot| RobotTiming::of(robot, 0)));
+        }
+        for (arm, place) in self.arms.iter_mut().zip(snapshot.places) {
+            arm.place = *place;
+        }
         self.items.clear();
         self.values.clear();
         self.leaves.clear();
         self.reach.resize_with(robots, Vec::new);
         self.queues.resize_with(robots, Vec::new);
+        self.windows.resize_with(robots, Vec::new);
         self.reach.iter_mut().for_each(Vec::clear);
+        self.windows.iter_mut().for_each(Vec::clear);
         self.queues.iter_mut().for_each(Vec::clear);
         // A robot may leave for an item before the camera at the belt's start has seen it, so
         // the candidates are merged in. Both lists are sorted downstream first.
         let (mut candidates, mut view) = (snapshot.candidates, snapshot.in_view);
         loop {
-            let (item, x0, y, weight) = match (candidates, view) {
+            let (item, x0, y, weight, class) = match (candidates, view) {
                 ([c, rest @ ..], [b, ..]) if (-c.x0, c.item) < (-b.x0, b.item) => {
                     candidates = rest;
-                    (c.item, c.x0, c.y, c.weight)
+                    (c.item, c.x0, c.y, c.weight, c.class)
                 }
                 (_, [b, rest @ ..]) => {
                     view = rest;
                     if candidates.first().is_some_and(|c| c.item == b.item) {
                         candidates = &candidates[1..];
                     }
-                    (b.item, b.x0, b.y, b.weight)
+                    (b.item, b.x0, b.y, b.weight, b.class)
                 }
                 ([c, rest @ ..], []) => {
                     candidates = rest;
-                    (c.item, c.x0, c.y, c.weight)
+                    (c.item, c.x0, c.y, c.weight, c.class)
                 }
                 ([], []) => break,
             };
@@ -134,6 +180,7 @@ impl Horizon {
                     y,
                     weight,
                     value,
+                    class,
                 };
                 self.add(station, seen, ahead);
             }
@@ -151,53 +198,68 @@ impl Horizon {
 
     /// Adds the item `seen`, if some robot reaches it within `ahead` [s] from now.
     fn add(&mut self, station: &Station, seen: SeenItem, ahead: f64) {
-        let SeenItem {
-            item,
-            x0,
-            y,
-            weight,
-            value,
-        } = seen;
+        let SeenItem { x0, y, .. } = seen;
         let belt = station.belt();
         let until = self.now + ahead;
-        self.windows.clear();
-        self.windows.extend(station.robots().iter().map(|robot| {
-            let window = robot.departure_window(belt, x0, y);
-            window.filter(|&(open, close)| close >= self.now && open <= until)
-        }));
-        if self.windows.iter().all(Option::is_none) {
+        self.widest.clear();
+        for (index, arm) in self.arms.iter().enumerate() {
+            let windows = &mut self.windows[index];
+            let begin = windows.len();
+            let takes = station.bin_for(index, seen.class).is_some();
+            let window = |place: usize| {
+                let window = arm.robot.departure_window(belt, place, x0, y);
+                window.filter(|&(open, close)| takes && close >= self.now && open <= until)
+            };
+            let widest = if arm.places == 1 {
+                window(0)
+            } else {
+                windows.extend((0..arm.places).map(|place| window(place).unwrap_or(NEVER)));
+                let own = windows[begin..].iter().copied();
+                let widest = own.fold(NEVER, |a, b| (a.0.min(b.0), a.1.max(b.1)));
+                (widest.0 <= widest.1).then_some(widest)
+            };
+            self.widest.push(widest);
+        }
+        if self.widest.iter().all(Option::is_none) {
+            for (arm, windows) in self.arms.iter().zip(&mut self.windows) {
+                let known = windows.len().saturating_sub(arm.places);
+                windows.truncate(known);
+            }
             return;
         }
         // A snapshot has at most as many items as a pattern, whose indices are u32.
         let place = self.items.len() as u32;
-        for (robot, window) in self.windows.iter().enumerate() {
-            let (open, close) = window.unwrap_or((f64::INFINITY, f64::NEG_INFINITY));
+        for robot in 0..self.arms.len() {
+            let window = self.widest[robot];
+            let (open, close) = window.unwrap_or(NEVER);
             let mut reach = ItemReach {
                 x0,
-                dy: y - station.robots()[robot].bin.y,
+                y,
+                bin: station.bin_for(robot, seen.class).unwrap_or(0),
                 open,
                 close,
                 shortest: f64::INFINITY,
             };
             if window.is_some() {
-                let at = self.best_start(robot, &reach);
-                reach.shortest = self.finish(robot, &reach, at) - at;
+                reach.shortest = self.shortest(robot, &reach);
             }
             self.reach[robot].push(reach);
             if window.is_some() {
                 self.queues[robot].push(Candidate {
                     item: place,
+                    bin: reach.bin,
+                    class: seen.class,
                     x0,
                     y,
                     // The rules use the weight, whatever the goal.
-                    weight,
+                    weight: seen.weight,
                     open,
                     close,
                 });
             }
         }
-        self.items.push(item);
-        self.values.push(value);
+        self.items.push(seen.item);
+        self.values.push(seen.value);
         self.leaves.push((belt.length - x0) / belt.speed);
     }
 
@@ -230,38 +292,183 @@ impl Horizon {
         &self.reach[robot][place as usize]
     }
 
-    /// When `robot` is free again if it leaves for the item at `start` [s].
+    /// Where the arm of `robot` is when it is free.
     #[inline(always)]
-    pub(super) fn finish(&self, robot: usize, reach: &ItemReach, start: f64) -> f64 {
-        let arm = &self.arms[robot];
-        let dx = reach.x0 + self.belt_speed * start - arm.bin_x;
-        let travel = kinematics::travel_time(dx, reach.dy, self.belt_speed, arm.speed);
-        start + kinematics::processing_time(travel, arm.grasp, arm.release)
+    pub(super) fn place_of(&self, robot: usize) -> u16 {
+        self.arms[robot].place
     }
 
-    /// The departure in the window [s] for which the pick takes the shortest time. The travel
-    /// time of [`kinematics::travel_time`] is shortest where its derivative along the belt is
-    /// zero, `dx = -|dy| v / u`, and increases on both sides.
-    fn best_start(&self, robot: usize, reach: &ItemReach) -> f64 {
-        let arm = &self.arms[robot];
-        let dx = -reach.dy.abs() * self.belt_speed / arm.speed;
-        let at = (dx + arm.bin_x - reach.x0) / self.belt_speed;
-        at.clamp(reach.open, reach.close)
+    /// Whether `robot` leaves from more than one place.
+    #[inline(always)]
+    pub(super) fn has_places(&self, robot: usize) -> bool {
+        self.arms[robot].places > 1
     }
 
-    /// The last departure at which `robot`, leaving for the item, is free again by `deadline`
-    /// [s]. This is the inverse of [`Horizon::finish`], which increases with the departure
-    /// because the arm is faster than the belt. Backwards in time the belt moves the other way,
-    /// so the way back has the meeting point's closed form with -v.
+    /// Number of places of `robot`.
+    pub(super) fn places(&self, robot: usize) -> usize {
+        self.arms[robot].places
+    }
+
+    /// The window [s] of the item at `place` for `robot` that leaves `from`; it closes before it
+    /// opens if there is none.
     #[inline(always)]
-    pub(super) fn latest_start(&self, robot: usize, reach: &ItemReach, deadline: f64) -> f64 {
+    pub(super) fn window(&self, robot: usize, from: u16, place: u32) -> (f64, f64) {
+        let places = self.arms[robot].places;
+        if places == 1 {
+            let reach = &self.reach[robot][place as usize];
+            (reach.open, reach.close)
+        } else {
+            self.windows[robot][place as usize * places + usize::from(from)]
+        }
+    }
+
+    /// When `robot` is free again if it leaves `from` for the item at `start` [s].
+    #[inline(always)]
+    pub(super) fn finish(&self, robot: usize, from: u16, reach: &ItemReach, start: f64) -> f64 {
         let arm = &self.arms[robot];
-        let lifted = deadline - arm.grasp - arm.release;
-        let dx = reach.x0 + self.belt_speed * lifted - arm.bin_x;
-        let travel = kinematics::travel_time(dx, reach.dy, -self.belt_speed, arm.speed);
+        let Some(plain) = &arm.plain else {
+            return self.general_finish(arm, from, reach, start);
+        };
+        let dx = reach.x0 + self.belt_speed * start - plain.bin_x;
+        let dy = reach.y - plain.bin_y;
+        let travel = kinematics::travel_time(dx, dy, self.belt_speed, plain.speed);
+        start + kinematics::processing_time(travel, plain.grasp, plain.release)
+    }
+
+    fn general_finish(&self, arm: &RobotTiming, from: u16, reach: &ItemReach, start: f64) -> f64 {
+        let moment = Moment {
+            robot: &arm.robot,
+            from: arm.robot.place(usize::from(from)),
+            belt_speed: self.belt_speed,
+            belt_length: self.belt_length,
+            time: start,
+        };
+        start + moment.processing_time(&reach.candidate())
+    }
+
+    /// The shortest possible duration of picking an item [s].
+    fn shortest(&self, robot: usize, reach: &ItemReach) -> f64 {
+        let arm = &self.arms[robot];
+        let Some(plain) = &arm.plain else {
+            return self.general_shortest(arm, reach);
+        };
+        // The travel time of [`kinematics::travel_time`] is shortest where its derivative along the
+        // belt is zero, `dx = -|dy| v / u`, and increases on both sides.
+        let dx = -(reach.y - plain.bin_y).abs() * self.belt_speed / plain.speed;
+        let at = (dx + plain.bin_x - reach.x0) / self.belt_speed;
+        let at = at.clamp(reach.open, reach.close);
+        self.finish(robot, 0, reach, at) - at
+    }
+
+    /// The same for any robot: over its places, the least of the durations with a meeting point
+    /// opposite the place, opposite the bin, or half-way.
+    fn general_shortest(&self, arm: &RobotTiming, reach: &ItemReach) -> f64 {
+        let robot = &arm.robot;
+        let bin = &robot.bins[usize::from(reach.bin)];
+        let (base, length) = (robot.base, self.belt_length);
+        let range = kinematics::meeting_range(base.x, base.y, robot.reach, reach.y, length);
+        let Some((first, last)) = range else {
+            return f64::INFINITY;
+        };
+        let way = |x: f64, to: nalgebra::Point2<f64>| kinematics::distance(x - to.x, reach.y - to.y);
+        let mut least = f64::INFINITY;
+        for place in 0..arm.places {
+            let from = robot.place(place);
+            for x in [from.x, bin.at.x, f64::midpoint(from.x, bin.at.x)] {
+                let x = x.clamp(first, last);
+                let travel = robot.arm.time(way(x, from)) + robot.arm.time(way(x, bin.at));
+                least = least.min(travel);
+            }
+        }
+        least + robot.grasp_time + bin.release_time
+    }
+
+    /// The last departure from `from` at which `robot`, leaving for the item, is free again by
+    /// `deadline` [s]. This is the inverse of [`Horizon::finish`], which increases with the departure
+    /// because the arm is faster than the belt.
+    #[inline(always)]
+    pub(super) fn latest_start(
+        &self,
+        robot: usize,
+        from: u16,
+        place: u32,
+        deadline: f64,
+    ) -> f64 {
+        let (arm, reach) = (&self.arms[robot], self.reach(robot, place));
+        let Some(plain) = &arm.plain else {
+            return self.general_latest_start(robot, from, place, deadline);
+        };
+        // Backwards in time the belt moves the other way, so the way back has the meeting point's
+        // closed form with -v.
+        let lifted = deadline - plain.grasp - plain.release;
+        let dx = reach.x0 + self.belt_speed * lifted - plain.bin_x;
+        let dy = reach.y - plain.bin_y;
+        let travel = kinematics::travel_time(dx, dy, -self.belt_speed, plain.speed);
         lifted - 2.0 * travel
     }
+
+    /// The same for any robot, by the secant method inside a bracket (Illinois variant: Dowell and
+    /// Jarratt 1971, DOI 10.1007/BF01934364). Errs on the early side.
+    fn general_latest_start(&self, robot: usize, from: u16, place: u32, deadline: f64) -> f64 {
+        /// Accuracy [s]; the plan is checked again with exact times.
+        const CLOSE: f64 = 1e-9;
+        let (arm, reach) = (&self.arms[robot], self.reach(robot, place));
+        let (open, close) = self.window(robot, from, place);
+        if open > close {
+            return f64::NEG_INFINITY;
+        }
+        let late = |start: f64| self.general_finish(arm, from, reach, start) - deadline;
+        let (mut low, mut high) = (open, close);
+        let (mut below, mut above) = (late(low), late(high));
+        if above <= 0.0 {
+            return close;
+        }
+        if below > 0.0 {
+            return f64::NEG_INFINITY;
+        }
+        // The weights of the ends; the one of an end that stays twice in a row is halved.
+        let mut kept = None;
+        for _ in 0..100 {
+            if high - low <= CLOSE {
+                break;
+            }
+            let at = low + (high - low) * (below / (below - above));
+            let value = late(at);
+            let is_late = value > 0.0;
+            if is_late {
+                (high, above) = (at, value);
+                below *= if kept == Some(is_late) { 0.5 } else { 1.0 };
+            } else {
+                (low, below) = (at, value);
+                above *= if kept == Some(is_late) { 0.5 } else { 1.0 };
+                if value >= -CLOSE {
+                    break;
+                }
+            }
+            kept = Some(is_late);
+        }
+        low
+    }
 }
+
+impl ItemReach {
+    /// As the candidate of its robot; only the position and the bin are of use.
+    fn candidate(&self) -> Candidate {
+        Candidate {
+            item: 0,
+            bin: self.bin,
+            class: ClassId::OTHER,
+            x0: self.x0,
+            y: self.y,
+            weight: 0.0,
+            open: self.open,
+            close: self.close,
+        }
+    }
+}
+
+/// Where there is no window.
+const NEVER: (f64, f64) = (f64::INFINITY, f64::NEG_INFINITY);
 
 #[cfg(test)]
 impl Horizon {
@@ -280,15 +487,19 @@ impl Horizon {
                 x0: item.x0,
                 x: item.x0,
                 y: item.y,
-                weight: item.reward(),
+                weight: item.weight_on(station),
+                class: item.class_on(station),
             })
             .collect();
+        let start = |robot: &Robot| robot.start() as u16;
+        let places: Vec<u16> = station.robots().iter().map(start).collect();
         let snapshot = Snapshot {
             station,
             time: 0.0,
             robot: 0,
             candidates: &[],
             free_at,
+            places: &places,
             in_view: &in_view,
         };
         let mut horizon = Self::default();
@@ -317,15 +528,16 @@ mod tests {
                 let reach = horizon.reach(snapshot.robot, place);
                 assert_eq!((reach.open, reach.close), (candidate.open, candidate.close));
                 let at = snapshot.moment();
-                let finish = horizon.finish(snapshot.robot, reach, snapshot.time);
+                let from = snapshot.places[snapshot.robot];
+                let finish = horizon.finish(snapshot.robot, from, reach, snapshot.time);
                 assert_eq!(finish, snapshot.time + at.processing_time(candidate));
-                let start = horizon.latest_start(snapshot.robot, reach, finish);
+                let start = horizon.latest_start(snapshot.robot, from, place, finish);
                 assert!((start - snapshot.time).abs() < 1e-9);
                 // No departure in the window takes less than the shortest time.
                 for step in 0..=100 {
                     let share = f64::from(step) / 100.0;
                     let start = reach.open + share * (reach.close - reach.open);
-                    let time = horizon.finish(snapshot.robot, reach, start) - start;
+                    let time = horizon.finish(snapshot.robot, from, reach, start) - start;
                     assert!(time >= reach.shortest - 1e-12);
                 }
             }

@@ -97,6 +97,7 @@ impl Lookahead {
         plan.clear(horizon);
         for (robot, items) in self.kept.iter().enumerate().take(horizon.robots()) {
             for place in items.iter().filter_map(|&item| horizon.place(item)) {
+                // Whether a stop is still possible from where the one before it ends is found below.
                 if horizon.reach(robot, place).close >= horizon.free[robot] {
                     plan.push(horizon, robot, place, horizon.free[robot]);
                 }

@@ -42,6 +42,23 @@ pub(super) struct PlanScore {
     pub free: f64,
 }
 
+/// The last start [s] of the item at `place` from `from` after which `robot` is free by `deadline`
+/// [s], which may be infinite.
+pub(super) fn latest(
+    horizon: &Horizon,
+    robot: usize,
+    from: u16,
+    place: u32,
+    deadline: f64,
+) -> f64 {
+    let (_, close) = horizon.window(robot, from, place);
+    if deadline.is_finite() {
+        close.min(horizon.latest_start(robot, from, place, deadline))
+    } else {
+        close
+    }
+}
+
 impl PlanScore {
     /// Compares two scores; the better one is greater. Values are sums in any order, so they
     /// count as equal within rounding.
@@ -80,7 +97,8 @@ impl PickPlan {
     /// Appends the item at `place` to the stops of `robot`, which leaves at `start` [s];
     /// returns when it is free again [s].
     pub(super) fn push(&mut self, horizon: &Horizon, robot: usize, place: u32, start: f64) -> f64 {
-        let finish = horizon.finish(robot, horizon.reach(robot, place), start);
+        let from = self.place(horizon, robot);
+        let finish = horizon.finish(robot, from, horizon.reach(robot, place), start);
         // A station has at most 100 robots.
         self.owner[place as usize] = robot as u16;
         self.value += horizon.values[place as usize];
@@ -99,15 +117,18 @@ impl PickPlan {
         let route = &mut self.routes[robot];
         let looked_at = route.len();
         let mut free = horizon.free[robot];
+        let mut from = horizon.place_of(robot);
         let (owner, value) = (&mut self.owner, &mut self.value);
         route.retain_mut(|stop| {
             let reach = horizon.reach(robot, stop.place);
-            let start = free.max(reach.open);
-            let possible = start <= reach.close;
+            let (open, close) = horizon.window(robot, from, stop.place);
+            let start = free.max(open);
+            let possible = start <= close;
             if possible {
                 stop.start = start;
-                stop.finish = horizon.finish(robot, reach, start);
+                stop.finish = horizon.finish(robot, from, reach, start);
                 free = stop.finish;
+                from = reach.bin;
             } else {
                 owner[stop.place as usize] = NOBODY;
                 *value -= horizon.values[stop.place as usize];
@@ -115,18 +136,25 @@ impl PickPlan {
             possible
         });
         let mut deadline = f64::INFINITY;
-        for stop in route.iter_mut().rev() {
-            let reach = horizon.reach(robot, stop.place);
-            stop.latest = if deadline.is_finite() {
-                reach
-                    .close
-                    .min(horizon.latest_start(robot, reach, deadline))
-            } else {
-                reach.close
+        for number in (0..route.len()).rev() {
+            let from = match number.checked_sub(1) {
+                Some(before) => horizon.reach(robot, route[before].place).bin,
+                None => horizon.place_of(robot),
             };
+            let stop = &mut route[number];
+            stop.latest = latest(horizon, robot, from, stop.place, deadline);
             deadline = stop.latest;
         }
         looked_at
+    }
+
+    /// Where the arm of `robot` is after its last stop.
+    #[inline(always)]
+    pub(super) fn place(&self, horizon: &Horizon, robot: usize) -> u16 {
+        match self.routes[robot].last() {
+            Some(stop) => horizon.reach(robot, stop.place).bin,
+            None => horizon.place_of(robot),
+        }
     }
 
     /// When `robot` is done [s].

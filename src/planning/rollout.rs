@@ -25,7 +25,11 @@ struct RobotProgress {
     next: usize,
     /// Items with open windows that may still be picked.
     active: Vec<Candidate>,
+    /// Those of them that the robot can leave for at its next decision, if it has several places.
+    ready: Vec<Candidate>,
     free: f64,
+    /// Where its arm is then.
+    place: u16,
     /// Lower bound of its next decision [s]; `None` if it is done.
     decision: Option<f64>,
 }
@@ -134,11 +138,19 @@ impl Rollout {
         let horizon = bases.horizon;
         self.begin(horizon, plan);
         while let Some((robot, time)) = self.next_decision(horizon, &plan.owner) {
-            let at = Moment::new(bases.station, robot, time);
             let arm = &mut self.robots[robot];
-            let choice = rules[robot].choose(&at, &arm.active);
+            let at = Moment::new(bases.station, robot, usize::from(arm.place), time);
+            let choice = if horizon.has_places(robot) {
+                let chosen = arm.ready[rules[robot].choose(&at, &arm.ready)].item;
+                // These are some of the active ones.
+                let mut active = arm.active.iter();
+                active.position(|c| c.item == chosen).unwrap_or(0)
+            } else {
+                rules[robot].choose(&at, &arm.active)
+            };
             let candidate = arm.active.swap_remove(choice);
             arm.free = plan.push(horizon, robot, candidate.item, time);
+            arm.place = candidate.bin;
             arm.decision = Some(arm.free);
             meter.spend(1);
             if meter.is_late() {
@@ -155,6 +167,7 @@ impl Rollout {
             arm.next = 0;
             arm.active.clear();
             arm.free = plan.done(horizon, robot);
+            arm.place = plan.place(horizon, robot);
             arm.decision = arm.free.is_finite().then_some(arm.free);
         }
     }
@@ -163,8 +176,12 @@ impl Rollout {
     fn choices(&mut self, horizon: &Horizon, plan: &PickPlan) -> Option<(usize, f64, Vec<u32>)> {
         self.begin(horizon, plan);
         let (robot, time) = self.next_decision(horizon, &plan.owner)?;
-        let active = &self.robots[robot].active;
-        let mut places: Vec<u32> = active.iter().map(|candidate| candidate.item).collect();
+        let arm = &self.robots[robot];
+        let ready = match horizon.has_places(robot) {
+            true => &arm.ready,
+            false => &arm.active,
+        };
+        let mut places: Vec<u32> = ready.iter().map(|candidate| candidate.item).collect();
         places.sort_unstable();
         Some((robot, time, places))
     }
@@ -180,7 +197,12 @@ impl Rollout {
                 }
             }
             let (robot, time) = first?;
-            let decision = self.robots[robot].find_decision(&horizon.queues[robot], owner);
+            let arm = &mut self.robots[robot];
+            let decision = if horizon.has_places(robot) {
+                arm.find_decision_from_place(horizon, robot, owner)
+            } else {
+                arm.find_decision(&horizon.queues[robot], owner)
+            };
             self.robots[robot].decision = decision;
             if decision == Some(time) {
                 return first;
@@ -211,6 +233,48 @@ impl RobotProgress {
         let time = self.free.max(opened);
         self.open_until(queue, time, owner);
         Some(time)
+    }
+
+    /// The same for a robot with several places; `ready` then holds its candidates.
+    fn find_decision_from_place(
+        &mut self,
+        horizon: &Horizon,
+        robot: usize,
+        owner: &[u16],
+    ) -> Option<f64> {
+        let queue = &horizon.queues[robot];
+        let (from, place) = (self.free, self.place);
+        let last_close = |item: u32| horizon.reach(robot, item).close;
+        self.active
+            .retain(|c| owner[c.item as usize] == NOBODY && last_close(c.item) >= from);
+        for candidate in &mut self.active {
+            (candidate.open, candidate.close) = horizon.window(robot, place, candidate.item);
+        }
+        let leaves = |c: &Candidate| match c.open <= c.close && c.close >= from {
+            true => c.open.max(from),
+            false => f64::INFINITY,
+        };
+        let mut time = self.active.iter().map(leaves).fold(f64::INFINITY, f64::min);
+        // From here, an item opens no earlier than its first opening from anywhere.
+        while let Some(&candidate) = queue.get(self.next)
+            && candidate.open <= time
+        {
+            self.next += 1;
+            if owner[candidate.item as usize] == NOBODY && candidate.close >= from {
+                let (open, close) = horizon.window(robot, place, candidate.item);
+                let candidate = Candidate {
+                    open,
+                    close,
+                    ..candidate
+                };
+                time = time.min(leaves(&candidate));
+                self.active.push(candidate);
+            }
+        }
+        self.ready.clear();
+        let can_leave = |c: &&Candidate| (c.open..=c.close).contains(&time);
+        self.ready.extend(self.active.iter().filter(can_leave));
+        (time < f64::INFINITY).then_some(time)
     }
 
     fn open_until(&mut self, queue: &[Candidate], time: f64, owner: &[u16]) {

@@ -12,7 +12,7 @@
 
 use super::horizon::Horizon;
 use super::meter::Meter;
-use super::plan::{NOBODY, PickPlan, PlannedPick};
+use super::plan::{self, NOBODY, PickPlan, PlannedPick};
 use rand::{Rng, RngExt};
 
 /// Longest string of stops that is removed at once.
@@ -33,6 +33,8 @@ pub(super) struct Improver {
     cuts: Vec<Cut>,
     fill: Vec<PlannedPick>,
     open: Vec<u32>,
+    /// For each place of the robot whose gap is being filled, when it must be free there [s].
+    deadlines: Vec<f64>,
 }
 
 /// A string of stops `from..to` of a robot, and its replacement.
@@ -153,9 +155,12 @@ impl Improver {
                 robot, from, to, ..
             } = self.cuts[number];
             let route = &self.current.routes[robot];
-            let free = match from.checked_sub(1) {
-                Some(before) => route[before].finish,
-                None => horizon.free[robot],
+            let (free, place) = match from.checked_sub(1) {
+                Some(before) => {
+                    let stop = &route[before];
+                    (stop.finish, horizon.reach(robot, stop.place).bin)
+                }
+                None => (horizon.free[robot], horizon.place_of(robot)),
             };
             let was_free = if from < to {
                 route[to - 1].finish
@@ -163,15 +168,40 @@ impl Improver {
                 free
             };
             let after = route.get(to).copied();
-            let deadline = after.map_or(f64::INFINITY, |stop| stop.latest);
+            self.deadlines.clear();
+            match after {
+                None => self.deadlines.resize(horizon.places(robot), f64::INFINITY),
+                Some(stop) if !horizon.has_places(robot) => self.deadlines.push(stop.latest),
+                Some(stop) => {
+                    // Where the gap ends decides when the next stop must be begun.
+                    let next = route.get(to + 1).map_or(f64::INFINITY, |stop| stop.latest);
+                    for place in 0..horizon.places(robot) as u16 {
+                        let latest = plan::latest(horizon, robot, place, stop.place, next);
+                        self.deadlines.push(latest);
+                    }
+                }
+            }
             let begin = self.fill.len();
-            let now_free = self.fill_gap(horizon, robot, free, deadline, meter, rng);
+            let gap = Gap { robot, free, place };
+            let Some(now_free) = self.fill_gap(horizon, gap, meter, rng) else {
+                // From here the next stop cannot be reached in time, so the cut is not possible.
+                for undone in &mut self.cuts[number..] {
+                    (undone.begin, undone.end) = (self.fill.len(), self.fill.len());
+                }
+                self.cuts[number].begin = begin;
+                change.gain = f64::NEG_INFINITY;
+                return change;
+            };
             for stop in &self.fill[begin..] {
                 change.gain += horizon.values[stop.place as usize];
             }
             // Before the window of the next stop opens, the exact time does not matter.
+            let end = match self.fill[begin..].last() {
+                Some(stop) => horizon.reach(robot, stop.place).bin,
+                None => place,
+            };
             let opens = after.map_or(f64::NEG_INFINITY, |stop| {
-                horizon.reach(robot, stop.place).open
+                horizon.window(robot, end, stop.place).0
             });
             if after.is_none() {
                 new_end = new_end.max(now_free);
@@ -199,8 +229,9 @@ impl Improver {
         cuts.any(|cut| cut.robot == robot && cut.to == route.len())
     }
 
-    /// Greedily adds stops for `robot` from `free` on that leave it free by `deadline` [s];
-    /// returns when it is free then.
+    /// Greedily adds stops in a gap that leave the robot free by the deadline [s] of the place
+    /// where it is then; returns when it is free. `None` if that place has no deadline that it can
+    /// keep, which only happens with several places.
     ///
     /// The item with the least time per value is next. A random share (one per gap) of the
     /// shortest possible time for the item is subtracted. With a share of 0 this is SPT; with a
@@ -208,16 +239,22 @@ impl Improver {
     fn fill_gap(
         &mut self,
         horizon: &Horizon,
-        robot: usize,
-        mut free: f64,
-        deadline: f64,
+        gap: Gap,
         meter: &mut Meter,
         rng: &mut impl Rng,
-    ) -> f64 {
+    ) -> Option<f64> {
+        let Gap {
+            robot,
+            mut free,
+            mut place,
+        } = gap;
+        let deadlines = &self.deadlines;
+        let last = deadlines.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let single = !horizon.has_places(robot);
         self.open.clear();
         let owner = &mut self.current.owner;
         let queue = &horizon.queues[robot];
-        let end = queue.partition_point(|candidate| candidate.open <= deadline);
+        let end = queue.partition_point(|candidate| candidate.open <= last);
         let within = queue[..end].iter().filter(|c| c.close >= free);
         let unowned = within.filter(|c| owner[c.item as usize] == NOBODY);
         self.open.extend(unowned.map(|c| c.item));
@@ -225,22 +262,27 @@ impl Improver {
         loop {
             let blink = rng.next_u64();
             let mut best: Option<(f64, PlannedPick)> = None;
-            self.open.retain(|&place| {
-                let reach = horizon.reach(robot, place);
-                if reach.close < free || owner[place as usize] != NOBODY {
+            self.open.retain(|&item| {
+                let reach = horizon.reach(robot, item);
+                if reach.close < free || owner[item as usize] != NOBODY {
                     return false;
                 }
-                let start = free.max(reach.open);
-                let finish = horizon.finish(robot, reach, start);
-                if finish > deadline {
-                    // Later, the pick would end even later.
-                    return false;
+                let (open, close) = horizon.window(robot, place, item);
+                let start = free.max(open);
+                if start > close {
+                    // From another place there may still be time.
+                    return true;
+                }
+                let finish = horizon.finish(robot, place, reach, start);
+                if finish > deadlines[deadline_of(single, reach.bin)] {
+                    // Later, the pick would end even later, unless it begins elsewhere.
+                    return !single;
                 }
                 let time = finish - free - deducted * reach.shortest;
-                let key = time / horizon.values[place as usize];
-                if best.as_ref().is_none_or(|(least, _)| key < *least) && !blinks(blink, place) {
+                let key = time / horizon.values[item as usize];
+                if best.as_ref().is_none_or(|(least, _)| key < *least) && !blinks(blink, item) {
                     let stop = PlannedPick {
-                        place,
+                        place: item,
                         start,
                         finish,
                         latest: f64::NAN,
@@ -251,11 +293,13 @@ impl Improver {
             });
             meter.spend(1);
             let Some((_, stop)) = best else {
-                return free;
+                let in_time = single || free <= deadlines[usize::from(place)];
+                return in_time.then_some(free);
             };
             // A robot of a station, of which there are at most 100.
             owner[stop.place as usize] = robot as u16;
             free = stop.finish;
+            place = horizon.reach(robot, stop.place).bin;
             self.fill.push(stop);
         }
     }
@@ -281,6 +325,20 @@ impl Improver {
             meter.spend(self.current.retime(horizon, cut.robot));
         }
     }
+}
+
+/// A gap in the stops of a robot: when it begins [s], and where the arm is then.
+#[derive(Debug, Clone, Copy)]
+struct Gap {
+    robot: usize,
+    free: f64,
+    place: u16,
+}
+
+/// The index of the deadline of a robot that is at bin `bin`; `single` if it has only one place.
+#[inline(always)]
+fn deadline_of(single: bool, bin: u16) -> usize {
+    if single { 0 } else { usize::from(bin) }
 }
 
 /// Whether the item at `place` is skipped in the step that drew `draw`. One draw per step and a
@@ -348,7 +406,13 @@ mod tests {
             let filled = |seed: u64| {
                 let mut improver = improver(&horizon);
                 let mut rng = random_stream(seed, 0);
-                improver.fill_gap(&horizon, 0, 0.0, 3.0, &mut meter(), &mut rng);
+                improver.deadlines = vec![3.0];
+                let gap = Gap {
+                    robot: 0,
+                    free: 0.0,
+                    place: 0,
+                };
+                improver.fill_gap(&horizon, gap, &mut meter(), &mut rng);
                 improver.fill
             };
             let fills: Vec<_> = (0..100).map(filled).collect();

@@ -67,11 +67,11 @@ fn extents(station: &Station) -> Vec<Extent> {
         extent("belt speed", "m/s", &[belt.speed]),
         extent("belt width", "m", &[belt.width]),
         extent("reach", "m", &each(&|robot| robot.reach)),
-        extent("arm speed", "m/s", &each(&|robot| robot.speed)),
+        extent("arm speed", "m/s", &each(&|robot| robot.cruising_speed())),
         extent(
             "grasp and release time",
             "s",
-            &each(&|robot| robot.grasp_time + robot.release_time),
+            &each(&|robot| robot.mean_dwell()),
         ),
     ];
     if !spacings.is_empty() {

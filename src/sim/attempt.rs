@@ -2,7 +2,6 @@
 
 use super::scene::Scene;
 use crate::decision::{Candidate, Failure, FailureCause, Moment, Pick};
-use crate::kinematics;
 use nalgebra::Point2;
 
 /// The pick of `candidate` by a robot that leaves at the moment `at`.
@@ -11,20 +10,20 @@ pub(super) fn make_pick(at: &Moment, robot: usize, candidate: &Candidate) -> Pic
     Pick {
         robot,
         item: candidate.item,
+        bin: candidate.bin,
         decide: at.time,
         grasp: at.time + travel,
-        release: at.time
-            + kinematics::processing_time(travel, at.robot.grasp_time, at.robot.release_time),
+        release: at.time + at.pick_time(candidate, travel),
         meet: Point2::new(at.x(candidate) + at.belt_speed * travel, candidate.y),
     }
 }
 
 /// Like [`make_pick`], but on a scene with disturbances, where the pick may fail. `attempt` is the
-/// number of the attempt at this item, from 0.
+/// number of the attempt at this item, from 0; `place` is where the robot leaves from.
 pub(super) fn try_pick(
     scene: &Scene,
     at: &Moment,
-    robot: usize,
+    (robot, place): (usize, usize),
     candidate: &Candidate,
     attempt: u32,
 ) -> Result<Pick, Failure> {
@@ -34,7 +33,7 @@ pub(super) fn try_pick(
     if disturbances.position_noise > 0.0 {
         (truth.x0, truth.y) = (item.x0, item.y);
         let belt = scene.station().belt();
-        let window = at.robot.departure_window(belt, item.x0, item.y);
+        let window = at.robot.departure_window(belt, place, item.x0, item.y);
         if !window.is_some_and(|(open, close)| (open..=close).contains(&at.time)) {
             // The arm goes to the reported position and finds nothing.
             return Err(Failure {

@@ -1,7 +1,7 @@
 //! The state of a run between decisions.
 
 use super::claims::Claims;
-use super::queue::Queue;
+use super::queue::{Queue, QueuedItems};
 use super::scene::Scene;
 use super::view::ItemsInView;
 use crate::decision::{Candidate, Failure, Pick, RobotFigures};
@@ -17,6 +17,7 @@ pub struct RunBuffers {
     /// Items that were a candidate of some robot at some decision.
     pub(super) offered: Claims,
     pub(super) free_at: Vec<f64>,
+    pub(super) places: Vec<u16>,
     pub(super) candidates: Vec<Candidate>,
     pub(super) view: ItemsInView,
     /// Whether the view is filled before every decision.
@@ -42,11 +43,14 @@ impl RunBuffers {
         // Queues beyond the last robot are kept, with their capacity.
         self.queues
             .resize_with(robots.max(self.queues.len()), Queue::default);
-        self.queues.iter_mut().for_each(Queue::reset);
+        for (queue, robot) in self.queues.iter_mut().zip(scene.station().robots()) {
+            queue.reset(robot.start());
+        }
         refill(&mut self.decisions, robots, Some(0.0));
-        self.claims.reset(items);
+        self.claims.reset_to(scene.not_offered());
         self.offered.reset(items);
         refill(&mut self.free_at, robots, 0.0);
+        refill(&mut self.places, robots, 0);
         self.view.reset();
         self.looks = true;
         self.at = (0, 0.0);
@@ -77,8 +81,9 @@ impl RunBuffers {
     pub(super) fn give_back(&mut self, scene: &Scene, item: u32, time: f64) {
         self.claims.remove(item);
         for (robot, decision) in self.decisions.iter_mut().enumerate() {
-            if let Some(place) = scene.place(robot, item)
-                && let Some(bound) = self.queues[robot].give_back(scene.queue(robot), place, time)
+            let queue = QueuedItems::of(scene, robot);
+            if let Some(position) = scene.position(robot, item)
+                && let Some(bound) = self.queues[robot].give_back(&queue, position, time)
             {
                 *decision = Some(decision.map_or(bound, |earlier| earlier.min(bound)));
             }

@@ -7,7 +7,7 @@
 
 use super::attempt::make_pick;
 use super::claims::Claims;
-use super::queue::Queue;
+use super::queue::{Queue, QueuedItems};
 use super::scene::Scene;
 use crate::decision::{Candidate, Figures, Moment, Pick};
 use crate::dispatch::{DispatchingRule, Rule};
@@ -16,6 +16,8 @@ use crate::dispatch::{DispatchingRule, Rule};
 pub struct Cascade<'a> {
     scene: &'a Scene<'a>,
     queue: Queue,
+    /// The items that a robot with several places can leave for now.
+    candidates: Vec<Candidate>,
     /// For each depth of the tree, the items that the robots so far left, and their figures.
     levels: Vec<Level>,
 }
@@ -38,9 +40,10 @@ impl<'a> Cascade<'a> {
         scene.is_independent().then(|| Self {
             scene,
             queue: Queue::default(),
+            candidates: Vec::new(),
             levels: vec![
                 Level {
-                    claims: Claims::none(scene.pattern().len()),
+                    claims: scene.not_offered().clone(),
                     left: Vec::new(),
                     left_is_current: false,
                     picked: 0,
@@ -101,23 +104,40 @@ impl<'a> Cascade<'a> {
         let mut picked = before.picked;
         let mut weight = 0.0;
         let mut last_release = before.last_release;
-        self.queue.reset();
-        let mut at = Moment::new(self.scene.station(), robot, 0.0);
+        let station = self.scene.station();
+        let items = QueuedItems {
+            list: &before.left,
+            windows: self.scene.windows(robot),
+        };
+        let start = station.robots()[robot].start();
+        self.queue.reset(start);
+        let mut at = Moment::new(station, robot, start, 0.0);
         // Only this robot claims items now, and an item that it claims leaves `active` immediately.
         let none = |_| false;
-        while let Some(time) = self
-            .queue
-            .next_decision(self.scene, &before.left, none, none)
-        {
+        while let Some(time) = self.queue.next_decision(self.scene, &items, none, none) {
             at.time = time;
-            let place = rule.choose(&at, &self.queue.active);
-            let candidate = self.queue.active.swap_remove(place);
+            let active = &mut self.queue.active;
+            let place = if items.windows.is_none() {
+                rule.choose(&at, active)
+            } else {
+                let can_leave = |c: &&Candidate| (c.open..=c.close).contains(&time);
+                self.candidates.clear();
+                self.candidates.extend(active.iter().filter(can_leave));
+                let chosen = self.candidates[rule.choose(&at, &self.candidates)].item;
+                // The candidates are some of these.
+                active.iter().position(|c| c.item == chosen).unwrap_or(0)
+            };
+            let candidate = active.swap_remove(place);
             let pick = make_pick(&at, robot, &candidate);
             after.claims.insert(candidate.item);
             picked += 1;
             weight += candidate.weight;
             last_release = last_release.max(pick.release);
             self.queue.free = pick.release;
+            if items.windows.is_some() {
+                self.queue.place = usize::from(candidate.bin);
+                at.from = at.robot.place(self.queue.place);
+            }
             on_pick(pick);
         }
         after.left_is_current = false;

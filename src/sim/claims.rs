@@ -34,6 +34,11 @@ impl Claims {
         self.words[item as usize / 64] &= !(1 << (item % 64));
     }
 
+    /// Becomes a copy of `other`, whatever its size was.
+    pub(super) fn reset_to(&mut self, other: &Self) {
+        self.words.clone_from(&other.words);
+    }
+
     pub(super) fn copy_from(&mut self, other: &Self) {
         self.words.copy_from_slice(&other.words);
     }

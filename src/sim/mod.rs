@@ -14,6 +14,7 @@ mod scene;
 mod trace;
 mod tree;
 mod view;
+mod windows;
 
 pub use buffers::RunBuffers;
 pub use cascade::Cascade;

@@ -2,6 +2,7 @@
 
 use super::attempt::{make_pick, try_pick};
 use super::buffers::RunBuffers;
+use super::queue::QueuedItems;
 use super::scene::Scene;
 use crate::decision::{
     Action, Failure, Figures, Miss, MissReason, Moment, Outcome, Pick, RobotFigures, Snapshot,
@@ -102,8 +103,8 @@ impl<'a> Run<'a> {
             }
             let (robot, time) = first?;
             let claimed = |item| state.claims.contains(item);
-            let queue = self.scene.queue(robot);
-            let now = state.queues[robot].next_decision(self.scene, queue, claimed, claimed);
+            let items = QueuedItems::of(self.scene, robot);
+            let now = state.queues[robot].next_decision(self.scene, &items, claimed, claimed);
             state.decisions[robot] = now;
             if now == Some(time) {
                 return first;
@@ -124,15 +125,21 @@ impl<'a> Run<'a> {
             active.sort_unstable_by_key(|c| c.item);
         }
         state.candidates.clone_from(active);
-        if disturbances.any() {
+        if self.scene.windows(robot).is_some() {
+            // Some can only be met from another place, or later.
+            state.candidates.retain(|c| (c.open..=c.close).contains(&time));
+        } else if disturbances.any() {
             // Items that were given back may open later.
             state.candidates.retain(|c| c.open <= time);
         }
         for candidate in &state.candidates {
             state.offered.insert(candidate.item);
         }
-        for (free_at, queue) in state.free_at.iter_mut().zip(&state.queues) {
+        for (index, free_at) in state.free_at.iter_mut().enumerate() {
+            let queue = &state.queues[index];
             *free_at = queue.free;
+            // A robot has at most 100 bins and its rest.
+            state.places[index] = queue.place as u16;
         }
         if state.looks {
             state.view.update(self.scene, &state.claims, time);
@@ -148,6 +155,7 @@ impl<'a> Run<'a> {
             robot,
             candidates: &self.state.candidates,
             free_at: &self.state.free_at,
+            places: &self.state.places,
             in_view: &self.state.view.items,
         }
     }
@@ -176,19 +184,22 @@ impl<'a> Run<'a> {
             return illegal("no decision is due".into());
         }
         let free = match action {
-            Action::Pick(place) => {
-                let Some(candidate) = state.candidates.get(place) else {
+            Action::Pick(choice) => {
+                let Some(candidate) = state.candidates.get(choice) else {
                     let count = state.candidates.len();
-                    return illegal(format!("candidate {place} of {count}"));
+                    return illegal(format!("candidate {choice} of {count}"));
                 };
-                let at = Moment::new(self.scene.station(), robot, time);
+                let place = state.queues[robot].place;
+                let at = Moment::new(self.scene.station(), robot, place, time);
                 state.claims.insert(candidate.item);
+                // Even a failed attempt ends at the bin.
+                state.queues[robot].place = usize::from(candidate.bin);
                 let made = if state.attempts.is_empty() {
                     Ok(make_pick(&at, robot, candidate))
                 } else {
                     let attempt = &mut state.attempts[candidate.item as usize];
                     *attempt += 1;
-                    try_pick(self.scene, &at, robot, candidate, *attempt - 1)
+                    try_pick(self.scene, &at, (robot, place), candidate, *attempt - 1)
                 };
                 let did = &mut state.robots[robot];
                 let (release, free) = match made {
@@ -218,7 +229,7 @@ impl<'a> Run<'a> {
             }
             Action::NoAnswer => return illegal("no answer".into()),
             Action::WaitForNextWindow => state.queues[robot]
-                .next_opening_after(time, self.scene.queue(robot), &|item| {
+                .next_opening_after(time, &QueuedItems::of(self.scene, robot), &|item| {
                     state.claims.contains(item)
                 })
                 .unwrap_or(f64::INFINITY),
@@ -274,7 +285,8 @@ impl<'a> Run<'a> {
     /// Whether the item has been picked, or a robot is on its way that will pick it.
     pub(super) fn is_picked(&self, item: u32) -> bool {
         let state = &self.state;
-        state.claims.contains(item) && state.ending.iter().all(|(_, other)| *other != item)
+        let claimed = state.claims.contains(item) && !self.scene.not_offered().contains(item);
+        claimed && state.ending.iter().all(|(_, other)| *other != item)
     }
 
     /// The outcome if nothing more were picked.
@@ -285,7 +297,7 @@ impl<'a> Run<'a> {
     /// Like [`Run::outcome`], but does not copy.
     pub fn into_outcome(self) -> Outcome {
         let missed = (0..self.scene.pattern().len() as u32)
-            .filter(|&item| !self.is_picked(item))
+            .filter(|&item| !self.scene.not_offered().contains(item) && !self.is_picked(item))
             .map(|item| Miss {
                 item,
                 reason: self.reason(item),
@@ -294,6 +306,7 @@ impl<'a> Run<'a> {
         Outcome {
             figures: self.figures(),
             missed,
+            left: self.scene.left().to_vec(),
             robots: self.state.robots,
             picks: self.state.picks,
             failures: self.state.failures,
@@ -304,11 +317,12 @@ impl<'a> Run<'a> {
     fn reason(&self, item: u32) -> MissReason {
         let station = self.scene.station();
         let it = &self.scene.pattern().items()[item as usize];
-        let reachable = |robot: &Robot| {
-            let window = robot.departure_window(station.belt(), it.x0, it.y);
-            window.is_some()
+        let class = it.class_on(station);
+        let reachable = |(index, robot): (usize, &Robot)| {
+            station.bin_for(index, class).is_some()
+                && robot.widest_window(station.belt(), it.x0, it.y).is_some()
         };
-        if !station.robots().iter().any(reachable) {
+        if !station.robots().iter().enumerate().any(reachable) {
             MissReason::Unreachable
         } else if self.state.attempts.get(item as usize) > Some(&0) {
             MissReason::GraspFailed

@@ -2,10 +2,11 @@
 
 use super::claims::Claims;
 use super::conditions::{Conditions, Disturbances};
-use crate::decision::{Candidate, Figures};
+use super::windows::Windows;
+use crate::decision::{Candidate, Figures, LeftItem, LeftReason};
 use crate::error::Result;
-use crate::pattern::Pattern;
-use crate::station::{Belt, Station};
+use crate::pattern::{Item, Pattern};
+use crate::station::{Belt, ClassId, Station};
 
 /// A pattern on a station, with every departure window computed once. All runs of the pattern share
 /// the scene, whatever the strategy.
@@ -17,13 +18,20 @@ pub struct Scene<'a> {
     /// The items as the camera reports them, furthest downstream first.
     sightings: Vec<CameraItem>,
     /// For each robot, the items that it has a window for, by opening time, then in the order of
-    /// `sightings`.
+    /// `sightings`. A robot with several places has the earliest opening and the latest closing over
+    /// all of them here, and each window in `windows`.
     queues: Vec<Vec<Candidate>>,
-    /// For each robot and item, the place in the robot's queue; filled only if items can be given
+    /// For each robot with several places, the windows from each of them.
+    windows: Vec<Option<Windows>>,
+    /// For each robot and item, the position in the robot's queue; filled only if items can be given
     /// back.
-    places: Vec<Vec<u32>>,
+    positions: Vec<Vec<u32>>,
     /// The items that some robot has a window for.
     windowed: Claims,
+    /// The items that are left on the belt on purpose.
+    left: Vec<LeftItem>,
+    /// The same as a set, in which a run begins: claimed by nobody, and free to nobody.
+    not_offered: Claims,
     independent: bool,
 }
 
@@ -34,6 +42,7 @@ pub(super) struct CameraItem {
     pub x0: f64,
     pub y: f64,
     pub weight: f64,
+    pub class: ClassId,
 }
 
 /// Marks an item that is not in a queue; patterns have at most ten million items.
@@ -65,13 +74,19 @@ impl<'a> Scene<'a> {
             conditions,
             sightings: sightings(station, pattern, &conditions),
             queues: vec![Vec::new(); station.robots().len()],
-            places: Vec::new(),
+            windows: Vec::new(),
+            positions: Vec::new(),
             windowed: Claims::none(pattern.len()),
+            left: left_items(station, pattern),
+            not_offered: Claims::none(pattern.len()),
             independent: true,
         };
+        for left in &scene.left {
+            scene.not_offered.insert(left.item);
+        }
         scene.find_windows();
         if conditions.disturbances.any() {
-            scene.find_places();
+            scene.find_positions();
         }
         Ok(scene)
     }
@@ -115,25 +130,43 @@ impl<'a> Scene<'a> {
     }
 
     fn find_windows(&mut self) {
-        let belt = self.station.belt();
+        let station = self.station;
+        let belt = station.belt();
+        let items = self.pattern.len();
+        self.windows = station
+            .robots()
+            .iter()
+            .map(|robot| (robot.places() > 1).then(|| Windows::new(robot.places(), items)))
+            .collect();
         for seen in &self.sightings {
+            if self.not_offered.contains(seen.item) {
+                continue;
+            }
             let known = self.conditions.camera_x.map(|x| known_from(x, seen, belt));
             let mut upstream_close = f64::NEG_INFINITY;
-            for (robot, queue) in self.station.robots().iter().zip(&mut self.queues) {
-                let Some((mut open, close)) = robot.departure_window(belt, seen.x0, seen.y) else {
+            for (index, robot) in station.robots().iter().enumerate() {
+                let Some(bin) = station.bin_for(index, seen.class) else {
                     continue;
                 };
-                if let Some(known) = known {
-                    open = open.max(known);
-                    if open > close {
-                        continue;
-                    }
-                }
+                let window = |place: usize| {
+                    let (open, close) = robot.departure_window(belt, place, seen.x0, seen.y)?;
+                    let open = known.map_or(open, |known| open.max(known));
+                    (open <= close).then_some((open, close))
+                };
+                let widest = match &mut self.windows[index] {
+                    None => window(robot.start()),
+                    Some(windows) => windows.fill(seen.item, window),
+                };
+                let Some((open, close)) = widest else {
+                    continue;
+                };
                 self.windowed.insert(seen.item);
                 self.independent &= upstream_close < open;
                 upstream_close = upstream_close.max(close);
-                queue.push(Candidate {
+                self.queues[index].push(Candidate {
                     item: seen.item,
+                    bin,
+                    class: seen.class,
                     x0: seen.x0,
                     y: seen.y,
                     weight: seen.weight,
@@ -147,22 +180,55 @@ impl<'a> Scene<'a> {
         }
     }
 
-    fn find_places(&mut self) {
+    fn find_positions(&mut self) {
         let items = self.pattern.len();
-        let places = |queue: &Vec<Candidate>| {
-            let mut places = vec![NOWHERE; items];
-            for (place, candidate) in queue.iter().enumerate() {
-                places[candidate.item as usize] = place as u32;
+        let positions = |queue: &Vec<Candidate>| {
+            let mut positions = vec![NOWHERE; items];
+            for (position, candidate) in queue.iter().enumerate() {
+                positions[candidate.item as usize] = position as u32;
             }
-            places
+            positions
         };
-        self.places = self.queues.iter().map(places).collect();
+        self.positions = self.queues.iter().map(positions).collect();
     }
 
-    /// The place of `item` in the queue of robot `robot`, on a scene with disturbances.
-    pub(super) fn place(&self, robot: usize, item: u32) -> Option<usize> {
-        let place = *self.places.get(robot)?.get(item as usize)?;
-        (place != NOWHERE).then_some(place as usize)
+    /// The position of `item` in the queue of robot `robot`, on a scene with disturbances.
+    pub(super) fn position(&self, robot: usize, item: u32) -> Option<usize> {
+        let position = *self.positions.get(robot)?.get(item as usize)?;
+        (position != NOWHERE).then_some(position as usize)
+    }
+
+    /// The windows of robot `robot` from each of its places; `None` if it has only one place, whose
+    /// windows are in its queue.
+    pub(super) fn windows(&self, robot: usize) -> Option<&Windows> {
+        self.windows[robot].as_ref()
+    }
+
+    /// The window [s] of `candidate`, from the queue of robot `robot`, from the robot's place
+    /// `place`; `None` if there is none.
+    pub fn window(&self, robot: usize, candidate: &Candidate, place: usize) -> Option<(f64, f64)> {
+        match &self.windows[robot] {
+            None => Some((candidate.open, candidate.close)),
+            Some(windows) => {
+                let (open, close) = windows.of(candidate.item, place);
+                (open <= close).then_some((open, close))
+            }
+        }
+    }
+
+    /// The items that are left on the belt on purpose, downstream first.
+    pub fn left(&self) -> &[LeftItem] {
+        &self.left
+    }
+
+    /// The same as a set.
+    pub(super) fn not_offered(&self) -> &Claims {
+        &self.not_offered
+    }
+
+    /// Number of items that are to be picked.
+    pub fn offered(&self) -> usize {
+        self.pattern.len() - self.left.len()
     }
 
     /// Whether any robot has a window for the reported position of `item` after the camera has seen
@@ -202,8 +268,9 @@ impl<'a> Scene<'a> {
         self.pattern
     }
 
-    /// The items that robot `index` has a window for, by opening time, then
-    /// furthest downstream first.
+    /// The items that robot `index` has a window for, by opening time, then furthest downstream
+    /// first. For a robot with several places, `open` and `close` are the earliest and the latest
+    /// over all of them ([`Scene::window`] has those of one).
     pub fn queue(&self, index: usize) -> &[Candidate] {
         &self.queues[index]
     }
@@ -231,7 +298,7 @@ impl<'a> Scene<'a> {
         last_missing: Option<usize>,
     ) -> Figures {
         Figures {
-            items: self.pattern.len(),
+            items: self.offered(),
             picked,
             weight,
             end: match last_missing {
@@ -256,12 +323,12 @@ fn sightings(station: &Station, pattern: &Pattern, conditions: &Conditions) -> V
     let mut sightings: Vec<CameraItem> = items
         .map(|(item, index)| {
             let (x0, y) = noise.reported(index, item, width);
-            let weight = item.reward();
             CameraItem {
                 item: index,
                 x0,
                 y,
-                weight,
+                weight: item.weight_on(station),
+                class: item.class_on(station),
             }
         })
         .collect();
@@ -269,6 +336,29 @@ fn sightings(station: &Station, pattern: &Pattern, conditions: &Conditions) -> V
         sightings.sort_by(|a, b| b.x0.total_cmp(&a.x0));
     }
     sightings
+}
+
+/// The items that are left on the belt on purpose, downstream first.
+fn left_items(station: &Station, pattern: &Pattern) -> Vec<LeftItem> {
+    let reason = |item: &Item| {
+        let class = item.class.as_deref();
+        let unwanted = class.and_then(|name| station.class(name));
+        if unwanted.is_some_and(|class| !class.wanted) {
+            Some(LeftReason::Unwanted)
+        } else {
+            (!station.takes(station.class_id(class))).then_some(LeftReason::NoBin)
+        }
+    };
+    let items = pattern.items().iter().zip(0u32..);
+    items
+        .filter_map(|(item, index)| {
+            let reason = reason(item)?;
+            Some(LeftItem {
+                item: index,
+                reason,
+            })
+        })
+        .collect()
 }
 
 /// When the item passes a camera at `x` [m], from which time on it is known [s].

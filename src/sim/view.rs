@@ -41,6 +41,7 @@ impl ItemsInView {
             x: seen.x0 + belt.speed * time,
             y: seen.y,
             weight: seen.weight,
+            class: seen.class,
         }));
     }
 }

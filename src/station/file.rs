@@ -2,7 +2,6 @@
 
 use super::builtin::built_in;
 use super::arm_keys;
-use super::check;
 use super::class::ItemClass;
 use super::geometry::{Belt, Station};
 use super::line::{Line, LineBins};

@@ -1,6 +1,7 @@
 //! Warnings about station values that the model allows but that are implausible.
 
-use super::geometry::{Robot, Station};
+use super::geometry::Station;
+use super::robot::Robot;
 use crate::error::{shown, shown_number};
 use crate::kinematics::distance;
 use crate::plausible::{

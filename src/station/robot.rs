@@ -133,6 +133,29 @@ impl Robot {
         self.bins.get(index).map_or(self.rest, |bin| bin.at)
     }
 
+    /// Time [s] for a move as long as the reach, a scale of the robot's times.
+    pub fn crossing_time(&self) -> f64 {
+        match self.arm.law {
+            // A table may say that a move takes no time.
+            TravelLaw::Table(_) => self.arm.law.time(self.reach).max(1e-9),
+            _ => self.arm.law.time(self.reach),
+        }
+    }
+
+    /// Mean speed [m/s] of a move as long as the reach: the speed of an arm that moves at only one.
+    pub fn cruising_speed(&self) -> f64 {
+        match self.arm.law {
+            TravelLaw::Constant { speed } => speed,
+            _ => self.reach / self.crossing_time(),
+        }
+    }
+
+    /// Dwell time at the grasp, and at the release as a mean over the bins [s].
+    pub fn mean_dwell(&self) -> f64 {
+        let releases = self.bins.iter().map(|bin| bin.release_time);
+        self.grasp_time + releases.sum::<f64>() / self.bins.len() as f64
+    }
+
     /// The bin for items of this class; `None` if this robot cannot take them.
     pub fn bin_for(&self, class: Option<&str>) -> Option<usize> {
         let names = |bin: &Bin| {

@@ -43,8 +43,9 @@
 
 use crate::decision::candidate::{Candidate, Moment};
 use crate::decision::snapshot::{BeltItem, Snapshot};
-use crate::kinematics;
-use crate::station::Robot;
+use crate::kinematics::{self, Encounter};
+use crate::station::{Belt, Bin, Robot};
+use nalgebra::Point2;
 
 /// Number of global features.
 pub(super) const GLOBALS: usize = 21;
@@ -85,7 +86,7 @@ pub(super) fn encode(
 ) {
     let moment = snapshot.moment();
     let scale = Scale {
-        time: moment.robot.reach / moment.robot.speed,
+        time: moment.robot.crossing_time(),
     };
     encode_globals(snapshot, &moment, &scale, globals);
     for (place, slot) in chosen.iter().zip(slots.chunks_exact_mut(FEATURES)) {
@@ -108,29 +109,77 @@ pub(super) fn encode(
     }
 }
 
-/// The best pick of an item for a robot that may leave at or after `from` [s]: the shortest
-/// processing time [s] and the corresponding departure time [s].
-fn best_to_come(
-    robot: &Robot,
-    snapshot: &Snapshot,
-    (x0, y): (f64, f64),
-    from: f64,
-) -> Option<(f64, f64)> {
-    let belt = snapshot.station.belt();
-    let (base, bin) = (robot.base, robot.bin);
-    let (_, x_out) = kinematics::meeting_range(base.x, base.y, robot.reach, y, belt.length)?;
-    let (v, u) = (belt.speed, robot.speed);
-    let x = x0 + v * from;
-    let travel = kinematics::travel_time(x - bin.x, y - bin.y, v, u);
-    let soonest = x + v * travel;
-    // Nearest to the bin among the positions where it can still be met.
-    let dwell = robot.grasp_time + robot.release_time;
-    if soonest >= bin.x || x_out <= soonest {
-        return Some((2.0 * travel + dwell, from));
+/// An item for one robot, which leaves from where its arm is and puts it into `bin`.
+struct Errand<'a> {
+    robot: &'a Robot,
+    from: Point2<f64>,
+    bin: &'a Bin,
+    x0: f64,
+    y: f64,
+}
+
+impl Errand<'_> {
+    /// The best pick for a departure at or after `time` [s]: the shortest processing time [s] and
+    /// the corresponding departure time [s]. `None` if the item is out of reach.
+    fn best_to_come(&self, belt: &Belt, time: f64) -> Option<(f64, f64)> {
+        let Self {
+            robot,
+            from,
+            bin,
+            x0,
+            y,
+        } = *self;
+        let base = robot.base;
+        let (x_in, x_out) =
+            kinematics::meeting_range(base.x, base.y, robot.reach, y, belt.length)?;
+        let v = belt.speed;
+        let x = x0 + v * time;
+        let dwell = robot.grasp_time + bin.release_time;
+        let Some(u) = robot.arm.constant_speed().filter(|_| bin.at == from) else {
+            return Some(self.best_of_some(belt, time, (x_in, x_out)));
+        };
+        let travel = kinematics::travel_time(x - from.x, y - from.y, v, u);
+        let soonest = x + v * travel;
+        // Nearest to the bin among the positions where it can still be met.
+        if soonest >= from.x || x_out <= soonest {
+            return Some((2.0 * travel + dwell, time));
+        }
+        let meet = from.x.min(x_out);
+        let travel = kinematics::distance(meet - from.x, y - from.y) / u;
+        Some((2.0 * travel + dwell, (meet - x0) / v - travel))
     }
-    let meet = bin.x.min(x_out);
-    let travel = kinematics::distance(meet - bin.x, y - bin.y) / u;
-    Some((2.0 * travel + dwell, (meet - x0) / v - travel))
+
+    /// The same for any arm and bin, among the soonest meeting point and those opposite the arm's
+    /// place, opposite the bin and half-way.
+    fn best_of_some(&self, belt: &Belt, time: f64, (x_in, x_out): (f64, f64)) -> (f64, f64) {
+        let (robot, from, bin) = (self.robot, self.from, self.bin);
+        let x = self.x0 + belt.speed * time;
+        let travel = robot.arm.travel_time(&Encounter {
+            dx: x - from.x,
+            dy: self.y - from.y,
+            belt_speed: belt.speed,
+            upstream: -x,
+            downstream: belt.length - x,
+        });
+        let soonest = x + belt.speed * travel;
+        let move_time = |x: f64, to: Point2<f64>| {
+            let way = kinematics::distance(x - to.x, self.y - to.y);
+            robot.arm.time(way)
+        };
+        let dwell = robot.grasp_time + bin.release_time;
+        let mut best = (travel + move_time(soonest, bin.at) + dwell, time);
+        for x in [from.x, bin.at.x, f64::midpoint(from.x, bin.at.x)] {
+            let x = x.clamp(x_in, x_out);
+            if x > soonest {
+                let out = move_time(x, from);
+                let whole = out + move_time(x, bin.at) + dwell;
+                if whole < best.0 {
+                    best = (whole, (x - self.x0) / belt.speed - out);
+                }
+            }
+        }
+        best
+    }
 }
 
 fn encode_slot(
@@ -141,13 +190,20 @@ fn encode_slot(
     slot: &mut [f32],
 ) {
     let robot = moment.robot;
-    let place = (candidate.x0, candidate.y);
     let now = snapshot.time;
     let processing = moment.processing_time(candidate);
     let left = candidate.close - now;
     let crossing = 2.0 * robot.reach / moment.belt_speed;
     // A candidate can be met, so there is always a best pick.
-    let (best, when) = best_to_come(robot, snapshot, place, now).unwrap_or((processing, now));
+    let belt = snapshot.station.belt();
+    let errand = Errand {
+        robot,
+        from: moment.from,
+        bin: &robot.bins[usize::from(candidate.bin)],
+        x0: candidate.x0,
+        y: candidate.y,
+    };
+    let (best, when) = errand.best_to_come(belt, now).unwrap_or((processing, now));
     slot[0] = 1.0;
     slot[1] = ((moment.x(candidate) - robot.base.x) / robot.reach) as f32;
     slot[2] = (side(robot) * (candidate.y - robot.base.y) / robot.reach) as f32;
@@ -165,9 +221,19 @@ fn encode_slot(
         if index == snapshot.robot {
             continue;
         }
-        let belt = snapshot.station.belt();
-        let Some((open, close)) = other.departure_window(belt, place.0, place.1) else {
+        let Some(bin) = snapshot.station.bin_for(index, candidate.class) else {
             continue;
+        };
+        let from = usize::from(snapshot.places[index]);
+        let window = other.departure_window(belt, from, candidate.x0, candidate.y);
+        let Some((open, close)) = window else {
+            continue;
+        };
+        let errand = Errand {
+            robot: other,
+            from: other.place(from),
+            bin: &other.bins[usize::from(bin)],
+            ..errand
         };
         let from = open.max(now).max(snapshot.free_at[index]);
         if close < from {
@@ -176,7 +242,7 @@ fn encode_slot(
         able += 1;
         soonest = soonest.min(from - now);
         last = last.max(close - now);
-        if let Some((best, _)) = best_to_come(other, snapshot, place, from) {
+        if let Some((best, _)) = errand.best_to_come(belt, from) {
             shortest = shortest.min(best);
         }
         if index == snapshot.robot + 1 {
@@ -232,7 +298,8 @@ fn encode_globals(snapshot: &Snapshot, moment: &Moment, scale: &Scale, globals: 
         let mut able = 0.0;
         let mut mine = false;
         for (index, robot) in robots.iter().enumerate() {
-            let ahead = ahead(robot, item);
+            let takes = snapshot.station.bin_for(index, item.class).is_some();
+            let ahead = takes && ahead(robot, item);
             let one = f32::from(u8::from(ahead));
             able += one;
             if index == own {
@@ -258,9 +325,9 @@ fn encode_globals(snapshot: &Snapshot, moment: &Moment, scale: &Scale, globals: 
     globals[13] = count(up);
     globals[14] = count(elsewhere / others);
     globals[15] = count(snapshot.in_view.len() as f32);
-    globals[16] = (moment.belt_speed / moment.robot.speed) as f32;
+    globals[16] = (moment.belt_speed / moment.robot.cruising_speed()) as f32;
     globals[17] = scale.log(2.0 * moment.robot.reach / moment.belt_speed);
-    globals[18] = ((moment.robot.grasp_time + moment.robot.release_time) / scale.time) as f32;
+    globals[18] = (moment.robot.mean_dwell() / scale.time) as f32;
     let end = snapshot.in_view.last().map_or(0.0, |item| item.x);
     globals[19] = (end / snapshot.station.belt().length) as f32;
     globals[20] = count(share);

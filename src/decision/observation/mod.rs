@@ -171,7 +171,7 @@ impl Encoder {
     pub fn action(&self, snapshot: &Snapshot, index: usize) -> Result<Action> {
         if self.layout.wait && index == self.layout.slots {
             let robot = &snapshot.station.robots()[snapshot.robot];
-            let pause = WAIT * robot.reach / robot.speed;
+            let pause = WAIT * robot.reach / robot.cruising_speed();
             return Ok(Action::WaitUntil(snapshot.time + pause));
         }
         match self.choice.chosen().get(index) {

@@ -7,7 +7,7 @@
 //! a path: only arrival times are rounded, down to the beginning of their slots.
 
 use crate::decision::{Candidate, Moment};
-use crate::station::Station;
+use crate::sim::Scene;
 use std::ops::Range;
 
 /// Departures and releases may be early by this much, relative to `1 + t`, and still be covered
@@ -84,17 +84,19 @@ struct Raw {
 }
 
 impl SlotNetwork {
-    /// The picks of robot `robot` of `station`, which has the windows `queue`.
-    pub(super) fn new(station: &Station, robot: usize, queue: &[Candidate], slots: Slots) -> Self {
+    /// The picks of robot `robot` on `scene`.
+    pub(super) fn new(scene: &Scene, robot: usize, slots: Slots) -> Self {
+        let (station, queue) = (scene.station(), scene.queue(robot));
         let mut raw: Vec<Raw> = Vec::new();
         let mut spans: Vec<(u64, u64)> = Vec::with_capacity(queue.len());
-        for candidate in queue {
+        for (candidate, place, (open, close)) in windows(scene, robot) {
             let (begin, first_span) = (raw.len(), spans.len());
-            let open = (candidate.open - slack(candidate.open)).max(0.0);
-            let last = slots.of(candidate.close + slack(candidate.close));
+            let open = (open - slack(open)).max(0.0);
+            let last = slots.of(close + slack(close));
             for departure in slots.of(open)..=last {
                 let time = slots.start(departure).max(open);
-                let free = time + Moment::new(station, robot, time).processing_time(candidate);
+                let moment = Moment::new(station, robot, place, time);
+                let free = time + moment.processing_time(candidate);
                 let arrival = slots.of((free - slack(free)).max(0.0)).max(departure);
                 match raw[begin..].last_mut() {
                     // Of several departures with the same arrival, the last is as good as any.
@@ -151,10 +153,10 @@ impl SlotNetwork {
         network
     }
 
-    /// Upper bound on the number of arcs of a network.
-    pub(super) fn size(queue: &[Candidate], slots: Slots) -> f64 {
-        let arcs = |c: &Candidate| (c.close - c.open) / slots.length + 2.0;
-        queue.iter().map(arcs).sum()
+    /// Upper bound on the number of arcs of the network of robot `robot` on `scene`.
+    pub(super) fn size(scene: &Scene, robot: usize, slots: Slots) -> f64 {
+        let arcs = |(open, close): (f64, f64)| (close - open) / slots.length + 2.0;
+        windows(scene, robot).map(|(_, _, window)| arcs(window)).sum()
     }
 
     /// The slots of the nodes, in ascending order.
@@ -334,17 +336,42 @@ impl Nodes {
     }
 }
 
-/// The earliest time at which `robot` can have released `candidate` [s], with a tolerance for
-/// rounding.
-pub(super) fn earliest_release(station: &Station, robot: usize, candidate: &Candidate) -> f64 {
-    let open = (candidate.open - slack(candidate.open)).max(0.0);
-    let free = open + Moment::new(station, robot, open).processing_time(candidate);
-    (free - slack(free)).max(0.0)
+/// Each item that robot `robot` has a window for, with each place from which it has one, and that
+/// window [s].
+pub(super) fn windows<'a>(
+    scene: &'a Scene,
+    robot: usize,
+) -> impl Iterator<Item = (&'a Candidate, usize, (f64, f64))> {
+    let places = scene.station().robots()[robot].places();
+    scene.queue(robot).iter().flat_map(move |candidate| {
+        (0..places).filter_map(move |place| {
+            let window = scene.window(robot, candidate, place)?;
+            Some((candidate, place, window))
+        })
+    })
 }
 
-/// The approximate latest time at which `robot` can have released `candidate` [s].
-pub(super) fn latest_release(station: &Station, robot: usize, candidate: &Candidate) -> f64 {
-    candidate.close + Moment::new(station, robot, candidate.close).processing_time(candidate)
+/// For each item that robot `robot` has a window for, and each place, the earliest time at which the
+/// robot can have released it [s], with a tolerance for rounding.
+pub(super) fn earliest_releases<'a>(
+    scene: &'a Scene,
+    robot: usize,
+) -> impl Iterator<Item = (&'a Candidate, f64)> {
+    windows(scene, robot).map(move |(candidate, place, (open, _))| {
+        let open = (open - slack(open)).max(0.0);
+        let moment = Moment::new(scene.station(), robot, place, open);
+        let free = open + moment.processing_time(candidate);
+        (candidate, (free - slack(free)).max(0.0))
+    })
+}
+
+/// The approximate latest time at which `robot` can have released any item [s]; 0 if there is none.
+pub(super) fn latest_release(scene: &Scene, robot: usize) -> f64 {
+    let released = windows(scene, robot).map(|(candidate, place, (_, close))| {
+        let moment = Moment::new(scene.station(), robot, place, close);
+        close + moment.processing_time(candidate)
+    });
+    released.fold(0.0, f64::max)
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Options of a bound: the objective, and how hard the search tries.
 
-use super::network::{SlotNetwork, Slots, latest_release};
+use super::network::{SlotNetwork, Slots, latest_release, windows};
 use crate::decision::Moment;
 use crate::error::{Error, Result, shown_number};
 use crate::sim::Scene;
@@ -124,17 +124,14 @@ pub(super) fn choose_slots(scene: &Scene, options: &BoundOptions) -> Result<Opti
     let size = |slots: Slots| -> f64 {
         let sizes = robots
             .clone()
-            .map(|r| SlotNetwork::size(scene.queue(r), slots));
+            .map(|r| SlotNetwork::size(scene, r, slots));
         sizes.sum()
     };
-    let windows: usize = robots.clone().map(|robot| scene.queue(robot).len()).sum();
-    if options.slot_s.is_none() && windows > options.arcs {
+    let queued: usize = robots.clone().map(|robot| scene.queue(robot).len()).sum();
+    if options.slot_s.is_none() && queued > options.arcs {
         return Ok(None);
     }
-    let last = robots.clone().flat_map(|robot| {
-        let queue = scene.queue(robot).iter();
-        queue.map(move |candidate| latest_release(scene.station(), robot, candidate))
-    });
+    let last = robots.clone().map(|robot| latest_release(scene, robot));
     let last = last.fold(0.0, f64::max);
     if let Some(length) = options.slot_s {
         let slots = Slots { length };
@@ -163,9 +160,10 @@ pub(super) fn choose_slots(scene: &Scene, options: &BoundOptions) -> Result<Opti
     }
     let (mut sum, mut count) = (0.0, 0.0);
     for robot in robots.clone() {
-        for candidate in scene.queue(robot) {
-            let middle = 0.5 * (candidate.open + candidate.close);
-            sum += Moment::new(scene.station(), robot, middle).processing_time(candidate);
+        for (candidate, place, (open, close)) in windows(scene, robot) {
+            let middle = 0.5 * (open + close);
+            let moment = Moment::new(scene.station(), robot, place, middle);
+            sum += moment.processing_time(candidate);
             count += 1.0;
         }
     }
