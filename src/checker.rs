@@ -4,9 +4,7 @@
 //! code with the engines, the windows or the closed form of the meeting point, so it exposes errors
 //! there.
 
-use crate::decision::{
-    Failure, FailureCause, LeftReason, MissReason, Outcome, Pick, RobotFigures,
-};
+use crate::decision::{Failure, FailureCause, LeftReason, MissReason, Outcome, Pick, RobotFigures};
 use crate::error::{Error, Result, counted};
 use crate::kinematics::TravelLaw;
 use crate::pattern::{Item, Pattern};
@@ -101,7 +99,8 @@ fn slack(size: f64) -> f64 {
 
 /// The bin that the model gives items of this class, by its definition.
 fn bin_of(robot: &Robot, class: Option<&str>) -> Option<usize> {
-    let names = |classes: &Vec<String>| class.is_some_and(|class| classes.iter().any(|c| c == class));
+    let names =
+        |classes: &Vec<String>| class.is_some_and(|class| classes.iter().any(|c| c == class));
     let mut bins = robot.bins.iter();
     let named = bins.position(|bin| bin.classes.as_ref().is_some_and(names));
     named.or_else(|| robot.bins.iter().position(|bin| bin.classes.is_none()))
@@ -149,7 +148,9 @@ fn move_time(robot: &Robot, distance: f64) -> f64 {
         }
         TravelLaw::Table(points) => {
             let last = points.len() - 2;
-            let piece = (0..last).find(|&i| length < points[i + 1].0).unwrap_or(last);
+            let piece = (0..last)
+                .find(|&i| length < points[i + 1].0)
+                .unwrap_or(last);
             let ((l0, t0), (l1, t1)) = (points[piece], points[piece + 1]);
             let share = (length - l0) / (l1 - l0);
             t0 * (1.0 - share) + t1 * share
@@ -173,7 +174,10 @@ fn check_way<'a>(
         return refute(pick, "there is no such robot or item".into());
     };
     if let Some(reason) = left_reason(station, item) {
-        return refute(pick, format!("the item is not to be picked: {}", reason.name()));
+        return refute(
+            pick,
+            format!("the item is not to be picked: {}", reason.name()),
+        );
     }
     let Some(bin) = robot.bins.get(usize::from(pick.bin)) else {
         return refute(pick, format!("the robot has no bin {}", pick.bin));
@@ -182,7 +186,10 @@ fn check_way<'a>(
         Some(right) if right == usize::from(pick.bin) => {}
         Some(right) => {
             let right = &robot.bins[right].name;
-            return refute(pick, format!("the item goes into bin {right}, not {}", bin.name));
+            return refute(
+                pick,
+                format!("the item goes into bin {right}, not {}", bin.name),
+            );
         }
         None => return refute(pick, "the robot has no bin for the item".into()),
     }
@@ -260,12 +267,7 @@ fn is_near(a: f64, b: f64, tolerance: f64) -> bool {
     (a - b).abs() <= tolerance + slack(a.max(b))
 }
 
-fn check_pick(
-    station: &Station,
-    pattern: &Pattern,
-    pick: &Pick,
-    from: Point2<f64>,
-) -> Result<()> {
+fn check_pick(station: &Station, pattern: &Pattern, pick: &Pick, from: Point2<f64>) -> Result<()> {
     let (_, item, tolerance) = check_way(station, pattern, pick, from)?;
     let belt = station.belt();
     let at_grasp = item.x0 + belt.speed * pick.grasp;
@@ -294,9 +296,8 @@ fn check_vain_way(
     // The gripper gains on the item while it is on the belt, so what it lacks crosses zero at most
     // once; bisection finds where.
     let position = |t: f64| Point2::new(item.x0 + belt.speed * t, item.y);
-    let lacks = |t: f64| {
-        move_time(robot, nalgebra::distance(&position(t), &from)) - (t - pick.decide)
-    };
+    let lacks =
+        |t: f64| move_time(robot, nalgebra::distance(&position(t), &from)) - (t - pick.decide);
     let at = |x: f64| (x - item.x0) / belt.speed;
     let (mut low, mut high) = (pick.decide.max(at(0.0)), at(belt.length).max(pick.decide));
     if lacks(low) < 0.0 || lacks(high) > 0.0 {

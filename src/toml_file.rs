@@ -174,7 +174,10 @@ impl<'a> Section<'a> {
         };
         let name = self.key(key);
         self.file.remember(&name, value);
-        let header = format!("write each table under its own [[{}]] header", without_indices(&name));
+        let header = format!(
+            "write each table under its own [[{}]] header",
+            without_indices(&name)
+        );
         let DeValue::Array(list) = value.get_ref() else {
             let found = describe(value.get_ref());
             return Err(self.wrong(key, format!("{found} is not a list of tables"), header));
@@ -314,7 +317,9 @@ impl<'a> Section<'a> {
             self.wrong(
                 key,
                 format!("{} is not a list of points", describe(value)),
-                format!("give length in m and time in s of each: {key} = [[0.0, 0.08], [0.1, 0.15]]"),
+                format!(
+                    "give length in m and time in s of each: {key} = [[0.0, 0.08], [0.1, 0.15]]"
+                ),
             )
         })
     }
@@ -354,7 +359,9 @@ impl<'a> Section<'a> {
 
 /// The path of a table as it is written in a header: `robot[0].bin` is `robot.bin`.
 fn without_indices(path: &str) -> String {
-    let mut parts = path.split('.').map(|part| part.split('[').next().unwrap_or(part));
+    let mut parts = path
+        .split('.')
+        .map(|part| part.split('[').next().unwrap_or(part));
     let first = parts.next().unwrap_or_default().to_owned();
     parts.fold(first, |path, part| format!("{path}.{part}"))
 }

@@ -118,12 +118,15 @@ impl<'a> Moment<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::kinematics::Arm;
     use crate::station::{Belt, Robot};
     use nalgebra::Point2;
 
     fn candidate(item: u32, x0: f64) -> Candidate {
         Candidate {
             item,
+            bin: 0,
+            class: ClassId::OTHER,
             x0,
             y: 0.1,
             weight: 1.0,
@@ -153,17 +156,18 @@ mod tests {
             length: 4.0,
             width: 1.0,
         };
-        let robot = |x: f64, speed| Robot {
-            name: format!("r{x}"),
-            base: Point2::new(x, -0.5),
-            bin: Point2::new(x + 0.2, -0.3),
-            reach: 1.0,
-            speed,
-            grasp_time: 0.25,
-            release_time: 0.5,
+        let robot = |x: f64, speed| {
+            Robot::new(
+                format!("r{x}"),
+                Point2::new(x, -0.5),
+                Point2::new(x + 0.2, -0.3),
+                1.0,
+                Arm::constant(speed),
+            )
+            .with_dwell(0.25, 0.5)
         };
         let station = Station::new(belt, vec![robot(1.0, 0.3), robot(2.0, 0.5)]).unwrap();
-        let moment = Moment::new(&station, 1, 10.0);
+        let moment = Moment::new(&station, 1, 0, 10.0);
         assert_eq!((moment.robot.name.as_str(), moment.time), ("r2", 10.0));
         assert_eq!(moment.belt_speed, 0.1);
         // Now at (1.5, 0.1): 0.7 m upstream of the bin and 0.4 m to the side, k = 0.24.

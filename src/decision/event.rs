@@ -84,6 +84,7 @@ mod tests {
             robot: 0,
             candidates: &[],
             free_at: &[0.0, 0.0],
+            places: &[0, 0],
             in_view: &[],
         };
         let (robot, item) = (0, 5);

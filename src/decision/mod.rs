@@ -11,7 +11,8 @@ mod strategy;
 pub use candidate::{Candidate, Moment};
 pub use event::{Event, Observer};
 pub use outcome::{
-    Failure, FailureCause, Figures, LeftItem, LeftReason, Miss, MissReason, Outcome, Pick, RobotFigures,
+    Failure, FailureCause, Figures, LeftItem, LeftReason, Miss, MissReason, Outcome, Pick,
+    RobotFigures,
 };
 pub use snapshot::{BeltItem, Snapshot};
 pub use strategy::{Action, Strategy, answer};

@@ -108,6 +108,8 @@ mod tests {
         let station = built_in("paper").unwrap().station(None).unwrap();
         let candidate = |item: u32| Candidate {
             item,
+            bin: 0,
+            class: crate::station::ClassId::OTHER,
             x0: 0.5 - 0.1 * f64::from(item),
             y: 0.25,
             weight: 1.0,
@@ -121,6 +123,7 @@ mod tests {
             robot: 1,
             candidates: &candidates,
             free_at: &[0.0, 0.0],
+            places: &[0, 0],
             in_view: &[],
         };
         answer(strategy, &snapshot)
@@ -205,6 +208,7 @@ mod tests {
             robot: 0,
             candidates: &[],
             free_at: &[1.0, 5.5],
+            places: &[0, 0],
             in_view: &[],
         };
         assert_eq!(snapshot.time_until_free(0), 0.0);

@@ -262,7 +262,10 @@ mod tests {
                     let tau = arm.travel_time(&item);
                     let met = x + BELT * tau;
                     let back = arm.departure_time(met, (x0, y), from, BELT);
-                    assert!((back - t).abs() <= 1e-12 * (1.0 + t.abs()), "{arm:?} {meet}");
+                    assert!(
+                        (back - t).abs() <= 1e-12 * (1.0 + t.abs()),
+                        "{arm:?} {meet}"
+                    );
                     assert!((met - meet).abs() < 1e-9, "{arm:?}: {met} {meet}");
                 }
             }

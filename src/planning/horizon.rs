@@ -128,7 +128,8 @@ impl Horizon {
         self.free[snapshot.robot] = snapshot.time;
         self.belt_length = station.belt().length;
         // Robots do not change within a run, and copying their bins would take long.
-        let robots_of = |arms: &[RobotTiming]| arms.iter().map(|arm| &arm.robot).eq(station.robots());
+        let robots_of =
+            |arms: &[RobotTiming]| arms.iter().map(|arm| &arm.robot).eq(station.robots());
         if !robots_of(&self.arms) {
             self.arms.clear();
             let all = station.robots().iter();
@@ -370,7 +371,8 @@ impl Horizon {
         let Some((first, last)) = range else {
             return f64::INFINITY;
         };
-        let way = |x: f64, to: nalgebra::Point2<f64>| kinematics::distance(x - to.x, reach.y - to.y);
+        let way =
+            |x: f64, to: nalgebra::Point2<f64>| kinematics::distance(x - to.x, reach.y - to.y);
         let mut least = f64::INFINITY;
         for place in 0..arm.places {
             let from = robot.place(place);
@@ -387,13 +389,7 @@ impl Horizon {
     /// `deadline` [s]. This is the inverse of [`Horizon::finish`], which increases with the departure
     /// because the arm is faster than the belt.
     #[inline(always)]
-    pub(super) fn latest_start(
-        &self,
-        robot: usize,
-        from: u16,
-        place: u32,
-        deadline: f64,
-    ) -> f64 {
+    pub(super) fn latest_start(&self, robot: usize, from: u16, place: u32, deadline: f64) -> f64 {
         let (arm, reach) = (&self.arms[robot], self.reach(robot, place));
         let Some(plain) = &arm.plain else {
             return self.general_latest_start(robot, from, place, deadline);

@@ -44,13 +44,7 @@ pub(super) struct PlanScore {
 
 /// The last start [s] of the item at `place` from `from` after which `robot` is free by `deadline`
 /// [s], which may be infinite.
-pub(super) fn latest(
-    horizon: &Horizon,
-    robot: usize,
-    from: u16,
-    place: u32,
-    deadline: f64,
-) -> f64 {
+pub(super) fn latest(horizon: &Horizon, robot: usize, from: u16, place: u32, deadline: f64) -> f64 {
     let (_, close) = horizon.window(robot, from, place);
     if deadline.is_finite() {
         close.min(horizon.latest_start(robot, from, place, deadline))

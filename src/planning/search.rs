@@ -353,6 +353,7 @@ fn blinks(draw: u64, place: u32) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::kinematics::Arm;
     use crate::pattern::{Item, Pattern, grid, random_stream};
     use crate::planning::meter::Budget;
     use crate::planning::options::Goal;
@@ -385,15 +386,14 @@ mod tests {
             length: 2.0,
             width: 1.4,
         };
-        let robot = Robot {
-            name: "r1".into(),
-            base: Point2::new(0.0, 0.0),
-            bin: Point2::new(0.0, 0.0),
-            reach: 0.7,
-            speed: 1.0,
-            grasp_time: 1.0,
-            release_time: 0.0,
-        };
+        let robot = Robot::new(
+            "r1",
+            Point2::new(0.0, 0.0),
+            Point2::new(0.0, 0.0),
+            0.7,
+            Arm::constant(1.0),
+        )
+        .with_dwell(1.0, 0.0);
         let station = Station::new(belt, vec![robot]).unwrap();
         let item = |id: &str, y: f64, weight: f64| Item {
             weight: Some(weight),

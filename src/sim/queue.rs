@@ -180,11 +180,7 @@ impl Queue {
     }
 
     /// When the next window after those in `active` opens [s].
-    fn next_opening(
-        &mut self,
-        queue: &[Candidate],
-        gone: &impl Fn(u32) -> bool,
-    ) -> Option<f64> {
+    fn next_opening(&mut self, queue: &[Candidate], gone: &impl Fn(u32) -> bool) -> Option<f64> {
         while gone(queue.get(self.next)?.item) {
             self.next += 1;
         }
@@ -199,8 +195,14 @@ impl Queue {
         gone: &impl Fn(u32) -> bool,
     ) -> Option<f64> {
         // Items in `active` may open later if they were given back, or from this place.
-        let later = self.active.iter().filter(|c| c.open > time && c.open <= c.close);
-        let opens = later.filter(|c| !gone(c.item)).map(|c| c.open).reduce(f64::min);
+        let later = self
+            .active
+            .iter()
+            .filter(|c| c.open > time && c.open <= c.close);
+        let opens = later
+            .filter(|c| !gone(c.item))
+            .map(|c| c.open)
+            .reduce(f64::min);
         let Some(windows) = items.windows else {
             return opens.or_else(|| self.next_opening(items.list, gone));
         };

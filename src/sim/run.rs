@@ -127,7 +127,9 @@ impl<'a> Run<'a> {
         state.candidates.clone_from(active);
         if self.scene.windows(robot).is_some() {
             // Some can only be met from another place, or later.
-            state.candidates.retain(|c| (c.open..=c.close).contains(&time));
+            state
+                .candidates
+                .retain(|c| (c.open..=c.close).contains(&time));
         } else if disturbances.any() {
             // Items that were given back may open later.
             state.candidates.retain(|c| c.open <= time);

@@ -49,6 +49,8 @@ impl Windows {
     pub(super) fn last_close(&self, item: u32) -> f64 {
         let begin = item as usize * self.places;
         let windows = self.list[begin..begin + self.places].iter();
-        windows.map(|window| window.1).fold(f64::NEG_INFINITY, f64::max)
+        windows
+            .map(|window| window.1)
+            .fold(f64::NEG_INFINITY, f64::max)
     }
 }

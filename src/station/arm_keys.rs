@@ -61,7 +61,10 @@ pub(super) fn write(arm: &Arm) -> Vec<(&'static str, String)> {
             list
         }
         TravelLaw::Table(points) => {
-            let points: Vec<String> = points.iter().map(|(l, t)| format!("[{l:?}, {t:?}]")).collect();
+            let points: Vec<String> = points
+                .iter()
+                .map(|(l, t)| format!("[{l:?}, {t:?}]"))
+                .collect();
             vec![("travel", format!("[{}]", points.join(", ")))]
         }
     };

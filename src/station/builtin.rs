@@ -115,8 +115,11 @@ mod tests {
         let robots = station.robots();
         assert_eq!(robots.len(), 2);
         assert_eq!(robots[0].base, nalgebra::Point2::new(1.3, -0.625));
-        assert_eq!(robots[0].bin, nalgebra::Point2::new(1.3, -0.525));
-        assert_eq!(robots[1].bin, nalgebra::Point2::new(1.3 + 1.6, 0.525));
+        assert_eq!(robots[0].bins[0].at, nalgebra::Point2::new(1.3, -0.525));
+        assert_eq!(
+            robots[1].bins[0].at,
+            nalgebra::Point2::new(1.3 + 1.6, 0.525)
+        );
         assert!(
             built_in("papre")
                 .unwrap_err()

@@ -36,12 +36,7 @@ pub(super) fn belt(belt: &Belt, place: Place) -> Result<()> {
 
 /// Checks one robot by itself and against those listed before it, `upstream`; not against the belt,
 /// for which see [`lead`].
-pub(super) fn robot(
-    robot: &Robot,
-    index: usize,
-    upstream: &[Robot],
-    place: Place,
-) -> Result<()> {
+pub(super) fn robot(robot: &Robot, index: usize, upstream: &[Robot], place: Place) -> Result<()> {
     let key = |field: &str| format!("robot[{index}].{field}");
     position(place, &key("base"), robot.base.x)?;
     position(place, &key("base"), robot.base.y)?;
@@ -238,7 +233,10 @@ fn table(points: &[(f64, f64)], place: &str) -> Result<()> {
         }
         if time < before.1 {
             return wrong(
-                format!("{} takes less time than the shorter path before it", point()),
+                format!(
+                    "{} takes less time than the shorter path before it",
+                    point()
+                ),
                 "give times that never decrease with the length",
             );
         }
@@ -448,4 +446,3 @@ pub(super) fn dwell(place: Place, key: &str, value: f64) -> Result<()> {
         format!("give seconds, from 0 to {LARGEST:e}"),
     ))
 }
-

@@ -1,7 +1,7 @@
 //! The station file: TOML with SI units. Unknown keys are errors.
 
-use super::builtin::built_in;
 use super::arm_keys;
+use super::builtin::built_in;
 use super::class::ItemClass;
 use super::geometry::{Belt, Station};
 use super::line::{Line, LineBins};
@@ -236,7 +236,9 @@ fn alias_to_line(file: &File, index: usize, line: &Line) {
     file.alias(&format!("{robot}.bin"), "line");
     if let LineBins::AtBase(bins) = &line.bins {
         for bin in 0..bins.len() {
-            let keys = [("at", "offset")].into_iter().chain(BIN_KEYS.map(|key| (key, key)));
+            let keys = [("at", "offset")]
+                .into_iter()
+                .chain(BIN_KEYS.map(|key| (key, key)));
             for (key, of_line) in keys {
                 file.alias(
                     &format!("{robot}.bin[{bin}].{key}"),
@@ -253,7 +255,15 @@ const BIN_KEYS: [&str; 3] = ["name", "classes", "release_time"];
 fn read_robots(root: &Section) -> Result<Vec<Robot>> {
     let mut list = Vec::new();
     for robot in root.tables("robot")? {
-        let own = ["name", "base", "bin", "reach", "grasp_time", "release_time", "rest"];
+        let own = [
+            "name",
+            "base",
+            "bin",
+            "reach",
+            "grasp_time",
+            "release_time",
+            "rest",
+        ];
         robot.only(&[&own[..], &arm_keys::KEYS[..]].concat())?;
         let release_time = robot.number("release_time")?;
         let bins = if robot.has_tables("bin") {

@@ -61,7 +61,11 @@ impl Station {
         for (i, robot) in robots.iter().enumerate() {
             check::robot(robot, i, &robots[..i], place)?;
             let key = |field: &str| place(&format!("robot[{i}].{field}"));
-            check::lead(&|field| too_slow.map_or_else(|| key(field), str::to_owned), robot, &belt)?;
+            check::lead(
+                &|field| too_slow.map_or_else(|| key(field), str::to_owned),
+                robot,
+                &belt,
+            )?;
         }
         check::classes(&classes, place)?;
         let sorting = Sorting::new(&robots, &classes);
@@ -204,17 +208,18 @@ impl Station {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::kinematics::{self, Arm};
+    use nalgebra::Point2;
 
     fn robot(name: &str, x: f64) -> Robot {
-        Robot {
-            name: name.into(),
-            base: Point2::new(x, -0.6),
-            bin: Point2::new(x, -0.5),
-            reach: 0.8,
-            speed: 0.5,
-            grasp_time: 0.1,
-            release_time: 0.1,
-        }
+        Robot::new(
+            name,
+            Point2::new(x, -0.6),
+            Point2::new(x, -0.5),
+            0.8,
+            Arm::constant(0.5),
+        )
+        .with_dwell(0.1, 0.1)
     }
     const BELT: Belt = Belt {
         speed: 0.05,
@@ -225,7 +230,7 @@ mod tests {
     #[test]
     fn window_ends_are_meetings_at_the_workspace_edge() {
         let robot = robot("a", 1.3);
-        let (open, close) = robot.departure_window(&BELT, 0.0, 0.1).unwrap();
+        let (open, close) = robot.departure_window(&BELT, 0, 0.0, 0.1).unwrap();
         for (t, edge) in [(open, -1.0), (close, 1.0)] {
             let tau = kinematics::travel_time(0.05 * t - 1.3, 0.6, 0.05, 0.5);
             let meet = 0.05 * (t + tau);
@@ -237,9 +242,9 @@ mod tests {
     #[test]
     fn no_window_for_what_is_out_of_reach_or_past() {
         let robot = robot("a", 1.3);
-        assert!(robot.departure_window(&BELT, 0.0, 0.3).is_none());
+        assert!(robot.departure_window(&BELT, 0, 0.0, 0.3).is_none());
         // Beyond the workspace: the robot could only have met it before time 0.
-        assert!(robot.departure_window(&BELT, 5.0, 0.0).is_none());
+        assert!(robot.departure_window(&BELT, 0, 5.0, 0.0).is_none());
     }
 
     #[test]
@@ -247,7 +252,7 @@ mod tests {
         let station = Station::new(BELT, vec![robot("a", 1.0), robot("b", 2.5)]).unwrap();
         let wider = station.with_spacing(2.0).unwrap();
         assert_eq!(wider.robots()[1].base.x, 3.0);
-        assert_eq!(wider.robots()[1].bin.x, 3.0);
+        assert_eq!(wider.robots()[1].bins[0].at.x, 3.0);
         assert_eq!(wider.belt().length, 4.5);
         assert_eq!(station.with_spacing(1.5).unwrap(), station);
         assert!(
@@ -268,14 +273,14 @@ mod tests {
             length: 1e-6,
             width: 0.01,
         };
-        let robot = Robot {
-            base: Point2::new(1.0, 1.0),
-            bin: Point2::new(-1.0, 0.003405902764744542),
-            reach: 2.899362981725246,
-            speed: 6.499453492590247,
-            ..robot("a", 1.0)
-        };
-        let window = robot.departure_window(&belt, -396416.67683246685, -0.0011175175692485723);
+        let robot = Robot::new(
+            "a",
+            Point2::new(1.0, 1.0),
+            Point2::new(-1.0, 0.003405902764744542),
+            2.899362981725246,
+            Arm::constant(6.499453492590247),
+        );
+        let window = robot.departure_window(&belt, 0, -396416.67683246685, -0.0011175175692485723);
         assert!(window.is_some_and(|(open, close)| open <= close));
     }
 

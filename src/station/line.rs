@@ -1,6 +1,5 @@
 //! A line of identical robots on alternating sides of the belt.
 
-
 use super::check;
 use super::geometry::Belt;
 use super::robot::{Bin, Robot};
@@ -104,10 +103,9 @@ impl Line {
                     reach: self.reach,
                     arm: self.arm.clone(),
                     grasp_time: self.grasp_time,
-                    rest: self.rest.map_or_else(
-                        || bins.first().map_or(base, |bin| bin.at),
-                        beside,
-                    ),
+                    rest: self
+                        .rest
+                        .map_or_else(|| bins.first().map_or(base, |bin| bin.at), beside),
                     bins,
                 }
             })

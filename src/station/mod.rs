@@ -15,12 +15,12 @@ mod robot;
 mod sorting;
 
 pub use builtin::{BUILT_INS, BuiltIn, built_in};
+pub use class::ItemClass;
 pub use edit::edited;
 pub use file::{
     Overrides, SavedStrategy, commented_example, is_file, load, load_with_strategy, parse,
     parse_with_strategy, station_hash, to_toml,
 };
-pub use class::ItemClass;
 pub use geometry::{Belt, Station};
 pub use line::{Line, LineBins};
 pub use robot::{Bin, Robot};

@@ -141,6 +141,7 @@ fn check_bin(robot: &Robot, at: &str) -> Option<Warning> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::kinematics::Arm;
     use crate::station::{BUILT_INS, Belt};
     use nalgebra::Point2;
 
@@ -180,7 +181,7 @@ mod tests {
                 &["`r1`, reach", "0.565 m"],
             ),
             (
-                changed(same, |r| r.speed = 500.0),
+                changed(same, |r| r.arm = Arm::constant(500.0)),
                 &["`r1`, speed", "millimetres per second"],
             ),
             (
@@ -188,7 +189,7 @@ mod tests {
                 &["grasp_time", "milliseconds"],
             ),
             (
-                changed(same, |r| r.release_time = 80.0),
+                changed(same, |r| r.bins[0].release_time = 80.0),
                 &["release_time", "0.08 s"],
             ),
             (
@@ -196,11 +197,18 @@ mod tests {
                 &["`r1`, base", "millimetres"],
             ),
             (
-                changed(same, |r| r.bin = Point2::new(1300.0, -525.0)),
+                changed(same, |r| {
+                    *r = r.clone().with_only_bin(Point2::new(1300.0, -525.0))
+                }),
                 &["`r1`, bin", "millimetres"],
             ),
             (
-                changed(same, |r| (r.bin.x, r.reach) = (r.base.x + 1.4, 0.565)),
+                changed(same, |r| {
+                    r.reach = 0.565;
+                    *r = r
+                        .clone()
+                        .with_only_bin(r.base + nalgebra::Vector2::new(1.4, 0.1));
+                }),
                 &["bin is 1.4", "0.565 m"],
             ),
         ] {

@@ -97,9 +97,7 @@ impl Robot {
     /// Whether this is the paper's robot: an arm of constant speed without lift, from and to one
     /// bin that takes everything.
     pub fn is_plain(&self) -> bool {
-        self.arm.constant_speed().is_some()
-            && self.places() == 1
-            && self.has_only_bin()
+        self.arm.constant_speed().is_some() && self.places() == 1 && self.has_only_bin()
     }
 
     /// Whether it has one bin that takes everything and has no name of its own.

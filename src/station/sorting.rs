@@ -66,7 +66,9 @@ impl Sorting {
     /// The class with this name.
     pub(super) fn class(&self, name: Option<&str>) -> ClassId {
         let place = name.and_then(|name| {
-            let found = self.names.binary_search_by(|other| other.as_str().cmp(name));
+            let found = self
+                .names
+                .binary_search_by(|other| other.as_str().cmp(name));
             found.ok()
         });
         // The number of names is checked where the station is.

@@ -130,8 +130,7 @@ impl Errand<'_> {
             y,
         } = *self;
         let base = robot.base;
-        let (x_in, x_out) =
-            kinematics::meeting_range(base.x, base.y, robot.reach, y, belt.length)?;
+        let (x_in, x_out) = kinematics::meeting_range(base.x, base.y, robot.reach, y, belt.length)?;
         let v = belt.speed;
         let x = x0 + v * time;
         let dwell = robot.grasp_time + bin.release_time;

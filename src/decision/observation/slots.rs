@@ -70,6 +70,8 @@ mod tests {
         // Robot 0 has its bin at (1.3, -0.525): the further from it, the longer the pick.
         let candidate = |item: u32, y: f64, close: f64| Candidate {
             item,
+            bin: 0,
+            class: crate::station::ClassId::OTHER,
             x0: 1.3,
             y,
             weight: 0.5,
@@ -90,6 +92,7 @@ mod tests {
             robot: 0,
             candidates: &candidates,
             free_at: &[0.0, 0.0],
+            places: &[0, 0],
             in_view: &[],
         };
         let mut choice = SlotChoice::new(4);

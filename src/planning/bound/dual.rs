@@ -10,7 +10,7 @@
 //! computed in whole numbers, so no rounding can lower the bound.
 
 use super::BoundObjective;
-use super::network::{SlotNetwork, Slots, earliest_releases};
+use super::network::{SlotNetwork, Slots, earliest_release, picks};
 use crate::sim::Scene;
 
 /// Items, weights and networks of one scene, in whole units.
@@ -78,17 +78,18 @@ impl Dual {
     pub(super) fn new(scene: &Scene, objective: BoundObjective, slots: Slots) -> Self {
         let items = scene.pattern().len();
         let robots = 0..scene.station().robots().len();
-        let network = |r: usize| SlotNetwork::new(scene, r, slots);
+        let network = |r: usize| SlotNetwork::new(scene.station(), r, picks(scene, r), slots);
         let networks: Vec<SlotNetwork> = robots.clone().map(network).collect();
         let mut worth = vec![0.0f64; items];
         let mut earliest: Vec<Option<u64>> = vec![None; items];
         for robot in robots {
-            for (candidate, free) in earliest_releases(scene, robot) {
+            for (candidate, place) in picks(scene, robot) {
                 let item = candidate.item as usize;
                 worth[item] = match objective {
                     BoundObjective::Picks => 1.0,
                     BoundObjective::Weight => candidate.weight,
                 };
+                let free = earliest_release(scene.station(), robot, (&candidate, place));
                 let slot = slots.of(free);
                 earliest[item] = Some(earliest[item].map_or(slot, |other| other.min(slot)));
             }

@@ -8,6 +8,7 @@
 
 use crate::decision::{Candidate, Moment};
 use crate::sim::Scene;
+use crate::station::Station;
 use std::ops::Range;
 
 /// Departures and releases may be early by this much, relative to `1 + t`, and still be covered
@@ -84,19 +85,24 @@ struct Raw {
 }
 
 impl SlotNetwork {
-    /// The picks of robot `robot` on `scene`.
-    pub(super) fn new(scene: &Scene, robot: usize, slots: Slots) -> Self {
-        let (station, queue) = (scene.station(), scene.queue(robot));
+    /// The picks of robot `robot` of `station`, with their windows and the places from which they
+    /// begin.
+    pub(super) fn new(
+        station: &Station,
+        robot: usize,
+        picks: impl Iterator<Item = (Candidate, usize)>,
+        slots: Slots,
+    ) -> Self {
         let mut raw: Vec<Raw> = Vec::new();
-        let mut spans: Vec<(u64, u64)> = Vec::with_capacity(queue.len());
-        for (candidate, place, (open, close)) in windows(scene, robot) {
+        let mut spans: Vec<(u64, u64)> = Vec::new();
+        for (candidate, place) in picks {
             let (begin, first_span) = (raw.len(), spans.len());
-            let open = (open - slack(open)).max(0.0);
-            let last = slots.of(close + slack(close));
+            let open = (candidate.open - slack(candidate.open)).max(0.0);
+            let last = slots.of(candidate.close + slack(candidate.close));
             for departure in slots.of(open)..=last {
                 let time = slots.start(departure).max(open);
                 let moment = Moment::new(station, robot, place, time);
-                let free = time + moment.processing_time(candidate);
+                let free = time + moment.processing_time(&candidate);
                 let arrival = slots.of((free - slack(free)).max(0.0)).max(departure);
                 match raw[begin..].last_mut() {
                     // Of several departures with the same arrival, the last is as good as any.
@@ -153,10 +159,10 @@ impl SlotNetwork {
         network
     }
 
-    /// Upper bound on the number of arcs of the network of robot `robot` on `scene`.
-    pub(super) fn size(scene: &Scene, robot: usize, slots: Slots) -> f64 {
-        let arcs = |(open, close): (f64, f64)| (close - open) / slots.length + 2.0;
-        windows(scene, robot).map(|(_, _, window)| arcs(window)).sum()
+    /// Upper bound on the number of arcs of a network.
+    pub(super) fn size(picks: impl Iterator<Item = (Candidate, usize)>, slots: Slots) -> f64 {
+        let arcs = |(c, _): (Candidate, usize)| (c.close - c.open) / slots.length + 2.0;
+        picks.map(arcs).sum()
     }
 
     /// The slots of the nodes, in ascending order.
@@ -336,42 +342,44 @@ impl Nodes {
     }
 }
 
-/// Each item that robot `robot` has a window for, with each place from which it has one, and that
-/// window [s].
-pub(super) fn windows<'a>(
-    scene: &'a Scene,
-    robot: usize,
-) -> impl Iterator<Item = (&'a Candidate, usize, (f64, f64))> {
+/// Each item that robot `robot` has a window for, with each place from which it has one; the
+/// candidate has the window from there.
+pub(super) fn picks(scene: &Scene, robot: usize) -> impl Iterator<Item = (Candidate, usize)> {
     let places = scene.station().robots()[robot].places();
     scene.queue(robot).iter().flat_map(move |candidate| {
         (0..places).filter_map(move |place| {
-            let window = scene.window(robot, candidate, place)?;
-            Some((candidate, place, window))
+            let (open, close) = scene.window(robot, candidate, place)?;
+            let candidate = Candidate {
+                open,
+                close,
+                ..*candidate
+            };
+            Some((candidate, place))
         })
     })
 }
 
-/// For each item that robot `robot` has a window for, and each place, the earliest time at which the
-/// robot can have released it [s], with a tolerance for rounding.
-pub(super) fn earliest_releases<'a>(
-    scene: &'a Scene,
+/// The earliest time at which `robot` can have released `candidate` when it leaves from `place` [s],
+/// with a tolerance for rounding.
+pub(super) fn earliest_release(
+    station: &Station,
     robot: usize,
-) -> impl Iterator<Item = (&'a Candidate, f64)> {
-    windows(scene, robot).map(move |(candidate, place, (open, _))| {
-        let open = (open - slack(open)).max(0.0);
-        let moment = Moment::new(scene.station(), robot, place, open);
-        let free = open + moment.processing_time(candidate);
-        (candidate, (free - slack(free)).max(0.0))
-    })
+    (candidate, place): (&Candidate, usize),
+) -> f64 {
+    let open = (candidate.open - slack(candidate.open)).max(0.0);
+    let free = open + Moment::new(station, robot, place, open).processing_time(candidate);
+    (free - slack(free)).max(0.0)
 }
 
-/// The approximate latest time at which `robot` can have released any item [s]; 0 if there is none.
-pub(super) fn latest_release(scene: &Scene, robot: usize) -> f64 {
-    let released = windows(scene, robot).map(|(candidate, place, (_, close))| {
-        let moment = Moment::new(scene.station(), robot, place, close);
-        close + moment.processing_time(candidate)
-    });
-    released.fold(0.0, f64::max)
+/// The approximate latest time at which `robot` can have released `candidate` when it leaves from
+/// `place` [s].
+pub(super) fn latest_release(
+    station: &Station,
+    robot: usize,
+    (candidate, place): (&Candidate, usize),
+) -> f64 {
+    let moment = Moment::new(station, robot, place, candidate.close);
+    candidate.close + moment.processing_time(candidate)
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Options of a bound: the objective, and how hard the search tries.
 
-use super::network::{SlotNetwork, Slots, latest_release, windows};
+use super::network::{SlotNetwork, Slots, latest_release, picks};
 use crate::decision::Moment;
 use crate::error::{Error, Result, shown_number};
 use crate::sim::Scene;
@@ -124,14 +124,17 @@ pub(super) fn choose_slots(scene: &Scene, options: &BoundOptions) -> Result<Opti
     let size = |slots: Slots| -> f64 {
         let sizes = robots
             .clone()
-            .map(|r| SlotNetwork::size(scene, r, slots));
+            .map(|r| SlotNetwork::size(picks(scene, r), slots));
         sizes.sum()
     };
     let queued: usize = robots.clone().map(|robot| scene.queue(robot).len()).sum();
     if options.slot_s.is_none() && queued > options.arcs {
         return Ok(None);
     }
-    let last = robots.clone().map(|robot| latest_release(scene, robot));
+    let last = robots.clone().flat_map(|robot| {
+        picks(scene, robot)
+            .map(move |(c, place)| latest_release(scene.station(), robot, (&c, place)))
+    });
     let last = last.fold(0.0, f64::max);
     if let Some(length) = options.slot_s {
         let slots = Slots { length };
@@ -160,10 +163,10 @@ pub(super) fn choose_slots(scene: &Scene, options: &BoundOptions) -> Result<Opti
     }
     let (mut sum, mut count) = (0.0, 0.0);
     for robot in robots.clone() {
-        for (candidate, place, (open, close)) in windows(scene, robot) {
-            let middle = 0.5 * (open + close);
+        for (candidate, place) in picks(scene, robot) {
+            let middle = 0.5 * (candidate.open + candidate.close);
             let moment = Moment::new(scene.station(), robot, place, middle);
-            sum += moment.processing_time(candidate);
+            sum += moment.processing_time(&candidate);
             count += 1.0;
         }
     }
@@ -199,25 +202,21 @@ pub(super) fn choose_slots(scene: &Scene, options: &BoundOptions) -> Result<Opti
 mod tests {
     use super::*;
     use crate::pattern::{Item, Pattern, grid};
-    use crate::station::{Belt, Robot, Station, built_in};
+    use crate::station::{Belt, Station, built_in};
 
     /// A line with one robot whose picks take `pick` seconds, and one item.
     fn line(pick: f64) -> (Station, Pattern) {
         let plain = built_in("paper").unwrap().station(Some(1)).unwrap();
         let pattern = Pattern::new(vec![Item::at("0", 0.0, -0.5)]).unwrap();
         let with = |grasp_time: f64| {
-            let robot = Robot {
-                grasp_time,
-                release_time: 0.0,
-                ..plain.robots()[0].clone()
-            };
+            let robot = plain.robots()[0].clone().with_dwell(grasp_time, 0.0);
             Station::new(*plain.belt(), vec![robot]).unwrap()
         };
         let station = with(0.0);
         let scene = Scene::new(&station, &pattern).unwrap();
         let item = &scene.queue(0)[0];
         let middle = 0.5 * (item.open + item.close);
-        let way = Moment::new(&station, 0, middle).processing_time(item);
+        let way = Moment::new(&station, 0, 0, middle).processing_time(item);
         (with(pick - way), pattern)
     }
 
@@ -359,12 +358,10 @@ mod tests {
     fn there_are_no_more_slots_than_times() {
         let plain = built_in("paper").unwrap().station(Some(1)).unwrap();
         let base = plain.robots()[0].base;
-        let robot = Robot {
-            bin: [base.x, base.y + 0.8].into(),
-            grasp_time: 1e-4,
-            release_time: 0.0,
-            ..plain.robots()[0].clone()
-        };
+        let robot = plain.robots()[0]
+            .clone()
+            .with_only_bin([base.x, base.y + 0.8].into())
+            .with_dwell(1e-4, 0.0);
         let belt = Belt {
             speed: 1e-3,
             ..*plain.belt()

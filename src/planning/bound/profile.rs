@@ -7,7 +7,7 @@
 //! and `60 B(T) / T` bounds the rate of every run that ends at T.
 
 use super::dual::{Dual, DualEvaluation, Schedules};
-use super::network::{SlotNetwork, earliest_releases};
+use super::network::{SlotNetwork, earliest_release, picks};
 use crate::sim::Scene;
 
 /// The smallest known B(T), a step function of T.
@@ -195,7 +195,8 @@ impl Leaving {
         let items = scene.pattern().len();
         let mut release = vec![f64::INFINITY; items];
         for robot in 0..dual.networks.len() {
-            for (candidate, free) in earliest_releases(scene, robot) {
+            for (candidate, place) in picks(scene, robot) {
+                let free = earliest_release(scene.station(), robot, (&candidate, place));
                 let release = &mut release[candidate.item as usize];
                 *release = release.min(free);
             }

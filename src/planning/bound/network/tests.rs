@@ -1,6 +1,8 @@
 //! Compares networks with hand-computed times, and with an enumeration of all paths.
 
 use super::*;
+use crate::kinematics::Arm;
+use crate::station::ClassId;
 use crate::station::{Belt, Robot};
 use proptest::prelude::*;
 use std::collections::{BTreeMap, HashMap};
@@ -16,15 +18,14 @@ fn station(dwell: f64) -> Station {
         length: 100.0,
         width: 1.0,
     };
-    let robot = Robot {
-        name: "a".into(),
-        base: [1.0, 0.0].into(),
-        bin: [1.0, 0.0].into(),
-        reach: 10.0,
-        speed: 1.0,
-        grasp_time: dwell,
-        release_time: 0.0,
-    };
+    let robot = Robot::new(
+        "a",
+        [1.0, 0.0].into(),
+        [1.0, 0.0].into(),
+        10.0,
+        Arm::constant(1.0),
+    )
+    .with_dwell(dwell, 0.0);
     Station::new(belt, vec![robot]).unwrap()
 }
 
@@ -32,6 +33,8 @@ fn station(dwell: f64) -> Station {
 fn passing(item: u32, at: f64, (open, close): (f64, f64)) -> Candidate {
     Candidate {
         item,
+        bin: 0,
+        class: ClassId::OTHER,
         x0: 1.0 - BELT_SPEED * at,
         y: 0.0,
         weight: 1.0,
@@ -40,8 +43,13 @@ fn passing(item: u32, at: f64, (open, close): (f64, f64)) -> Candidate {
     }
 }
 
+/// The same, each from the robot's only place.
+fn from_rest(queue: &[Candidate]) -> impl Iterator<Item = (Candidate, usize)> {
+    queue.iter().map(|candidate| (*candidate, 0))
+}
+
 fn network(dwell: f64, queue: &[Candidate], length: f64) -> SlotNetwork {
-    SlotNetwork::new(&station(dwell), 0, queue, Slots { length })
+    SlotNetwork::new(&station(dwell), 0, from_rest(queue), Slots { length })
 }
 
 /// A time on a boundary belongs to the slot that begins there, however the quotient is rounded.
@@ -66,10 +74,10 @@ fn a_release_may_be_early_by_the_slack() {
     let queue = [passing(0, 0.0, (0.0, 0.0))];
     assert_eq!(network(2.0, &queue, 2.0 - 5.9e-9).slots(), [0]);
     assert_eq!(network(2.0, &queue, 2.0 - 6.1e-9).slots(), [1]);
-    let release = earliest_release(&station(2.0), 0, &queue[0]);
+    let release = earliest_release(&station(2.0), 0, (&queue[0], 0));
     assert!((release - (2.0 - 6e-9)).abs() < 1e-13, "{release}");
     // Nothing is released before the run begins.
-    assert_eq!(earliest_release(&station(0.0), 0, &queue[0]), 0.0);
+    assert_eq!(earliest_release(&station(0.0), 0, (&queue[0], 0)), 0.0);
 }
 
 #[test]
@@ -79,7 +87,7 @@ fn a_departure_may_be_early_by_the_slack() {
     let early = 6e-9 + 4e-9 * 7.0 / 9.0;
     assert_eq!(network(1.0, &queue, 2.0 - early + 0.1e-9).slots(), [0]);
     assert_eq!(network(1.0, &queue, 2.0 - early - 0.1e-9).slots(), [1]);
-    let release = earliest_release(&station(1.0), 0, &queue[0]);
+    let release = earliest_release(&station(1.0), 0, (&queue[0], 0));
     assert!((release - (2.0 - early)).abs() < 1e-13, "{release}");
 }
 
@@ -95,7 +103,7 @@ fn a_departure_may_be_late_by_the_slack() {
         let network = network(2.5, &queue(3.0 - late), 1.0);
         assert_eq!(network.slots(), slots, "{late}");
     }
-    let release = latest_release(&station(2.5), 0, &queue(3.0)[0]);
+    let release = latest_release(&station(2.5), 0, (&queue(3.0)[0], 0));
     assert!((release - 5.5).abs() < 1e-12, "{release}");
 }
 
@@ -137,7 +145,7 @@ fn the_last_of_several_departures_with_one_arrival_is_kept() {
 #[test]
 fn the_size_covers_the_picks() {
     let queue = [passing(0, 3.0, (1.0, 4.0)), passing(1, 3.0, (2.0, 2.0))];
-    let size = |length| SlotNetwork::size(&queue, Slots { length });
+    let size = |length| SlotNetwork::size(from_rest(&queue), Slots { length });
     assert_eq!((size(1.0), size(0.5), size(8.0)), (7.0, 10.0, 4.375));
 }
 
@@ -149,7 +157,7 @@ fn picks(dwell: f64, queue: &[Candidate], slots: Slots) -> Vec<(usize, u64, u64)
         let mut by_arrival = BTreeMap::new();
         for slot in slots.of(candidate.open)..=slots.of(candidate.close) {
             let time = slots.start(slot).max(candidate.open);
-            let moment = Moment::new(&station, 0, time);
+            let moment = Moment::new(&station, 0, 0, time);
             let free = time + moment.processing_time(candidate);
             by_arrival.insert(slots.of(free), slot);
         }
@@ -223,7 +231,7 @@ proptest! {
         let network = network(dwell, &queue, length);
         let picks = picks(dwell, &queue, slots);
         prop_assert_eq!(network.arcs(), picks.len());
-        prop_assert!(network.arcs() as f64 <= SlotNetwork::size(&queue, slots));
+        prop_assert!(network.arcs() as f64 <= SlotNetwork::size(from_rest(&queue), slots));
         let best = |rewards: &[i64], slot| {
             best_from(&picks, rewards, (slot, 0), &mut HashMap::new())
         };

@@ -1,6 +1,7 @@
 //! Compares steps of a profile with separate evaluations, and ends with hand-computed ones.
 
 use super::*;
+use crate::kinematics::Arm;
 use crate::pattern::{Item, Pattern};
 use crate::planning::bound::BoundObjective;
 use crate::planning::bound::network::Slots;
@@ -18,14 +19,15 @@ fn scene(with: impl FnOnce(&Scene, &Dual)) {
         length: 10.0,
         width: 1.0,
     };
-    let robot = |name: &str, x: f64| Robot {
-        name: name.into(),
-        base: [x, -0.5].into(),
-        bin: [x, -0.5].into(),
-        reach: 0.75,
-        speed: 1.0,
-        grasp_time: 70.0,
-        release_time: 0.0,
+    let robot = |name: &str, x: f64| {
+        Robot::new(
+            name,
+            [x, -0.5].into(),
+            [x, -0.5].into(),
+            0.75,
+            Arm::constant(1.0),
+        )
+        .with_dwell(70.0, 0.0)
     };
     let station = Station::new(belt, vec![robot("a", 1.0), robot("b", 1.5)]).unwrap();
     let item = |i: usize| Item::at(i.to_string(), -0.25 * i as f64, -0.25);
@@ -49,7 +51,7 @@ fn releases(scene: &Scene) -> Vec<f64> {
         let robots = 0..scene.station().robots().len();
         let all = robots.flat_map(|robot| {
             let own = scene.queue(robot).iter().filter(move |c| c.item == item);
-            own.map(move |c| earliest_release(scene.station(), robot, c))
+            own.map(move |c| earliest_release(scene.station(), robot, (c, 0)))
         });
         all.fold(f64::INFINITY, f64::min)
     };
