@@ -58,6 +58,8 @@ pub(super) struct DualEvaluation {
     pub taken: Vec<u32>,
     /// For each robot, the value of the best path up to each node.
     pub values: Vec<Vec<i64>>,
+    /// The same by place, for robots with several.
+    pub by_place: Vec<Vec<i64>>,
 }
 
 /// Prices of items that must be picked may be as low as minus this many times the largest
@@ -126,12 +128,16 @@ impl Dual {
         into.taken.clear();
         into.taken.resize(prices.len(), 0);
         into.values.resize(self.networks.len(), Vec::new());
-        for (network, values) in self.networks.iter().zip(&mut into.values) {
-            network.longest_path(&rewards, values);
+        into.by_place.resize(self.networks.len(), Vec::new());
+        let buffers = into.values.iter_mut().zip(&mut into.by_place);
+        for (network, (values, by_place)) in self.networks.iter().zip(buffers) {
+            network.longest_path(&rewards, values, by_place);
             let nodes = network.nodes_up_to(horizon);
             into.value += values[nodes];
             let taken = &mut into.taken;
-            network.follow(&rewards, values, nodes, |item| taken[item as usize] += 1);
+            network.follow(&rewards, (values, by_place), nodes, |item| {
+                taken[item as usize] += 1;
+            });
         }
     }
 

@@ -5,10 +5,14 @@
 //! `C(t) = t + P(t)` increases strictly, the robot is free again at `C(max(open, s d))` at the
 //! earliest; the arc leads to the slot of that time. So every schedule that the model allows is
 //! a path: only arrival times are rounded, down to the beginning of their slots.
+//!
+//! For a robot that leaves from several places a node is a slot and a place: an arc leads from the
+//! place where the pick begins to its bin, and waiting from each slot to the next at the same place.
+//! Picks that begin and end in one slot are relaxed: after them the robot may be anywhere.
 
 use crate::decision::{Candidate, Moment};
 use crate::sim::Scene;
-use crate::station::Station;
+use crate::station::{Robot, Station};
 use std::ops::Range;
 
 /// Departures and releases may be early by this much, relative to `1 + t`, and still be covered
@@ -75,13 +79,32 @@ pub(super) struct SlotNetwork {
     /// Picks that end in the slot in which they begin, by node. Any number of them fits into
     /// one slot, but each item only once.
     loops: Vec<(u32, u32)>,
+    /// Where the picks begin and end, for a robot with several places.
+    places: Option<ArcPlaces>,
 }
+
+/// The places of the arcs of a network.
+#[derive(Debug, Clone)]
+struct ArcPlaces {
+    /// Number of places.
+    count: usize,
+    /// Where the robot is at the beginning.
+    start: usize,
+    /// For each arc, where it begins.
+    from: Vec<u16>,
+    /// For each item, the bin where its picks end.
+    bins: Vec<u16>,
+}
+
+/// The value of a node that no path leads to, far from the limits of the number type.
+const UNREACHED: i64 = i64::MIN / 4;
 
 /// A pick whose node is not yet known.
 struct Raw {
     arrival: u64,
     departure: u64,
     item: u32,
+    place: u16,
 }
 
 impl SlotNetwork {
@@ -95,7 +118,9 @@ impl SlotNetwork {
     ) -> Self {
         let mut raw: Vec<Raw> = Vec::new();
         let mut spans: Vec<(u64, u64)> = Vec::new();
+        let mut bins: Vec<(u32, u16)> = Vec::new();
         for (candidate, place) in picks {
+            bins.push((candidate.item, candidate.bin));
             let (begin, first_span) = (raw.len(), spans.len());
             let open = (candidate.open - slack(candidate.open)).max(0.0);
             let last = slots.of(candidate.close + slack(candidate.close));
@@ -111,6 +136,8 @@ impl SlotNetwork {
                         arrival,
                         departure,
                         item: candidate.item,
+                        // A robot has at most 100 bins and its rest.
+                        place: place as u16,
                     }),
                 }
             }
@@ -129,6 +156,7 @@ impl SlotNetwork {
             arcs: Vec::new(),
             longest_arc: 0,
             loops: Vec::new(),
+            places: ArcPlaces::of(&station.robots()[robot], &bins),
         };
         // A counting sort by node keeps the order of the items within a node.
         let is_loop = |pick: &Raw| pick.departure == pick.arrival;
@@ -140,6 +168,9 @@ impl SlotNetwork {
         }
         let total = network.first[nodes.count] as usize;
         network.arcs = vec![Arc { item: 0, from: 0 }; total];
+        if let Some(places) = &mut network.places {
+            places.from = vec![0; total];
+        }
         let mut next = network.first.clone();
         for pick in &raw {
             let node = nodes.up_to(pick.arrival) - 1;
@@ -149,13 +180,18 @@ impl SlotNetwork {
             }
             let from = nodes.up_to(pick.departure);
             network.longest_arc = network.longest_arc.max(node + 1 - from);
-            network.arcs[next[node] as usize] = Arc {
+            let arc = next[node] as usize;
+            network.arcs[arc] = Arc {
                 item: pick.item,
                 from: from as u32,
             };
+            if let Some(places) = &mut network.places {
+                places.from[arc] = pick.place;
+            }
             next[node] += 1;
         }
         network.loops.sort_unstable();
+        network.loops.dedup();
         network
     }
 
@@ -176,8 +212,17 @@ impl SlotNetwork {
     }
 
     /// Computes the best value of any path up to each node with `rewards` per item, into
-    /// `values`: `values[i]` uses the first `i` nodes, so `values[0]` is 0.
-    pub(super) fn longest_path(&self, rewards: &[i64], values: &mut Vec<i64>) {
+    /// `values`: `values[i]` uses the first `i` nodes, so `values[0]` is 0. For a robot with several
+    /// places `by_place` then has the same for each place in which a path may end.
+    pub(super) fn longest_path(
+        &self,
+        rewards: &[i64],
+        values: &mut Vec<i64>,
+        by_place: &mut Vec<i64>,
+    ) {
+        if let Some(places) = &self.places {
+            return self.longest_path_by_place(places, rewards, values, by_place);
+        }
         values.clear();
         values.push(0);
         let mut loops = self.loops.iter().peekable();
@@ -196,15 +241,57 @@ impl SlotNetwork {
         }
     }
 
-    /// Calls `visit` with the items on the longest path over the first `nodes` nodes; `values`
-    /// must come from [`Self::longest_path`] with the same `rewards`.
+    fn longest_path_by_place(
+        &self,
+        places: &ArcPlaces,
+        rewards: &[i64],
+        values: &mut Vec<i64>,
+        by_place: &mut Vec<i64>,
+    ) {
+        let count = places.count;
+        by_place.clear();
+        by_place.resize(count, UNREACHED);
+        by_place[places.start] = 0;
+        values.clear();
+        values.push(0);
+        let mut loops = self.loops.iter().peekable();
+        let mut begin = 0;
+        for (node, &end) in self.first[1..].iter().enumerate() {
+            let here = by_place.len();
+            by_place.extend_from_within(here - count..);
+            let arcs = begin..end as usize;
+            for (arc, &from) in self.arcs[arcs.clone()].iter().zip(&places.from[arcs]) {
+                let before = by_place[arc.from as usize * count + usize::from(from)];
+                let value = before + rewards[arc.item as usize];
+                let to = here + usize::from(places.bins[arc.item as usize]);
+                by_place[to] = by_place[to].max(value);
+            }
+            begin = end as usize;
+            let mut gain = None;
+            while let Some((_, item)) = loops.next_if(|(at, _)| *at as usize == node) {
+                *gain.get_or_insert(0) += rewards[*item as usize].max(0);
+            }
+            let mut best = by_place[here..].iter().copied().fold(UNREACHED, i64::max);
+            if let Some(gain) = gain {
+                best += gain;
+                by_place[here..].fill(best);
+            }
+            values.push(best);
+        }
+    }
+
+    /// Calls `visit` with the items on the longest path over the first `nodes` nodes; `values` and
+    /// `by_place` must come from [`Self::longest_path`] with the same `rewards`.
     pub(super) fn follow(
         &self,
         rewards: &[i64],
-        values: &[i64],
+        (values, by_place): (&[i64], &[i64]),
         nodes: usize,
         mut visit: impl FnMut(u32),
     ) {
+        if let Some(places) = &self.places {
+            return self.follow_by_place(places, rewards, by_place, nodes, visit);
+        }
         let mut at = nodes;
         let mut loops = self
             .loops
@@ -245,15 +332,76 @@ impl SlotNetwork {
         }
     }
 
-    /// The best value of any path from each place of [`Self::longest_path`] on: what a robot
-    /// that is free after the first `i` nodes can still get. Recomputes `values[places]` and
-    /// assumes that later values are up to date.
+    fn follow_by_place(
+        &self,
+        places: &ArcPlaces,
+        rewards: &[i64],
+        by_place: &[i64],
+        nodes: usize,
+        mut visit: impl FnMut(u32),
+    ) {
+        let count = places.count;
+        let value_of = |at: usize, place: usize| by_place[at * count + place];
+        let mut at = nodes;
+        let mut place = (0..count)
+            .rev()
+            .max_by_key(|&p| value_of(at, p))
+            .unwrap_or(0);
+        while at > 0 {
+            let mut value = value_of(at, place);
+            if value == value_of(at - 1, place) {
+                at -= 1;
+                continue;
+            }
+            let node = at - 1;
+            let begin = self.loops.partition_point(|(n, _)| (*n as usize) < node);
+            let end = self.loops.partition_point(|(n, _)| (*n as usize) <= node);
+            for (_, item) in &self.loops[begin..end] {
+                let reward = rewards[*item as usize];
+                if reward > 0 {
+                    value -= reward;
+                    visit(*item);
+                }
+            }
+            // Before loops the robot may have been anywhere.
+            let may_be = |p: usize| begin < end || p == place;
+            let waited = (0..count).find(|&p| may_be(p) && value_of(node, p) == value);
+            if let Some(before) = waited {
+                (at, place) = (node, before);
+                continue;
+            }
+            let arcs = self.first[node] as usize..self.first[at] as usize;
+            let leads_here = |arc: &usize| {
+                let Arc { item, from } = self.arcs[*arc];
+                let before = value_of(from as usize, usize::from(places.from[*arc]));
+                may_be(usize::from(places.bins[item as usize]))
+                    && before + rewards[item as usize] == value
+            };
+            match arcs.into_iter().find(leads_here) {
+                Some(arc) => {
+                    visit(self.arcs[arc].item);
+                    at = self.arcs[arc].from as usize;
+                    place = usize::from(places.from[arc]);
+                }
+                // Impossible: the value came from one of them.
+                None => at = node,
+            }
+        }
+    }
+
+    /// The best value of any path from each position of [`Self::longest_path`] on: what a robot
+    /// that is free after the first `i` nodes can still get, in `values[i]`; for a robot with several
+    /// places, at [`Self::position`] of each. Recomputes the positions of `places` and assumes that
+    /// later values are up to date.
     pub(super) fn longest_path_from(
         &self,
         rewards: &[i64],
         values: &mut [i64],
         places: Range<usize>,
     ) {
+        if let Some(own) = &self.places {
+            return self.longest_path_from_places(own, rewards, values, places);
+        }
         values[places.clone()].fill(0);
         // An arc into a later node begins after `places`.
         let end = (places.end + self.longest_arc).min(self.slots.len());
@@ -274,6 +422,61 @@ impl SlotNetwork {
                     values[from] = values[from].max(here + rewards[arc.item as usize]);
                 }
             }
+        }
+    }
+
+    fn longest_path_from_places(
+        &self,
+        own: &ArcPlaces,
+        rewards: &[i64],
+        values: &mut [i64],
+        span: Range<usize>,
+    ) {
+        let count = own.count;
+        values[span.start * count..span.end * count].fill(0);
+        // An arc into a later node begins after `span`.
+        let end = (span.end + self.longest_arc).min(self.slots.len());
+        let begin = |node: u32| (node as usize) < end;
+        let mut loops = self.loops.partition_point(|(node, _)| begin(*node));
+        let mut here = vec![0; count];
+        for node in (span.start..end).rev() {
+            here.copy_from_slice(&values[(node + 1) * count..(node + 2) * count]);
+            let mut gain = None;
+            while loops > 0 && self.loops[loops - 1].0 as usize == node {
+                loops -= 1;
+                *gain.get_or_insert(0) += rewards[self.loops[loops].1 as usize].max(0);
+            }
+            if let Some(gain) = gain {
+                let best = here.iter().copied().fold(0, i64::max) + gain;
+                here.fill(best);
+            }
+            if node < span.end {
+                for (value, here) in values[node * count..].iter_mut().zip(&here) {
+                    *value = (*value).max(*here);
+                }
+            }
+            for arc in self.first[node] as usize..self.first[node + 1] as usize {
+                let Arc { item, from } = self.arcs[arc];
+                if span.contains(&(from as usize)) {
+                    let to = here[usize::from(own.bins[item as usize])];
+                    let value = &mut values[from as usize * count + usize::from(own.from[arc])];
+                    *value = (*value).max(to + rewards[item as usize]);
+                }
+            }
+        }
+    }
+
+    /// Number of values that [`Self::longest_path_from`] fills.
+    pub(super) fn positions(&self) -> usize {
+        self.position(self.slots.len() + 1, 0)
+    }
+
+    /// Where [`Self::longest_path_from`] has the value of a robot that is free after the first
+    /// `nodes` nodes, at place `place`.
+    pub(super) fn position(&self, nodes: usize, place: u16) -> usize {
+        match &self.places {
+            None => nodes,
+            Some(places) => nodes * places.count + usize::from(place),
         }
     }
 
@@ -298,6 +501,24 @@ impl SlotNetwork {
     /// Number of nodes up to and including slot `slot`.
     pub(super) fn nodes_up_to(&self, slot: u64) -> usize {
         self.slots.partition_point(|&s| s <= slot)
+    }
+}
+
+impl ArcPlaces {
+    /// For a robot with several places; `bins` has the bin of each item with a window.
+    fn of(robot: &Robot, bins: &[(u32, u16)]) -> Option<Self> {
+        let count = robot.places();
+        let items = bins.iter().map(|(item, _)| *item as usize + 1).max();
+        let mut of_items = vec![0; items.unwrap_or(0)];
+        for (item, bin) in bins {
+            of_items[*item as usize] = *bin;
+        }
+        (count > 1).then(|| Self {
+            count,
+            start: robot.start(),
+            from: Vec::new(),
+            bins: of_items,
+        })
     }
 }
 

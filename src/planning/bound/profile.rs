@@ -203,9 +203,22 @@ impl Leaving {
         }
         let leaves: Vec<f64> = (0..items).map(|item| scene.leaves_belt(item)).collect();
         let mut worth_from = vec![0; items + 1];
+        // Items that are left on purpose do not hold up the end of the run.
+        for left in scene.left() {
+            release[left.item as usize] = 0.0;
+        }
+        let mut left = scene
+            .left()
+            .iter()
+            .rev()
+            .map(|left| left.item as usize)
+            .peekable();
         let (mut latest, mut least_end) = (0.0f64, f64::INFINITY);
         for item in (0..items).rev() {
             worth_from[item] = worth_from[item + 1] + dual.weights[item];
+            if left.next_if_eq(&item).is_some() {
+                continue;
+            }
             // If this is the last item left, all items after it are picked.
             least_end = least_end.min(latest.max(leaves[item]));
             latest = latest.max(release[item]);

@@ -43,12 +43,14 @@ impl Strategy for PriceStrategy<'_> {
             network.longest_path_from(&self.rewards, to_come, now..stale);
         }
         let next = slots.of(snapshot.time) + 1;
-        let mut best = to_come[network.nodes_up_to(next)];
+        let here = snapshot.places[robot];
+        let after = |slot: u64, place: u16| network.position(network.nodes_up_to(slot), place);
+        let mut best = to_come[after(next, here)];
         let mut choice = None;
         let moment = snapshot.moment();
         for (place, candidate) in snapshot.candidates.iter().enumerate() {
             let free = slots.of(snapshot.time + moment.processing_time(candidate));
-            let value = self.rewards[candidate.item as usize] + to_come[network.nodes_up_to(free)];
+            let value = self.rewards[candidate.item as usize] + to_come[after(free, candidate.bin)];
             // Rather now than later; among several items, the one furthest downstream.
             if value > best || (value == best && choice.is_none()) {
                 best = value;
@@ -63,7 +65,11 @@ impl Strategy for PriceStrategy<'_> {
             None => {
                 // Until the last slot from which the same value can still be reached.
                 let first = network.nodes_up_to(next);
-                let same = to_come[first..].partition_point(|&value| value == best);
+                let all = network.slots().len() + 1;
+                // What is to come never increases with time.
+                let same = partition(all - first, |later| {
+                    to_come[network.position(first + later, here)] == best
+                });
                 let slot = network.slot_of_place(first + same - 1);
                 Action::WaitUntil(slots.start(slot.max(next)))
             }
@@ -77,6 +83,20 @@ impl Strategy for PriceStrategy<'_> {
     fn needs_view(&self) -> bool {
         false
     }
+}
+
+/// How many of `0..count` satisfy `holds`, which only the first ones do.
+fn partition(count: usize, holds: impl Fn(usize) -> bool) -> usize {
+    let (mut low, mut high) = (0, count);
+    while low < high {
+        let middle = usize::midpoint(low, high);
+        if holds(middle) {
+            low = middle + 1;
+        } else {
+            high = middle;
+        }
+    }
+    low
 }
 
 /// What the line does if every robot follows `share` of `prices`. At the full prices nothing is
@@ -94,7 +114,7 @@ pub(super) fn schedule(scene: &Scene, dual: &Dual, prices: &[i64], share: f64) -
     let mut to_come = Vec::with_capacity(dual.networks.len());
     for network in &dual.networks {
         let places = network.slots().len() + 1;
-        let mut values = vec![0; places];
+        let mut values = vec![0; network.positions()];
         network.longest_path_from(&rewards, &mut values, 0..places);
         to_come.push(values);
     }

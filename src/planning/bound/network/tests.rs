@@ -121,7 +121,7 @@ fn a_pick_without_a_time_of_its_own_goes_nowhere() {
     let network = network(0.0, &[passing(0, 1.0, (1.0, 1.0))], 1.0);
     assert_eq!((network.slots(), network.arcs()), (&[0, 1][..], 2));
     let mut values = Vec::new();
-    network.longest_path(&[5], &mut values);
+    network.longest_path(&[5], &mut values, &mut Vec::new());
     assert_eq!(values, [0, 5, 10]);
 }
 
@@ -136,7 +136,7 @@ fn the_last_of_several_departures_with_one_arrival_is_kept() {
     let network = network(dwell, &queue, 0.25);
     assert_eq!((network.slots()[0], network.arcs()), (5, 2));
     let mut values = Vec::new();
-    network.longest_path(&[1, 1], &mut values);
+    network.longest_path(&[1, 1], &mut values, &mut Vec::new());
     let up_to = |slot| values[network.nodes_up_to(slot)];
     assert_eq!((up_to(4), up_to(5), up_to(15), up_to(16)), (0, 1, 1, 2));
 }
@@ -236,13 +236,13 @@ proptest! {
             best_from(&picks, rewards, (slot, 0), &mut HashMap::new())
         };
         let mut values = Vec::new();
-        network.longest_path(&rewards, &mut values);
+        network.longest_path(&rewards, &mut values, &mut Vec::new());
         let places = network.slots().len() + 1;
         prop_assert_eq!(values.len(), places);
         prop_assert_eq!(values[places - 1], best(&rewards, 0));
         for place in 0..places {
             let mut found = 0;
-            network.follow(&rewards, &values, place, |item| found += rewards[item as usize]);
+            network.follow(&rewards, (&values, &[]), place, |item| found += rewards[item as usize]);
             prop_assert_eq!(found, values[place]);
         }
         let whole = |rewards: &[i64]| {
