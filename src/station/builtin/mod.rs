@@ -1,73 +1,46 @@
-//! The built-in stations, whose geometries are fitted to the figures in the paper.
+//! The built-in stations.
 //!
-//! Jermann et al. state reach, end-effector speed and belt speed, but not belt width, spacing, bins
-//! or dwell times. `docs/model.md` gives both geometries and the figures that they reproduce.
+//! The geometries of `paper` and `paper-narrow` are fitted to the figures in the paper: Jermann et
+//! al. state reach, end-effector speed and belt speed, but not belt width, spacing, bins or dwell
+//! times. `docs/model.md` gives both geometries and the figures that they reproduce. `delta` and
+//! `sorting` are real lines (`docs/real-lines.md`); their files state their sources.
 
+use super::file::{self, Overrides};
 use super::geometry::Station;
-use super::line::{Line, LineBins};
 use crate::error::{Error, Result, known_names};
-use crate::kinematics::{Arm, TravelLaw};
 
 /// A station that is available without a file.
 #[derive(Debug)]
 pub struct BuiltIn {
-    /// The name to give with `--station`.
+    /// The name by which it is asked for.
     pub name: &'static str,
     /// One-line description for help texts.
     pub summary: &'static str,
-    /// Belt speed [m/s].
-    pub belt_speed: f64,
-    /// Belt width [m].
-    pub belt_width: f64,
-    /// The robots; `line.robots` is their default number.
-    pub line: Line,
+    /// The station as a file.
+    text: &'static str,
 }
-
-/// Jermann et al.: an end effector at 0.5 m/s.
-const PAPER_ARM: Arm = Arm {
-    law: TravelLaw::Constant { speed: 0.5 },
-    lift: 0.0,
-};
 
 /// All built-in stations, the default first.
 pub const BUILT_INS: &[BuiltIn] = &[
     BuiltIn {
         name: "paper",
         summary: "wide belt at 0.05 m/s: each robot has a strip that only it can reach",
-        belt_speed: 0.05,
-        belt_width: 1.05,
-        line: Line {
-            robots: 2,
-            first_base_x: 1.3,
-            spacing: 1.6,
-            base_offset: 0.1,
-            bins: LineBins::AtEdge(0.0),
-            rest: None,
-            tail: 0.5,
-            reach: 0.8,
-            arm: PAPER_ARM,
-            grasp_time: 0.1,
-            release_time: 0.1,
-        },
+        text: include_str!("paper.toml"),
     },
     BuiltIn {
         name: "paper-narrow",
         summary: "narrow belt at 0.078 m/s: every item is in every robot's reach",
-        belt_speed: 0.078,
-        belt_width: 0.4,
-        line: Line {
-            robots: 2,
-            first_base_x: 1.55,
-            spacing: 2.0,
-            base_offset: 0.1,
-            bins: LineBins::AtEdge(0.0),
-            rest: None,
-            tail: 1.0,
-            reach: 0.8,
-            arm: PAPER_ARM,
-            grasp_time: 0.5,
-            release_time: 0.5,
-        },
+        text: include_str!("paper-narrow.toml"),
+    },
+    BuiltIn {
+        name: "delta",
+        summary: "three delta robots over a packing belt at 0.4 m/s",
+        text: include_str!("delta.toml"),
+    },
+    BuiltIn {
+        name: "sorting",
+        summary: "four arms that sort waste into bins by material at 0.3 m/s; wood is left",
+        text: include_str!("sorting.toml"),
     },
 ];
 
@@ -77,15 +50,16 @@ impl BuiltIn {
     /// # Errors
     /// If the number of robots is not allowed.
     pub fn station(&self, robots: Option<usize>) -> Result<Station> {
-        let line = Line {
-            robots: robots.unwrap_or(self.line.robots),
-            ..self.line.clone()
+        let overrides = Overrides {
+            robots,
+            belt_speed: None,
         };
-        line.check(&|key| key.to_owned())?;
-        Station::new(
-            line.belt(self.belt_speed, self.belt_width),
-            line.place(self.belt_width),
-        )
+        file::parse(self.text, self.name, overrides)
+    }
+
+    /// The station as a commented file.
+    pub fn text(&self) -> &'static str {
+        self.text
     }
 }
 
