@@ -14,10 +14,12 @@ use nalgebra::Point2;
 use pickline::checker;
 use pickline::decision::Pick;
 use pickline::dispatch::RuleAssignment;
+use pickline::kinematics::TravelLaw;
 use pickline::pattern::Pattern;
 use pickline::sim::{Cascade, Scene, simulate_rules};
 use pickline::station::Station;
 use proptest::prelude::*;
+use rand::RngExt as _;
 
 /// Differences of times [s] and keys that are due to rounding.
 const ROUNDING: f64 = 1e-9;
@@ -145,4 +147,33 @@ proptest! {
             prop_assert_eq!(picks, outcome.picks);
         }
     }
+}
+
+/// Random moves with their travel times, for `tests/ruckig/run.sh`.
+#[test]
+fn moves_are_written_for_ruckig() {
+    let mut rng = pickline::pattern::random_stream(15, 0);
+    let mut between = |low: f64, high: f64| rng.random_range(low..high);
+    let mut text = String::from("length_m,speed_m_s,acceleration_m_s2,deceleration_m_s2,time_s\n");
+    for _ in 0..1000 {
+        let length = between(0.001, 1.5);
+        let law = TravelLaw::Trapezoid {
+            speed: between(0.2, 12.0),
+            acceleration: between(2.0, 150.0),
+            deceleration: between(2.0, 150.0),
+        };
+        let TravelLaw::Trapezoid {
+            speed,
+            acceleration,
+            deceleration,
+        } = law
+        else {
+            unreachable!("it was just made");
+        };
+        let time = law.time(length);
+        text += &format!("{length},{speed},{acceleration},{deceleration},{time}\n");
+    }
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("ruckig");
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("moves.csv"), text).unwrap();
 }
