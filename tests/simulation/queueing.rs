@@ -31,9 +31,13 @@ fn a_robot_without_reach_loses_what_erlang_says() {
             lift: 1e-6,
         },
     ];
-    for (arm, load) in arms.iter().flat_map(|arm| [0.5, 1.0, 2.0].map(|load| (arm, load))) {
+    for (arm, load) in arms
+        .iter()
+        .flat_map(|arm| [0.5, 1.0, 2.0].map(|load| (arm, load)))
+    {
         let place = Point2::new(0.5, 0.0);
-        let robot = Robot::new("r1", place, place, 1e-4, arm.clone()).with_dwell(0.3, SERVICE - 0.3);
+        let robot =
+            Robot::new("r1", place, place, 1e-4, arm.clone()).with_dwell(0.3, SERVICE - 0.3);
         let station = Station::new(belt, vec![robot]).unwrap();
         let mut rng = random_stream(7, 0);
         let mut arrival = 0.0;

@@ -1,0 +1,325 @@
+//! Independent verification of any run, simulated or live.
+//!
+//! The checker only asks whether physics and the rules of the game allow the picks. It shares no
+//! code with the engines, the windows or the closed form of the meeting point, so it exposes errors
+//! there.
+
+mod attempt;
+mod physics;
+
+use attempt::Attempt;
+use physics::{bin_of, can_be_met, left_reason, weight_of};
+
+use crate::decision::{Failure, FailureCause, MissReason, Outcome, Pick, RobotFigures};
+use crate::error::{Error, Result, counted};
+use crate::pattern::Pattern;
+use crate::station::{Robot, Station};
+use nalgebra::Point2;
+
+/// Largest deviation from the model [m or s] that is attributed to rounding, per unit of the times
+/// and lengths involved.
+const TOLERANCE: f64 = 1e-9;
+
+/// What contradicts the model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Violation {
+    /// Index of the robot.
+    pub robot: usize,
+    /// Index of the item in its pattern.
+    pub item: u32,
+    /// When the robot left for the item [s].
+    pub time: f64,
+    /// What is wrong.
+    pub problem: String,
+}
+
+impl Violation {
+    fn of(pick: &Pick, problem: impl Into<String>) -> Self {
+        Self {
+            robot: pick.robot,
+            item: pick.item,
+            time: pick.decide,
+            problem: problem.into(),
+        }
+    }
+}
+
+impl From<Violation> for Error {
+    fn from(violation: Violation) -> Self {
+        Self::refuted(format!(
+            "robot {} picking item {} at t = {} s: {}",
+            violation.robot, violation.item, violation.time, violation.problem
+        ))
+    }
+}
+
+/// What attempts are checked against.
+struct Checked<'a> {
+    station: &'a Station,
+    pattern: &'a Pattern,
+    /// See [`TOLERANCE`].
+    tolerance: f64,
+}
+
+/// Who holds or held a claim on an item, and when the claim ends [s]; never for a picked item.
+type Claim = Option<(usize, f64)>;
+
+/// Checks `outcome` against the model: every pick meets its item where the item is, within reach
+/// and on the belt, and takes it to its bin. No robot is in two places at once. No two robots claim
+/// an item at the same time, and no robot claims one that is already picked. Times, figures and the
+/// lists of missed items and of items left on purpose are consistent.
+/// With disturbances (`docs/model.md`), a failed attempt occupies its robot as long as a pick and
+/// claims its item until the end of the grasp. Whether a grasp fails is random and is not checked.
+///
+/// # Errors
+/// [`Refuted`](crate::error::ErrorKind) with the first violation.
+pub fn check(station: &Station, pattern: &Pattern, outcome: &Outcome) -> Result<()> {
+    let checked = Checked {
+        station,
+        pattern,
+        tolerance: TOLERANCE,
+    };
+    let mut first = None;
+    let claims = checked.follow(&attempts(outcome)?, &mut |violation| {
+        first.get_or_insert(violation);
+    });
+    if let Some(violation) = first {
+        return Err(violation.into());
+    }
+    check_missed(station, pattern, outcome, &claims)?;
+    check_figures(station, pattern, outcome)
+}
+
+/// All that is wrong with `picks`, which may come from any program, in order of decision and robot.
+/// `tolerance` [m or s, per unit of the times and lengths involved] is attributed to rounding.
+pub fn violations(
+    station: &Station,
+    pattern: &Pattern,
+    picks: &[Pick],
+    tolerance: f64,
+) -> Vec<Violation> {
+    let checked = Checked {
+        station,
+        pattern,
+        tolerance,
+    };
+    let mut attempts: Vec<_> = picks.iter().map(|pick| (pick, None)).collect();
+    attempts.sort_by(|(a, _), (b, _)| a.decide.total_cmp(&b.decide).then(a.robot.cmp(&b.robot)));
+    let mut list = Vec::new();
+    checked.follow(&attempts, &mut |violation| list.push(violation));
+    list
+}
+
+impl Checked<'_> {
+    /// Calls `report` for everything that is wrong with `attempts`, which are in order of decision;
+    /// those that failed have a cause. Returns the last claim on each item.
+    fn follow(
+        &self,
+        attempts: &[(&Pick, Option<FailureCause>)],
+        report: &mut dyn FnMut(Violation),
+    ) -> Vec<Claim> {
+        let robots = self.station.robots();
+        let mut free_at = vec![0.0; robots.len()];
+        let mut places: Vec<Point2<f64>> = robots.iter().map(|robot| robot.rest).collect();
+        let mut claims: Vec<Claim> = vec![None; self.pattern.len()];
+        let mut problems = Vec::new();
+        for &(pick, cause) in attempts {
+            let (Some(robot), Some(item)) = (
+                robots.get(pick.robot),
+                self.pattern.items().get(pick.item as usize),
+            ) else {
+                report(Violation::of(pick, "there is no such robot or item"));
+                continue;
+            };
+            let attempt = Attempt {
+                checked: self,
+                robot,
+                item,
+                pick,
+                from: places[pick.robot],
+            };
+            attempt.check_way(&mut problems);
+            if cause == Some(FailureCause::OutOfReach) {
+                if problems.is_empty() {
+                    attempt.check_vanity(&mut problems);
+                }
+            } else {
+                attempt.check_meeting(&mut problems);
+            }
+            if cause == Some(FailureCause::Grasp) && item.p_grasp == Some(1.0) {
+                problems.push("no grasp of this item fails".into());
+            }
+            if let Some(bin) = robot.bins.get(usize::from(pick.bin)) {
+                places[pick.robot] = bin.at;
+            }
+            let ends = match cause {
+                Some(_) => pick.grasp + robot.grasp_time,
+                None => f64::INFINITY,
+            };
+            let slack = slack_of(self.tolerance, pick.decide);
+            let claim = claims[pick.item as usize].replace((pick.robot, ends));
+            if let Some((other, until)) = claim
+                && pick.decide < until - slack
+            {
+                problems.push(format!("the item was already claimed by robot {other}"));
+            }
+            let free = free_at[pick.robot];
+            if pick.decide < free - slack {
+                problems.push(format!("the robot is busy until {free} s"));
+            }
+            free_at[pick.robot] = pick.release;
+            for problem in problems.drain(..) {
+                report(Violation::of(pick, problem));
+            }
+        }
+        claims
+    }
+}
+
+/// Picks and failed attempts, the latter with their cause, in order of decision.
+fn attempts(outcome: &Outcome) -> Result<Vec<(&Pick, Option<FailureCause>)>> {
+    let order = |a: &Pick, b: &Pick| a.decide.total_cmp(&b.decide).then(a.robot.cmp(&b.robot));
+    let picks: Vec<_> = outcome.picks.iter().map(|pick| (pick, None)).collect();
+    let failures = outcome.failures.iter();
+    let failures: Vec<_> = failures.map(|f| (&f.attempt, Some(f.cause))).collect();
+    for list in [&picks, &failures] {
+        let late = |pair: &&[(&Pick, _)]| order(pair[0].0, pair[1].0).is_gt();
+        if let Some(pair) = list.windows(2).find(late) {
+            let problem = "attempts are not in order of decision, then robot";
+            return Err(Violation::of(pair[1].0, problem).into());
+        }
+    }
+    let mut all = [picks, failures].concat();
+    all.sort_by(|a, b| order(a.0, b.0));
+    Ok(all)
+}
+
+/// Allowance for rounding of a time or length of this size [m or s].
+fn slack_of(tolerance: f64, size: f64) -> f64 {
+    tolerance * (1.0 + size.abs())
+}
+
+fn slack(size: f64) -> f64 {
+    slack_of(TOLERANCE, size)
+}
+
+fn check_missed(
+    station: &Station,
+    pattern: &Pattern,
+    outcome: &Outcome,
+    claims: &[Option<(usize, f64)>],
+) -> Result<()> {
+    // The last claim on a picked item never ends.
+    let left = |item: u32| left_reason(station, &pattern.items()[item as usize]);
+    let all = || 0..pattern.len() as u32;
+    let missing: Vec<u32> = all()
+        .filter(|&item| claims[item as usize].is_none_or(|(_, ends)| ends.is_finite()))
+        .filter(|&item| left(item).is_none())
+        .collect();
+    let listed: Vec<u32> = outcome.missed.iter().map(|miss| miss.item).collect();
+    if missing != listed {
+        return Err(Error::refuted(format!(
+            "the missed items do not match: {} items were not picked, {} are listed as missed",
+            missing.len(),
+            listed.len()
+        )));
+    }
+    let on_purpose: Vec<_> = all()
+        .filter_map(|item| left(item).map(|reason| (item, reason)))
+        .collect();
+    let listed = outcome.left.iter().map(|left| (left.item, left.reason));
+    if !listed.eq(on_purpose.iter().copied()) {
+        return Err(Error::refuted(format!(
+            "the items that are left on purpose do not match: {} are not to be picked, {} are listed",
+            on_purpose.len(),
+            outcome.left.len()
+        )));
+    }
+    for miss in &outcome.missed {
+        let item = &pattern.items()[miss.item as usize];
+        let takes = |robot: &&Robot| bin_of(robot, item.class.as_deref()).is_some();
+        let reachable = station
+            .robots()
+            .iter()
+            .filter(takes)
+            .any(|robot| can_be_met(station, robot, item.x0, item.y));
+        if reachable == (miss.reason == MissReason::Unreachable) {
+            return Err(Error::refuted(format!(
+                "item {} is listed as {}, but {} robot can meet it",
+                miss.item,
+                miss.reason.name(),
+                if reachable { "a" } else { "no" }
+            )));
+        }
+        let attempted = claims[miss.item as usize].is_some();
+        if reachable && attempted != (miss.reason == MissReason::GraspFailed) {
+            return Err(Error::refuted(format!(
+                "item {} is listed as {}, but was {}attempted",
+                miss.item,
+                miss.reason.name(),
+                if attempted { "" } else { "not " }
+            )));
+        }
+    }
+    Ok(())
+}
+
+fn check_figures(station: &Station, pattern: &Pattern, outcome: &Outcome) -> Result<()> {
+    let (given, there) = (outcome.robots.len(), station.robots().len());
+    if given != there {
+        return Err(Error::refuted(format!(
+            "there are figures for {}, but the station has {there}",
+            counted(given, "robot")
+        )));
+    }
+    // Figures recomputed from each robot's picks and failed attempts.
+    let mut robots = vec![RobotFigures::default(); there];
+    let mut end: f64 = 0.0;
+    for pick in &outcome.picks {
+        let robot = &mut robots[pick.robot];
+        robot.picked += 1;
+        robot.weight += weight_of(station, &pattern.items()[pick.item as usize]);
+        robot.busy += pick.release - pick.decide;
+        end = end.max(pick.release);
+    }
+    for Failure { attempt, .. } in &outcome.failures {
+        let robot = &mut robots[attempt.robot];
+        robot.failed += 1;
+        robot.busy += attempt.release - attempt.decide;
+        end = end.max(attempt.release);
+    }
+    let belt = station.belt();
+    for miss in &outcome.missed {
+        let leaves = (belt.length - pattern.items()[miss.item as usize].x0) / belt.speed;
+        end = end.max(leaves);
+    }
+    let figures = &outcome.figures;
+    let weight = robots.iter().map(|robot| robot.weight).sum();
+    let offered = pattern.len() - outcome.left.len();
+    agree("items", figures.items as f64, offered as f64)?;
+    agree("picked", figures.picked as f64, outcome.picks.len() as f64)?;
+    agree("weight", figures.weight, weight)?;
+    agree("end", figures.end, end)?;
+    for (i, (given, did)) in outcome.robots.iter().zip(&robots).enumerate() {
+        let of = |name: &str| format!("{name} of robot {i}");
+        agree(&of("picks"), given.picked as f64, did.picked as f64)?;
+        agree(
+            &of("failed attempts"),
+            given.failed as f64,
+            did.failed as f64,
+        )?;
+        agree(&of("weight"), given.weight, did.weight)?;
+        agree(&of("busy time"), given.busy, did.busy)?;
+    }
+    Ok(())
+}
+
+/// Checks that the reported figure equals the recomputed one; NaN never does.
+fn agree(name: &str, given: f64, value: f64) -> Result<()> {
+    if (given - value).abs() <= slack(value) {
+        return Ok(());
+    }
+    Err(Error::refuted(format!(
+        "{name} is reported as {given}, but is {value}"
+    )))
+}
