@@ -135,7 +135,7 @@ impl Attempt<'_> {
         let (mut low, mut high) = (pick.decide.max(at(0.0)), at(belt.length).max(pick.decide));
         if lacks(low) < 0.0 || lacks(high) > 0.0 {
             // It would meet the item beside the belt's length.
-            return Ok(());
+            return;
         }
         for _ in 0..200 {
             let middle = 0.5 * (low + high);
@@ -149,14 +149,10 @@ impl Attempt<'_> {
         let inside = robot.reach - nalgebra::distance(&meet, &robot.base);
         let inside = inside.min(meet.x).min(belt.length - meet.x);
         if inside > tolerance {
-            return refute(
-                pick,
-                format!(
-                    "it found nothing, but it could have met the item at ({}, {})",
-                    meet.x, meet.y
-                ),
-            );
+            problems.push(format!(
+                "it found nothing, but it could have met the item at ({}, {})",
+                meet.x, meet.y
+            ));
         }
-        Ok(())
     }
 }
