@@ -1,7 +1,7 @@
 //! The cases of a comparison.
 
 use crate::error::{Error, Result};
-use crate::files::read_text;
+use crate::files::{is_path, read_text};
 use crate::pattern::{
     self, FEEDS, Feed, FeedShape, Feeder, Pattern, grid, poisson_disk, random_stream,
 };
@@ -72,7 +72,7 @@ pub fn load_cases(name: &str) -> Result<Vec<Case>> {
             "write a case file, for example [[case]] with name = \"own\" and profile = \"FILE\" or \
              feed = \"random\" and flow = 60, and name it (see `pickline help compare`)",
         )),
-        _ if Path::new(name).exists() || name.contains(['/', '\\', '.']) => {
+        _ if Path::new(name).exists() || is_path(name) => {
             let path = Path::new(name);
             parse(&read_text(path)?, name, path.parent())
         }
@@ -277,7 +277,7 @@ impl Case {
         match &self.source {
             CaseSource::Feed(feed, flow) => {
                 let feeder = Feeder::new(feed, *flow, belt, FeedShape::default());
-                let feeder = feeder.map_err(|error| error.inside(&self.name))?;
+                let feeder = feeder.map_err(|error| error.inside(&self.name).into_input())?;
                 Ok(feeder.expected_items(items))
             }
             CaseSource::File(_) => Ok(0.0),
@@ -311,7 +311,7 @@ impl Case {
             CaseSource::Feed(feed, flow) => {
                 let shape = FeedShape::default();
                 let feeder = Feeder::new(feed, *flow, belt, shape);
-                let feeder = feeder.map_err(|error| error.inside(&self.name))?;
+                let feeder = feeder.map_err(|error| error.inside(&self.name).into_input())?;
                 match feed.is_random() {
                     true => replicated(&|rng| feeder.draw(self.items, rng)),
                     false => {

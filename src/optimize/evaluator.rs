@@ -70,13 +70,20 @@ impl<'a> Evaluator<'a> {
     /// assignment.
     ///
     /// # Errors
-    /// A pattern that does not fit on the belt, or invalid conditions.
+    /// No pattern, one that does not fit on the belt, or invalid conditions.
     pub fn new(
         station: &'a Station,
         patterns: &'a [Pattern],
         objective: Objective,
         conditions: &Conditions,
     ) -> Result<Self> {
+        if patterns.is_empty() {
+            return Err(Error::usage(
+                "'patterns'",
+                "the set has no pattern to score on",
+                "give one or more patterns",
+            ));
+        }
         let scenes = patterns
             .par_iter()
             .enumerate()

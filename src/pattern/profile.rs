@@ -60,19 +60,26 @@ impl Profile {
         while let Some(line) = file.next(&mut record)? {
             let mut read = |place: usize, column: &str, most: f64| {
                 let text = record.get(place).unwrap_or_default();
-                let number = file.number(text).filter(|n| (0.0..=most).contains(n));
-                number.ok_or_else(|| {
-                    Error::input(
-                        format!("{name}:{line}: {column}"),
-                        format!("`{}` is not a number from 0 to {most:e}", shown(text)),
-                        match column {
-                            "time_s" => "give seconds from the start, for example 5400",
-                            _ if text.trim_start().starts_with('-') || text.contains("nan") => {
-                                "give items per minute, 0 where none arrive"
-                            }
-                            _ => file.number_cure(),
-                        },
-                    )
+                let found = file.number(text);
+                if let Ok(number) = found
+                    && (0.0..=most).contains(&number)
+                {
+                    return Ok(number);
+                }
+                let wrong = Error::input(
+                    format!("{name}:{line}: {column}"),
+                    format!("`{}` is not a number from 0 to {most:e}", shown(text)),
+                    match column {
+                        "time_s" => "give seconds from the start, for example 5400",
+                        _ if text.trim_start().starts_with('-') || text.contains("nan") => {
+                            "give items per minute, 0 where none arrive"
+                        }
+                        _ => file.number_cure(),
+                    },
+                );
+                Err(match found {
+                    Ok(_) => wrong,
+                    Err(cause) => wrong.caused_by(cause),
                 })
             };
             let (time, flow) = (
