@@ -378,10 +378,7 @@ mod tests {
         assert_eq!(file.number("-0,15"), Ok(-0.15));
         assert_eq!(file.number("0.15"), Err(NumberError::Mark));
         assert_eq!(file.number("1.234,5"), Err(NumberError::Mark));
-        assert!(matches!(
-            file.number("1,234,5"),
-            Err(NumberError::Form(_))
-        ));
+        assert!(matches!(file.number("1,234,5"), Err(NumberError::Form(_))));
         assert!(file.number_cure().contains("decimal comma"));
         let mut file = CsvFile::new("id;x\n", "t");
         assert_eq!(file.number("0.15"), Ok(0.15));

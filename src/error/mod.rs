@@ -347,5 +347,4 @@ mod tests {
             "--flow: 0 items/min\n  cure: give --flow 60"
         );
     }
-
 }

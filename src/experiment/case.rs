@@ -253,5 +253,4 @@ mod tests {
             "{message}"
         );
     }
-
 }

@@ -332,8 +332,7 @@ impl Evaluation {
         let (patterns, done): (Vec<usize>, Vec<_>) = done.into_iter().unzip();
         let score = |a: usize| Score {
             values: done.iter().map(|(values, _)| values[a]).collect(),
-            picked_share: done.iter().map(|(_, shares)| shares[a]).sum::<f64>()
-                / done.len() as f64,
+            picked_share: done.iter().map(|(_, shares)| shares[a]).sum::<f64>() / done.len() as f64,
         };
         Self {
             scores: (0..assignments.len()).map(score).collect(),

@@ -27,7 +27,12 @@ fn refused<T>(result: Result<T>) -> Error {
 
 fn compared(options: &CompareOptions) -> Error {
     let cases = load_cases("paper").unwrap();
-    refused(study::compare(&line(), &cases, options, &Environment::QUIET))
+    refused(study::compare(
+        &line(),
+        &cases,
+        options,
+        &Environment::QUIET,
+    ))
 }
 
 fn optimized(options: &OptimizeOptions) -> Error {
@@ -74,7 +79,11 @@ fn what_the_caller_asks_for_is_of_kind_usage() {
             "'sweep' robots at 1",
         ),
         (
-            swept(&SweepOptions::default().with_axis(Axis::Reach).with_from(-1.0)),
+            swept(
+                &SweepOptions::default()
+                    .with_axis(Axis::Reach)
+                    .with_from(-1.0),
+            ),
             "'from'",
         ),
         (refused(built_in("papre")), "'station'"),
@@ -198,7 +207,8 @@ fn the_error_beneath_that_of_a_file_is_kept() {
 #[test]
 fn wrong_options_of_a_strategy_are_refused_as_it_is_read() {
     let options = STRATEGIES.iter().map(|kind| (kind.name, kind.options));
-    let options = options.flat_map(|(name, options)| options.iter().map(move |(key, _)| (name, key)));
+    let options =
+        options.flat_map(|(name, options)| options.iter().map(move |(key, _)| (name, key)));
     for (name, key) in options {
         let error = refused(strategies::parse(&format!("{name}:{key}=?")));
         let place = format!("'strategy' {name}:{key}");
@@ -244,7 +254,10 @@ fn a_set_without_patterns_is_refused_as_such() {
         swept(&SweepOptions::default().with_training(empty())),
     ] {
         assert_eq!(error.place(), Some("'train_patterns'"), "{error}");
-        assert!(error.to_string().contains("one or more patterns"), "{error}");
+        assert!(
+            error.to_string().contains("one or more patterns"),
+            "{error}"
+        );
     }
     let rate = Objective::PickingRate;
     let station = line();

@@ -76,9 +76,9 @@ pub fn poisson_disk(
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::sampler::Point;
     use super::sampler::tests::uncovered;
+    use super::*;
     use crate::pattern::random_stream;
 
     fn draw(width: f64, radius: f64, count: usize, seed: u64) -> Pattern {

@@ -248,7 +248,12 @@ pub(super) mod tests {
     /// if there is one. An uncovered region has a corner at a crossing of two circles, at a
     /// crossing of a circle with the border, or at a corner of the strip, so only these are
     /// checked.
-    pub(in super::super) fn uncovered(points: &[Point], from: f64, size: Point, least: f64) -> Option<Point> {
+    pub(in super::super) fn uncovered(
+        points: &[Point],
+        from: f64,
+        size: Point,
+        least: f64,
+    ) -> Option<Point> {
         let mut places = vec![[from, 0.0], [from, size[1]], [size[0], 0.0], size];
         for (i, a) in points.iter().enumerate() {
             for at in [from, size[0]] {

@@ -120,10 +120,9 @@ impl RecordingReader {
         reader.first = match reader.part()? {
             Some(McapPart::Metadata(name, fields)) if name == "state" => {
                 let text = fields.get("state").map_or("", String::as_str);
-                let change: StateChange = serde_json::from_str(text)
-                    .map_err(|error| {
-                        wrong(format!("has an invalid state: {error}")).caused_by(error)
-                    })?;
+                let change: StateChange = serde_json::from_str(text).map_err(|error| {
+                    wrong(format!("has an invalid state: {error}")).caused_by(error)
+                })?;
                 let mut state = LineState::default();
                 state.apply(change);
                 reader.state = Some(state);
