@@ -7,11 +7,15 @@ use super::geometry::{Belt, Station};
 use super::line::{Line, LineBins};
 use super::robot::{Bin, Robot, default_bin_name};
 use crate::error::{Error, Result, nearest_file, shown};
-use crate::files::fingerprint;
+use crate::files::{fingerprint, is_path};
 use crate::toml_file::{File, Section};
 use nalgebra::Point2;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
+
+/// The settings of [`Overrides`], as the places of errors.
+const BELT_SPEED: &str = "'belt_speed'";
+const ROBOTS: &str = "'robots'";
 
 /// The strategy in the `strategy` key of a station file.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -43,7 +47,7 @@ pub fn load(name: &str, overrides: Overrides) -> Result<Station> {
 
 /// Whether `name` refers to a file rather than a built-in station.
 pub fn is_file(name: &str) -> bool {
-    name.contains(['/', '\\', '.']) || Path::new(name).exists()
+    is_path(name) || Path::new(name).exists()
 }
 
 /// Like [`load`], but also returns the strategy that the file names. It is not validated here,
@@ -58,7 +62,7 @@ pub fn load_with_strategy(
     if is_file(name) {
         let path = Path::new(name);
         if let Some(station) = meant_built_in(path) {
-            return Err(Error::input(
+            return Err(Error::path(
                 name,
                 "the file does not exist",
                 format!("use `{station}` for the built-in station, or check the path"),
@@ -87,17 +91,11 @@ fn load_built_in(name: &str, overrides: Overrides) -> Result<Station> {
         }
         (Err(error), _) => return Err(error),
     };
-    let station = station.station(overrides.robots).map_err(|error| {
-        if overrides.robots.is_some() {
-            error.at("'robots'")
-        } else {
-            error
-        }
-    })?;
+    let station = station.station(overrides.robots)?;
     match overrides.belt_speed {
         Some(speed) => station
             .with_belt_speed(speed)
-            .map_err(|e| e.at("'belt_speed'")),
+            .map_err(|error| error.at(BELT_SPEED).into_usage()),
         None => Ok(station),
     }
 }
@@ -149,17 +147,27 @@ pub fn parse_with_strategy(
 }
 
 fn read(root: &Section, overrides: Overrides) -> Result<Station> {
+    read_checked(root, overrides).map_err(|error| {
+        let is_override = matches!(error.place(), Some(BELT_SPEED | ROBOTS));
+        match is_override {
+            true => error.into_usage(),
+            false => error,
+        }
+    })
+}
+
+fn read_checked(root: &Section, overrides: Overrides) -> Result<Station> {
     let file = root.file;
     root.only(&["strategy", "belt", "robot", "line", "class"])?;
     let place = |key: &str| match (key, overrides.belt_speed, overrides.robots) {
-        ("belt.speed", Some(_), _) => "'belt_speed'".to_owned(),
-        ("robot", _, Some(_)) => "'robots'".to_owned(),
+        ("belt.speed", Some(_), _) => BELT_SPEED.to_owned(),
+        ("robot", _, Some(_)) => ROBOTS.to_owned(),
         _ => file.place(key),
     };
     let (belt, robots) = read_station(root, overrides, &place)?;
     let classes = read_classes(root)?;
     // If the belt speed was given beside the file, the file itself may be right.
-    let too_slow = overrides.belt_speed.map(|_| "'belt_speed'");
+    let too_slow = overrides.belt_speed.map(|_| BELT_SPEED);
     Station::checked(belt, robots, classes, &place, too_slow)
 }
 
@@ -181,7 +189,7 @@ fn read_station(
         (Some(_), None) => {
             if overrides.robots.is_some() {
                 return Err(Error::usage(
-                    "'robots'",
+                    ROBOTS,
                     format!("`{}` lists its robots one by one", root.file.name),
                     "drop the flag, or describe identical robots with a [line] table",
                 ));

@@ -107,6 +107,50 @@ struct Raw {
     place: u16,
 }
 
+/// The picks of robot `robot` in slots, item by item, the spans of slots in which they arrive, and the
+/// bin of each item.
+fn picks_in_slots(
+    station: &Station,
+    robot: usize,
+    picks: impl Iterator<Item = (Candidate, usize)>,
+    slots: Slots,
+) -> (Vec<Raw>, Vec<(u64, u64)>, Vec<(u32, u16)>) {
+    let mut raw: Vec<Raw> = Vec::new();
+    let mut spans: Vec<(u64, u64)> = Vec::new();
+    let mut bins: Vec<(u32, u16)> = Vec::new();
+    for (candidate, place) in picks {
+        bins.push((candidate.item, candidate.bin));
+        let (begin, first_span) = (raw.len(), spans.len());
+        let open = (candidate.open - slack(candidate.open)).max(0.0);
+        let last = slots.of(candidate.close + slack(candidate.close));
+        for departure in slots.of(open)..=last {
+            let time = slots.start(departure).max(open);
+            let moment = Moment::new(station, robot, place, time);
+            let free = time + moment.processing_time(&candidate);
+            let arrival = slots.of((free - slack(free)).max(0.0)).max(departure);
+            match raw[begin..].last_mut() {
+                // Of several departures with the same arrival, the last is as good as any.
+                Some(before) if before.arrival >= arrival => before.departure = departure,
+                _ => raw.push(Raw {
+                    arrival,
+                    departure,
+                    item: candidate.item,
+                    // A robot has at most 100 bins and its rest.
+                    place: place as u16,
+                }),
+            }
+        }
+        // If the arm is only slightly faster than the belt, arrivals are far apart.
+        for pick in &raw[begin..] {
+            match spans[first_span..].last_mut() {
+                Some((_, last)) if pick.arrival <= *last + GAP => *last = pick.arrival,
+                _ => spans.push((pick.arrival, pick.arrival)),
+            }
+        }
+    }
+    (raw, spans, bins)
+}
+
 impl SlotNetwork {
     /// The picks of robot `robot` of `station`, with their windows and the places from which they
     /// begin.
@@ -116,39 +160,7 @@ impl SlotNetwork {
         picks: impl Iterator<Item = (Candidate, usize)>,
         slots: Slots,
     ) -> Self {
-        let mut raw: Vec<Raw> = Vec::new();
-        let mut spans: Vec<(u64, u64)> = Vec::new();
-        let mut bins: Vec<(u32, u16)> = Vec::new();
-        for (candidate, place) in picks {
-            bins.push((candidate.item, candidate.bin));
-            let (begin, first_span) = (raw.len(), spans.len());
-            let open = (candidate.open - slack(candidate.open)).max(0.0);
-            let last = slots.of(candidate.close + slack(candidate.close));
-            for departure in slots.of(open)..=last {
-                let time = slots.start(departure).max(open);
-                let moment = Moment::new(station, robot, place, time);
-                let free = time + moment.processing_time(&candidate);
-                let arrival = slots.of((free - slack(free)).max(0.0)).max(departure);
-                match raw[begin..].last_mut() {
-                    // Of several departures with the same arrival, the last is as good as any.
-                    Some(before) if before.arrival >= arrival => before.departure = departure,
-                    _ => raw.push(Raw {
-                        arrival,
-                        departure,
-                        item: candidate.item,
-                        // A robot has at most 100 bins and its rest.
-                        place: place as u16,
-                    }),
-                }
-            }
-            // If the arm is only slightly faster than the belt, arrivals are far apart.
-            for pick in &raw[begin..] {
-                match spans[first_span..].last_mut() {
-                    Some((_, last)) if pick.arrival <= *last + GAP => *last = pick.arrival,
-                    _ => spans.push((pick.arrival, pick.arrival)),
-                }
-            }
-        }
+        let (raw, spans, bins) = picks_in_slots(station, robot, picks, slots);
         let nodes = Nodes::new(spans);
         let mut network = Self {
             slots: nodes.slots(),

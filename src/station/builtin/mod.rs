@@ -54,7 +54,9 @@ impl BuiltIn {
             robots,
             belt_speed: None,
         };
-        file::parse(self.text, self.name, overrides)
+        // Everything but the number of robots is known to be right.
+        let made = file::parse(self.text, self.name, overrides);
+        made.map_err(|error| error.at("'robots'").into_usage())
     }
 
     /// The station as a commented file.
