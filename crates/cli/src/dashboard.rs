@@ -1,11 +1,10 @@
 //! The dashboard of `pickline run`.
 
-use super::args::AccessArgs;
 use super::remarks::Remarks;
 use pickline::error::Result;
 use pickline::station::Station;
 use pickline_live::Controller;
-use pickline_live::transport::Hub;
+use pickline_live::transport::{Access, Hub};
 
 #[cfg(feature = "dashboard")]
 pub use served::Screen;
@@ -17,13 +16,13 @@ pub use unserved::Screen;
     not(feature = "dashboard"),
     allow(dead_code, reason = "a build without the dashboard refuses it unread")
 )]
-pub struct Served<'a> {
+pub struct Served {
     /// Its address, HOST:PORT.
-    pub address: &'a str,
+    pub address: String,
     /// The title of the station.
     pub title: String,
     /// Who may watch.
-    pub access: &'a AccessArgs,
+    pub access: Access,
 }
 
 #[cfg(feature = "dashboard")]
@@ -59,10 +58,13 @@ mod served {
             remarks: &Remarks,
         ) -> Result<Self> {
             let open = |served: Served| -> Result<Dashboard> {
-                let access = served.access.listening()?;
+                let Served {
+                    address,
+                    title,
+                    access,
+                } = served;
                 let (scheme, is_closed) = (access.scheme(), access.is_closed());
-                let (address, title) = (served.address, &served.title);
-                let dashboard = Dashboard::open(address, station, title, strategy, access)?;
+                let dashboard = Dashboard::open(&address, station, &title, strategy, access)?;
                 let at = dashboard.address();
                 remarks.remark(&format!("dashboard at {scheme}://{at}/"));
                 if !at.ip().is_loopback() && !is_closed {

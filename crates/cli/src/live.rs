@@ -1,5 +1,6 @@
 //! Shared by `run` and `emulate`: the transport, the signals, checks of values.
 
+use super::access::TcpAddresses;
 use super::args::{ClockArg, LogFormatArg, TransportArgs};
 use super::log::Style;
 use super::remarks::Remarks;
@@ -21,6 +22,15 @@ impl TransportArgs {
         match self.clock {
             ClockArg::System => ClockKind::System,
             ClockArg::Messages => ClockKind::Messages,
+        }
+    }
+
+    /// The addresses for other programs; there is no dashboard.
+    pub fn addresses(&self) -> TcpAddresses<'_> {
+        TcpAddresses {
+            listen: self.listen.as_deref(),
+            connect: self.connect.as_deref(),
+            dashboard: None,
         }
     }
 

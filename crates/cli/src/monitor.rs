@@ -10,7 +10,7 @@ use pickline_live::node::{NodeMonitor, NodeSummary, Severity};
 use pickline_live::protocol::Status;
 use pickline_live::transport::{Endpoint, Hub};
 
-/// Whoever is told what the node does.
+/// Receives what the node reports.
 pub struct RunMonitor<'a> {
     /// Where remarks go.
     pub remarks: &'a Remarks,

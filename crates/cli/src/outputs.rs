@@ -23,10 +23,7 @@ pub const FLAGS: SettingNames = SettingNames {
 };
 
 /// How reports are shown: the whole of them, and settings by their flags.
-pub const WHOLE: Presentation = Presentation {
-    top: usize::MAX,
-    settings: FLAGS,
-};
+pub const WHOLE: Presentation = Presentation::whole(FLAGS);
 
 /// Larger files are not results of this program [bytes].
 const LARGEST_RESULT: u64 = 1 << 30;

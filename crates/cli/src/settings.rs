@@ -5,7 +5,6 @@ use super::args::{
     TrainingArgs,
 };
 use super::session::tell;
-use super::warnings::warn;
 use pickline::error::{Error, Result, shown, shown_number};
 use pickline::files;
 use pickline::optimize::{Limits, MostRuns};
@@ -13,7 +12,7 @@ use pickline::pattern::{
     self, Attributes, Distribution, Feed, FeedShape, Pattern, PatternSource, grid,
 };
 use pickline::planning::Budget;
-use pickline::plausible::{CLUSTER_SPREAD, FLOW, GAP_LENGTH, POSITION_NOISE, check_rate};
+use pickline::plausible::{CLUSTER_SPREAD, FLOW, GAP_LENGTH};
 use pickline::sim::{Conditions, Disturbances};
 use pickline::station::{self, Overrides, Station};
 use pickline::strategies::{self, Parsed};
@@ -229,23 +228,6 @@ impl AttributeArgs {
 }
 
 impl ConditionArgs {
-    /// Warns about conditions that are implausible on `station`.
-    ///
-    /// # Errors
-    /// As for [`warn`].
-    pub fn check_on(
-        &self,
-        choice: &StationChoice,
-        common: &Common,
-        station: &Station,
-    ) -> Result<()> {
-        let camera = self.camera_x;
-        let camera = camera.and_then(|x| station.check_camera("--camera-x", x));
-        let noise = POSITION_NOISE.check("--position-noise", self.position_noise);
-        let rate = check_rate("--update-hz", common.update_hz);
-        warn(choice.strict, camera.into_iter().chain(noise).chain(rate))
-    }
-
     /// The conditions, with the master seed for their random events.
     ///
     /// # Errors

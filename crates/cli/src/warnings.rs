@@ -5,7 +5,8 @@ use super::args::StationChoice;
 use super::session::tell;
 use pickline::error::{Error, Result, counted};
 use pickline::pattern::{Pattern, PatternSet};
-use pickline::plausible::{Quantity, Warning};
+use pickline::plausible::{POSITION_NOISE, Quantity, Warning, check_rate};
+use pickline::sim::Conditions;
 use pickline::station::Station;
 
 /// Prints `warnings`, even with `--quiet`, as nothing may go wrong silently.
@@ -65,6 +66,19 @@ impl StationChoice {
             value.and_then(|value| quantity.check(flag, value))
         };
         warn(self.strict, values.iter().filter_map(check))
+    }
+
+    /// Warns about conditions that are implausible on `station`.
+    ///
+    /// # Errors
+    /// As for [`warn`].
+    pub fn check_conditions(&self, conditions: &Conditions, station: &Station) -> Result<()> {
+        let camera = conditions.camera_x;
+        let camera = camera.and_then(|x| station.check_camera("--camera-x", x));
+        let noise = conditions.disturbances.position_noise;
+        let noise = POSITION_NOISE.check("--position-noise", noise);
+        let rate = check_rate("--update-hz", conditions.update_hz);
+        warn(self.strict, camera.into_iter().chain(noise).chain(rate))
     }
 
     /// Warns about implausible values in a pattern.

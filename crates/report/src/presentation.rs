@@ -2,6 +2,7 @@
 
 /// How a report is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Presentation {
     /// Most lines of a ranking, of equilibria or of cycles; what is left out is counted.
     pub top: usize,
@@ -11,14 +12,28 @@ pub struct Presentation {
 
 impl Default for Presentation {
     fn default() -> Self {
-        Self {
-            top: usize::MAX,
-            settings: SettingNames::default(),
-        }
+        Self::whole(SettingNames::default())
     }
 }
 
-/// What the reader calls the settings that texts refer to, such as the flags of a program.
+impl Presentation {
+    /// The whole report, with these names of settings.
+    pub const fn whole(settings: SettingNames) -> Self {
+        Self {
+            top: usize::MAX,
+            settings,
+        }
+    }
+
+    /// With at most this number of lines of a ranking, of equilibria or of cycles.
+    #[must_use]
+    pub const fn with_top(self, top: usize) -> Self {
+        Self { top, ..self }
+    }
+}
+
+/// What the reader calls the settings that texts refer to, such as the flags of a program. Not
+/// `non_exhaustive`: a program that has its own names must name every setting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SettingNames {
     /// [`Presentation::top`].

@@ -17,6 +17,7 @@ use std::collections::BTreeMap;
 
 /// A run as printed and written; the JSON field names are the product's format.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct RunReport {
     /// The strategy as written on the command line.
     pub strategy: String,
@@ -63,6 +64,7 @@ pub struct RunReport {
 
 /// What one robot did.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct RobotRunReport {
     /// Its name.
     pub name: String,
@@ -83,6 +85,7 @@ pub struct RobotRunReport {
 
 /// One pick.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct PickReport {
     /// Index of the robot, upstream first.
     pub robot: usize,
@@ -100,6 +103,7 @@ pub struct PickReport {
 
 /// One failed attempt.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct FailureReport {
     /// The attempt; `release_s` is when the robot was free again.
     #[serde(flatten)]
@@ -110,6 +114,7 @@ pub struct FailureReport {
 
 /// One item that was not picked.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct MissReport {
     /// Id of the item.
     pub item: String,

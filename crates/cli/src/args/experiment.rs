@@ -84,7 +84,7 @@ pub struct CompareArgs {
 
 /// How robust GT (game theory) is found.
 #[derive(Debug, Clone, Args)]
-#[command(next_help_heading = "Robust GT")]
+#[command(next_help_heading = "Robust GT (game theory)")]
 pub struct TrainingArgs {
     /// Use this assignment instead of the best on the training set
     #[arg(long, value_name = "R1,R2,...")]

@@ -1,6 +1,7 @@
 //! A chart as data, without pixels and colours.
 
 use super::axis::ChartAxis;
+use crate::game_theory::spell_out;
 use pickline::stats::Interval;
 
 /// A chart.
@@ -143,6 +144,17 @@ impl Chart {
             _ => " Axes with a break do not begin at 0.",
         };
         format!("{}{cut}", self.caption)
+    }
+
+    /// Spells out "GT" at its first place in the order of reading.
+    pub fn spell_out_gt(&mut self) {
+        let axis = match &mut self.y {
+            ChartAxis::Numbers { title, .. } => Some(title),
+            ChartAxis::Names(_) => None,
+        };
+        let legend = self.legend.iter_mut().map(|line| &mut line.label);
+        let mut texts = std::iter::once(&mut self.title).chain(axis).chain(legend);
+        texts.any(spell_out);
     }
 }
 
