@@ -8,7 +8,7 @@ use std::net::ToSocketAddrs as _;
 
 /// The addresses over which other programs may reach this one.
 #[derive(Debug, Clone, Copy)]
-pub struct TcpAddresses<'a> {
+pub(crate) struct TcpAddresses<'a> {
     /// Where it listens.
     pub listen: Option<&'a str>,
     /// Where it connects to.
@@ -25,7 +25,7 @@ impl AccessArgs {
     ///
     /// # Errors
     /// Files that cannot be read or have invalid content.
-    pub fn listening(&self) -> Result<Access> {
+    pub(crate) fn listening(&self) -> Result<Access> {
         // Authorities without a certificate are for --connect; see `check`.
         self.resolve(|files| files.certificate.is_some().then(|| Tls::listening(files)))
     }
@@ -34,7 +34,7 @@ impl AccessArgs {
     ///
     /// # Errors
     /// Files that cannot be read or have invalid content.
-    pub fn connecting(&self) -> Result<Access> {
+    pub(crate) fn connecting(&self) -> Result<Access> {
         self.resolve(|files| files.is_any().then(|| Tls::connecting(files)))
     }
 
@@ -63,7 +63,7 @@ impl AccessArgs {
     /// # Errors
     /// An unprotected address that other machines can reach, unless `--insecure` is given; a
     /// token or a certificate that is never used.
-    pub fn check(&self, side: Side, addresses: TcpAddresses) -> Result<()> {
+    pub(crate) fn check(&self, side: Side, addresses: TcpAddresses) -> Result<()> {
         let files = self.files();
         let listen = ("--listen", addresses.listen);
         let connect = ("--connect", addresses.connect);

@@ -16,7 +16,7 @@ use pickline::study::{BoundStudy, BoundStudyOptions};
 use pickline_report::{BoundReport, Provenance};
 use std::path::Path;
 
-pub fn run(args: BoundArgs, session: &Session) -> Result<()> {
+pub(crate) fn run(args: BoundArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
     args.resolve()?.run(session)
 }

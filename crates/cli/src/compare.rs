@@ -20,7 +20,7 @@ use pickline::study::{CompareOptions, CompareStudy};
 use pickline_report::{ChartKind, ComparisonReport, Provenance};
 use std::path::Path;
 
-pub fn run(args: CompareArgs, session: &Session) -> Result<()> {
+pub(crate) fn run(args: CompareArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
     args.resolve()?.run(session)
 }

@@ -7,7 +7,7 @@ use pickline_live::Controller;
 use pickline_live::transport::{Access, Hub};
 
 #[cfg(feature = "dashboard")]
-pub use served::Screen;
+pub(crate) use served::Screen;
 #[cfg(not(feature = "dashboard"))]
 pub use unserved::Screen;
 
@@ -16,7 +16,7 @@ pub use unserved::Screen;
     not(feature = "dashboard"),
     allow(dead_code, reason = "a build without the dashboard refuses it unread")
 )]
-pub struct Served {
+pub(crate) struct Served {
     /// Its address, HOST:PORT.
     pub address: String,
     /// The title of the station.
@@ -40,7 +40,7 @@ mod served {
     const CLOSE_TIMEOUT: Duration = Duration::from_secs(1);
 
     /// The dashboard, if there is one.
-    pub struct Screen {
+    pub(crate) struct Screen {
         dashboard: Option<Dashboard>,
         next: Instant,
         trend: Trend,
@@ -51,7 +51,7 @@ mod served {
         ///
         /// # Errors
         /// As for [`Dashboard::open`].
-        pub fn open(
+        pub(crate) fn open(
             served: Option<Served>,
             station: &Station,
             strategy: &str,
@@ -80,7 +80,7 @@ mod served {
         }
 
         /// Shows the line's current state, if it is watched and the last view is not too recent.
-        pub fn show(&mut self, controller: &Controller, hub: &Hub) {
+        pub(crate) fn show(&mut self, controller: &Controller, hub: &Hub) {
             let Some(dashboard) = &self.dashboard else {
                 return;
             };
@@ -95,7 +95,7 @@ mod served {
         }
 
         /// Shows the line's final state, and closes.
-        pub fn close(self, controller: &Controller) {
+        pub(crate) fn close(self, controller: &Controller) {
             let Some(dashboard) = self.dashboard else {
                 return;
             };

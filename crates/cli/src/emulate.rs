@@ -19,7 +19,7 @@ use pickline_live::transport::{Dialect, Hub, Side, TransportEvent};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-pub fn run(args: EmulateArgs, session: &Session) -> Result<()> {
+pub(crate) fn run(args: EmulateArgs, session: &Session) -> Result<()> {
     args.resolve(session)?.run()
 }
 

@@ -14,7 +14,7 @@ use pickline::study::{GameOptions, GameStudy};
 use pickline_report::{GameReport, Provenance};
 use std::path::{Path, PathBuf};
 
-pub fn run(args: GameArgs, session: &Session) -> Result<()> {
+pub(crate) fn run(args: GameArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
     args.resolve()?.run(session)
 }

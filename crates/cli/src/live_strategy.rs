@@ -15,7 +15,7 @@ use pickline_live::ClockKind;
 ///
 /// # Errors
 /// An invalid time.
-pub fn allowance(ms: Option<f64>, clock: ClockKind) -> Result<Allowance> {
+pub(crate) fn allowance(ms: Option<f64>, clock: ClockKind) -> Result<Allowance> {
     Ok(Allowance {
         asked: budget(ms)?,
         otherwise: match clock {
@@ -31,7 +31,7 @@ pub fn allowance(ms: Option<f64>, clock: ClockKind) -> Result<Allowance> {
 ///
 /// # Errors
 /// As for [`study::blueprint`].
-pub fn live_strategy(
+pub(crate) fn live_strategy(
     strategy: &Parsed,
     options: &BlueprintOptions,
     quiet: bool,

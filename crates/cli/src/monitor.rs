@@ -11,7 +11,7 @@ use pickline_live::protocol::Status;
 use pickline_live::transport::{Endpoint, Hub};
 
 /// Receives what the node reports.
-pub struct RunMonitor<'a> {
+pub(crate) struct RunMonitor<'a> {
     /// Where remarks go.
     pub remarks: &'a Remarks,
     /// Whether only peers that authenticate may connect.

@@ -16,11 +16,9 @@ use pickline::sim::Conditions;
 use pickline::station::Station;
 use pickline::strategies::policy_file;
 use pickline::study::{OptimizeOptions, OptimizeStudy, Optimized, ScoredPatterns};
-use pickline_report::{
-    ChartKind, OptimumReport, Provenance, RivalsReport, ValidationReport,
-};
+use pickline_report::{ChartKind, OptimumReport, Provenance, RivalsReport, ValidationReport};
 
-pub fn run(args: OptimizeArgs, session: &Session) -> Result<()> {
+pub(crate) fn run(args: OptimizeArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
     args.resolve()?.run(session)
 }

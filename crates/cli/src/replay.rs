@@ -18,7 +18,7 @@ use std::path::PathBuf;
 const BLOCK: usize = 1 << 16;
 
 /// A replay, with the recording's own settings unless others are given.
-pub struct ReplayPlan {
+pub(crate) struct ReplayPlan {
     /// The recording.
     pub file: PathBuf,
     /// Another strategy.
@@ -34,7 +34,7 @@ pub struct ReplayPlan {
 
 impl ReplayPlan {
     /// Replays the recording and reports how far the output matches the recorded one.
-    pub fn run(&self, session: &Session) -> Result<()> {
+    pub(crate) fn run(&self, session: &Session) -> Result<()> {
         let mut reader = RecordingReader::open(&self.file)?;
         let (controller, clock) = self.recorded_line(&mut reader, session)?;
         let mut replay = Replay {

@@ -27,7 +27,7 @@ use pickline_report::json_text;
 /// The program's name and version, as recorded.
 const PROGRAM: &str = concat!("pickline ", env!("CARGO_PKG_VERSION"));
 
-pub fn run(args: RunArgs, session: &Session) -> Result<()> {
+pub(crate) fn run(args: RunArgs, session: &Session) -> Result<()> {
     match args.resolve(session)? {
         RunPlan::Schema => session.print(json_text(&schema())?.as_bytes()),
         #[cfg(feature = "mcap")]

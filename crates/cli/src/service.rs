@@ -22,7 +22,7 @@ const LIST: &str = "share/pickline/installed";
 const NEXT: &str = "next: edit /etc/pickline/line1.toml and line1.conf, then\n  systemctl \
      daemon-reload\n  systemctl enable --now pickline@line1\n  journalctl -fu pickline@line1\n";
 
-pub fn run(command: ServiceCommand, session: &Session) -> Result<()> {
+pub(crate) fn run(command: ServiceCommand, session: &Session) -> Result<()> {
     match command {
         ServiceCommand::Show { place } => session.print(unit(&place.resolve()?.prefix).as_bytes()),
         ServiceCommand::Install { place, force } => place.resolve()?.install(force, session),

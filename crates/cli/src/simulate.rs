@@ -20,7 +20,7 @@ use pickline_report::{
 };
 use std::path::{Path, PathBuf};
 
-pub fn run(args: SimulateArgs, session: &Session) -> Result<()> {
+pub(crate) fn run(args: SimulateArgs, session: &Session) -> Result<()> {
     args.resolve()?.run(session)
 }
 

@@ -17,7 +17,7 @@ use pickline::strategies::policy_file;
 use pickline::study::{ScoredPatterns, SweepOptions, SweepStudy};
 use pickline_report::{ChartKind, Provenance, SweepReport};
 
-pub fn run(args: SweepArgs, session: &Session) -> Result<()> {
+pub(crate) fn run(args: SweepArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
     args.resolve()?.run(session)
 }

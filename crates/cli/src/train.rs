@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 /// Extensions of the files written next to a policy.
 const BESIDE: [&str; 4] = ["json", "csv", "svg", "checkpoint.json"];
 
-pub fn run(args: TrainArgs, session: &Session) -> Result<()> {
+pub(crate) fn run(args: TrainArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
     args.resolve(session)?.run(session)
 }

@@ -13,7 +13,7 @@ use pickline::station::Station;
 ///
 /// # Errors
 /// The first of them, if `strict`.
-pub fn warn(strict: bool, warnings: impl IntoIterator<Item = Warning>) -> Result<()> {
+pub(crate) fn warn(strict: bool, warnings: impl IntoIterator<Item = Warning>) -> Result<()> {
     let warnings: Vec<Warning> = warnings.into_iter().collect();
     if strict && let Some(first) = warnings.first() {
         let more = warnings.len() - 1;
@@ -35,7 +35,7 @@ impl StationChoice {
     ///
     /// # Errors
     /// As for [`StationChoice::resolve`] and [`warn`].
-    pub fn load(&self) -> Result<Station> {
+    pub(crate) fn load(&self) -> Result<Station> {
         self.load_with_strategy(&|_| ()).map(|(station, _)| station)
     }
 
@@ -43,7 +43,10 @@ impl StationChoice {
     ///
     /// # Errors
     /// As for [`StationChoice::resolve_with_strategy`] and [`warn`].
-    pub fn load_with_strategy(&self, remark: &dyn Fn(&str)) -> Result<(Station, Option<String>)> {
+    pub(crate) fn load_with_strategy(
+        &self,
+        remark: &dyn Fn(&str),
+    ) -> Result<(Station, Option<String>)> {
         let (station, strategy) = self.resolve_with_strategy(remark)?;
         let mut warnings = station.warnings(&self.station);
         if self.belt_speed.is_some() {
@@ -61,7 +64,7 @@ impl StationChoice {
     ///
     /// # Errors
     /// As for [`warn`].
-    pub fn check_values(&self, values: &[(&str, &Quantity, Option<f64>)]) -> Result<()> {
+    pub(crate) fn check_values(&self, values: &[(&str, &Quantity, Option<f64>)]) -> Result<()> {
         let check = |(flag, quantity, value): &(&str, &Quantity, Option<f64>)| {
             value.and_then(|value| quantity.check(flag, value))
         };
@@ -72,7 +75,11 @@ impl StationChoice {
     ///
     /// # Errors
     /// As for [`warn`].
-    pub fn check_conditions(&self, conditions: &Conditions, station: &Station) -> Result<()> {
+    pub(crate) fn check_conditions(
+        &self,
+        conditions: &Conditions,
+        station: &Station,
+    ) -> Result<()> {
         let camera = conditions.camera_x;
         let camera = camera.and_then(|x| station.check_camera("--camera-x", x));
         let noise = conditions.disturbances.position_noise;
@@ -85,7 +92,7 @@ impl StationChoice {
     ///
     /// # Errors
     /// As for [`warn`].
-    pub fn check_pattern(&self, name: &str, pattern: &Pattern) -> Result<()> {
+    pub(crate) fn check_pattern(&self, name: &str, pattern: &Pattern) -> Result<()> {
         warn(self.strict, pattern.warnings(name))
     }
 
@@ -94,7 +101,7 @@ impl StationChoice {
     ///
     /// # Errors
     /// As for [`warn`].
-    pub fn check_set(&self, set: &PatternSet) -> Result<()> {
+    pub(crate) fn check_set(&self, set: &PatternSet) -> Result<()> {
         let all = set.labels.iter().zip(&set.patterns);
         let mut warnings = all.map(|(name, pattern)| pattern.warnings(name));
         warn(

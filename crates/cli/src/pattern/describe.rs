@@ -11,7 +11,7 @@ use pickline::plausible::BELT_SPEED;
 use pickline::station::BUILT_INS;
 use pickline_report::DescriptionReport;
 
-pub fn run(args: DescribeArgs, session: &Session) -> Result<()> {
+pub(super) fn run(args: DescribeArgs, session: &Session) -> Result<()> {
     let plan = args.resolve()?;
     let report = DescriptionReport::new(describe(&plan.pattern), plan.belt_speed);
     let text = outputs::rendered(&report.named(plan.name), plan.format, &outputs::WHOLE)?;

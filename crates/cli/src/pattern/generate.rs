@@ -20,7 +20,7 @@ const DEFAULT_POISSON: (f64, usize) = (0.2, 29);
 /// Default flow [1/min] of feeds other than profiles.
 const DEFAULT_FLOW: f64 = 60.0;
 
-pub fn run(args: GenerateArgs, session: &Session) -> Result<()> {
+pub(super) fn run(args: GenerateArgs, session: &Session) -> Result<()> {
     let plan = args.resolve()?;
     let pattern = plan.pattern()?;
     plan.choice.check_pattern("the pattern", &pattern)?;

@@ -15,7 +15,7 @@ use pickline_report::json_text;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-pub fn run(args: TracksArgs, session: &Session) -> Result<()> {
+pub(super) fn run(args: TracksArgs, session: &Session) -> Result<()> {
     args.resolve()?.run(session)
 }
 

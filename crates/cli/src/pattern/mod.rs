@@ -12,7 +12,7 @@ use pickline::pattern::{Pattern, to_csv};
 use pickline_report::origin_comment;
 use std::path::{Path, PathBuf};
 
-pub fn run(command: PatternCommand, session: &Session) -> Result<()> {
+pub(crate) fn run(command: PatternCommand, session: &Session) -> Result<()> {
     match command {
         PatternCommand::Generate(args) => generate::run(*args, session),
         PatternCommand::Describe(args) => describe::run(args, session),

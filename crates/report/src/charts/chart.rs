@@ -77,7 +77,7 @@ pub(crate) struct ChartPoint {
 
 impl ChartPoint {
     /// The same point, moved to the right.
-    pub fn moved(self, by: f64) -> Self {
+    pub(crate) fn moved(self, by: f64) -> Self {
         Self {
             x: self.x + by,
             ..self
@@ -133,7 +133,7 @@ pub(crate) enum Ink {
 
 impl Chart {
     /// The caption, with remarks that the axes require.
-    pub fn note(&self) -> String {
+    pub(crate) fn note(&self) -> String {
         let cut = [&self.x, &self.y]
             .iter()
             .filter(|scale| scale.is_cut())
@@ -147,7 +147,7 @@ impl Chart {
     }
 
     /// Spells out "GT" at its first place in the order of reading.
-    pub fn spell_out_gt(&mut self) {
+    pub(crate) fn spell_out_gt(&mut self) {
         let axis = match &mut self.y {
             ChartAxis::Numbers { title, .. } => Some(title),
             ChartAxis::Names(_) => None,

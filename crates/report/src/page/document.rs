@@ -51,7 +51,7 @@ pub(crate) fn charts<R>(kinds: &[ChartKind<R>], report: &R) -> Vec<PageSection> 
 
 impl ReportPage<'_> {
     /// The page as HTML, with `report` embedded as JSON.
-    pub fn html(&self, report: &impl Serialize) -> String {
+    pub(crate) fn html(&self, report: &impl Serialize) -> String {
         // Reports can always be serialised as JSON.
         let data = serde_json::to_string(report).unwrap_or_default();
         let style = [BASE_STYLE, &series_css(), STYLE].concat();
