@@ -1,7 +1,7 @@
 //! `pickline run`.
 
 use super::access::TcpAddresses;
-use super::args::{DialectArg, RunArgs, TransportArgs};
+use super::args::{DialectArg, RunArgs};
 use super::dashboard::{Screen, Served};
 use super::live::{check_range, is_same_place, stop_flag};
 use super::live_strategy::{allowance, live_strategy};
@@ -101,7 +101,7 @@ impl RunArgs {
         let planning = BlueprintOptions::default()
             .with_seed(self.seed)
             .with_allowance(allowance);
-        let dialect = dialect(self.dialect, transport, &station)?;
+        let dialect = self.dialect.resolve(transport.clock(), &station)?;
         let connections = transport.connections(Side::Node, &station, dialect)?;
         let dashboard = self.dashboard.as_ref().map(|address| -> Result<Served> {
             Ok(Served {
@@ -280,17 +280,19 @@ impl RunArgs {
     }
 }
 
-/// The dialect of protocol lines.
-///
-/// # Errors
-/// A station that the dialect cannot represent.
-fn dialect(dialect: DialectArg, transport: &TransportArgs, station: &Station) -> Result<Dialect> {
-    match dialect {
-        DialectArg::Json => Ok(Dialect::Json),
-        DialectArg::Csv => {
-            check_station(station)?;
-            let is_real = transport.clock() == ClockKind::System;
-            Ok(Dialect::Csv(is_real.then_some(unix_now)))
+impl DialectArg {
+    /// The dialect of protocol lines.
+    ///
+    /// # Errors
+    /// A station that the dialect cannot represent.
+    fn resolve(self, clock: ClockKind, station: &Station) -> Result<Dialect> {
+        match self {
+            Self::Json => Ok(Dialect::Json),
+            Self::Csv => {
+                check_station(station)?;
+                let is_real = clock == ClockKind::System;
+                Ok(Dialect::Csv(is_real.then_some(unix_now)))
+            }
         }
     }
 }

@@ -137,6 +137,16 @@ impl RobotRunReport {
     }
 }
 
+/// The number of missed items for each reason.
+fn missed_by_reason(outcome: &Outcome) -> BTreeMap<&'static str, usize> {
+    let all = MissReason::ALL.iter();
+    let mut counts: BTreeMap<_, _> = all.map(|reason| (reason.name(), 0)).collect();
+    for miss in &outcome.missed {
+        *counts.entry(miss.reason.name()).or_default() += 1;
+    }
+    counts
+}
+
 impl RunReport {
     /// The report of `outcome`, a run on `scene`.
     pub fn new(strategy: String, scene: &Scene, outcome: &Outcome, made: Provenance) -> Self {
@@ -144,13 +154,6 @@ impl RunReport {
         let steady = Throughput::of([&steady_state(scene, outcome)]);
         let figures = &outcome.figures;
         let id = |item: u32| pattern.items()[item as usize].id.clone();
-        let mut missed_by_reason: BTreeMap<_, _> = MissReason::ALL
-            .iter()
-            .map(|reason| (reason.name(), 0))
-            .collect();
-        for miss in &outcome.missed {
-            *missed_by_reason.entry(miss.reason.name()).or_default() += 1;
-        }
         let robots = station.robots().iter().zip(&outcome.robots);
         let pick = |pick: &Pick| PickReport {
             robot: pick.robot,
@@ -193,7 +196,7 @@ impl RunReport {
                     reason: miss.reason.name(),
                 })
                 .collect(),
-            missed_by_reason,
+            missed_by_reason: missed_by_reason(outcome),
             checked: None,
             bound: None,
             clearance: None,
