@@ -236,10 +236,6 @@ impl RunArgs {
     ///
     /// # Errors
     /// A transport without a message for it.
-    #[cfg_attr(
-        not(feature = "ros2"),
-        allow(clippy::unnecessary_wraps, clippy::unused_self)
-    )]
     fn check_belt_request(&self) -> Result<()> {
         #[cfg(feature = "ros2")]
         if self.may_stop_belt && self.transport.ros2.ros2 {
