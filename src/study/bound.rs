@@ -81,7 +81,7 @@ impl BoundStudyOptions {
         if (1..=MOST_ITERATIONS).contains(&self.iterations) {
             return Ok(());
         }
-        Err(Error::input(
+        Err(Error::usage(
             "'iterations'",
             format!("{} iterations", self.iterations),
             format!("give 1 to {MOST_ITERATIONS}"),

@@ -150,7 +150,7 @@ impl TrainedPolicy {
         let Some(steps) = self.diverged_after else {
             return Ok(());
         };
-        Err(Error::input(
+        Err(Error::usage(
             "the training",
             format!("the weights became NaN or infinite after {steps} steps"),
             "lower 'learning_rate' or the reward weights; the best policy before that is kept",
@@ -353,7 +353,7 @@ fn check_size(line: &TrainingLine) -> Result<()> {
     if count <= MOST_ROBOTS {
         return Ok(());
     }
-    Err(Error::input(
+    Err(Error::usage(
         format!("'station' {}", line.name),
         format!(
             "{count} robots: the comparison with greedy GT (game theory) would try \
@@ -371,7 +371,14 @@ fn expert(plan: &Plan, stations: &[Station]) -> Result<Option<Parsed>> {
     let Some(imitation) = &plan.imitation else {
         return Ok(None);
     };
-    let inside = |error: Error| error.inside("'imitate'");
+    // The strategy is not the value of the setting 'strategy' here.
+    let inside = |error: Error| {
+        let spelled = error.spell_settings(|name| match name {
+            "strategy" => name.to_owned(),
+            other => format!("'{other}'"),
+        });
+        spelled.inside("'imitate'")
+    };
     let expert = strategies::parse(&imitation.strategy).map_err(inside)?;
     for station in stations {
         expert.alone(station.robots().len()).map_err(inside)?;

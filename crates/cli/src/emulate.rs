@@ -42,7 +42,7 @@ impl EmulateArgs {
         let file = self.pattern.as_ref().map(|file| file.to_string_lossy());
         if file.as_deref() == Some("-") {
             let problem = "stdin is used for the tasks";
-            return Err(Error::input(
+            return Err(Error::usage(
                 "--pattern",
                 problem,
                 "write the pattern to a file",
@@ -105,7 +105,7 @@ impl TroubleArgs {
             }
             Some(_) => {
                 let cure = "count robots from 1, upstream first";
-                return Err(Error::input("--robot-down", "there is no such robot", cure));
+                return Err(Error::usage("--robot-down", "there is no such robot", cure));
             }
             None => None,
         };
@@ -135,7 +135,7 @@ fn numbers<const COUNT: usize>(flag: &str, text: Option<&str>) -> Result<Option<
         text.split(',').map(|part| part.trim().parse()).collect();
     let found = parts.ok().and_then(|parts| parts.try_into().ok());
     found.map(Some).ok_or_else(|| {
-        Error::input(
+        Error::usage(
             flag,
             format!("`{}` is not {COUNT} numbers", shown(text)),
             "separate numbers by commas, as in --help",
@@ -180,7 +180,7 @@ impl EmulatorLoop<'_> {
             return Err(Error::refuted(promise));
         }
         match self.status {
-            Some(status) if status.last && status.seen == 0 => Err(Error::input(
+            Some(status) if status.last && status.seen == 0 => Err(Error::usage(
                 "--station",
                 format!("the node saw none of the {items} items"),
                 "its stderr says why it refused the detections",
@@ -321,7 +321,7 @@ impl EmulatorLoop<'_> {
                 let reason = answer.reason.unwrap_or_default();
                 let cure = "give the same --token and --station as for the node";
                 let problem = format!("the node refused this station: {}", shown(&reason));
-                return Err(Error::input("--connect", problem, cure));
+                return Err(Error::usage("--connect", problem, cure));
             }
             None => self.unread += 1,
         }

@@ -51,7 +51,7 @@ impl PlaceArgs {
         }
         let problem = format!("`{}` is not an absolute path without blanks", shown(&text));
         let cure = "give one such as /usr/local; to install below another folder, use --root";
-        Err(Error::input("--prefix", problem, cure))
+        Err(Error::usage("--prefix", problem, cure))
     }
 }
 
@@ -187,7 +187,7 @@ impl Installation {
                 Err(_) => path.symlink_metadata().is_err(),
             };
             if !is_ours {
-                return Err(Error::input(
+                return Err(Error::path(
                     path.display().to_string(),
                     "the file already exists and is not as this command wrote it",
                     "move it away, or add --force to replace it",
@@ -201,7 +201,7 @@ impl Installation {
         let list = self.list();
         let before = installed(&list);
         if before.is_empty() {
-            return Err(Error::input(
+            return Err(Error::path(
                 list.display().to_string(),
                 "nothing is installed here",
                 "give the --prefix and --root used for the installation",

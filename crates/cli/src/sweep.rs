@@ -2,7 +2,7 @@
 
 use super::args::{Common, Pictures, StationChoice, SweepArgs};
 use super::flags;
-use super::outputs::{FLAGS, WHOLE};
+use super::outputs::WHOLE;
 use super::pictures;
 use super::progress::Bar;
 use super::session::Session;
@@ -162,7 +162,7 @@ impl SweepPlan {
             &swept.methods,
             study.is_papers_case(),
             flags::in_notes(&swept.notes),
-            &FLAGS,
+            flags::flag,
             made,
         ))
     }

@@ -68,7 +68,7 @@ impl TrainArgs {
             let problem = format!("{} does not end in .onnx", self.out.display());
             let cure = "give NAME.onnx; record, curve and checkpoint have the same name, but \
                         other endings";
-            return Err(Error::input("--out", problem, cure));
+            return Err(Error::usage("--out", problem, cure));
         }
         let beside = BESIDE.map(|ending| self.out.with_extension(ending));
         let written: Vec<_> = std::iter::once(&self.out)
@@ -96,7 +96,7 @@ impl TrainArgs {
         if let Some(rate) = self.learning_rate {
             if !(rate.is_finite() && rate > 0.0) {
                 let problem = format!("{rate} is not a learning rate");
-                return Err(Error::input(
+                return Err(Error::usage(
                     "--learning-rate",
                     problem,
                     "give a number above 0",
@@ -107,7 +107,7 @@ impl TrainArgs {
         if let Some(weight) = self.entropy {
             if !(weight.is_finite() && weight >= 0.0) {
                 let problem = format!("{weight} is not a weight");
-                return Err(Error::input("--entropy", problem, "give 0 or more"));
+                return Err(Error::usage("--entropy", problem, "give 0 or more"));
             }
             plan.ppo.ent_coef = weight;
         }
@@ -119,7 +119,7 @@ impl TrainArgs {
             ] {
                 if count == Some(0) {
                     let problem = "0 is not enough to learn from";
-                    return Err(Error::input(flag, problem, "give 1 or more"));
+                    return Err(Error::usage(flag, problem, "give 1 or more"));
                 }
             }
             plan.imitation = Some(Imitation {
@@ -220,7 +220,8 @@ fn read_checkpoint(path: &Path) -> Result<SavedTraining> {
     let text = files::read_text(path)?;
     serde_json::from_str(&text).map_err(|error| {
         let cure = "give a checkpoint written by `pickline train`";
-        Error::input(path.display().to_string(), error.to_string(), cure)
+        let place = path.display().to_string();
+        Error::input(place, error.to_string(), cure).caused_by(error)
     })
 }
 

@@ -32,7 +32,7 @@ impl DescribeArgs {
         if let Some(speed) = self.belt_speed
             && !(speed > 0.0 && speed.is_finite())
         {
-            return Err(Error::input(
+            return Err(Error::usage(
                 "--belt-speed",
                 format!("{speed} is not a belt speed"),
                 "give m/s, above 0",

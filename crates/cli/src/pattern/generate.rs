@@ -86,7 +86,7 @@ impl GenerateArgs {
                 belt.width = width;
             }
             Some(width) => {
-                return Err(Error::input(
+                return Err(Error::usage(
                     "--width",
                     format!("{} m is not a belt width", shown_number(width)),
                     "give metres, from 1e-6 to 1000",
@@ -111,7 +111,7 @@ impl GenerateArgs {
                 return Err(foreign(flag, kind));
             }
             if distance.is_some() && self.feed.flow.is_some() {
-                return Err(Error::input(
+                return Err(Error::usage(
                     "--flow",
                     format!("{flag} already determines the flow"),
                     "give only one of the two",
@@ -198,7 +198,7 @@ fn foreign(flag: &str, kind: &Feed) -> Error {
         Feed::PoissonDisk => "Poisson disk",
         other => other.name(),
     };
-    Error::input(
+    Error::usage(
         flag,
         format!("does not apply to a {name} pattern"),
         "leave it out",
@@ -217,7 +217,7 @@ impl PatternKind {
             Self::Profile => Feed::Profile(profile.unwrap_or(Path::new("")).to_owned()),
         };
         match (self, profile) {
-            (Self::Profile, None) => Err(Error::input(
+            (Self::Profile, None) => Err(Error::usage(
                 "--profile",
                 "a profile pattern needs a file",
                 "give a CSV file with the columns time_s,flow_per_min",

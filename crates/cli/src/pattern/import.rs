@@ -147,7 +147,7 @@ fn image_size(text: &str) -> Result<(f64, f64)> {
     let parts = text.split_once(['x', 'X']);
     let numbers = parts.and_then(|(w, h)| Some((w.trim().parse().ok()?, h.trim().parse().ok()?)));
     numbers.ok_or_else(|| {
-        Error::input(
+        Error::usage(
             "--image-size",
             format!("`{}` is not an image size", shown(text)),
             "give the width and height in pixels, for example 1280x720",
@@ -164,7 +164,7 @@ fn check_outside(folder: &Path, written: &[(&str, Option<&Path>)]) -> Result<()>
             && whole.is_some()
             && std::fs::canonicalize(files::folder_of(file)).ok() == whole
         {
-            return Err(Error::input(
+            return Err(Error::usage(
                 *flag,
                 format!("{} is in the folder of the recording", file.display()),
                 "use another folder",
