@@ -176,6 +176,7 @@ impl State {
 
 #[cfg(test)]
 #[path = "../../../../tests/common/gate.rs"]
+#[allow(unreachable_pub, reason = "shared with other crates")]
 mod gate;
 
 #[cfg(test)]
