@@ -1,6 +1,6 @@
 //! `pickline pattern generate`.
 
-use super::{write_pattern, written};
+use super::target::{write_pattern, written};
 use crate::args::{GenerateArgs, PatternKind, StationChoice};
 use crate::outputs;
 use crate::session::{Session, tell};

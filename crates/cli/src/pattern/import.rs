@@ -1,6 +1,6 @@
 //! `pickline pattern import`.
 
-use super::{write_pattern, written};
+use super::target::{write_pattern, written};
 use crate::args::{AxisArg, BoxesArg, TracksArgs};
 use crate::flags::flag;
 use crate::outputs::{self, Outputs};

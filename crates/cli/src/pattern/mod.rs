@@ -3,36 +3,16 @@
 mod describe;
 mod generate;
 mod import;
+mod target;
 
 use super::args::{ImportCommand, PatternCommand};
 use super::session::Session;
 use pickline::error::Result;
-use pickline::files;
-use pickline::pattern::{Pattern, to_csv};
-use pickline_report::origin_comment;
-use std::path::{Path, PathBuf};
 
 pub(crate) fn run(command: PatternCommand, session: &Session) -> Result<()> {
     match command {
         PatternCommand::Generate(args) => generate::run(*args, session),
         PatternCommand::Describe(args) => describe::run(args, session),
         PatternCommand::Import(ImportCommand::Tracks(args)) => import::run(*args, session),
-    }
-}
-
-/// The file of `--output`, unless it is stdout.
-fn written(output: Option<PathBuf>) -> Option<PathBuf> {
-    output.filter(|file| file != Path::new("-"))
-}
-
-/// Writes `pattern` to `file`, with the command line that made it, or prints it.
-fn write_pattern(file: Option<&Path>, pattern: &Pattern, session: &Session) -> Result<()> {
-    let text = to_csv(pattern);
-    match file {
-        Some(file) => {
-            let origin = origin_comment(&session.command());
-            files::write_whole(file, (origin + &text).as_bytes())
-        }
-        None => session.print(text.as_bytes()),
     }
 }
