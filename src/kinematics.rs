@@ -55,7 +55,7 @@ pub fn meeting_range(
 /// item that was at (`x0`, `y`) at time 0.
 ///
 /// It increases with `meet_x` because the arm is faster than the belt.
-pub fn departure_time(
+pub(crate) fn departure_time(
     meet_x: f64,
     x0: f64,
     y: f64,

@@ -20,8 +20,7 @@ pub use grasp::{Grasp, GraspOutcome};
 pub use objective::{Objective, Risk};
 pub use ranking::{FRONT_RUNNERS, Ranked, Ranking, TieBreak};
 pub use rivals::{Rival, rivals};
-pub use search::{
-    Limits, MostRuns, Optimum, Search, SearchKind, StopReason, USUAL_ITEMS, optimize,
-};
+pub use search::{Limits, MostRuns, Optimum, Search, SearchKind, StopReason, find_optimum};
 pub use speed_limit::SpeedScan;
-pub use validation::{Validation, chosen_flow, validate};
+pub(crate) use validation::chosen_flow;
+pub use validation::{Certificate, Validation, validate};

@@ -12,4 +12,5 @@ mod search;
 
 pub use lookahead::Lookahead;
 pub use meter::{Allowance, Budget};
-pub use options::{Goal, KEYS, LookaheadOptions};
+pub(crate) use options::KEYS;
+pub use options::{Goal, LookaheadOptions};

@@ -22,12 +22,12 @@ mod strategy;
 mod trained;
 
 #[cfg(feature = "onnx")]
-pub use external::weight_files;
+pub(crate) use external::weight_files;
 #[cfg(feature = "onnx")]
-pub use graph::{Attribute, GraphBuilder, INPUT, MASK, OUTPUT};
+pub(crate) use graph::{Attribute, GraphBuilder, INPUT, MASK};
 pub use metadata::Metadata;
 #[cfg(feature = "onnx")]
 pub use model::{Policy, PolicyState};
 #[cfg(feature = "onnx")]
 pub use strategy::PolicyStrategy;
-pub use trained::{Extent, Outside, Trained};
+pub(crate) use trained::{Outside, Trained};

@@ -8,11 +8,12 @@ use super::line::Line;
 use crate::error::{Error, Result, known_names};
 
 /// A station that is available without a file.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct BuiltIn {
-    /// The name to give with `--station`.
+    /// The name by which [`built_in`] finds it.
     pub name: &'static str,
-    /// One-line description for help texts.
+    /// One-line description.
     pub summary: &'static str,
     /// Belt speed [m/s].
     pub belt_speed: f64,

@@ -16,6 +16,7 @@ mod blueprint;
 mod compare;
 mod notes;
 mod optimize;
+mod options;
 mod part;
 mod patterns;
 mod robust;
@@ -23,9 +24,12 @@ mod sweep;
 mod values;
 
 pub use blueprint::{BlueprintOptions, PolicyDistance, blueprint, policy_distance};
-pub use compare::{CompareOptions, CompareStudy, Compared, compare};
-pub use notes::{Note, RobustBasis, RobustNote, RobustScope, condition_notes, set_notes};
-pub use optimize::{OptimizeOptions, OptimizeStudy, Optimized, ScoredRivals, optimize};
+pub use compare::{CompareOptions, CompareSettings, CompareStudy, Compared, compare};
+pub use notes::{Note, RobustBasis, RobustNote, RobustScope, set_notes};
+pub use optimize::{
+    OptimizeOptions, OptimizeSettings, OptimizeStudy, Optimized, ScoredRivals, optimize,
+};
+pub use options::{MethodSettings, StudyOptions};
 pub use patterns::{ScoredPatterns, ScoredSet};
 pub use robust::RobustTraining;
-pub use sweep::{DEFAULT_GRID, SweepOptions, SweepStudy, Swept, sweep};
+pub use sweep::{DEFAULT_GRID, SweepOptions, SweepSettings, SweepStudy, Swept, sweep};

@@ -105,13 +105,12 @@ fn bound(
     scene: &Scene,
     objective: BoundObjective,
 ) -> Result<Bound> {
-    let options = BoundOptions {
-        slot_s: args.slot,
-        iterations: args.iterations,
-        // A schedule for the undisturbed line may fail on the disturbed one.
-        schedule: !scene.conditions().disturbances.any(),
-        ..BoundOptions::in_full(objective, scene.pattern().len())
-    };
+    // A schedule for the undisturbed line may fail on the disturbed one.
+    let schedule = !scene.conditions().disturbances.any();
+    let options = BoundOptions::in_full(objective, scene.pattern().len())
+        .with_slot_s(args.slot)
+        .with_iterations(args.iterations)
+        .with_schedule(schedule);
     let bar = Bar::new(args.common.quiet);
     let mut begun = false;
     let found = upper_bound(scene, &options, &mut |_, expected| {

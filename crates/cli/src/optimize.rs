@@ -97,11 +97,12 @@ fn options(
             SearchArg::Grasp => SearchKind::Grasp,
             SearchArg::Both => SearchKind::Both,
         })
-        .with_grasp(Grasp {
-            starts: args.starts,
-            alpha: args.alpha,
-            seed: args.common.seed,
-        })
+        .with_grasp(
+            Grasp::default()
+                .with_starts(args.starts)
+                .with_alpha(args.alpha)
+                .with_seed(args.common.seed),
+        )
         .with_risk(args.risk.parse::<Risk>()?)
         .with_limits(args.limits.resolve()?)
         .with_bound(!args.no_bound);

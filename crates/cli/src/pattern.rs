@@ -318,35 +318,29 @@ fn check_outside(folder: &Path, written: &[(&str, Option<&Path>)]) -> Result<()>
 /// # Errors
 /// An unknown format, or a value that is not an image size.
 fn import_options(args: &TracksArgs) -> Result<tracking::ImportOptions> {
-    Ok(tracking::ImportOptions {
-        format: args
-            .form
-            .as_deref()
-            .map(|name| name.parse().map_err(|error: Error| error.at("--as")))
-            .transpose()?,
-        boxes: args.boxes.map(|boxes| match boxes {
-            BoxesArg::Sizes => tracking::Boxes::Sizes,
-            BoxesArg::Corners => tracking::Boxes::Corners,
-            BoxesArg::Centres => tracking::Boxes::Centres,
-        }),
-        image_size: args.image_size.as_deref().map(image_size).transpose()?,
-        angle_deg: args.angle,
-        accept_mismatch: args.accept_mismatch,
-        reverse: args.reverse,
-        centre_px: args.centre_px,
-        min_frames: args.min_frames,
-        split_distance_m: args.split_distance,
-        merge_distance_m: args.merge_distance,
-        ..tracking::ImportOptions::new(
-            args.fps,
-            args.scale,
-            match args.axis {
-                AxisArg::X => tracking::ImageAxis::X,
-                AxisArg::Y => tracking::ImageAxis::Y,
-            },
-            args.belt_speed,
-        )
-    })
+    let axis = match args.axis {
+        AxisArg::X => tracking::ImageAxis::X,
+        AxisArg::Y => tracking::ImageAxis::Y,
+    };
+    let format = args.form.as_deref();
+    let format = format.map(|name| name.parse().map_err(|error: Error| error.at("--as")));
+    let boxes = args.boxes.map(|boxes| match boxes {
+        BoxesArg::Sizes => tracking::Boxes::Sizes,
+        BoxesArg::Corners => tracking::Boxes::Corners,
+        BoxesArg::Centres => tracking::Boxes::Centres,
+    });
+    let options = tracking::ImportOptions::new(args.fps, args.scale, axis, args.belt_speed);
+    Ok(options
+        .with_format(format.transpose()?)
+        .with_boxes(boxes)
+        .with_image_size(args.image_size.as_deref().map(image_size).transpose()?)
+        .with_angle_deg(args.angle)
+        .with_accept_mismatch(args.accept_mismatch)
+        .with_reverse(args.reverse)
+        .with_centre_px(args.centre_px)
+        .with_min_frames(args.min_frames)
+        .with_split_distance_m(args.split_distance)
+        .with_merge_distance_m(args.merge_distance))
 }
 
 /// Rejects, with `--strict`, an import with warnings.

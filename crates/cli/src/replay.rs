@@ -59,10 +59,7 @@ fn recorded_line(
     session: &Session,
 ) -> Result<(Controller, ClockKind)> {
     let heading = reader.heading.clone();
-    let none = Overrides {
-        robots: None,
-        belt_speed: None,
-    };
+    let none = Overrides::default();
     let station = parse(&heading.station, "its station", none).map_err(|e| e.inside(name))?;
     let config = heading.config().ok_or_else(|| {
         let problem = format!("unknown clock `{}`", shown(&heading.clock));

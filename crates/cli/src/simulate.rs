@@ -27,10 +27,7 @@ pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
     common.check()?;
     let conditions = args.conditions.resolve(common)?;
     check_files(args)?;
-    let allowance = Allowance {
-        asked: budget(args.budget_ms)?,
-        ..Allowance::default()
-    };
+    let allowance = Allowance::default().with_asked(budget(args.budget_ms)?);
     let (station, saved) = args
         .station
         .load_with_strategy(&|text| common.remark(text))?;

@@ -134,6 +134,7 @@ fn plan(args: &TrainArgs) -> Result<Plan> {
     }
     if let Some(strategy) = &args.imitate {
         let usual = Imitation::of(strategy);
+        let (rounds, courses) = (usual.rounds, usual.courses);
         for (flag, count) in [
             ("--imitate-rounds", args.imitate_rounds),
             ("--imitate-patterns", args.imitate_patterns),
@@ -143,11 +144,11 @@ fn plan(args: &TrainArgs) -> Result<Plan> {
                 return Err(Error::input(flag, problem, "give 1 or more"));
             }
         }
-        plan.imitation = Some(Imitation {
-            rounds: args.imitate_rounds.unwrap_or(usual.rounds),
-            courses: args.imitate_patterns.unwrap_or(usual.courses),
-            ..usual
-        });
+        plan.imitation = Some(
+            usual
+                .with_rounds(args.imitate_rounds.unwrap_or(rounds))
+                .with_courses(args.imitate_patterns.unwrap_or(courses)),
+        );
         // After imitation, the training need not start with easy patterns.
         plan.domain.curriculum = 0.0;
     }
@@ -180,10 +181,7 @@ fn station_name(text: &str) -> (&str, Option<usize>) {
 fn stations(names: &[String], strict: bool) -> Result<Vec<(String, Station)>> {
     let load = |text: &String| {
         let (name, robots) = station_name(text);
-        let overrides = Overrides {
-            robots,
-            belt_speed: None,
-        };
+        let overrides = Overrides::default().with_robots(robots);
         let station = station::load(name, overrides)?;
         warn(strict, station.warnings(name))?;
         let count = station.robots().len();

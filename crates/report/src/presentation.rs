@@ -1,6 +1,6 @@
 //! How a report is shown; none of it changes the result.
 
-/// How a report is shown.
+/// How a report is shown on the terminal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Presentation {
     /// Most lines of a ranking, of equilibria or of cycles; what is left out is counted.
@@ -21,7 +21,7 @@ impl Default for Presentation {
 /// What the reader calls the settings that texts refer to, such as the flags of a program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SettingNames {
-    /// [`Presentation::top`].
+    /// What the reader calls the setting [`Presentation::top`].
     pub top: &'static str,
     /// The time after which a search ends.
     pub time_limit: &'static str,

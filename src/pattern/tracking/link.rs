@@ -85,9 +85,9 @@ const LONGEST_LAG: f64 = 50.0;
 /// which is first.
 const WAYS: [(f64, f64); 4] = [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)];
 
-/// What is wrong with `--axis` and `--reverse`, and what to use instead, if boxes without tracks
-/// clearly travel in another direction. For all four directions, it counts how many boxes are found
-/// again a little later where the belt would have carried them.
+/// What is wrong with the options `axis` and `reverse`, and what to use instead, if boxes without
+/// tracks clearly travel in another direction. For all four directions, it counts how many boxes
+/// are found again a little later where the belt would have carried them.
 pub(super) fn other_way(
     boxes: &[BoxSighting],
     options: &ImportOptions,

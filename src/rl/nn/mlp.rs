@@ -54,7 +54,7 @@ impl Mlp {
         }
     }
 
-    /// Number of parameters.
+    /// Number of parameters of all layers.
     pub fn parameters(&self) -> usize {
         self.parameters
     }

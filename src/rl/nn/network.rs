@@ -55,7 +55,7 @@ impl Architecture {
 pub struct Workspace {
     /// Logits [rows, actions]; those of forbidden actions are meaningless.
     pub logits: Vec<f32>,
-    /// Values [rows].
+    /// Estimated return of every observation [rows].
     pub values: Vec<f32>,
     mlp: mlp::MlpBuffers,
     scorer: scorer::ScorerBuffers,
@@ -83,7 +83,7 @@ impl Network {
         }
     }
 
-    /// Number of parameters.
+    /// Number of parameters of all layers.
     pub fn parameters(&self) -> usize {
         match self {
             Self::Mlp(net) => net.parameters(),

@@ -17,25 +17,25 @@ pub struct Scorer {
     shape: Shape,
     activation: Activation,
     /// Policy: slots and globals to `h`.
-    pub encoder: SetEncoder,
+    pub(crate) encoder: SetEncoder,
     /// `h_i` to `u_i`, without bias.
-    pub slot: Linear,
+    pub(crate) slot: Linear,
     /// Context to `u`, with the bias.
-    pub context: Linear,
+    pub(crate) context: Linear,
     /// `u_i` to the logit.
-    pub logit: Linear,
+    pub(crate) logit: Linear,
     /// Context and globals to the logit of waiting.
-    pub wait: Option<Head>,
+    pub(crate) wait: Option<Head>,
     /// Value: slots and globals to `h`.
-    pub value_encoder: SetEncoder,
+    pub(crate) value_encoder: SetEncoder,
     /// Context and globals to the value.
-    pub value: Head,
+    pub(crate) value: Head,
     parameters: usize,
 }
 
 /// `y = w f(c, g)`: one number from context and globals.
 #[derive(Debug, Clone, Copy)]
-pub struct Head {
+pub(crate) struct Head {
     /// Context to hidden, without bias.
     pub context: Linear,
     /// Globals to hidden, with the bias.
@@ -96,7 +96,7 @@ impl Scorer {
         }
     }
 
-    /// Number of parameters.
+    /// Number of parameters of all layers.
     pub fn parameters(&self) -> usize {
         self.parameters
     }

@@ -8,7 +8,7 @@ use serde::Serialize;
 /// A solved game as printed and written; the JSON field names are the product's format.
 #[derive(Debug, Clone, Serialize)]
 pub struct GameReport {
-    /// `own` or `total`.
+    /// What a robot gains: `own` for its own picks, `total` for those of the line.
     pub payoff: &'static str,
     /// Unit of payoffs, rates, welfare and gains.
     pub unit: &'static str,
@@ -40,7 +40,7 @@ pub struct GameReport {
     pub rules_of_robots: Vec<RobotRulesReport>,
     /// All assignments, in registry order.
     pub profiles: Vec<ProfileReport>,
-    /// Remarks for the reader.
+    /// Remarks on how the figures are to be read.
     pub notes: Vec<String>,
     /// Where the result comes from.
     pub made: Provenance,
@@ -49,7 +49,7 @@ pub struct GameReport {
     pub nfg: String,
 }
 
-/// One equilibrium.
+/// An assignment from which no robot gains by deviating alone.
 #[derive(Debug, Clone, Serialize)]
 pub struct EquilibriumReport {
     /// The rules, upstream first.
@@ -57,7 +57,7 @@ pub struct EquilibriumReport {
     /// `strict`: every change of one rule is a loss to the robot that changes; `weak`: some
     /// change costs it nothing.
     pub kind: &'static str,
-    /// Each robot's payoff.
+    /// Payoff of each robot [1/min], upstream first.
     pub payoffs: Vec<Payoff>,
     /// Each robot's own picks per minute.
     pub rates: Vec<Payoff>,
@@ -79,9 +79,9 @@ pub struct EquilibriumReport {
 /// One robot changes its rule; the others keep theirs.
 #[derive(Debug, Clone, Serialize)]
 pub struct DeviationReport {
-    /// The robot's name.
+    /// Name of the robot.
     pub robot: String,
-    /// Its new rule.
+    /// Rule that it changes to.
     pub rule: String,
     /// Whether the new rule gives this robot the same payoff as its own whatever the others do.
     pub equivalent: bool,
@@ -112,7 +112,7 @@ pub struct PlayReport {
     pub starts: usize,
     /// How many of them end in an equilibrium.
     pub to_equilibrium: usize,
-    /// How many end in a cycle.
+    /// Number of starts from which play ends in a cycle.
     pub to_cycle: usize,
     /// The most rounds with a change before a start reaches its end.
     pub most_rounds: usize,
@@ -138,7 +138,7 @@ pub struct CycleReport {
 /// What each rule is worth to one robot, whatever the others do.
 #[derive(Debug, Clone, Serialize)]
 pub struct RobotRulesReport {
-    /// The robot's name.
+    /// Name of the robot.
     pub robot: String,
     /// Rules that are never worse than any other.
     pub dominant: Vec<String>,
@@ -148,7 +148,7 @@ pub struct RobotRulesReport {
     pub equivalent: Vec<Vec<String>>,
 }
 
-/// A dominated rule.
+/// A rule that another one dominates for a robot.
 #[derive(Debug, Clone, Serialize)]
 pub struct DominatedReport {
     /// The dominated rule.
@@ -159,12 +159,12 @@ pub struct DominatedReport {
     pub how: &'static str,
 }
 
-/// One assignment.
+/// An assignment with its payoffs.
 #[derive(Debug, Clone, Serialize)]
 pub struct ProfileReport {
     /// The rules, upstream first.
     pub assignment: Vec<String>,
-    /// Each robot's payoff.
+    /// Payoff of each robot [1/min], upstream first.
     pub payoffs: Vec<Payoff>,
     /// Each robot's own picks per minute.
     pub rates: Vec<Payoff>,
