@@ -54,13 +54,13 @@ impl Interval {
 
 /// Arithmetic mean. The values are summed in order, so the result does not depend on the number of
 /// threads.
-pub fn mean(values: &[f64]) -> f64 {
+pub(crate) fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
 /// 95 % interval of the mean by Student's t. If all values are equal, the interval is that point.
 /// `None` for a single value, which does not show how others would scatter.
-pub fn mean_interval(values: &[f64]) -> Option<Interval> {
+pub(crate) fn mean_interval(values: &[f64]) -> Option<Interval> {
     let centre = mean(values);
     let squares: f64 = values.iter().map(|v| (v - centre) * (v - centre)).sum();
     interval_of(values.len(), centre, squares)
@@ -78,7 +78,7 @@ pub(crate) fn rate_mean_interval(rates: &[f64]) -> Option<Interval> {
 
 /// 95 % interval by Student's t of the mean of `count` values with mean `centre` and sum of squared
 /// deviations `squares`; `None` for fewer than two values.
-pub fn interval_of(count: usize, centre: f64, squares: f64) -> Option<Interval> {
+pub(crate) fn interval_of(count: usize, centre: f64, squares: f64) -> Option<Interval> {
     if count < 2 {
         return None;
     }

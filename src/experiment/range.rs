@@ -74,7 +74,7 @@ pub(super) const ROWS: f64 = 30.0;
 
 /// The largest of the steps 1, 2, 5, 10, ... and their decimal fractions that is at most
 /// `most`.
-pub fn round_step(most: f64) -> f64 {
+pub(crate) fn round_step(most: f64) -> f64 {
     // A number that is already such a step stays the same, whatever the rounding.
     let most = most * (1.0 + 1e-9);
     let decade = 10f64.powf(most.log10().floor());

@@ -34,7 +34,7 @@ pub enum MostRuns {
     #[default]
     Usual,
     /// A number that takes as long as this many passes of one robot over a pattern of
-    /// [`USUAL_ITEMS`] items.
+    /// 150 items.
     Passes(u64),
     /// This number of runs.
     Of(u64),

@@ -46,7 +46,7 @@ impl Feed {
         })
     }
 
-    /// The feed's name in [`FEEDS`].
+    /// The name of the feed, for example `random`.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Grid => "grid",

@@ -10,6 +10,10 @@ mod check;
 mod external;
 #[cfg(feature = "onnx")]
 mod graph;
+#[cfg_attr(
+    not(feature = "onnx"),
+    allow(dead_code, reason = "only networks write and read it")
+)]
 mod metadata;
 #[cfg(feature = "onnx")]
 mod model;
@@ -19,6 +23,10 @@ mod ports;
 mod seal;
 #[cfg(feature = "onnx")]
 mod strategy;
+#[cfg_attr(
+    not(feature = "onnx"),
+    allow(dead_code, reason = "only networks write and read it")
+)]
 mod trained;
 
 #[cfg(feature = "onnx")]

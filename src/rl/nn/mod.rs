@@ -21,8 +21,10 @@ pub(crate) use adam::clip_gradient;
 pub use linear::Linear;
 pub use mlp::Mlp;
 pub use network::{Architecture, Network, Workspace};
+#[cfg(feature = "onnx")]
 pub(crate) use scorer::Head;
 pub use scorer::Scorer;
+#[cfg(feature = "onnx")]
 pub(crate) use set_encoder::SetEncoder;
 pub use shape::{ObservationBatch, Shape};
 

@@ -119,7 +119,7 @@ impl Network {
     /// Adds the gradient of a loss to `gradient`, given its derivatives with respect to logits
     /// [rows, actions] and values [rows], after [`Network::forward`] on the same batch.
     /// Derivatives of forbidden logits must be 0.
-    pub fn backward(
+    pub(crate) fn backward(
         &self,
         parameters: &[f32],
         batch: ObservationBatch,

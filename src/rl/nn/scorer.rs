@@ -46,7 +46,7 @@ pub(crate) struct Head {
 
 /// Intermediate values of both passes.
 #[derive(Debug, Default)]
-pub struct ScorerBuffers {
+pub(crate) struct ScorerBuffers {
     rows: SlotRows,
     policy: Encoded,
     value: Encoded,
@@ -68,7 +68,7 @@ struct HeadBuffers {
 
 impl Scorer {
     /// A scorer whose layers are all `width` wide.
-    pub fn new(shape: Shape, width: usize, activation: Activation) -> Self {
+    pub(crate) fn new(shape: Shape, width: usize, activation: Activation) -> Self {
         let mut next = 0;
         let head = |next: &mut usize| Head {
             context: Linear::new(2 * width, width, false, next),
@@ -97,17 +97,18 @@ impl Scorer {
     }
 
     /// Number of parameters of all layers.
-    pub fn parameters(&self) -> usize {
+    pub(crate) fn parameters(&self) -> usize {
         self.parameters
     }
 
     /// The activation between the layers.
-    pub fn activation(&self) -> Activation {
+    #[cfg(feature = "onnx")]
+    pub(crate) fn activation(&self) -> Activation {
         self.activation
     }
 
     /// Sets orthogonal weights and zero biases.
-    pub fn initialise(&self, parameters: &mut [f32], rng: &mut impl Rng) {
+    pub(crate) fn initialise(&self, parameters: &mut [f32], rng: &mut impl Rng) {
         let gain = 2f32.sqrt();
         self.encoder.initialise(parameters, rng);
         orthogonal(&self.slot, gain, parameters, rng);
@@ -127,7 +128,7 @@ impl Scorer {
     }
 
     /// Computes `logits` [rows, actions] and `values` [rows] of the batch.
-    pub fn forward(
+    pub(crate) fn forward(
         &self,
         parameters: &[f32],
         batch: ObservationBatch,
@@ -196,7 +197,7 @@ impl Scorer {
     }
 
     /// Adds the gradient; see `Network::backward`.
-    pub fn backward(
+    pub(crate) fn backward(
         &self,
         parameters: &[f32],
         batch: ObservationBatch,
