@@ -232,8 +232,8 @@ impl Sweep {
 /// on any number of threads. A stop request takes effect after a whole value.
 ///
 /// # Errors
-/// A pattern that does not fit on the belt, an illegal action, or [`Interrupted`](crate::error::ErrorKind) before
-/// the first value is complete.
+/// A pattern that does not fit on the belt, an illegal action, or
+/// [`Interrupted`](crate::error::ErrorKind) before the first value is complete.
 pub fn sweep_settings(
     settings: &[Setting],
     patterns: &[Pattern],

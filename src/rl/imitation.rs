@@ -76,7 +76,7 @@ pub(crate) struct Answers {
 pub(crate) enum Pupil<'a> {
     /// The expert itself.
     Expert,
-    /// A network.
+    /// This network, with these parameters.
     Network(&'a Network, &'a [f32]),
 }
 

@@ -3,7 +3,7 @@
 use super::axis::ChartAxis;
 use pickline::stats::Interval;
 
-/// A chart.
+/// A chart as it will be drawn: axes, layers and legend.
 #[derive(Debug)]
 pub(crate) struct Chart {
     /// A short title.
@@ -50,7 +50,7 @@ pub(crate) enum PointStyle {
     Bare,
 }
 
-/// A bar.
+/// A horizontal bar as long as `value`.
 #[derive(Debug)]
 pub(crate) struct ChartBar {
     pub value: f64,
@@ -61,7 +61,7 @@ pub(crate) struct ChartBar {
     pub tip: String,
 }
 
-/// A point.
+/// A point of a series, with its intervals.
 #[derive(Debug, Default)]
 pub(crate) struct ChartPoint {
     pub x: f64,
