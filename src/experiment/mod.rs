@@ -2,6 +2,7 @@
 
 mod bounds;
 mod case;
+mod case_file;
 mod compare;
 mod comparison;
 mod draws;
@@ -12,7 +13,8 @@ mod sweep;
 mod training;
 
 pub use bounds::add_bounds;
-pub use case::{Case, CaseSource, load_cases};
+pub use case::{Case, CaseSource};
+pub use case_file::load_cases;
 pub use compare::compare_methods;
 pub use comparison::{CaseBound, CaseResult, Comparison, MethodResult};
 pub use draws::Draws;

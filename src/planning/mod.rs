@@ -12,5 +12,5 @@ mod search;
 
 pub use lookahead::Lookahead;
 pub use meter::{Allowance, Budget};
-pub(crate) use options::KEYS;
 pub use options::{Goal, LookaheadOptions};
+pub(crate) use options::{KEYS, WrittenOptions};

@@ -1,5 +1,6 @@
 //! The code keeps to the layering of `docs/architecture.md`.
 
+mod errors;
 mod imports;
 
 use std::collections::BTreeSet;
@@ -254,7 +255,7 @@ fn only_the_command_line_prints() {
     }
 }
 
-/// A message names a setting; the program knows how it is written on its command line.
+/// A message or comment names a setting; the program knows how it is written on its command line.
 #[test]
 fn the_library_names_no_flag() {
     let mut files = Vec::new();
