@@ -69,11 +69,13 @@ impl BuiltIn {
     /// # Errors
     /// If the number of robots is not allowed.
     pub fn station(&self, robots: Option<usize>) -> Result<Station> {
+        let key = |key: &str| key.to_owned();
+        self.line.check(&key)?;
         let line = Line {
             robots: robots.unwrap_or(self.line.robots),
             ..self.line
         };
-        let made = line.check(&|key| key.to_owned()).and_then(|()| {
+        let made = line.check(&key).and_then(|()| {
             Station::new(
                 line.belt(self.belt_speed, self.belt_width),
                 line.place(self.belt_width),
