@@ -20,7 +20,7 @@ pub fn travel_time(dx: f64, dy: f64, belt_speed: f64, arm_speed: f64) -> f64 {
 
 /// Total time [s] of a pick: out, grasp, back along the same line, release.
 #[inline(always)]
-pub fn processing_time(travel: f64, grasp_time: f64, release_time: f64) -> f64 {
+pub(crate) fn processing_time(travel: f64, grasp_time: f64, release_time: f64) -> f64 {
     2.0 * travel + grasp_time + release_time
 }
 
@@ -55,7 +55,7 @@ pub fn meeting_range(
 /// item that was at (`x0`, `y`) at time 0.
 ///
 /// It increases with `meet_x` because the arm is faster than the belt.
-pub fn departure_time(
+pub(crate) fn departure_time(
     meet_x: f64,
     x0: f64,
     y: f64,

@@ -12,7 +12,7 @@ pub struct Candidate {
     pub x0: f64,
     /// Position across the belt, as reported [m].
     pub y: f64,
-    /// Object-specific reward.
+    /// Object-specific reward r of the item, 0 or more.
     pub weight: f64,
     /// First departure time at which the robot, once it knows of the item, meets it in its
     /// workspace [s].
@@ -35,7 +35,7 @@ impl Candidate {
 /// Figures are computed on demand, so a rule only pays for those that it uses.
 #[derive(Debug, Clone, Copy)]
 pub struct Moment<'a> {
-    /// The deciding robot.
+    /// The robot that chooses among the candidates.
     pub robot: &'a Robot,
     /// Belt speed [m/s].
     pub belt_speed: f64,

@@ -12,4 +12,5 @@ pub use candidate::{Candidate, Moment};
 pub use event::{Event, Observer};
 pub use outcome::{Failure, FailureCause, Figures, Miss, MissReason, Outcome, Pick, RobotFigures};
 pub use snapshot::{BeltItem, Snapshot};
-pub use strategy::{Action, Strategy, answer};
+pub(crate) use strategy::answer;
+pub use strategy::{Action, Strategy};

@@ -8,11 +8,12 @@ use super::line::Line;
 use crate::error::{Error, Result, known_names};
 
 /// A station that is available without a file.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct BuiltIn {
-    /// The name to give with `--station`.
+    /// The name by which [`built_in`] finds it.
     pub name: &'static str,
-    /// One-line description for help texts.
+    /// One-line description.
     pub summary: &'static str,
     /// Belt speed [m/s].
     pub belt_speed: f64,
@@ -68,11 +69,13 @@ impl BuiltIn {
     /// # Errors
     /// If the number of robots is not allowed.
     pub fn station(&self, robots: Option<usize>) -> Result<Station> {
+        let key = |key: &str| key.to_owned();
+        self.line.check(&key)?;
         let line = Line {
             robots: robots.unwrap_or(self.line.robots),
             ..self.line
         };
-        let made = line.check(&|key| key.to_owned()).and_then(|()| {
+        let made = line.check(&key).and_then(|()| {
             Station::new(
                 line.belt(self.belt_speed, self.belt_width),
                 line.place(self.belt_width),

@@ -26,6 +26,7 @@ mod compare;
 mod game;
 mod notes;
 mod optimize;
+mod options;
 mod part;
 mod patterns;
 mod robust;
@@ -37,14 +38,17 @@ mod values;
 
 pub use blueprint::{BlueprintOptions, PolicyDistance, blueprint, policy_distance};
 pub use bound::{BoundStudy, BoundStudyOptions, PatternBounds, bound};
-pub use compare::{CompareOptions, CompareStudy, Compared, compare};
+pub use compare::{CompareOptions, CompareSettings, CompareStudy, Compared, compare};
 pub use game::{GameOptions, GameStudy, PlayedGame, game};
-pub use notes::{Note, RobustBasis, RobustNote, RobustScope, condition_notes, set_notes};
-pub use optimize::{OptimizeOptions, OptimizeStudy, Optimized, ScoredRivals, optimize};
+pub use notes::{Note, RobustBasis, RobustNote, RobustScope, set_notes};
+pub use optimize::{
+    OptimizeOptions, OptimizeSettings, OptimizeStudy, Optimized, ScoredRivals, optimize,
+};
+pub use options::{MethodSettings, StudyOptions};
 pub use patterns::{ScoredPatterns, ScoredSet};
 pub use robust::RobustTraining;
 pub use simulate::{SimulateOptions, SimulateStudy, SimulatedRun, simulate};
-pub use sweep::{DEFAULT_GRID, SweepOptions, SweepStudy, Swept, sweep};
+pub use sweep::{DEFAULT_GRID, SweepOptions, SweepSettings, SweepStudy, Swept, sweep};
 #[cfg(feature = "onnx")]
 pub use train::{
     SavedTraining, TrainOptions, TrainStudy, TrainedPolicy, TrainingEvent, TrainingLine, train,

@@ -16,7 +16,7 @@ pub enum Note {
     StationStrategy(String),
     /// The built-in policy is not among the methods, because the line is far from its training.
     PolicyLeftOut {
-        /// How the line differs.
+        /// How the line differs from the training, in words.
         distance: String,
         /// How the policy is written as a strategy.
         policy: &'static str,
@@ -30,9 +30,9 @@ pub enum Note {
     },
     /// The full form of a strategy whose name is short for it.
     FullName {
-        /// The name in the result.
+        /// Its name in tables and files.
         name: String,
-        /// All its settings.
+        /// The strategy with all its settings, as it is written.
         full: String,
     },
     /// How the line differs from a policy's training.
@@ -41,11 +41,11 @@ pub enum Note {
     DistanceAtValues {
         /// Number of values at which the line differs.
         count: usize,
-        /// Number of values.
+        /// Number of all values of the sweep.
         all: usize,
-        /// The first of them.
+        /// The first value at which the line differs, in the unit of the quantity.
         first: f64,
-        /// How it differs there.
+        /// How the line at that value differs from the training, in words.
         distance: String,
     },
     /// Grasps may fail, but no item has a probability below 1.
@@ -57,9 +57,9 @@ pub enum Note {
     CommonRandomNumbers,
     /// Extended workspaces overlap on some patterns.
     Overlapping {
-        /// Number of these patterns.
+        /// Number of patterns with such items.
         overlapping: usize,
-        /// Number of patterns.
+        /// Number of all patterns of the set.
         patterns: usize,
     },
     /// The flow that a search for the highest speed recommends [m/s].
@@ -191,8 +191,9 @@ impl fmt::Display for Note {
 
 /// Where robust GT (game theory) comes from.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct RobustNote {
-    /// By what it is robust.
+    /// How the assignment was found.
     pub basis: RobustBasis,
     /// For which lines of a sweep it was found.
     pub scope: Option<RobustScope>,
@@ -206,12 +207,12 @@ pub enum RobustBasis {
     Given,
     /// It is the best on a training set.
     Best {
-        /// The training set.
+        /// Description of the patterns that it was found on.
         on: String,
     },
     /// It is the best on the paper's training set.
     PaperBest {
-        /// The training set.
+        /// Description of the patterns that it was found on.
         on: String,
         /// Whether the study itself has other conditions, which were left out.
         undisturbed: bool,
@@ -270,7 +271,7 @@ impl fmt::Display for RobustNote {
 
 /// Notes for a comparison under `conditions`. `generated` means that no pattern comes from
 /// a file.
-pub fn condition_notes(conditions: &Conditions, generated: bool) -> Vec<Note> {
+pub(crate) fn condition_notes(conditions: &Conditions, generated: bool) -> Vec<Note> {
     let nothing = generated && conditions.disturbances.never_fails(&[]);
     nothing.then_some(Note::NothingFails).into_iter().collect()
 }

@@ -41,7 +41,7 @@ impl From<PatternSource> for ScoredPatterns {
 impl FromStr for ScoredPatterns {
     type Err = Error;
 
-    /// Parses what follows `--patterns`. A profile without a number of patterns gives fewer of
+    /// Parses a source of patterns. A profile without a number of patterns gives fewer of
     /// them if each is long.
     fn from_str(text: &str) -> Result<Self> {
         Ok(Self {

@@ -55,7 +55,11 @@ fn read(from: &str, to: &str, overrides: Overrides) -> Result<Station> {
 
 #[test]
 fn what_the_caller_asks_for_is_of_kind_usage() {
-    let overrides = |robots, belt_speed| Overrides { robots, belt_speed };
+    let overrides = |robots: Option<usize>, belt_speed: Option<f64>| {
+        Overrides::default()
+            .with_robots(robots)
+            .with_belt_speed(belt_speed)
+    };
     let two = "SPT,FIFO,SPT".parse().unwrap();
     for (error, place) in [
         (

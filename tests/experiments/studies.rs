@@ -23,14 +23,11 @@ fn pattern() -> Pattern {
 
 /// Conditions under which two grasps in ten fail.
 fn failing() -> Conditions {
-    Conditions {
-        disturbances: Disturbances {
-            grasp_failures: true,
-            default_p_grasp: 0.8,
-            ..Disturbances::default()
-        },
-        ..Conditions::default()
-    }
+    Conditions::default().with_disturbances(
+        Disturbances::default()
+            .with_grasp_failures(true)
+            .with_default_p_grasp(0.8),
+    )
 }
 
 /// What the program reports for these arguments.

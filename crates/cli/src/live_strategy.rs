@@ -16,15 +16,14 @@ use pickline_live::ClockKind;
 /// # Errors
 /// An invalid time.
 pub(crate) fn allowance(ms: Option<f64>, clock: ClockKind) -> Result<Allowance> {
-    Ok(Allowance {
-        asked: budget(ms)?,
-        otherwise: match clock {
-            // The belt does not wait.
-            ClockKind::System => Budget::LIVE,
-            // The same stream gives the same output on every machine.
-            ClockKind::Messages => Budget::EXPERIMENT,
-        },
-    })
+    let otherwise = match clock {
+        // The belt does not wait.
+        ClockKind::System => Budget::LIVE,
+        // The same stream gives the same output on every machine.
+        ClockKind::Messages => Budget::EXPERIMENT,
+    };
+    let allowance = Allowance::default().with_asked(budget(ms)?);
+    Ok(allowance.with_otherwise(otherwise))
 }
 
 /// `strategy` on the line of `station`.

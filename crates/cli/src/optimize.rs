@@ -89,11 +89,12 @@ impl OptimizeArgs {
                 SearchArg::Grasp => SearchKind::Grasp,
                 SearchArg::Both => SearchKind::Both,
             })
-            .with_grasp(Grasp {
-                starts: self.starts,
-                alpha: self.alpha,
-                seed: self.common.seed,
-            })
+            .with_grasp(
+                Grasp::default()
+                    .with_starts(self.starts)
+                    .with_alpha(self.alpha)
+                    .with_seed(self.common.seed),
+            )
             .with_risk(self.risk.parse::<Risk>()?)
             .with_limits(self.limits.resolve()?)
             .with_bound(!self.no_bound);

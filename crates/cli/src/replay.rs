@@ -71,10 +71,7 @@ impl ReplayPlan {
     ) -> Result<(Controller, ClockKind)> {
         let name = &self.file.display().to_string();
         let heading = reader.heading.clone();
-        let none = Overrides {
-            robots: None,
-            belt_speed: None,
-        };
+        let none = Overrides::default();
         let station = parse(&heading.station, "its station", none).map_err(|e| e.inside(name))?;
         let config = heading.config().ok_or_else(|| {
             let problem = format!("unknown clock `{}`", shown(&heading.clock));

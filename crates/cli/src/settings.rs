@@ -45,10 +45,9 @@ impl StationChoice {
 
     /// The station settings that the flags override.
     pub(crate) fn overrides(&self) -> Overrides {
-        Overrides {
-            robots: self.robots,
-            belt_speed: self.belt_speed,
-        }
+        Overrides::default()
+            .with_robots(self.robots)
+            .with_belt_speed(self.belt_speed)
     }
 
     /// The station, without remarks or warnings.
@@ -120,12 +119,11 @@ impl FeedArgs {
             }
         }
         let usual = FeedShape::default();
-        let shape = FeedShape {
-            cluster_size: self.cluster_size.unwrap_or(usual.cluster_size),
-            cluster_spread: self.cluster_spread.unwrap_or(usual.cluster_spread),
-            gap_length: self.gap_length.unwrap_or(usual.gap_length),
-            gap_share: self.gap_share.unwrap_or(usual.gap_share),
-        };
+        let shape = usual
+            .with_cluster_size(self.cluster_size.unwrap_or(usual.cluster_size))
+            .with_cluster_spread(self.cluster_spread.unwrap_or(usual.cluster_spread))
+            .with_gap_length(self.gap_length.unwrap_or(usual.gap_length))
+            .with_gap_share(self.gap_share.unwrap_or(usual.gap_share));
         shape.check()?;
         station.check_values(&[
             ("--flow", &FLOW, self.flow),
@@ -225,11 +223,10 @@ impl AttributeArgs {
             };
             text.as_ref().map(read).transpose()
         };
-        Ok(Attributes {
-            area_cm2: read(&self.area, "--area")?,
-            p_detection: read(&self.p_detection, "--p-detection")?,
-            p_grasp: read(&self.p_grasp, "--p-grasp")?,
-        })
+        Ok(Attributes::default()
+            .with_area_cm2(read(&self.area, "--area")?)
+            .with_p_detection(read(&self.p_detection, "--p-detection")?)
+            .with_p_grasp(read(&self.p_grasp, "--p-grasp")?))
     }
 }
 
@@ -251,16 +248,16 @@ impl ConditionArgs {
                 ),
             ));
         }
-        let conditions = Conditions {
-            update_hz: common.update_hz,
-            camera_x: self.camera_x,
-            disturbances: Disturbances {
-                grasp_failures: self.grasp_success.is_some(),
-                default_p_grasp: self.grasp_success.unwrap_or(1.0),
-                position_noise: self.position_noise,
-                seed: common.seed,
-            },
-        };
+        let conditions = Conditions::default()
+            .with_update_hz(common.update_hz)
+            .with_camera_x(self.camera_x)
+            .with_disturbances(
+                Disturbances::default()
+                    .with_grasp_failures(self.grasp_success.is_some())
+                    .with_default_p_grasp(self.grasp_success.unwrap_or(1.0))
+                    .with_position_noise(self.position_noise)
+                    .with_seed(common.seed),
+            );
         conditions.check()?;
         Ok(conditions)
     }
@@ -415,14 +412,13 @@ impl LimitArgs {
             })
         };
         let time = self.time_limit.map(seconds).transpose()?;
-        Ok(Limits {
-            runs: match self.max_runs {
+        Ok(Limits::default()
+            .with_runs(match self.max_runs {
                 None => MostRuns::Usual,
                 Some(0) => MostRuns::Any,
                 Some(runs) => MostRuns::Of(runs),
-            },
-            until: time.map(|time| Instant::now() + time),
-        })
+            })
+            .with_until(time.map(|time| Instant::now() + time)))
     }
 }
 

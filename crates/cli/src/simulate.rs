@@ -52,10 +52,7 @@ impl SimulateArgs {
         common.check()?;
         let conditions = self.conditions.resolve(common)?;
         self.check_files()?;
-        let allowance = Allowance {
-            asked: budget(self.budget_ms)?,
-            ..Allowance::default()
-        };
+        let allowance = Allowance::default().with_asked(budget(self.budget_ms)?);
         let (station, saved) = self
             .station
             .load_with_strategy(&|text| common.remark(text))?;

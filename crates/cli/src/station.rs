@@ -73,10 +73,7 @@ fn show(
 
 /// Checks that a camera position [m] is in the range that conditions allow.
 fn plausible_camera(x: f64) -> Result<f64> {
-    let conditions = Conditions {
-        camera_x: Some(x),
-        ..Conditions::default()
-    };
+    let conditions = Conditions::default().with_camera_x(x);
     conditions.check().map(|()| x)
 }
 

@@ -122,11 +122,12 @@ impl TrainArgs {
                     return Err(Error::usage(flag, problem, "give 1 or more"));
                 }
             }
-            plan.imitation = Some(Imitation {
-                rounds: self.imitate_rounds.unwrap_or(usual.rounds),
-                courses: self.imitate_patterns.unwrap_or(usual.courses),
-                ..usual
-            });
+            let (rounds, courses) = (usual.rounds, usual.courses);
+            plan.imitation = Some(
+                usual
+                    .with_rounds(self.imitate_rounds.unwrap_or(rounds))
+                    .with_courses(self.imitate_patterns.unwrap_or(courses)),
+            );
             // After imitation, the training need not start with easy patterns.
             plan.domain.curriculum = 0.0;
         }
@@ -237,10 +238,7 @@ fn station_name(text: &str) -> (&str, Option<usize>) {
 fn lines(names: &[String], strict: bool) -> Result<Vec<TrainingLine>> {
     let load = |text: &String| {
         let (name, robots) = station_name(text);
-        let overrides = Overrides {
-            robots,
-            belt_speed: None,
-        };
+        let overrides = Overrides::default().with_robots(robots);
         let station = station::load(name, overrides)?;
         warn(strict, station.warnings(name))?;
         Ok(TrainingLine {

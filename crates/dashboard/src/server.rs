@@ -54,7 +54,7 @@ const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; \
 
 /// The data for requests for metrics.
 pub(crate) struct Scraped {
-    /// The newest view.
+    /// The newest view of the line; `None` before the first.
     pub views: watch::Receiver<Option<Arc<LineView>>>,
     /// Set to request the next view.
     pub wanted: Arc<AtomicBool>,

@@ -13,7 +13,7 @@ struct TableColumn<'c, R, C> {
 }
 
 impl<'c, R, C> TableColumns<'c, R, C> {
-    /// No columns.
+    /// A table without columns yet.
     pub(crate) fn new() -> Self {
         Self {
             columns: Vec::new(),
@@ -42,7 +42,7 @@ impl<'c, R, C> TableColumns<'c, R, C> {
         }
     }
 
-    /// The headers.
+    /// The header of each column, from left to right.
     pub(crate) fn headers(&self) -> Vec<String> {
         let columns = self.columns.iter();
         columns.map(|column| column.header.clone()).collect()

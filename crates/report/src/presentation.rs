@@ -2,7 +2,7 @@
 
 use pickline::error::spell_settings;
 
-/// How a report is shown.
+/// How a report is shown on the terminal.
 #[derive(Debug, Clone, Copy)]
 #[non_exhaustive]
 pub struct Presentation {

@@ -24,9 +24,9 @@ pub struct RunReport {
     /// Picks per minute in the steady state.
     #[serde(flatten)]
     pub throughput: ThroughputReport,
-    /// Items in the pattern.
+    /// Number of items in the pattern.
     pub items: usize,
-    /// Items picked.
+    /// Number of items picked.
     pub picked: usize,
     /// Share of the items picked.
     pub picked_share: f64,
@@ -62,17 +62,17 @@ pub struct RunReport {
     pub weighs: bool,
 }
 
-/// What one robot did.
+/// What one robot did in the run.
 #[derive(Debug, Clone, Serialize)]
 #[non_exhaustive]
 pub struct RobotRunReport {
-    /// Its name.
+    /// Name of the robot.
     pub name: String,
-    /// Number of picks.
+    /// Number of items that it picked.
     pub picked: usize,
     /// Sum of the rewards of the items it picked.
     pub weight: f64,
-    /// Number of failed attempts.
+    /// Number of attempts that took time but picked nothing.
     pub failed: usize,
     /// Sum of its processing times, including those of failed attempts [s].
     pub busy_s: f64,
@@ -83,7 +83,7 @@ pub struct RobotRunReport {
     pub utilisation_steady: Option<f64>,
 }
 
-/// One pick.
+/// One pick, with its times [s].
 #[derive(Debug, Clone, Serialize)]
 #[non_exhaustive]
 pub struct PickReport {
@@ -97,18 +97,18 @@ pub struct PickReport {
     pub grasp_s: f64,
     /// When the robot was free again [s].
     pub release_s: f64,
-    /// Meeting point [m].
+    /// Where the robot meets the item: x and y [m].
     pub meet: [f64; 2],
 }
 
-/// One failed attempt.
+/// One attempt that picked nothing.
 #[derive(Debug, Clone, Serialize)]
 #[non_exhaustive]
 pub struct FailureReport {
     /// The attempt; `release_s` is when the robot was free again.
     #[serde(flatten)]
     pub attempt: PickReport,
-    /// Why it failed.
+    /// Why the attempt failed, in snake case.
     pub cause: &'static str,
 }
 
@@ -118,7 +118,7 @@ pub struct FailureReport {
 pub struct MissReport {
     /// Id of the item.
     pub item: String,
-    /// Why it was not picked.
+    /// Why no robot picked the item, in snake case.
     pub reason: &'static str,
 }
 
@@ -307,7 +307,7 @@ struct AttemptRow<'r> {
     release_s: Displayed<f64>,
     meet_x_m: Displayed<f64>,
     meet_y_m: Displayed<f64>,
-    /// Empty for a pick.
+    /// Why the attempt failed; empty for a pick.
     failure: &'static str,
 }
 

@@ -43,10 +43,7 @@ pub fn play(
     items: usize,
     seed: u64,
 ) -> Figures {
-    let overrides = Overrides {
-        robots: Some(2),
-        belt_speed: Some(SPEED),
-    };
+    let overrides = Overrides::default().with_robots(2).with_belt_speed(SPEED);
     let station = load("paper", overrides).unwrap();
     let strategy = read_alone("SPT,FIFO", 2).unwrap().make();
     let config = Config {

@@ -57,35 +57,29 @@ impl TracksArgs {
     /// # Errors
     /// An unknown format, or a value that is not an image size.
     fn options(&self) -> Result<ImportOptions> {
-        Ok(ImportOptions {
-            format: self
-                .form
-                .as_deref()
-                .map(|name| name.parse().map_err(|error: Error| error.at("--as")))
-                .transpose()?,
-            boxes: self.boxes.map(|boxes| match boxes {
-                BoxesArg::Sizes => tracking::Boxes::Sizes,
-                BoxesArg::Corners => tracking::Boxes::Corners,
-                BoxesArg::Centres => tracking::Boxes::Centres,
-            }),
-            image_size: self.image_size.as_deref().map(image_size).transpose()?,
-            angle_deg: self.angle,
-            accept_mismatch: self.accept_mismatch,
-            reverse: self.reverse,
-            centre_px: self.centre_px,
-            min_frames: self.min_frames,
-            split_distance_m: self.split_distance,
-            merge_distance_m: self.merge_distance,
-            ..ImportOptions::new(
-                self.fps,
-                self.scale,
-                match self.axis {
-                    AxisArg::X => tracking::ImageAxis::X,
-                    AxisArg::Y => tracking::ImageAxis::Y,
-                },
-                self.belt_speed,
-            )
-        })
+        let axis = match self.axis {
+            AxisArg::X => tracking::ImageAxis::X,
+            AxisArg::Y => tracking::ImageAxis::Y,
+        };
+        let format = self.form.as_deref();
+        let format = format.map(|name| name.parse().map_err(|error: Error| error.at("--as")));
+        let boxes = self.boxes.map(|boxes| match boxes {
+            BoxesArg::Sizes => tracking::Boxes::Sizes,
+            BoxesArg::Corners => tracking::Boxes::Corners,
+            BoxesArg::Centres => tracking::Boxes::Centres,
+        });
+        let options = ImportOptions::new(self.fps, self.scale, axis, self.belt_speed);
+        Ok(options
+            .with_format(format.transpose()?)
+            .with_boxes(boxes)
+            .with_image_size(self.image_size.as_deref().map(image_size).transpose()?)
+            .with_angle_deg(self.angle)
+            .with_accept_mismatch(self.accept_mismatch)
+            .with_reverse(self.reverse)
+            .with_centre_px(self.centre_px)
+            .with_min_frames(self.min_frames)
+            .with_split_distance_m(self.split_distance)
+            .with_merge_distance_m(self.merge_distance))
     }
 }
 

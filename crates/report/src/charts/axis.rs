@@ -2,7 +2,7 @@
 
 use pickline::stats::Interval;
 
-/// An axis.
+/// The scale along one edge of a chart.
 #[derive(Debug)]
 pub(crate) enum ChartAxis {
     /// Numbers from `low` to `high`.

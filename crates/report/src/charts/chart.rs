@@ -4,7 +4,7 @@ use super::axis::ChartAxis;
 use crate::game_theory::spell_out;
 use pickline::stats::Interval;
 
-/// A chart.
+/// A chart as it will be drawn: axes, layers and legend.
 #[derive(Debug)]
 pub(crate) struct Chart {
     /// A short title.
@@ -51,7 +51,7 @@ pub(crate) enum PointStyle {
     Bare,
 }
 
-/// A bar.
+/// A horizontal bar as long as `value`.
 #[derive(Debug)]
 pub(crate) struct ChartBar {
     pub value: f64,
@@ -62,7 +62,7 @@ pub(crate) struct ChartBar {
     pub tip: String,
 }
 
-/// A point.
+/// A point of a series, with its intervals.
 #[derive(Debug, Default)]
 pub(crate) struct ChartPoint {
     pub x: f64,

@@ -16,9 +16,9 @@ use serde::Serialize;
 pub struct ComparisonReport {
     /// The methods; the others are compared with the first.
     pub methods: Vec<MethodReport>,
-    /// The cases.
+    /// The completed cases, in the order in which they were given.
     pub cases: Vec<CaseReport>,
-    /// Remarks for the reader.
+    /// Remarks on how the figures are to be read.
     pub notes: Vec<String>,
     /// Where the result comes from.
     pub made: Provenance,
@@ -26,13 +26,13 @@ pub struct ComparisonReport {
     pub(super) with_paper: bool,
 }
 
-/// One method.
+/// Names of a compared method.
 #[derive(Debug, Clone, Serialize)]
 #[non_exhaustive]
 pub struct MethodReport {
-    /// Its name in files.
+    /// Name in files: `robust_gt`, `greedy_gt`, or the strategy as it is written.
     pub id: String,
-    /// Its name in tables.
+    /// Name in tables, for people.
     pub title: String,
 }
 
@@ -40,11 +40,11 @@ pub struct MethodReport {
 #[derive(Debug, Clone, Serialize)]
 #[non_exhaustive]
 pub struct CaseReport {
-    /// Its name.
+    /// Name of the case.
     pub name: String,
-    /// Items in each pattern.
+    /// Number of items in each pattern.
     pub items: usize,
-    /// Number of patterns.
+    /// Number of patterns of the case.
     pub patterns: usize,
     /// The results, one per method.
     pub results: Vec<MethodResultReport>,
@@ -114,7 +114,7 @@ pub struct MethodResultReport {
     pub paper: Option<PrintedReport>,
 }
 
-/// The paper's own figures.
+/// The figures that the paper prints for a method on a case.
 #[derive(Debug, Clone, Copy, Serialize)]
 #[non_exhaustive]
 pub struct PrintedReport {

@@ -11,9 +11,9 @@ use serde::Serialize;
 pub struct ValidationReport {
     /// Description of the patterns.
     pub patterns: String,
-    /// Number of patterns.
+    /// Number of fresh patterns.
     pub count: usize,
-    /// Mean of the objective.
+    /// Mean of the objective over the fresh patterns, in its unit.
     pub mean: f64,
     /// 95 % interval of that mean; `None` for a single pattern.
     #[serde(flatten, serialize_with = "crate::ends::mean")]

@@ -19,7 +19,7 @@ const STYLE: &str = include_str!("report.css");
 pub(crate) struct ReportPage<'a> {
     /// A short title.
     pub title: String,
-    /// The station.
+    /// What stands below the title: the station.
     pub subtitle: String,
     /// The answer, one sentence per line, as HTML.
     pub answer: Vec<String>,

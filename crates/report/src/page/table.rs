@@ -8,7 +8,7 @@ use crate::throughput::ThroughputReport;
 use pickline::stats::Interval;
 use std::fmt::Write as _;
 
-/// A cell.
+/// What stands in a row of a table under one header.
 #[derive(Debug)]
 pub(crate) enum Cell {
     /// Words, left-aligned.
@@ -112,7 +112,7 @@ impl Cell {
     }
 }
 
-/// A table.
+/// A table of a page, as data.
 #[derive(Debug)]
 pub(crate) struct PageTable {
     /// The headers; those that begin with `<` are left-aligned.

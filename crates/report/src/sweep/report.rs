@@ -12,11 +12,11 @@ use serde::Serialize;
 #[derive(Debug, Clone, Serialize)]
 #[non_exhaustive]
 pub struct SweepReport {
-    /// The varied quantity.
+    /// Name of the varied quantity: `speed`, `robots`, `spacing` or `reach`.
     pub sweep: &'static str,
     /// Unit of the varied quantity.
     pub unit: &'static str,
-    /// Number of patterns.
+    /// Number of patterns at each value.
     pub patterns: usize,
     /// All points, ordered by value, then by method.
     pub points: Vec<PointReport>,
@@ -28,7 +28,7 @@ pub struct SweepReport {
     /// The paper's limits, if they are comparable with ours.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub paper: Option<PaperLimits>,
-    /// Remarks for the reader.
+    /// Remarks on how the figures are to be read.
     pub notes: Vec<String>,
     /// Where the result comes from.
     pub made: Provenance,
@@ -47,7 +47,7 @@ pub struct SweepReport {
 #[derive(Debug, Clone, Serialize)]
 #[non_exhaustive]
 pub struct PointReport {
-    /// The value.
+    /// The varied quantity, in its unit.
     pub value: f64,
     /// The method's name in files.
     pub method: String,
@@ -94,7 +94,7 @@ pub struct BoundsReport {
 #[derive(Debug, Clone, Serialize)]
 #[non_exhaustive]
 pub struct BoundPoint {
-    /// The value.
+    /// The varied quantity, in its unit.
     pub value: f64,
     /// Mean of the most items that can be picked, as a share of the items.
     pub picked_share: f64,
@@ -154,9 +154,9 @@ pub struct LimitReport {
 #[derive(Debug, Clone, Copy, Serialize)]
 #[non_exhaustive]
 pub struct PaperLimits {
-    /// Robust GT [m/s].
+    /// Limit of robust game theory (GT) [m/s].
     pub robust_gt: f64,
-    /// The RL policy [m/s].
+    /// Limit of the policy of reinforcement learning (RL) [m/s].
     pub rl: f64,
     /// Excess of the RL policy's limit over robust GT's [%].
     pub benefit_percent: f64,
@@ -227,6 +227,7 @@ impl LimitReport {
             first_miss,
             again,
             lowest,
+            ..
         } = sweep.complete(method);
         let mut of_patterns = sweep.limits(method);
         of_patterns.sort_by(f64::total_cmp);
