@@ -52,7 +52,7 @@
 //! A module may use the modules above it in this list, never those below it
 //! (`docs/architecture.md`).
 
-// What only the crate uses says so; the other crates of the workspace do not hold to it yet.
+// What only the crate uses says so.
 #![warn(unreachable_pub)]
 
 pub mod error;

@@ -1,6 +1,7 @@
 //! The code keeps to the layering of `docs/architecture.md`.
 
 mod imports;
+mod methods;
 
 use std::collections::BTreeSet;
 use std::fs;

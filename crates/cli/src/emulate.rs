@@ -119,16 +119,15 @@ impl TroubleArgs {
             None => None,
         };
         let stop = numbers("--belt-stop", &self.belt_stop, 2)?;
-        Ok(InjectedFaults {
-            grasp_failures: self.failing_grasps,
-            lost_acks: self.lost_acks,
-            duplicates: self.duplicates,
-            out_of_order: self.out_of_order,
-            jitter: self.jitter_ms / 1e3,
-            robot_down,
-            belt_stop: stop.map(|stop| (stop[0], stop[1])),
-            seed: self.seed,
-        })
+        Ok(InjectedFaults::default()
+            .with_grasp_failures(self.failing_grasps)
+            .with_lost_acks(self.lost_acks)
+            .with_duplicates(self.duplicates)
+            .with_out_of_order(self.out_of_order)
+            .with_jitter(self.jitter_ms / 1e3)
+            .with_robot_down(robot_down)
+            .with_belt_stop(stop.map(|stop| (stop[0], stop[1])))
+            .with_seed(self.seed))
     }
 }
 

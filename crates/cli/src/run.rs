@@ -101,31 +101,29 @@ fn node_options(
     station: &Station,
     strategy: &str,
 ) -> Result<NodeOptions> {
-    let config = Config {
-        clock: args.transport.clock(),
-        tolerance: args.tolerance,
-        ack_timeout: args.ack_timeout,
-        result_timeout: args.result_timeout,
-        status_every: args.status_every,
-        timeouts: Timeouts {
-            belt: args.belt_timeout,
-            robot: args.robot_timeout,
-        },
-        camera_delay: 1e-3 * args.camera_delay,
-        lead: lead_times(&args.lead, station)?,
-        may_stop_belt: args.may_stop_belt,
-        stop_margin: args.stop_margin,
-        ..Config::default()
-    };
-    let mut options = NodeOptions::default()
-        .with_config(config)
-        .with_origin(RunOrigin {
-            program: PROGRAM.into(),
-            command: session.command(),
-            strategy: strategy.to_owned(),
-            budget_ms: args.budget_ms,
-            seed: args.seed,
-        });
+    let config = Config::default()
+        .with_clock(args.transport.clock())
+        .with_tolerance(args.tolerance)
+        .with_ack_timeout(args.ack_timeout)
+        .with_result_timeout(args.result_timeout)
+        .with_status_every(args.status_every)
+        .with_timeouts(
+            Timeouts::default()
+                .with_belt(args.belt_timeout)
+                .with_robot(args.robot_timeout),
+        )
+        .with_camera_delay(1e-3 * args.camera_delay)
+        .with_lead(lead_times(&args.lead, station)?)
+        .with_may_stop_belt(args.may_stop_belt)
+        .with_stop_margin(args.stop_margin);
+    let mut options = NodeOptions::default().with_config(config).with_origin(
+        RunOrigin::default()
+            .with_program(PROGRAM)
+            .with_command(session.command())
+            .with_strategy(strategy)
+            .with_budget_ms(args.budget_ms)
+            .with_seed(args.seed),
+    );
     if let Some(journal) = &args.kept.journal {
         options = options.with_journal(journal.clone(), args.kept.fsync);
     }

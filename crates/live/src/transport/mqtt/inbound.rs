@@ -52,7 +52,7 @@ pub struct Inbound {
     pub number: u64,
     /// Which side this is.
     pub side: Side,
-    /// The topics.
+    /// The names of the topics that messages come on.
     pub topics: MqttTopics,
     /// This side's client id.
     pub client: String,
@@ -60,7 +60,7 @@ pub struct Inbound {
     pub up: Arc<AtomicBool>,
     /// Whether it was ever present.
     pub ever_up: bool,
-    /// The inbox.
+    /// The hub's inbox, for messages and events.
     pub inbox: SyncSender<TransportEvent>,
     /// Orders to the connection.
     pub orders: UnboundedSender<ConnectionCommand>,

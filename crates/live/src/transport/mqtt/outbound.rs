@@ -28,11 +28,11 @@ struct PendingPublish {
     expires: Option<u32>,
 }
 
-/// The publisher.
+/// Publishes this side's messages.
 pub struct Outbound {
-    /// The client.
+    /// Hands messages to the connection.
     pub client: AsyncClient,
-    /// The topics.
+    /// The names of the topics to publish on.
     pub topics: MqttTopics,
     /// Whether timestamps are by this machine's clock, so that messages can expire.
     pub ages: bool,

@@ -24,7 +24,7 @@ enum ProbeAnswer {
     Tls,
     /// A response of a web server.
     Http,
-    /// Anything else.
+    /// It neither speaks MQTT nor TLS.
     Other,
     /// The connection was closed without an answer.
     Closed,

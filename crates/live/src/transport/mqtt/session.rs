@@ -35,21 +35,21 @@ const FLOODED: &str = "messages with QoS 0 come faster than they can be handled;
 pub struct BrokerSession {
     /// The number of the peer.
     pub number: u64,
-    /// The broker.
+    /// The address of the broker, for connecting and for remarks.
     pub broker: Broker,
     /// Which side this is.
     pub side: Side,
     /// The kind of clock.
     pub clock: ClockKind,
-    /// The topics.
+    /// The names of the topics of both sides.
     pub topics: MqttTopics,
-    /// The client id.
+    /// This side's client id, which its presence names.
     pub client: String,
-    /// How to connect.
+    /// What the client library is to do; the last will is added when it runs.
     pub options: MqttOptions,
     /// Whether the peer is present.
     pub up: Arc<AtomicBool>,
-    /// The inbox.
+    /// The hub's inbox, for messages and events.
     pub inbox: SyncSender<TransportEvent>,
 }
 
@@ -144,15 +144,12 @@ impl BrokerSession {
                 Ok(Event::Incoming(Packet::Publish(publish))) => {
                     // The broker does not limit messages that need no acknowledgement.
                     let spare = news.capacity() > usize::from(RECEIVE_MAXIMUM) + SPARE_CAPACITY;
-                    if publish.qos == QoS::AtMostOnce && !spare {
-                        if !std::mem::replace(&mut flooded, true) {
-                            let _ = news.send(ConnectionEvent::Remark(FLOODED.to_owned())).await;
-                        }
-                        continue;
+                    if publish.qos != QoS::AtMostOnce || spare {
+                        let message = ConnectionEvent::Message(connected, publish);
+                        let _ = news.send(message).await;
+                    } else if !std::mem::replace(&mut flooded, true) {
+                        let _ = news.send(ConnectionEvent::Remark(FLOODED.to_owned())).await;
                     }
-                    let _ = news
-                        .send(ConnectionEvent::Message(connected, publish))
-                        .await;
                 }
                 Ok(_) => {}
                 Err(ConnectionError::RequestsDone) => return,
@@ -160,14 +157,7 @@ impl BrokerSession {
                     if number.send_replace(0) > 0 {
                         let _ = news.send(ConnectionEvent::Lost).await;
                     }
-                    let mut failed = trouble::taken_over(&error, &self.broker);
-                    if connected == 0 {
-                        failed = failed.or_else(|| trouble::fatal(&error, &self.broker));
-                        if failed.is_none() && !self.broker.tls {
-                            failed = self.never().await;
-                        }
-                    }
-                    if let Some(error) = failed {
+                    if let Some(error) = self.permanent(&error, connected > 0).await {
                         let _ = news.send(ConnectionEvent::Failed(error)).await;
                         return;
                     }
@@ -185,6 +175,20 @@ impl BrokerSession {
                 }
             }
         }
+    }
+
+    /// Why another attempt would fail too, if it would: the connection ended with `error`, and was
+    /// ever established or not.
+    async fn permanent(&self, error: &ConnectionError, was_connected: bool) -> Option<Error> {
+        let taken_over = trouble::taken_over(error, &self.broker);
+        if taken_over.is_some() || was_connected {
+            return taken_over;
+        }
+        let fatal = trouble::fatal(error, &self.broker);
+        if fatal.is_some() || self.broker.tls {
+            return fatal;
+        }
+        self.never().await
     }
 
     /// Why there can be no connection, according to a probe of the broker.

@@ -104,23 +104,21 @@ fn certificate(reason: &CertificateError, broker: &Broker) -> TlsProblem {
                 names => other_name(&names, &host),
             }
         }
-        other => {
-            let text = format!("{other:?}");
-            if text.contains("CaUsedAsEndEntity") {
-                let problem = "its certificate is a CA certificate (basicConstraints CA:TRUE), \
-                               which openssl creates by default for self-signed ones";
-                return ("'mqtt'", problem.into(), own_certificate(&host));
-            }
-            if text.contains("UnsupportedCertVersion") {
-                let problem = "its certificate has X.509 version 1, which names no host";
-                return ("'mqtt'", problem.into(), own_certificate(&host));
-            }
-            (
-                "'mqtt'",
-                format!("its certificate is not accepted: {other}"),
-                own_certificate(&host),
-            )
-        }
+        other => ("'mqtt'", unusable(other), own_certificate(&host)),
+    }
+}
+
+/// What is wrong with a certificate that no broker can use. The reason is known only by its text.
+fn unusable(reason: &CertificateError) -> String {
+    let text = format!("{reason:?}");
+    if text.contains("CaUsedAsEndEntity") {
+        "its certificate is a CA certificate (basicConstraints CA:TRUE), which openssl creates by \
+         default for self-signed ones"
+            .into()
+    } else if text.contains("UnsupportedCertVersion") {
+        "its certificate has X.509 version 1, which names no host".into()
+    } else {
+        format!("its certificate is not accepted: {reason}")
     }
 }
 

@@ -36,7 +36,7 @@ fn reliable(depth: usize) -> QosProfile {
 pub struct TopicFactory<'a> {
     /// The node in the graph.
     pub node: &'a mut Node,
-    /// The settings.
+    /// The namespace of the topics, and which publishers are accepted.
     pub settings: &'a Ros2Settings,
 }
 
@@ -137,7 +137,7 @@ impl TopicFactory<'_> {
 pub struct TopicSubscription<M> {
     /// Its full name.
     pub topic: Arc<str>,
-    /// The subscription.
+    /// The typed reader of the topic.
     pub subscription: Subscription<M>,
 }
 
@@ -189,9 +189,9 @@ pub struct StationPublishers {
 
 /// The publishers of one side.
 enum SidePublishers {
-    /// The node.
+    /// Tasks, cancels and statuses.
     Node(Box<NodePublishers>),
-    /// A station.
+    /// Detections, states and results.
     Station(Box<StationPublishers>),
 }
 
