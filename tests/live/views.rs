@@ -56,7 +56,7 @@ fn every_field_of_a_view() {
         assert_eq!(&shown, expected);
     }
     let (mut tasks, _) = line.said();
-    let task = tasks.remove(0);
+    let task = tasks.pop().unwrap();
     assert_eq!(view.claims.len(), 1);
     let claim = &view.claims[0];
     assert_eq!((claim.task, claim.robot), (1, 0));

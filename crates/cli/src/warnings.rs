@@ -6,7 +6,6 @@ use super::session::tell;
 use pickline::error::{Error, Result, counted};
 use pickline::pattern::{Pattern, PatternSet};
 use pickline::plausible::{Quantity, Warning};
-use pickline::station::Station;
 
 /// Prints `warnings`, even with `--quiet`, as nothing may go wrong silently.
 ///
@@ -30,32 +29,6 @@ pub fn warn(strict: bool, warnings: impl IntoIterator<Item = Warning>) -> Result
 }
 
 impl StationChoice {
-    /// The station; warns about implausible values.
-    ///
-    /// # Errors
-    /// As for [`StationChoice::resolve`] and [`warn`].
-    pub fn load(&self) -> Result<Station> {
-        self.load_with_strategy(&|_| ()).map(|(station, _)| station)
-    }
-
-    /// Like [`StationChoice::load`], with the strategy that the file names.
-    ///
-    /// # Errors
-    /// As for [`StationChoice::resolve_with_strategy`] and [`warn`].
-    pub fn load_with_strategy(&self, remark: &dyn Fn(&str)) -> Result<(Station, Option<String>)> {
-        let (station, strategy) = self.resolve_with_strategy(remark)?;
-        let mut warnings = station.warnings(&self.station);
-        if self.belt_speed.is_some() {
-            // The speed comes from the flag, not from the file.
-            let speed = format!("{}: belt.speed", self.station);
-            for warning in warnings.iter_mut().filter(|w| w.place == speed) {
-                warning.place = "--belt-speed".into();
-            }
-        }
-        warn(self.strict, warnings)?;
-        Ok((station, strategy))
-    }
-
     /// Warns about implausible values of flags.
     ///
     /// # Errors
