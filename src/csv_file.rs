@@ -6,6 +6,38 @@
 //! end of a line. Windows line endings are accepted.
 
 use crate::error::{Error, Result, shown};
+use std::fmt;
+use std::num::ParseFloatError;
+
+/// Why a field is not a number: the error beneath that of its row.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum NumberError {
+    /// It is written in another form.
+    Form(ParseFloatError),
+    /// It has a comma where commas separate fields, or both marks, or another mark than the numbers
+    /// before it.
+    Mark,
+    /// It is larger than any floating-point number.
+    TooLarge,
+}
+
+impl fmt::Display for NumberError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Form(error) => error.fmt(f),
+            Self::Mark => f.write_str("the decimal mark does not fit the file"),
+            Self::TooLarge => f.write_str("the number is too large"),
+        }
+    }
+}
+
+impl std::error::Error for NumberError {}
+
+impl From<ParseFloatError> for NumberError {
+    fn from(error: ParseFloatError) -> Self {
+        Self::Form(error)
+    }
+}
 
 /// The decimal mark of a number. A file that uses both is ambiguous and is rejected.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -214,23 +246,28 @@ impl<'a> CsvFile<'a> {
 
     /// Parses `field` as a number with a decimal point. A decimal comma is accepted if commas do
     /// not separate fields and no other number in the file has a point.
-    pub(crate) fn number(&mut self, field: &str) -> Option<f64> {
+    ///
+    /// # Errors
+    /// Why it is not a number.
+    pub(crate) fn number(&mut self, field: &str) -> std::result::Result<f64, NumberError> {
         let mark = match (field.contains('.'), field.contains(',')) {
             (true, false) => Some(Mark::Point),
             (false, true) if self.separator != ',' => Some(Mark::Comma),
-            (_, true) => return None,
+            (_, true) => return Err(NumberError::Mark),
             (false, false) => None,
         };
-        if mark.is_some() && *self.mark.get_or_insert(mark?) != mark? {
-            return None;
+        if let Some(mark) = mark
+            && *self.mark.get_or_insert(mark) != mark
+        {
+            return Err(NumberError::Mark);
         }
         let number: f64 = match mark {
-            Some(Mark::Comma) => field.replacen(',', ".", 1).parse().ok()?,
-            _ => field.parse().ok()?,
+            Some(Mark::Comma) => field.replacen(',', ".", 1).parse()?,
+            _ => field.parse()?,
         };
         // Callers reject `nan` and `inf`. 1e400 overflows to infinity, so it is rejected here.
         let fits = number.is_finite() || !field.contains(|c: char| c.is_ascii_digit());
-        fits.then_some(number)
+        fits.then_some(number).ok_or(NumberError::TooLarge)
     }
 
     /// How to write a number: the cure for a field that is not one.
@@ -337,18 +374,18 @@ mod tests {
     #[test]
     fn numbers_have_one_kind_of_decimal_mark() {
         let mut file = CsvFile::new("id;x\n", "t");
-        assert_eq!(file.number("12"), Some(12.0));
-        assert_eq!(file.number("-0,15"), Some(-0.15));
-        assert_eq!(file.number("0.15"), None);
-        assert_eq!(file.number("1.234,5"), None);
-        assert_eq!(file.number("1,234,5"), None);
+        assert_eq!(file.number("12"), Ok(12.0));
+        assert_eq!(file.number("-0,15"), Ok(-0.15));
+        assert_eq!(file.number("0.15"), Err(NumberError::Mark));
+        assert_eq!(file.number("1.234,5"), Err(NumberError::Mark));
+        assert!(matches!(file.number("1,234,5"), Err(NumberError::Form(_))));
         assert!(file.number_cure().contains("decimal comma"));
         let mut file = CsvFile::new("id;x\n", "t");
-        assert_eq!(file.number("0.15"), Some(0.15));
-        assert_eq!(file.number("0,15"), None);
+        assert_eq!(file.number("0.15"), Ok(0.15));
+        assert_eq!(file.number("0,15"), Err(NumberError::Mark));
         let mut file = CsvFile::new("id,x\n", "t");
-        assert_eq!(file.number("0,15"), None);
-        assert_eq!(file.number("1e400"), None);
+        assert_eq!(file.number("0,15"), Err(NumberError::Mark));
+        assert_eq!(file.number("1e400"), Err(NumberError::TooLarge));
     }
 
     #[test]

@@ -134,6 +134,11 @@ pub fn sync_folder(path: &Path) {
     let _ = std::fs::File::open(folder_of(path)).and_then(|folder| folder.sync_all());
 }
 
+/// Whether `name` is written as a path, so that it does not mean something built in.
+pub(crate) fn is_path(name: &str) -> bool {
+    name.contains(['/', '\\', '.'])
+}
+
 /// The folder that `path` is in.
 pub fn folder_of(path: &Path) -> &Path {
     match path.parent() {
@@ -207,7 +212,7 @@ fn short_name(path: &Path) -> String {
 /// If the file is read-only.
 pub fn check_not_read_only(flag: &str, path: &Path) -> Result<()> {
     match std::fs::metadata(path) {
-        Ok(about) if about.is_file() && about.permissions().readonly() => Err(Error::input(
+        Ok(about) if about.is_file() && about.permissions().readonly() => Err(Error::path(
             flag,
             format!("{} is read-only", path.display()),
             "make it writable (chmod u+w), or choose another file",
@@ -299,7 +304,7 @@ pub fn check_apart(read: &Named, written: &Named) -> Result<()> {
         let mut others = read.iter().chain(&written[..i]);
         let other = others.find(|(_, other)| other.is_some_and(same));
         if let Some((other, _)) = other {
-            return Err(Error::input(
+            return Err(Error::usage(
                 flag,
                 format!("{} is already used by {other}", file.display()),
                 "use a separate file for each",

@@ -3,7 +3,7 @@
 use crate::decision::Strategy;
 use crate::dispatch::{Rule, RuleAssignment, RuleStrategy};
 use crate::error::{Error, Result, known_names, shown};
-use crate::planning::{Allowance, KEYS, Lookahead, LookaheadOptions};
+use crate::planning::{Allowance, KEYS, Lookahead, WrittenOptions};
 use crate::policy::Trained;
 #[cfg(feature = "onnx")]
 use crate::policy::{Policy, PolicyStrategy};
@@ -60,9 +60,9 @@ pub static STRATEGIES: &[StrategyKind] = &[
         options: &KEYS,
         budgeted: true,
         read: |text| {
-            let text = text.unwrap_or_default().to_owned();
+            let written = WrittenOptions::read(text.unwrap_or_default())?;
             let make: Maker = Box::new(move |setup| {
-                let mut options = LookaheadOptions::parse(&text, setup.robots, setup.allowance)?;
+                let mut options = written.on(setup.robots, setup.allowance)?;
                 let name = options.written();
                 if options.bases.is_empty() {
                     options.bases = (setup.bases)()?;
@@ -149,8 +149,8 @@ fn read_policy(file: Option<&str>) -> Result<(Blueprint, Option<String>)> {
 fn read_policy(_: Option<&str>) -> Result<(Blueprint, Option<String>)> {
     Err(Error::usage(
         "'strategy' onnx",
-        "this program was built without ONNX",
-        "build it with the feature `onnx`, which is one of the default features",
+        "pickline was built without the feature `onnx`, which trained policies need",
+        "build it with that feature, which is on by default, or choose another strategy",
     ))
 }
 
@@ -234,7 +234,7 @@ impl Parsed {
     /// The strategy for a line.
     ///
     /// # Errors
-    /// Options that the strategy rejects, or rules for another number of robots.
+    /// Rules for another number of robots, or a budget that the strategy has not or already has.
     pub fn on(&self, setup: &Setup) -> Result<Blueprint> {
         if setup.allowance.asked.is_some() && !self.kind.budgeted {
             return Err(Error::usage(
@@ -265,8 +265,8 @@ impl Parsed {
 /// `rules:SPT,FIFO`.
 ///
 /// # Errors
-/// An unknown name (the message suggests the nearest known one), or a file that is not a
-/// policy.
+/// An unknown name (the message suggests the nearest known one), an unknown option or one with an
+/// invalid value, or a file that is not a policy.
 pub fn parse(text: &str) -> Result<Parsed> {
     let (name, rest) = match text.split_once(':') {
         Some((name, rest)) => (name, Some(rest)),

@@ -4,6 +4,7 @@ use crate::error::{Error, Result, known_names, shown};
 use nalgebra::Point2;
 use std::cell::RefCell;
 use std::collections::HashMap;
+use std::num::ParseIntError;
 use toml::Spanned;
 use toml::de::{DeInteger, DeTable, DeValue};
 
@@ -208,14 +209,14 @@ impl<'a> Section<'a> {
         let Some(value) = self.value(key) else {
             return Ok(None);
         };
-        match as_number(value) {
-            Some(number) => Ok(Some(number)),
-            None => Err(self.wrong(
+        as_number(value).map(Some).map_err(|cause| {
+            let wrong = self.wrong(
                 key,
                 format!("{} is not a number", describe(value)),
                 "give a number in SI units (m, s, m/s), without quotes".into(),
-            )),
-        }
+            );
+            with_cause(wrong, cause)
+        })
     }
 
     pub(crate) fn number(&self, key: &str) -> Result<f64> {
@@ -223,21 +224,23 @@ impl<'a> Section<'a> {
     }
 
     pub(crate) fn optional_count(&self, key: &str) -> Result<Option<usize>> {
-        match self.value(key) {
-            None => Ok(None),
-            Some(value) => match value {
-                DeValue::Integer(n) => as_integer(n).and_then(|n| n.try_into().ok()),
-                _ => None,
-            }
-            .map(Some)
-            .ok_or_else(|| {
-                self.wrong(
-                    key,
-                    format!("{} is not a valid count", describe(value)),
-                    "give a whole number of at least 1".into(),
-                )
-            }),
-        }
+        let Some(value) = self.value(key) else {
+            return Ok(None);
+        };
+        let count = match value {
+            DeValue::Integer(n) => as_integer(n)
+                .map_err(Some)
+                .and_then(|n| usize::try_from(n).map_err(|_| None)),
+            _ => Err(None),
+        };
+        count.map(Some).map_err(|cause| {
+            let wrong = self.wrong(
+                key,
+                format!("{} is not a valid count", describe(value)),
+                "give a whole number of at least 1".into(),
+            );
+            with_cause(wrong, cause)
+        })
     }
 
     pub(crate) fn text(&self, key: &str) -> Result<String> {
@@ -254,37 +257,49 @@ impl<'a> Section<'a> {
 
     pub(crate) fn point(&self, key: &str) -> Result<Point2<f64>> {
         let value = self.value(key).ok_or_else(|| self.missing(key))?;
-        let coordinates = match value {
+        let coordinates: std::result::Result<Vec<f64>, _> = match value {
             DeValue::Array(list) => list.iter().map(|v| as_number(v.get_ref())).collect(),
-            _ => None::<Vec<f64>>,
+            _ => Err(None),
         };
-        match coordinates.as_deref() {
-            Some(&[x, y]) => Ok(Point2::new(x, y)),
-            _ => Err(self.wrong(
-                key,
-                format!("{} is not a position", describe(value)),
-                format!("give x and y in metres: {key} = [1.3, -0.625]"),
-            )),
-        }
+        let cause = match coordinates.as_deref() {
+            Ok(&[x, y]) => return Ok(Point2::new(x, y)),
+            Ok(_) => None,
+            Err(cause) => cause.clone(),
+        };
+        let wrong = self.wrong(
+            key,
+            format!("{} is not a position", describe(value)),
+            format!("give x and y in metres: {key} = [1.3, -0.625]"),
+        );
+        Err(with_cause(wrong, cause))
     }
 }
 
-fn as_number(value: &DeValue) -> Option<f64> {
+/// `error` with the error beneath it, if there is one.
+fn with_cause(error: Error, cause: Option<ParseIntError>) -> Error {
+    match cause {
+        Some(cause) => error.caused_by(cause),
+        None => error,
+    }
+}
+
+/// The value as a number; otherwise the error of parsing it, if it is an integer.
+fn as_number(value: &DeValue) -> std::result::Result<f64, Option<ParseIntError>> {
     match value {
         DeValue::Float(number) => {
             let text = number.as_str();
             // TOML accepts `inf` and `nan`; the range checks reject them. 1e400 overflows to
             // infinity, so it is rejected here.
             let fits = |n: &f64| n.is_finite() || !text.contains(|c: char| c.is_ascii_digit());
-            text.replace('_', "").parse().ok().filter(fits)
+            text.replace('_', "").parse().ok().filter(fits).ok_or(None)
         }
-        DeValue::Integer(number) => as_integer(number).map(|n| n as f64),
-        _ => None,
+        DeValue::Integer(number) => as_integer(number).map(|n| n as f64).map_err(Some),
+        _ => Err(None),
     }
 }
 
-fn as_integer(number: &DeInteger) -> Option<i64> {
-    i64::from_str_radix(&number.as_str().replace('_', ""), number.radix()).ok()
+fn as_integer(number: &DeInteger) -> std::result::Result<i64, ParseIntError> {
+    i64::from_str_radix(&number.as_str().replace('_', ""), number.radix())
 }
 
 /// Describes a value for messages.

@@ -53,8 +53,8 @@ impl RuleAssignment {
         if self.0.len() == robots {
             return Ok(self);
         }
-        Err(Error::input(
-            format!("strategy {self}"),
+        Err(Error::usage(
+            format!("'strategy' {self}"),
             format!(
                 "{} for {}",
                 counted(self.0.len(), "rule"),
@@ -82,8 +82,8 @@ impl FromStr for RuleAssignment {
             .and_then(|rest| rest.strip_suffix(']'))
             .unwrap_or(inner);
         if inner.trim().is_empty() {
-            return Err(Error::input(
-                "strategy",
+            return Err(Error::usage(
+                "'strategy'",
                 format!("`{}` contains no rule", shown(text)),
                 "write one rule for each robot, upstream first, for example SPT,FIFO",
             ));

@@ -67,8 +67,8 @@ impl FromStr for Rule {
             .find(|rule| rule.name().eq_ignore_ascii_case(text))
             .ok_or_else(|| {
                 let names: Vec<_> = RULES.iter().map(|rule| rule.name()).collect();
-                Error::input(
-                    "strategy",
+                Error::usage(
+                    "'strategy'",
                     format!("`{}` is not a dispatching rule", shown(text)),
                     known_names(text, &names),
                 )

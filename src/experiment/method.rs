@@ -53,7 +53,7 @@ impl Method {
     /// There are too many robots to try all assignments on every pattern.
     pub fn greedy(robots: usize) -> Result<Self> {
         if robots > MOST_ROBOTS {
-            return Err(Error::input(
+            return Err(Error::usage(
                 "greedy GT (game theory)",
                 format!(
                     "{}^{robots} assignments to try on every pattern",

@@ -2,6 +2,7 @@
 
 mod bounds;
 mod case;
+mod case_file;
 mod compare;
 mod comparison;
 mod draws;
@@ -12,7 +13,8 @@ mod sweep;
 mod training;
 
 pub use bounds::add_bounds;
-pub use case::{Case, CaseSource, DENSE, PAPER, load_cases};
+pub use case::{Case, CaseSource, DENSE, PAPER};
+pub use case_file::load_cases;
 pub use compare::compare;
 pub use comparison::{CaseBound, CaseResult, Comparison, MethodResult};
 pub use draws::Draws;

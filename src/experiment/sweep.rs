@@ -222,6 +222,28 @@ impl Sweep {
     }
 }
 
+/// Runs the methods of `setting` on `pattern`. With `bounded`, the bound for every strategy is
+/// computed too.
+fn run_methods(
+    setting: &Setting,
+    pattern: &Pattern,
+    conditions: Conditions,
+    bounded: bool,
+    environment: &Environment,
+) -> Result<Runs> {
+    if environment.stopped() {
+        return Err(Error::interrupted());
+    }
+    let scene = Scene::under(&setting.station, pattern, conditions)?;
+    let runs = setting.methods.iter().map(|method| method.run(&scene));
+    let runs: Vec<MethodRun> = runs.collect::<Result<_>>()?;
+    let picked = runs.iter().map(|run| run.figures.picked).max();
+    let bound = bounded
+        .then(|| bound_beside(&scene, picked.unwrap_or_default(), environment))
+        .transpose()?;
+    Ok(Runs { runs, bound })
+}
+
 /// Runs all methods at all settings on the same patterns. If failures are simulated, pattern i
 /// draws its luck from the conditions' seed + i at every setting. With `bounded`, the bound for
 /// every strategy is computed for every value and pattern. The same input gives the same result
@@ -244,25 +266,10 @@ pub fn sweep(
     let mut bounds = Vec::new();
     let mut steadiness: Vec<Vec<Steadiness>> = Vec::new();
     for setting in settings {
-        let run = |(place, pattern): (usize, &Pattern)| -> Result<Runs> {
-            if environment.stopped() {
-                return Err(Error::interrupted());
-            }
+        let run = |(place, pattern): (usize, &Pattern)| {
             let seed = conditions.disturbances.seed.wrapping_add(place as u64);
-            let scene = Scene::under(&setting.station, pattern, conditions.with_seed(seed))?;
-            let runs = setting.methods.iter().map(|method| method.run(&scene));
-            let runs: Vec<MethodRun> = runs.collect::<Result<_>>()?;
-            let bound = if bounded {
-                let picked = runs.iter().map(|run| run.figures.picked).max();
-                Some(bound_beside(
-                    &scene,
-                    picked.unwrap_or_default(),
-                    environment,
-                )?)
-            } else {
-                None
-            };
-            Ok(Runs { runs, bound })
+            let conditions = conditions.with_seed(seed);
+            run_methods(setting, pattern, conditions, bounded, environment)
         };
         let by_pattern: Result<Vec<Runs>> = patterns.par_iter().enumerate().map(run).collect();
         let by_pattern = match by_pattern {

@@ -70,13 +70,20 @@ impl<'a> Evaluator<'a> {
     /// assignment.
     ///
     /// # Errors
-    /// A pattern that does not fit on the belt, or invalid conditions.
+    /// No pattern, one that does not fit on the belt, or invalid conditions.
     pub fn new(
         station: &'a Station,
         patterns: &'a [Pattern],
         objective: Objective,
         conditions: &Conditions,
     ) -> Result<Self> {
+        if patterns.is_empty() {
+            return Err(Error::usage(
+                "'patterns'",
+                "the set has no pattern to score on",
+                "give one or more patterns",
+            ));
+        }
         let scenes = patterns
             .par_iter()
             .enumerate()
@@ -245,20 +252,7 @@ impl<'a> Evaluator<'a> {
             }
             cost = (self.runs() - began) as f64 / done.len() as f64;
         }
-        done.sort_unstable_by_key(|(place, _)| *place);
-        let (patterns, done): (Vec<usize>, Vec<_>) = done.into_iter().unzip();
-        let scores = (0..tree.assignments().len())
-            .map(|a| Score {
-                values: done.iter().map(|(values, _)| values[a]).collect(),
-                picked_share: done.iter().map(|(_, shares)| shares[a]).sum::<f64>()
-                    / done.len() as f64,
-            })
-            .collect();
-        Ok(Evaluation {
-            assignments: tree.assignments().to_vec(),
-            scores,
-            patterns,
-        })
+        Ok(Evaluation::new(tree.assignments().to_vec(), done))
     }
 
     /// Scores a strategy of any kind on the same patterns and reports each as progress. `None`
@@ -332,6 +326,21 @@ impl<'a> Evaluator<'a> {
 }
 
 impl Evaluation {
+    /// The scores of `assignments` from what they scored on each pattern, by its index.
+    fn new(assignments: Vec<RuleAssignment>, mut done: Vec<(usize, OnPattern)>) -> Self {
+        done.sort_unstable_by_key(|(place, _)| *place);
+        let (patterns, done): (Vec<usize>, Vec<_>) = done.into_iter().unzip();
+        let score = |a: usize| Score {
+            values: done.iter().map(|(values, _)| values[a]).collect(),
+            picked_share: done.iter().map(|(_, shares)| shares[a]).sum::<f64>() / done.len() as f64,
+        };
+        Self {
+            scores: (0..assignments.len()).map(score).collect(),
+            assignments,
+            patterns,
+        }
+    }
+
     /// Whether every pattern of `evaluator` was evaluated.
     pub fn is_whole(&self, evaluator: &Evaluator) -> bool {
         self.patterns.len() == evaluator.pattern_count()

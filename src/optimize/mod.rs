@@ -6,7 +6,9 @@ mod environment;
 mod evaluator;
 pub mod game;
 mod grasp;
+mod grasp_walk;
 mod objective;
+mod optimum;
 mod ranking;
 mod rivals;
 mod search;
@@ -18,10 +20,9 @@ pub use environment::{Environment, Progress, Silent, Stop};
 pub use evaluator::{Evaluation, Evaluator, Score};
 pub use grasp::{Grasp, GraspOutcome};
 pub use objective::{Objective, Risk};
+pub use optimum::optimize;
 pub use ranking::{FRONT_RUNNERS, Ranked, Ranking, TieBreak};
 pub use rivals::{Rival, rivals};
-pub use search::{
-    Limits, MostRuns, Optimum, Search, SearchKind, StopReason, USUAL_ITEMS, optimize,
-};
+pub use search::{Limits, MostRuns, Optimum, Search, SearchKind, StopReason, USUAL_ITEMS};
 pub use speed_limit::SpeedScan;
 pub use validation::{Validation, chosen_flow, validate};

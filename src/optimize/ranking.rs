@@ -129,14 +129,9 @@ impl Ranking {
                 let each = limits.pattern_count() as f64 * limits.runs_per_value();
                 let value = |place: usize| risk.aggregate(&evaluation.scores[place].values);
                 let valued: Vec<_> = contenders.iter().map(|&p| (p, value(p))).collect();
-                let told_apart = affordable(&valued, each, tie_break.runs);
-                speed_limits(
-                    &told_apart,
-                    evaluation,
-                    &limits,
-                    tie_break.runs,
-                    environment,
-                )?
+                let most = tie_break.runs;
+                let told_apart = affordable(&valued, each, most);
+                speed_limits(&told_apart, evaluation, &limits, most, environment)?
             }
             None => None,
         };
@@ -148,17 +143,11 @@ impl Ranking {
         for &(place, speed) in speeds.iter().flat_map(|speeds| &speeds.of) {
             entries[place].max_speed = Some(speed);
         }
-        let best = contenders
-            .iter()
-            .copied()
-            .reduce(|a, b| {
-                if wins_tie(&entries[b], &entries[a]) {
-                    b
-                } else {
-                    a
-                }
-            })
-            .unwrap_or(leader);
+        let winner = |a: usize, b: usize| match wins_tie(&entries[b], &entries[a]) {
+            true => b,
+            false => a,
+        };
+        let best = contenders.iter().copied().reduce(winner).unwrap_or(leader);
         let several = evaluation.patterns.len() > 1;
         for (entry, difference) in entries.iter_mut().zip(intervals.against(best)) {
             entry.difference = several.then_some(difference);

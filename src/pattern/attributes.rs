@@ -35,7 +35,7 @@ impl FromStr for Distribution {
     fn from_str(text: &str) -> Result<Self> {
         let forms = || FORMS.iter().map(|f| f.1).collect::<Vec<_>>().join(", ");
         let wrong = |problem: String| {
-            Error::input(
+            Error::usage(
                 format!("distribution `{}`", shown(text)),
                 problem,
                 format!("write one of {}", forms()),

@@ -81,7 +81,7 @@ pub fn read(text: &str, name: &str) -> Result<Loaded> {
     let is_item = |file: &mut CsvFile, fields: &[&str]| {
         [x, y]
             .iter()
-            .all(|&place| file.number(fields[place]).is_some())
+            .all(|&place| file.number(fields[place]).is_ok())
     };
     if let Some((line, row)) = file.commented_row(is_item) {
         return Err(Error::input(
@@ -215,15 +215,16 @@ fn read_item(
         }
         match file.number(text) {
             // Skip the multiplication by 1, so that metres stay exactly as written.
-            Some(number) => Ok(Some(match columns[column] {
+            Ok(number) => Ok(Some(match columns[column] {
                 Some((_, metres)) if metres != 1.0 => number * metres,
                 _ => number,
             })),
-            None => Err(Error::input(
+            Err(cause) => Err(Error::input(
                 format!("{name}:{line}: {}", COLUMNS[column]),
                 format!("`{}` is not a number", shown(text)),
                 file.number_cure(),
-            )),
+            )
+            .caused_by(cause)),
         }
     };
     let required = |column: usize, value: Option<f64>| {

@@ -13,6 +13,7 @@ mod plausible;
 mod poisson;
 mod profile;
 mod random;
+mod recorded;
 mod set;
 mod source_text;
 pub mod tracking;
@@ -26,7 +27,8 @@ pub use file::{Loaded, load, parse, read, to_csv};
 pub use grid::grid;
 pub use item::{Item, Pattern, sigmoid};
 pub use poisson::poisson_disk;
-pub use set::{PatternSet, PatternSource, Recipe, is_pattern_name};
+pub use recorded::is_pattern_name;
+pub use set::{PatternSet, PatternSource, Recipe};
 pub use training::{TrainingSet, grids_around};
 
 use rand::SeedableRng;

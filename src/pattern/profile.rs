@@ -32,53 +32,16 @@ impl Profile {
 
     pub(super) fn parse(text: &str, name: &str) -> Result<Self> {
         let mut file = CsvFile::new(text, name);
-        let (header, line) = file.header()?;
-        let mut places = [None; COLUMNS.len()];
-        for (place, column) in header.iter().enumerate() {
-            let Some(known) = COLUMNS.iter().position(|&known| known == column) else {
-                return Err(Error::input(
-                    format!("{name}:{line}: column {}", place + 1),
-                    format!("unknown column `{}`", shown(column)),
-                    if column.starts_with("time") {
-                        format!("{}; give seconds", known_names(column, &COLUMNS))
-                    } else {
-                        known_names(column, &COLUMNS)
-                    },
-                ));
-            };
-            places[known] = Some(place);
-        }
-        let [Some(time), Some(flow)] = places else {
-            return Err(Error::input(
-                format!("{name}:{line}"),
-                "a profile has two columns",
-                "start it with the header `time_s,flow_per_min`",
-            ));
-        };
+        let [time, flow] = columns(&mut file, name)?;
         let mut points: Vec<(f64, f64)> = Vec::new();
         let mut record = csv::StringRecord::new();
         while let Some(line) = file.next(&mut record)? {
-            let mut read = |place: usize, column: &str, most: f64| {
+            let mut read = |place: usize, column: usize, most: f64| {
                 let text = record.get(place).unwrap_or_default();
-                let number = file.number(text).filter(|n| (0.0..=most).contains(n));
-                number.ok_or_else(|| {
-                    Error::input(
-                        format!("{name}:{line}: {column}"),
-                        format!("`{}` is not a number from 0 to {most:e}", shown(text)),
-                        match column {
-                            "time_s" => "give seconds from the start, for example 5400",
-                            _ if text.trim_start().starts_with('-') || text.contains("nan") => {
-                                "give items per minute, 0 where none arrive"
-                            }
-                            _ => file.number_cure(),
-                        },
-                    )
-                })
+                let place = format!("{name}:{line}: {}", COLUMNS[column]);
+                number(&mut file, text, place, most)
             };
-            let (time, flow) = (
-                read(time, COLUMNS[0], LONGEST)?,
-                read(flow, COLUMNS[1], 1e6)?,
-            );
+            let (time, flow) = (read(time, 0, LONGEST)?, read(flow, 1, 1e6)?);
             if let Some((before, _)) = points.last().filter(|(before, _)| *before > time) {
                 return Err(Error::input(
                     format!("{name}:{line}: time_s"),
@@ -173,4 +136,55 @@ impl Profile {
         }
         places
     }
+}
+
+/// The places of [`COLUMNS`] in the header of `file`, which messages call `name`.
+fn columns(file: &mut CsvFile, name: &str) -> Result<[usize; COLUMNS.len()]> {
+    let (header, line) = file.header()?;
+    let mut places = [None; COLUMNS.len()];
+    for (place, column) in header.iter().enumerate() {
+        let Some(known) = COLUMNS.iter().position(|&known| known == column) else {
+            return Err(Error::input(
+                format!("{name}:{line}: column {}", place + 1),
+                format!("unknown column `{}`", shown(column)),
+                if column.starts_with("time") {
+                    format!("{}; give seconds", known_names(column, &COLUMNS))
+                } else {
+                    known_names(column, &COLUMNS)
+                },
+            ));
+        };
+        places[known] = Some(place);
+    }
+    match places {
+        [Some(time), Some(flow)] => Ok([time, flow]),
+        _ => Err(Error::input(
+            format!("{name}:{line}"),
+            "a profile has two columns",
+            "start it with the header `time_s,flow_per_min`",
+        )),
+    }
+}
+
+/// The field `text` of `file`, at `place`, as a number from 0 to `most`.
+fn number(file: &mut CsvFile, text: &str, place: String, most: f64) -> Result<f64> {
+    let found = file.number(text);
+    if let Ok(number) = found
+        && (0.0..=most).contains(&number)
+    {
+        return Ok(number);
+    }
+    let cure = if place.ends_with(COLUMNS[0]) {
+        "give seconds from the start, for example 5400"
+    } else if text.trim_start().starts_with('-') || text.contains("nan") {
+        "give items per minute, 0 where none arrive"
+    } else {
+        file.number_cure()
+    };
+    let problem = format!("`{}` is not a number from 0 to {most:e}", shown(text));
+    let wrong = Error::input(place, problem, cure);
+    Err(match found {
+        Ok(_) => wrong,
+        Err(cause) => wrong.caused_by(cause),
+    })
 }

@@ -7,11 +7,11 @@ use super::grid::{check_count, grid};
 use super::item::{MOST_ITEMS, Pattern};
 use super::poisson::poisson_disk;
 use super::random_stream;
+use super::recorded::{RecordedPatterns, files_of};
 use crate::error::{Error, Result, counted, shown_number};
 use crate::station::Belt;
 use rand::RngExt;
 use rayon::prelude::*;
-use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Range of grid spacings and Poisson radii of the balanced set [m] (Jermann et al., results of the
@@ -210,7 +210,11 @@ impl PatternSource {
                     shown_number(recipe.belt.speed),
                 );
             }
-            Self::Files(path) => set.add_files(path)?,
+            Self::Files(path) => {
+                let recorded = RecordedPatterns::load(path)?;
+                set.description = recorded.description(path);
+                (set.labels, set.patterns) = (recorded.labels, recorded.patterns);
+            }
         }
         Ok(set)
     }
@@ -357,61 +361,6 @@ impl PatternSet {
         self.labels = draws.iter().enumerate().map(label).collect();
         Ok(())
     }
-
-    fn add_files(&mut self, path: &Path) -> Result<()> {
-        let files = files_of(path)?;
-        if files.is_empty() {
-            return Err(Error::usage(
-                format!("'patterns' {}", path.display()),
-                "the folder contains no .csv file",
-                "add pattern files to it, or give a single file",
-            ));
-        }
-        let mut ignored = BTreeSet::new();
-        for file in &files {
-            let loaded = super::file::load(file)?;
-            self.patterns.push(loaded.pattern);
-            ignored.extend(loaded.ignored);
-            let name = file.file_name().unwrap_or_default().to_string_lossy();
-            self.labels.push(name.into_owned());
-        }
-        let all: String = self.patterns.iter().map(super::file::to_csv).collect();
-        self.description = format!(
-            "{} from {} (hash {})",
-            counted(files.len(), "recorded pattern"),
-            path.display(),
-            crate::files::fingerprint(&all)
-        );
-        if !ignored.is_empty() {
-            let names: Vec<String> = ignored.into_iter().collect();
-            self.description
-                .push_str(&format!(", columns ignored: {}", names.join(", ")));
-        }
-        Ok(())
-    }
-}
-
-/// Whether a file with this name is read as a pattern in a folder.
-pub fn is_pattern_name(file: &Path) -> bool {
-    let extension = file.extension();
-    extension.is_some_and(|e| e.eq_ignore_ascii_case("csv"))
-}
-
-/// The pattern files at `path`: a single file, or all those in a folder.
-fn files_of(path: &Path) -> Result<Vec<PathBuf>> {
-    if !path.is_dir() {
-        return Ok(vec![path.to_owned()]);
-    }
-    let mut files = Vec::new();
-    for entry in std::fs::read_dir(path).map_err(|e| Error::read(path, e))? {
-        let file = entry.map_err(|e| Error::read(path, e))?.path();
-        if is_pattern_name(&file) {
-            files.push(file);
-        }
-    }
-    // The order within a folder depends on the file system; names do not.
-    files.sort();
-    Ok(files)
 }
 
 #[cfg(test)]

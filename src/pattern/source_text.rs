@@ -4,6 +4,7 @@ use super::feed::{FEEDS, Feed};
 use super::feeder::check_flow;
 use super::set::{BALANCED_EACH, PatternSource};
 use crate::error::{Error, Result, known_names, shown, shown_number};
+use crate::files::is_path;
 use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
@@ -39,11 +40,13 @@ impl FromStr for PatternSource {
             _ if Path::new(text).exists() => Ok(Self::Files(text.into())),
             [name, ..] => {
                 let known: Vec<&str> = FEEDS.iter().map(|f| f.0).chain(["balanced"]).collect();
-                Err(Error::usage(
-                    source.place(),
-                    "not a known kind of pattern, and no such file or folder exists",
-                    format!("write one of {FORMS}; {}", known_names(name, &known)),
-                ))
+                let place = source.place();
+                let problem = "not a known kind of pattern, and no such file or folder exists";
+                let cure = format!("write one of {FORMS}; {}", known_names(name, &known));
+                Err(match is_path(text) {
+                    true => Error::path(place, problem, cure),
+                    false => Error::usage(place, problem, cure),
+                })
             }
             [] => Err(source.wrong("empty")),
         }

@@ -100,6 +100,20 @@ impl Horizon {
         self.queues.resize_with(robots, Vec::new);
         self.reach.iter_mut().for_each(Vec::clear);
         self.queues.iter_mut().for_each(Vec::clear);
+        self.add_seen(snapshot, ahead, goal);
+        let places = self.items.iter().zip(0..);
+        self.places.clear();
+        self.places
+            .extend(places.map(|(&item, place)| (item, place)));
+        self.places.sort_unstable();
+        for queue in &mut self.queues {
+            // The sort is stable, so equal openings stay in pattern order.
+            queue.sort_by(|a, b| a.open.total_cmp(&b.open));
+        }
+    }
+
+    /// Adds the items that can be seen or picked now, downstream first.
+    fn add_seen(&mut self, snapshot: &Snapshot, ahead: f64, goal: Goal) {
         // A robot may leave for an item before the camera at the belt's start has seen it, so
         // the candidates are merged in. Both lists are sorted downstream first.
         let (mut candidates, mut view) = (snapshot.candidates, snapshot.in_view);
@@ -135,17 +149,8 @@ impl Horizon {
                     weight,
                     value,
                 };
-                self.add(station, seen, ahead);
+                self.add(snapshot.station, seen, ahead);
             }
-        }
-        let places = self.items.iter().zip(0..);
-        self.places.clear();
-        self.places
-            .extend(places.map(|(&item, place)| (item, place)));
-        self.places.sort_unstable();
-        for queue in &mut self.queues {
-            // The sort is stable, so equal openings stay in pattern order.
-            queue.sort_by(|a, b| a.open.total_cmp(&b.open));
         }
     }
 

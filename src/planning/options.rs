@@ -88,35 +88,11 @@ impl LookaheadOptions {
     /// An unknown key (the message suggests the nearest known one), or an invalid value (the
     /// message names the key and the allowed values).
     pub fn parse(text: &str, robots: usize, allowance: Allowance) -> Result<Self> {
-        let mut options = Self {
-            budget: allowance.asked.unwrap_or(allowance.otherwise),
-            ..Self::default()
-        };
-        let mut given: Vec<&str> = Vec::new();
-        for part in text.split(',').filter(|part| !part.trim().is_empty()) {
-            let (key, value) = part.split_once('=').unwrap_or((part, ""));
-            let (key, value) = (key.trim(), value.trim());
-            if given.contains(&key) {
-                return Err(wrong(key, "is given twice".into(), "give it once"));
-            }
-            options.set(key, value, robots)?;
-            given.push(key);
-        }
-        if given.contains(&"budget") && given.contains(&"budget-ms") {
-            let problem = "is given together with budget".to_owned();
-            return Err(wrong("budget-ms", problem, "give only one of the two"));
-        }
-        let own = given
-            .iter()
-            .find(|key| ["budget", "budget-ms"].contains(key));
-        if let (Some(key), Some(_)) = (own, allowance.asked) {
-            let problem = "is given together with 'budget_ms'".to_owned();
-            return Err(wrong(key, problem, "give only one of the two"));
-        }
-        Ok(options)
+        WrittenOptions::read(text)?.on(robots, allowance)
     }
 
-    fn set(&mut self, key: &str, value: &str, robots: usize) -> Result<()> {
+    /// Sets the option `key`.
+    fn set(&mut self, key: &str, value: &str) -> Result<()> {
         match key {
             "goal" => {
                 self.goal = match value {
@@ -135,11 +111,8 @@ impl LookaheadOptions {
                     .ok_or_else(|| not(key, value, &format!("a number from {least} to {most}")))?;
             }
             "bases" => {
-                let read = |text: &str| -> Result<RuleAssignment> {
-                    let rules: RuleAssignment = text.replace('+', ",").parse()?;
-                    rules.for_robots(robots)
-                };
-                let bases: Result<_> = value.split('/').map(read).collect();
+                let read = |text: &str| text.replace('+', ",").parse();
+                let bases: Result<Vec<RuleAssignment>> = value.split('/').map(read).collect();
                 self.bases = bases.map_err(|error| error.at(&place(key)))?;
             }
             "horizon" => self.horizon = number(key, value, 1e-3, 1e9)?,
@@ -203,6 +176,70 @@ impl LookaheadOptions {
         } else {
             format!("lookahead:{}", parts.join(","))
         }
+    }
+}
+
+/// Options as they were written, for a line that is not known yet.
+#[derive(Debug)]
+pub(crate) struct WrittenOptions {
+    options: LookaheadOptions,
+    /// The key that gives the budget, if one does.
+    budget_key: Option<&'static str>,
+}
+
+impl WrittenOptions {
+    /// Reads `key=value,key=value`.
+    ///
+    /// # Errors
+    /// As for [`LookaheadOptions::parse`], except for what depends on the line.
+    pub(crate) fn read(text: &str) -> Result<Self> {
+        let mut options = LookaheadOptions::default();
+        let mut given: Vec<&str> = Vec::new();
+        for part in text.split(',').filter(|part| !part.trim().is_empty()) {
+            let (key, value) = part.split_once('=').unwrap_or((part, ""));
+            let (key, value) = (key.trim(), value.trim());
+            if given.contains(&key) {
+                return Err(wrong(key, "is given twice".into(), "give it once"));
+            }
+            options.set(key, value)?;
+            given.push(key);
+        }
+        let budget_key = match ["budget", "budget-ms"].map(|key| given.contains(&key)) {
+            [true, true] => {
+                let problem = "is given together with budget".to_owned();
+                return Err(wrong("budget-ms", problem, "give only one of the two"));
+            }
+            [true, false] => Some("budget"),
+            [false, true] => Some("budget-ms"),
+            [false, false] => None,
+        };
+        Ok(Self {
+            options,
+            budget_key,
+        })
+    }
+
+    /// The options for a line of `robots` robots; `allowance` applies if no budget was given.
+    ///
+    /// # Errors
+    /// Bases for another number of robots, or a second budget.
+    pub(crate) fn on(&self, robots: usize, allowance: Allowance) -> Result<LookaheadOptions> {
+        let bases = self.options.bases.iter().cloned();
+        let bases: Result<_> = bases.map(|rules| rules.for_robots(robots)).collect();
+        let bases = bases.map_err(|error| error.at(&place("bases")))?;
+        let budget = match (self.budget_key, allowance.asked) {
+            (Some(key), Some(_)) => {
+                let problem = "is given together with 'budget_ms'".to_owned();
+                return Err(wrong(key, problem, "give only one of the two"));
+            }
+            (Some(_), None) => self.options.budget,
+            (None, asked) => asked.unwrap_or(allowance.otherwise),
+        };
+        Ok(LookaheadOptions {
+            budget,
+            bases,
+            ..self.options.clone()
+        })
     }
 }
 

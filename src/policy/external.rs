@@ -77,8 +77,7 @@ pub(super) fn gather(
             let name = shown(&tensor.name);
             Error::input(place, format!("the weights `{name}` {problem}"), cure)
         };
-        let entry = |key: &str| entry(tensor, key);
-        let location = entry("location").unwrap_or_default();
+        let location = entry(tensor, "location").unwrap_or_default();
         let name = Path::new(location);
         let is_beside = |part: Component| matches!(part, Component::Normal(_) | Component::CurDir);
         if location.is_empty() || !name.components().all(is_beside) {
@@ -87,48 +86,45 @@ pub(super) fn gather(
         }
         let path = folder.join(name);
         if !files.contains_key(&path) {
-            let size = std::fs::metadata(&path).map_err(|error| {
-                wrong(format!(
-                    "are in {}, which cannot be read ({error})",
-                    path.display()
-                ))
-            })?;
-            // Reading a pipe could block forever.
-            if !size.is_file() {
-                return Err(wrong(format!(
-                    "are in {}, which is not a regular file",
-                    path.display()
-                )));
-            }
-            if size.len() > most as u64 {
-                return Err(wrong(format!(
-                    "are in {}, which is too large",
-                    path.display()
-                )));
-            }
-            let bytes = std::fs::read(&path).map_err(|error| Error::read(&path, error))?;
+            let bytes = read_weights(&path, most, &wrong)?;
             files.insert(path.clone(), bytes);
         }
-        let bytes = &files[&path];
-        let number = |key: &str, otherwise: usize| match entry(key) {
-            Some(text) => text.parse::<usize>().ok(),
-            None => Some(otherwise),
-        };
-        let offset = number("offset", 0);
-        let rest = bytes.len().saturating_sub(offset.unwrap_or(0));
-        let part = offset
-            .zip(number("length", rest))
-            .and_then(|(offset, length)| bytes.get(offset..offset.checked_add(length)?));
-        let Some(part) = part else {
+        let part = part_of(&files[&path], tensor).map(<[u8]>::to_vec);
+        let part = part.ok_or_else(|| {
             let file = path.display();
-            return Err(wrong(format!(
-                "are past the end of {file}, which is truncated"
-            )));
-        };
-        let part = part.to_vec();
+            wrong(format!("are past the end of {file}, which is truncated"))
+        })?;
         inline(tensor, part);
     }
     Ok(())
+}
+
+/// The content of the weights file at `path`, if it has at most `most` bytes; `wrong` makes an error
+/// of what is wrong with it.
+fn read_weights(path: &Path, most: usize, wrong: &dyn Fn(String) -> Error) -> Result<Vec<u8>> {
+    let file = path.display();
+    let about = std::fs::metadata(path).map_err(|error| {
+        wrong(format!("are in {file}, which cannot be read ({error})")).caused_by(error)
+    })?;
+    // Reading a pipe could block forever.
+    if !about.is_file() {
+        return Err(wrong(format!("are in {file}, which is not a regular file")));
+    }
+    if about.len() > most as u64 {
+        return Err(wrong(format!("are in {file}, which is too large")));
+    }
+    std::fs::read(path).map_err(|error| Error::read(path, error))
+}
+
+/// The part of a weights file that holds `tensor`; `None` if the file ends before it.
+fn part_of<'b>(bytes: &'b [u8], tensor: &TensorProto) -> Option<&'b [u8]> {
+    let number = |key: &str, otherwise: usize| match entry(tensor, key) {
+        Some(text) => text.parse::<usize>().ok(),
+        None => Some(otherwise),
+    };
+    let offset = number("offset", 0)?;
+    let length = number("length", bytes.len().saturating_sub(offset))?;
+    bytes.get(offset..offset.checked_add(length)?)
 }
 
 fn inline(tensor: &mut TensorProto, bytes: Vec<u8>) {

@@ -100,7 +100,7 @@ impl<'a> DispatchEnvironment<'a> {
     ) -> Result<Step> {
         let due = self.run.as_mut().and_then(|run| run.next_decision());
         let Some(snapshot) = due else {
-            return Err(Error::input(
+            return Err(Error::usage(
                 "step",
                 "no episode has begun",
                 "call reset before the first step",

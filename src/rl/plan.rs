@@ -208,7 +208,7 @@ impl Plan {
             None => Ok(()),
             Some((key, _, cure)) => {
                 let problem = "the value is not valid";
-                Err(Error::input(
+                Err(Error::usage(
                     format!("the training plan: {key}"),
                     problem,
                     cure,
@@ -223,7 +223,7 @@ impl Plan {
     /// An unknown view, no slots or too many slots.
     pub fn layout(&self) -> Result<Layout> {
         if !(1..=Layout::MOST_SLOTS).contains(&self.slots) {
-            return Err(Error::input(
+            return Err(Error::usage(
                 "slots",
                 format!("{} slots", self.slots),
                 format!("give 1 to {}", Layout::MOST_SLOTS),

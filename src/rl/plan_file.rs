@@ -28,7 +28,7 @@ impl Plan {
             Some(Value::String(name)) => name,
             _ => PRESETS[0].0,
         };
-        let plan = Self::preset(preset).map_err(|error| error.inside(place))?;
+        let plan = Self::preset(preset).map_err(|error| error.inside(place).into_input())?;
         let mut value = serde_json::to_value(plan).unwrap_or_default();
         if asked
             .get("imitation")
@@ -42,7 +42,8 @@ impl Plan {
             let cure = "give every key as in a training record";
             Error::input(place, error.to_string(), cure).caused_by(error)
         })?;
-        plan.check().map_err(|error| error.inside(place))?;
+        plan.check()
+            .map_err(|error| error.inside(place).into_input())?;
         Ok(plan)
     }
 }

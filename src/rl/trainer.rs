@@ -101,7 +101,7 @@ impl Trainer {
         plan.check()?;
         if stations.is_empty() {
             let problem = "no station to train on";
-            return Err(Error::input("the training", problem, "give one or more"));
+            return Err(Error::usage("the training", problem, "give one or more"));
         }
         // Every arm must be faster than the belt at every speed that can be drawn.
         for (station, factor) in stations
@@ -110,7 +110,7 @@ impl Trainer {
         {
             let speed = station.belt().speed * factor;
             let made = station.with_belt_speed(speed);
-            made.map_err(|error| error.inside("the training plan: domain.speed"))?;
+            made.map_err(|error| error.inside("the training plan: domain.speed").into_usage())?;
         }
         let network = Network::new(&plan.architecture, shape(&layout));
         let parameters = network.initial(&mut random_stream(seed, SHUFFLE));
@@ -143,7 +143,9 @@ impl Trainer {
                 "start again with 'imitate'; the policy file has the best network so far",
             ));
         }
-        let mut trainer = Self::new(checkpoint.plan, stations, checkpoint.seed)?;
+        let trainer = Self::new(checkpoint.plan, stations, checkpoint.seed);
+        // The plan is part of the checkpoint.
+        let mut trainer = trainer.map_err(Error::into_input)?;
         if trainer.station_hashes() != checkpoint.stations {
             return Err(Error::input(
                 "the checkpoint",

@@ -72,11 +72,14 @@ impl BuiltIn {
             robots: robots.unwrap_or(self.line.robots),
             ..self.line
         };
-        line.check(&|key| key.to_owned())?;
-        Station::new(
-            line.belt(self.belt_speed, self.belt_width),
-            line.place(self.belt_width),
-        )
+        let made = line.check(&|key| key.to_owned()).and_then(|()| {
+            Station::new(
+                line.belt(self.belt_speed, self.belt_width),
+                line.place(self.belt_width),
+            )
+        });
+        // Everything but the number of robots is known to be right.
+        made.map_err(|error| error.at("'robots'").into_usage())
     }
 }
 

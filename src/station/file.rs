@@ -4,10 +4,14 @@ use super::builtin::built_in;
 use super::geometry::{Belt, Robot, Station, check_arm_speed};
 use super::line::Line;
 use crate::error::{Error, Result, nearest_file, shown};
-use crate::files::fingerprint;
+use crate::files::{fingerprint, is_path};
 use crate::toml_file::{File, Section};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
+
+/// The settings of [`Overrides`], as the places of errors.
+const BELT_SPEED: &str = "'belt_speed'";
+const ROBOTS: &str = "'robots'";
 
 /// The strategy in the `strategy` key of a station file.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -39,7 +43,7 @@ pub fn load(name: &str, overrides: Overrides) -> Result<Station> {
 
 /// Whether `name` refers to a file rather than a built-in station.
 pub fn is_file(name: &str) -> bool {
-    name.contains(['/', '\\', '.']) || Path::new(name).exists()
+    is_path(name) || Path::new(name).exists()
 }
 
 /// Like [`load`], but also returns the strategy that the file names. It is not validated here,
@@ -54,7 +58,7 @@ pub fn load_with_strategy(
     if is_file(name) {
         let path = Path::new(name);
         if let Some(station) = meant_built_in(path) {
-            return Err(Error::input(
+            return Err(Error::path(
                 name,
                 "the file does not exist",
                 format!("use `{station}` for the built-in station, or check the path"),
@@ -83,17 +87,11 @@ fn load_built_in(name: &str, overrides: Overrides) -> Result<Station> {
         }
         (Err(error), _) => return Err(error),
     };
-    let station = station.station(overrides.robots).map_err(|error| {
-        if overrides.robots.is_some() {
-            error.at("'robots'")
-        } else {
-            error
-        }
-    })?;
+    let station = station.station(overrides.robots)?;
     match overrides.belt_speed {
         Some(speed) => station
             .with_belt_speed(speed)
-            .map_err(|e| e.at("'belt_speed'")),
+            .map_err(|error| error.at(BELT_SPEED).into_usage()),
         None => Ok(station),
     }
 }
@@ -145,18 +143,28 @@ pub fn parse_with_strategy(
 }
 
 fn read(root: &Section, overrides: Overrides) -> Result<Station> {
+    read_checked(root, overrides).map_err(|error| {
+        let is_override = matches!(error.place(), Some(BELT_SPEED | ROBOTS));
+        match is_override {
+            true => error.into_usage(),
+            false => error,
+        }
+    })
+}
+
+fn read_checked(root: &Section, overrides: Overrides) -> Result<Station> {
     let file = root.file;
     root.only(&["strategy", "belt", "robot", "line"])?;
     let place = |key: &str| match (key, overrides.belt_speed, overrides.robots) {
-        ("belt.speed", Some(_), _) => "'belt_speed'".to_owned(),
-        ("robot", _, Some(_)) => "'robots'".to_owned(),
+        ("belt.speed", Some(_), _) => BELT_SPEED.to_owned(),
+        ("robot", _, Some(_)) => ROBOTS.to_owned(),
         _ => file.place(key),
     };
     let (belt, robots) = read_station(root, overrides, &place)?;
     if overrides.belt_speed.is_some() {
         // The file itself may be right, so blame the flag.
         for robot in robots.iter().filter(|robot| robot.speed > 0.0) {
-            check_arm_speed(&|| "'belt_speed'".to_owned(), robot, &belt)?;
+            check_arm_speed(&|| BELT_SPEED.to_owned(), robot, &belt)?;
         }
     }
     Station::checked(belt, robots, &place)
@@ -180,7 +188,7 @@ fn read_station(
         (Some(_), None) => {
             if overrides.robots.is_some() {
                 return Err(Error::usage(
-                    "'robots'",
+                    ROBOTS,
                     format!("`{}` lists its robots one by one", root.file.name),
                     "drop the flag, or describe identical robots with a [line] table",
                 ));

@@ -178,7 +178,7 @@ impl<'a> CompareStudy<'a> {
         options: &'a CompareOptions,
     ) -> Result<Self> {
         if !(1..=MOST_REPLICATES).contains(&options.replicates) {
-            return Err(Error::input(
+            return Err(Error::usage(
                 "'replicates'",
                 format!("{} patterns per case", options.replicates),
                 format!("give 1 to {MOST_REPLICATES}"),
@@ -284,7 +284,7 @@ impl<'a> CompareStudy<'a> {
         ids.extend(self.strategies.iter().map(|strategy| strategy.text()));
         let reference = &self.options.reference;
         ids.iter().position(|id| id == reference).ok_or_else(|| {
-            Error::input(
+            Error::usage(
                 "'reference'",
                 format!("`{}` is not one of the compared methods", shown(reference)),
                 known_names(reference, &ids),

@@ -113,7 +113,7 @@ impl ScoredPatterns {
                 ("'p_grasp'", self.attributes.p_grasp.is_some()),
             ];
             if let Some((option, _)) = given.iter().find(|(_, given)| *given) {
-                return Err(Error::input(
+                return Err(Error::usage(
                     *option,
                     "does not apply to recorded patterns",
                     "leave it out; recorded patterns have their own items",

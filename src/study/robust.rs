@@ -88,13 +88,19 @@ impl RobustTraining {
         Ok(Self::On(set))
     }
 
-    /// Checks that an assignment that was given is for this number of robots.
+    /// Checks that there are patterns to train on, and that an assignment that was given is for
+    /// this number of robots.
     ///
     /// # Errors
-    /// One that is not.
+    /// A set without patterns, or rules for another number of robots.
     pub(super) fn check(&self, robots: usize) -> Result<()> {
         match self {
             Self::Given(rules) => given(rules, robots).map(|_| ()),
+            Self::On(set) if set.patterns.is_empty() => Err(Error::usage(
+                "'train_patterns'",
+                "the set has no pattern to find robust GT (game theory) on",
+                "give a set of one or more patterns",
+            )),
             _ => Ok(()),
         }
     }

@@ -197,6 +197,7 @@ impl<'a> SweepStudy<'a> {
     /// An invalid range, settings that do not fit a line, or a pattern that cannot be generated
     /// or read.
     pub fn new(station: &'a Station, options: &'a SweepOptions) -> Result<Self> {
+        options.conditions.check()?;
         let lines = values::lines(&options.values, station)?;
         let mut strategies = options.strategies.clone();
         let mut notes = Vec::new();

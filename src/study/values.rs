@@ -120,13 +120,13 @@ fn line_at(options: &ValueOptions, station: &Station, value: f64) -> Result<Line
         Axis::Reach => station.with_reach(value),
         Axis::Robots if value.fract() == 0.0 && value <= MOST_ROBOTS => match &options.of_robots {
             Some(of_robots) => with_robots(of_robots(value as usize)?, value as usize),
-            None => Err(Error::input(
+            None => Err(Error::usage(
                 "'sweep' robots",
                 "where other robots would stand is not known",
                 "give the option 'robots', which makes the line of a number of robots",
             )),
         },
-        Axis::Robots => Err(Error::input(
+        Axis::Robots => Err(Error::usage(
             "'sweep' robots",
             format!("{value} is not a number of robots"),
             "give whole numbers for 'from', 'to' and 'step', up to 100",
@@ -134,7 +134,7 @@ fn line_at(options: &ValueOptions, station: &Station, value: f64) -> Result<Line
     };
     // The value comes from the range.
     let place = format!("'sweep' {} at {value}", options.axis.name());
-    let station = line.map_err(|error| error.at(&place))?;
+    let station = line.map_err(|error| error.at(&place).into_usage())?;
     Ok(LineAt { value, station })
 }
 

@@ -1,5 +1,6 @@
 //! The code keeps to the layering of `docs/architecture.md`.
 
+mod errors;
 mod imports;
 mod methods;
 

@@ -23,11 +23,8 @@ pub fn calls<'a>(files: &[&'a Path]) -> BTreeMap<&'a Path, BTreeSet<&'a Path>> {
     });
     let parsed: Vec<(&Path, syn::File)> = parsed.collect();
     let mut members = Members::default();
-    for (file, content) in &parsed {
-        let mut reader = Definitions {
-            file: *file,
-            members,
-        };
+    for &(file, ref content) in &parsed {
+        let mut reader = Definitions { file, members };
         reader.visit_file(content);
         members = reader.members;
     }

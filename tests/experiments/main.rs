@@ -5,6 +5,7 @@ mod common;
 mod compare;
 mod compare_columns;
 mod complete;
+mod error_kinds;
 mod examples;
 mod pages;
 mod pairing;

@@ -109,7 +109,7 @@ fn assignments_are_written_and_counted() {
     assert_eq!(two.clone().for_robots(2).unwrap(), two);
     let message = two.for_robots(1).unwrap_err().to_string();
     for words in [
-        "strategy [SPT; FIFO]",
+        "'strategy' [SPT; FIFO]",
         "2 rules for 1 robot",
         "one rule for each robot",
     ] {

@@ -69,16 +69,16 @@ impl AccessArgs {
         if self.token.is_some() && !is_any(&by_token) {
             let cure = "use it on a node that listens, and on the emulator that connects to it; \
                         --tls-ca checks the program that answers at --connect";
-            return Err(Error::input("--token", "it is not used here", cure));
+            return Err(Error::usage("--token", "it is not used here", cure));
         }
         if files.is_any() && !is_any(&[listen, connect, dashboard]) {
             let cure = "give --listen, --connect or --dashboard as well, or leave it out";
-            return Err(Error::input("--tls-ca", "there is no TCP connection", cure));
+            return Err(Error::usage("--tls-ca", "there is no TCP connection", cure));
         }
         if files.authorities.is_some() && files.certificate.is_none() && !is_any(&[connect]) {
             let cure = "also give --tls-cert and --tls-key";
             let problem = "listening with TLS requires a certificate";
-            return Err(Error::input("--tls-ca", problem, cure));
+            return Err(Error::usage("--tls-ca", problem, cure));
         }
         match self.insecure {
             true => Ok(()),
@@ -114,7 +114,7 @@ impl AccessArgs {
                 "--dashboard" => "watch",
                 _ => "control",
             };
-            return Err(Error::input(
+            return Err(Error::usage(
                 flag,
                 format!(
                     "other machines can reach {}, so anyone in that network could {what} the \

@@ -24,7 +24,7 @@ pub fn run(args: &BoundArgs, session: &Session) -> Result<()> {
     let common = &args.common;
     common.check()?;
     if !(1..=MOST_ITERATIONS).contains(&args.iterations) {
-        return Err(Error::input(
+        return Err(Error::usage(
             "--iterations",
             format!("{} iterations", args.iterations),
             format!("give 1 to {MOST_ITERATIONS}"),

@@ -122,10 +122,10 @@ mod unserved {
         pub fn open(served: Option<Served>, _: &Station, _: &str, _: &Remarks) -> Result<Self> {
             match served {
                 None => Ok(Self),
-                Some(_) => Err(Error::input(
+                Some(_) => Err(Error::usage(
                     "--dashboard",
-                    "this program was built without the dashboard",
-                    "build it with the feature `dashboard`, which is on by default",
+                    "pickline was built without the feature `dashboard`",
+                    "build it with that feature, which is on by default, or leave out the flag",
                 )),
             }
         }

@@ -25,7 +25,7 @@ pub fn run(args: &EmulateArgs, session: &Session) -> Result<()> {
     let file = args.pattern.as_ref().map(|file| file.to_string_lossy());
     if file.as_deref() == Some("-") {
         let cure = "write the pattern to a file";
-        return Err(Error::input(
+        return Err(Error::usage(
             "--pattern",
             "stdin is used for the tasks",
             cure,
@@ -77,7 +77,7 @@ pub fn run(args: &EmulateArgs, session: &Session) -> Result<()> {
         .as_ref()
         .is_some_and(|status| status.last && status.seen == 0)
     {
-        true => Err(Error::input(
+        true => Err(Error::usage(
             "--station",
             format!("the node saw none of the {items} items"),
             "its stderr says why it refused the detections",
@@ -101,7 +101,7 @@ impl TroubleArgs {
                     return Ok(Some(parts));
                 }
                 let problem = format!("`{}` is not {count} numbers", shown(text));
-                Err(Error::input(
+                Err(Error::usage(
                     flag,
                     problem,
                     "separate numbers by commas, as in --help",
@@ -114,7 +114,7 @@ impl TroubleArgs {
             }
             Some(_) => {
                 let cure = "count robots from 1, upstream first";
-                return Err(Error::input("--robot-down", "there is no such robot", cure));
+                return Err(Error::usage("--robot-down", "there is no such robot", cure));
             }
             None => None,
         };
@@ -279,7 +279,7 @@ impl EmulatorLoop<'_> {
                 let reason = answer.reason.unwrap_or_default();
                 let cure = "give the same --token and --station as for the node";
                 let problem = format!("the node refused this station: {}", shown(&reason));
-                return Err(Error::input("--connect", problem, cure));
+                return Err(Error::usage("--connect", problem, cure));
             }
             None => self.unread += 1,
         }

@@ -61,7 +61,7 @@ mod tests {
         collect_flags(&crate::command(), &mut flags);
         let settings = RefCell::default();
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-        for folder in ["src", "crates/live/src"] {
+        for folder in ["src", "crates/live/src", "crates/report/src"] {
             collect_settings(&root.join(folder), &settings);
         }
         let settings = settings.into_inner();

@@ -103,7 +103,7 @@ fn not_text(arguments: impl Iterator<Item = std::ffi::OsString>) -> Error {
         .enumerate()
         .find(|(_, word)| word.to_str().is_none());
     let (place, word) = found.unwrap_or_default();
-    Error::input(
+    Error::usage(
         format!("argument {place}"),
         format!("{word:?} is not valid UTF-8, which this argument requires"),
         "rename the file, or give a folder or a link to it with a valid UTF-8 name; a pattern \

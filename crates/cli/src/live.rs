@@ -155,7 +155,7 @@ pub fn check_range(flag: &str, value: f64, low: f64, high: f64, unit: &str) -> R
     }
     let problem = format!("{} is out of range", shown_number(value));
     let (low, high) = (shown_number(low), shown_number(high));
-    Err(Error::input(
+    Err(Error::usage(
         flag,
         problem,
         format!("give {low} to {high} {unit}"),

@@ -86,7 +86,7 @@ pub fn run(words: &[String], session: &Session) -> Result<()> {
             let known: Vec<String> = known.map(|name| name.replace('-', " ")).collect();
             let known: Vec<&str> = known.iter().map(String::as_str).collect();
             let given = shown(&words.join(" "));
-            Err(Error::input(
+            Err(Error::usage(
                 "man",
                 format!("there is no command `{given}`"),
                 known_names(&given, &known),

@@ -29,7 +29,7 @@ impl MqttArgs {
         }
         if broker.password.is_some() && broker.user.is_none() {
             let cure = "give --mqtt-user";
-            return Err(Error::input(
+            return Err(Error::usage(
                 "--mqtt",
                 "there is a password but no user name",
                 cure,
@@ -37,7 +37,7 @@ impl MqttArgs {
         }
         if self.mqtt_ca.is_some() && !broker.tls {
             let cure = "use mqtts:// for TLS";
-            return Err(Error::input(
+            return Err(Error::usage(
                 "--mqtt-ca",
                 format!("{broker} does not use TLS"),
                 cure,
@@ -71,7 +71,7 @@ impl MqttArgs {
         match std::env::var(PASSWORD) {
             Ok(password) => Ok(Some(password).filter(|password| !password.is_empty())),
             Err(std::env::VarError::NotPresent) => Ok(None),
-            Err(_) => Err(Error::input(
+            Err(_) => Err(Error::usage(
                 PASSWORD,
                 "it is not valid UTF-8",
                 "use another password",

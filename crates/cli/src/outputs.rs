@@ -6,26 +6,18 @@
 //! and every folder is tested by writing to it.
 
 use super::args::{Common, OutputFormat};
+use super::flags::flag;
 use super::session::Session;
 use pickline::error::{Error, Result};
 use pickline::files::{self, Named};
 use pickline::pattern::is_pattern_name;
-use pickline_report::{Presentation, SettingNames, VerbReport, is_result_of, json_text};
+use pickline_report::{Presentation, VerbReport, is_result_of, json_text};
 use std::path::{Path, PathBuf};
-
-/// The flags of the settings that reports refer to.
-pub const FLAGS: SettingNames = SettingNames {
-    top: "--top",
-    time_limit: "--time-limit",
-    max_runs: "--max-runs",
-    items: "--items",
-    slot: "--slot",
-};
 
 /// How reports are shown: the whole of them, and settings by their flags.
 pub const WHOLE: Presentation = Presentation {
     top: usize::MAX,
-    settings: FLAGS,
+    spelling: flag,
 };
 
 /// Larger files are not results of this program [bytes].
@@ -78,7 +70,7 @@ fn check_not_inputs(read: &Named, written: &Named) -> Result<()> {
                 continue;
             };
             if real(files::folder_of(file)).as_ref() == Some(&folder_real) {
-                return Err(Error::input(
+                return Err(Error::usage(
                     *flag,
                     format!(
                         "{} would be among the patterns in {from} {}",
@@ -103,7 +95,7 @@ fn check_own(verb: &str, flag: &str, file: &Path) -> Result<()> {
         return Ok(());
     }
     let refused = |problem: &str| {
-        Err(Error::input(
+        Err(Error::path(
             flag,
             format!("{} {problem}", file.display()),
             "name another file, or add --force to overwrite it",

@@ -125,7 +125,7 @@ fn chosen_belt(args: &GenerateArgs) -> Result<Belt> {
             belt.width = width;
         }
         Some(width) => {
-            return Err(Error::input(
+            return Err(Error::usage(
                 "--width",
                 format!("{} m is not a belt width", shown_number(width)),
                 "give metres, from 1e-6 to 1000",
@@ -150,7 +150,7 @@ fn check_lengths(args: &GenerateArgs, kind: &Feed) -> Result<()> {
             return Err(foreign(flag, kind));
         }
         if length.is_some() && args.feed.flow.is_some() {
-            return Err(Error::input(
+            return Err(Error::usage(
                 "--flow",
                 format!("{flag} already determines the flow"),
                 "give only one of the two",
@@ -206,7 +206,7 @@ fn foreign(flag: &str, kind: &Feed) -> Error {
         Feed::PoissonDisk => "Poisson disk",
         other => other.name(),
     };
-    Error::input(
+    Error::usage(
         flag,
         format!("does not apply to a {name} pattern"),
         "leave it out",
@@ -225,7 +225,7 @@ impl PatternKind {
             Self::Profile => Feed::Profile(profile.unwrap_or(Path::new("")).to_owned()),
         };
         match (self, profile) {
-            (Self::Profile, None) => Err(Error::input(
+            (Self::Profile, None) => Err(Error::usage(
                 "--profile",
                 "a profile pattern needs a file",
                 "give a CSV file with the columns time_s,flow_per_min",
@@ -240,7 +240,7 @@ fn describe_pattern(args: &DescribeArgs, session: &Session) -> Result<()> {
     if let Some(speed) = args.belt_speed
         && !(speed > 0.0 && speed.is_finite())
     {
-        return Err(Error::input(
+        return Err(Error::usage(
             "--belt-speed",
             format!("{speed} is not a belt speed"),
             "give m/s, above 0",
@@ -286,7 +286,7 @@ fn image_size(text: &str) -> Result<(f64, f64)> {
     let parts = text.split_once(['x', 'X']);
     let numbers = parts.and_then(|(w, h)| Some((w.trim().parse().ok()?, h.trim().parse().ok()?)));
     numbers.ok_or_else(|| {
-        Error::input(
+        Error::usage(
             "--image-size",
             format!("`{}` is not an image size", shown(text)),
             "give the width and height in pixels, for example 1280x720",
@@ -303,7 +303,7 @@ fn check_outside(folder: &Path, written: &[(&str, Option<&Path>)]) -> Result<()>
             && whole.is_some()
             && std::fs::canonicalize(files::folder_of(file)).ok() == whole
         {
-            return Err(Error::input(
+            return Err(Error::usage(
                 *flag,
                 format!("{} is in the folder of the recording", file.display()),
                 "use another folder",

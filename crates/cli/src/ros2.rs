@@ -35,7 +35,7 @@ impl Ros2Args {
     fn domain(&self) -> Result<u16> {
         let wrong = |place: &str, value: &str| {
             let problem = format!("`{}` is not a DDS domain", shown(value));
-            Error::input(place, problem, format!("give 0 to {LAST_DOMAIN}"))
+            Error::usage(place, problem, format!("give 0 to {LAST_DOMAIN}"))
         };
         if let Some(domain) = self.ros2_domain {
             return (domain <= LAST_DOMAIN)

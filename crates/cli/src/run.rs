@@ -41,7 +41,7 @@ pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
     #[cfg(feature = "ros2")]
     if args.may_stop_belt && transport.ros2.ros2 {
         let cure = "leave it out, or use TCP or MQTT, which support belt_request";
-        return Err(Error::input(
+        return Err(Error::usage(
             "--may-stop-belt",
             "there is no ROS 2 topic for it",
             cure,
@@ -225,7 +225,7 @@ fn lead_times(given: &[String], station: &Station) -> Result<Vec<f64>> {
         let seconds: f64 = time.trim().parse().map_err(|_| {
             let problem = format!("`{}` is not a time", shown(text));
             let cure = "give seconds for all robots, such as 0.1, or for one robot, such as r1=0.1";
-            Error::input("--lead", problem, cure)
+            Error::usage("--lead", problem, cure)
         })?;
         check_range("--lead", seconds, 0.0, 60.0, "s")?;
         if name.is_empty() && !text.contains('=') {
@@ -235,7 +235,7 @@ fn lead_times(given: &[String], station: &Station) -> Result<Vec<f64>> {
         let Some(index) = robots.iter().position(|robot| robot.name == name) else {
             let known: Vec<&str> = robots.iter().map(|robot| robot.name.as_str()).collect();
             let problem = format!("there is no robot `{}`", shown(name));
-            return Err(Error::input(
+            return Err(Error::usage(
                 "--lead",
                 problem,
                 format!("give one of {}", known.join(", ")),
@@ -259,7 +259,7 @@ fn check_addresses(args: &RunArgs) -> Result<()> {
         if let (Some(address), Some(place)) = (&args.dashboard, place)
             && is_same_place(address, place)
         {
-            return Err(Error::input(
+            return Err(Error::usage(
                 "--dashboard",
                 format!("{} is also the address of {flag}", shown(address)),
                 "give each a different port, for example --dashboard 127.0.0.1:8090",

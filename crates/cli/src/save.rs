@@ -28,14 +28,14 @@ impl SaveTarget {
         let source = station::is_file(name).then(|| PathBuf::from(name));
         let Some(path) = file else {
             let Some(source) = source else {
-                return Err(Error::input(
+                return Err(Error::usage(
                     FLAG,
                     format!("`{name}` is a built-in station, which has no file"),
                     "name a new file: --save my-line.toml",
                 ));
             };
             if choice.robots.is_some() || choice.belt_speed.is_some() {
-                return Err(Error::input(
+                return Err(Error::usage(
                     FLAG,
                     format!(
                         "--robots and --belt-speed change the line, so the strategy would not \
@@ -55,7 +55,7 @@ impl SaveTarget {
             });
         };
         if path.exists() {
-            return Err(Error::input(
+            return Err(Error::path(
                 FLAG,
                 format!("{} already exists", path.display()),
                 "name a new file; without a name, the strategy is written to the --station file",

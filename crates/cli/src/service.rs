@@ -40,7 +40,7 @@ fn absolute(place: &PlaceArgs) -> Result<PathBuf> {
         shown(&prefix.to_string_lossy())
     );
     let cure = "give one such as /usr/local; to install below another folder, use --root";
-    Err(Error::input("--prefix", problem, cure))
+    Err(Error::usage("--prefix", problem, cure))
 }
 
 fn unit(prefix: &Path) -> String {
@@ -138,7 +138,7 @@ fn install(place: &PlaceArgs, force: bool, session: &Session) -> Result<()> {
             Err(_) => path.symlink_metadata().is_err(),
         };
         if !is_ours {
-            return Err(Error::input(
+            return Err(Error::path(
                 path.display().to_string(),
                 "the file already exists and is not as this command wrote it",
                 "move it away, or add --force to replace it",
@@ -174,7 +174,7 @@ fn uninstall(place: &PlaceArgs, session: &Session) -> Result<()> {
     let list = below(root, &prefix.join(LIST));
     let before = installed(&list);
     if before.is_empty() {
-        return Err(Error::input(
+        return Err(Error::path(
             list.display().to_string(),
             "nothing is installed here",
             "give the --prefix and --root used for the installation",

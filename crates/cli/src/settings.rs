@@ -108,7 +108,8 @@ impl StationChoice {
             saved.text = format!("onnx:{}", folder.join(policy).display());
         }
         let robots = station.robots().len();
-        let parsed = strategies::parse(&saved.text).map_err(|e| e.at(&saved.place))?;
+        let in_file = |error: Error| error.at(&saved.place).into_input();
+        let parsed = strategies::parse(&saved.text).map_err(in_file)?;
         match parsed.alone(robots) {
             Ok(_) => Ok((station, Some(saved.text))),
             Err(_) if self.robots.is_some() => {
@@ -119,7 +120,7 @@ impl StationChoice {
                 ));
                 Ok((station, None))
             }
-            Err(error) => Err(error.at(&saved.place)),
+            Err(error) => Err(in_file(error)),
         }
     }
 }
@@ -138,7 +139,7 @@ impl FeedArgs {
             ("--gap-share", self.gap_share, Feed::Gaps),
         ] {
             if given.is_some() && !feeds.contains(&&own) {
-                return Err(Error::input(
+                return Err(Error::usage(
                     flag,
                     format!("applies only to the feed {own}"),
                     format!("leave it out, or use the feed {own}"),
@@ -223,7 +224,7 @@ impl TrainingArgs {
         } = &source
             && feed.file().is_none()
         {
-            return Err(Error::input(
+            return Err(Error::usage(
                 format!("{TRAINING_FLAG} {}", shown(text)),
                 format!("the feed {feed} needs its own flow here"),
                 format!("include it in the set, for example {TRAINING_FLAG} random:60/min:5"),
@@ -279,7 +280,7 @@ impl ConditionArgs {
     pub fn resolve(&self, common: &Common) -> Result<Conditions> {
         if let Some(given) = &self.grasp_failures {
             let number = if given.is_empty() { "" } else { " " };
-            return Err(Error::input(
+            return Err(Error::usage(
                 "--grasp-failures",
                 "has been renamed to --grasp-success, whose number is the probability that a \
                  grasp succeeds",
@@ -337,7 +338,7 @@ impl Common {
 /// An invalid number of threads.
 pub fn check_threads(threads: Option<usize>) -> Result<()> {
     match threads {
-        Some(threads) if !(1..=1024).contains(&threads) => Err(Error::input(
+        Some(threads) if !(1..=1024).contains(&threads) => Err(Error::usage(
             "--threads",
             format!("{threads} is not a number of threads"),
             "give 1 to 1024, or leave it out for all cores",
@@ -358,7 +359,9 @@ pub fn on_threads<T: Send>(
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads.unwrap_or(0))
         .build()
-        .map_err(|error| Error::input("--threads", error.to_string(), "give fewer"))?;
+        .map_err(|error| {
+            Error::usage("--threads", error.to_string(), "give fewer").caused_by(error)
+        })?;
     pool.install(work)
 }
 
@@ -370,7 +373,7 @@ pub fn budget(ms: Option<f64>) -> Result<Option<Budget>> {
     let read = |ms: f64| {
         Budget::milliseconds(ms).ok_or_else(|| {
             let (least, most) = Budget::MILLISECONDS.into_inner();
-            Error::input(
+            Error::usage(
                 "--budget-ms",
                 format!("{} is not a valid time for a decision", shown_number(ms)),
                 format!("give milliseconds, from {least} to {most}"),
@@ -443,7 +446,7 @@ impl LimitArgs {
             let time = Duration::try_from_secs_f64(limit).ok();
             let time = time.filter(|time| !time.is_zero() && limit <= LONGEST);
             time.ok_or_else(|| {
-                Error::input(
+                Error::usage(
                     "--time-limit",
                     format!("{} is not a time for a search", shown_number(limit)),
                     format!("give seconds, above 0 and up to {LONGEST:e}"),

@@ -202,7 +202,7 @@ fn init(file: Option<&Path>, force: bool, session: &Session) -> Result<()> {
         && file.exists()
         && !force
     {
-        return Err(Error::input(
+        return Err(Error::path(
             file.display().to_string(),
             "the file already exists",
             "name another file, or add --force to overwrite it",

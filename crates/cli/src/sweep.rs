@@ -2,7 +2,7 @@
 
 use super::args::SweepArgs;
 use super::flags;
-use super::outputs::{FLAGS, WHOLE};
+use super::outputs::WHOLE;
 use super::pictures;
 use super::progress::Bar;
 use super::session::Session;
@@ -63,7 +63,7 @@ pub fn run(args: &SweepArgs, session: &Session) -> Result<()> {
         &swept.methods,
         study.is_papers_case(),
         flags::in_notes(&swept.notes),
-        &FLAGS,
+        flags::flag,
         made,
     );
     let drawn = args.pictures.draw(chart, &report, &WHOLE);

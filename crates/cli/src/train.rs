@@ -1,6 +1,7 @@
 //! `pickline train`.
 
 use super::args::TrainArgs;
+use super::flags::flag;
 use super::outputs;
 use super::progress::Bar;
 use super::session::{Session, tell};
@@ -40,7 +41,8 @@ pub fn run(args: &TrainArgs, session: &Session) -> Result<()> {
         let text = files::read_text(path)?;
         serde_json::from_str::<Saved>(&text).map_err(|error| {
             let cure = "give a checkpoint written by `pickline train`";
-            Error::input(path.display().to_string(), error.to_string(), cure)
+            let place = path.display().to_string();
+            Error::input(place, error.to_string(), cure).caused_by(error)
         })
     });
     let resumed = resumed.transpose()?;
@@ -86,7 +88,7 @@ fn check_files(args: &TrainArgs, plan: &Plan, stations: &[String]) -> Result<()>
         let problem = format!("{} does not end in .onnx", args.out.display());
         let cure =
             "give NAME.onnx; record, curve and checkpoint have the same name, but other endings";
-        return Err(Error::input("--out", problem, cure));
+        return Err(Error::usage("--out", problem, cure));
     }
     let beside = BESIDE.map(|ending| args.out.with_extension(ending));
     let written: Vec<_> = std::iter::once(&args.out)
@@ -117,7 +119,7 @@ fn plan(args: &TrainArgs) -> Result<Plan> {
     if let Some(rate) = args.learning_rate {
         if !(rate.is_finite() && rate > 0.0) {
             let problem = format!("{rate} is not a learning rate");
-            return Err(Error::input(
+            return Err(Error::usage(
                 "--learning-rate",
                 problem,
                 "give a number above 0",
@@ -128,7 +130,7 @@ fn plan(args: &TrainArgs) -> Result<Plan> {
     if let Some(weight) = args.entropy {
         if !(weight.is_finite() && weight >= 0.0) {
             let problem = format!("{weight} is not a weight");
-            return Err(Error::input("--entropy", problem, "give 0 or more"));
+            return Err(Error::usage("--entropy", problem, "give 0 or more"));
         }
         plan.ppo.ent_coef = weight;
     }
@@ -140,7 +142,7 @@ fn plan(args: &TrainArgs) -> Result<Plan> {
         ] {
             if count == Some(0) {
                 let problem = "0 is not enough to learn from";
-                return Err(Error::input(flag, problem, "give 1 or more"));
+                return Err(Error::usage(flag, problem, "give 1 or more"));
             }
         }
         plan.imitation = Some(Imitation {
@@ -156,7 +158,14 @@ fn plan(args: &TrainArgs) -> Result<Plan> {
 
 /// The strategy to imitate, checked to work on every one of `lines`.
 fn expert(plan: &Plan, lines: &[Station]) -> Result<Option<Parsed>> {
-    let inside = |error: Error| error.inside("--imitate");
+    // The strategy is not the value of a flag `--strategy` here.
+    let inside = |error: Error| {
+        let spelled = error.spell_settings(|name| match name {
+            "strategy" => name.to_owned(),
+            other => flag(other),
+        });
+        spelled.inside("--imitate")
+    };
     let expert = plan.imitation.as_ref().map(|i| parse(&i.strategy));
     let expert = expert.transpose();
     let expert = expert.map_err(inside)?;
@@ -188,7 +197,7 @@ fn stations(names: &[String], strict: bool) -> Result<Vec<(String, Station)>> {
         warn(strict, station.warnings(name))?;
         let count = station.robots().len();
         if count > MOST_ROBOTS {
-            return Err(Error::input(
+            return Err(Error::usage(
                 format!("--station {text}"),
                 format!(
                     "{count} robots: the comparison with greedy GT (game theory) would try \
@@ -265,7 +274,7 @@ impl TrainingRun<'_> {
         let finite = self.learn(&mut score, &bar, &environment)?;
         self.write(&score)?;
         if !finite {
-            return Err(Error::input(
+            return Err(Error::usage(
                 "the training",
                 format!(
                     "the weights became NaN or infinite after {} steps",

@@ -20,7 +20,12 @@ pub fn warn(strict: bool, warnings: impl IntoIterator<Item = Warning>) -> Result
             let others = counted(more, "more warning");
             warning.problem += &format!("; and {others}, shown without --strict");
         }
-        return Err(Error::from(warning));
+        let is_flag = warning.place.starts_with("--");
+        let error = Error::from(warning);
+        return Err(match is_flag {
+            true => error.into_usage(),
+            false => error,
+        });
     }
     for warning in &warnings {
         tell(&format!("warning: {warning}"));

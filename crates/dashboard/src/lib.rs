@@ -56,11 +56,8 @@ impl Dashboard {
     ) -> Result<Self> {
         let listener = listen_at("'dashboard'", address)?;
         let wrong = |error: std::io::Error| {
-            Error::input(
-                "'dashboard'",
-                format!("{address}: {error}"),
-                "try again, or run without a dashboard",
-            )
+            let cure = "try again, or run without a dashboard";
+            Error::resources("'dashboard'", format!("{address}: {error}"), cure).caused_by(error)
         };
         let at = listener.local_addr().map_err(wrong)?;
         listener.set_nonblocking(true).map_err(wrong)?;

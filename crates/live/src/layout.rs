@@ -102,7 +102,7 @@ fn listed(names: &[&str]) -> String {
 }
 
 fn another(problem: &str) -> Error {
-    Error::input(
+    Error::usage(
         "'station'",
         format!("the node and the line have different stations: {problem}"),
         "start both with the same 'station' and 'robots'",

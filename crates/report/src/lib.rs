@@ -37,7 +37,7 @@ pub use description::DescriptionReport;
 pub use game::{GameReport, nfg_text};
 pub use optimum::{OptimumReport, RivalsReport, ValidationReport};
 pub use origin::{is_result_of, origin_comment, with_origin};
-pub use presentation::{Presentation, SettingNames};
+pub use presentation::Presentation;
 pub use provenance::Provenance;
 pub use replay::{check_replay, replay_page};
 pub use run::RunReport;

@@ -1,46 +1,30 @@
 //! How a report is shown; none of it changes the result.
 
+use pickline::error::spell_settings;
+
 /// How a report is shown.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy)]
 pub struct Presentation {
     /// Most lines of a ranking, of equilibria or of cycles; what is left out is counted.
     pub top: usize,
-    /// How the reader knows the settings that texts refer to.
-    pub settings: SettingNames,
+    /// What the reader calls a setting that texts refer to, such as `time_limit`: for example the
+    /// flag of a program. Used as in [`spell_settings`].
+    pub spelling: fn(&str) -> String,
 }
 
 impl Default for Presentation {
+    /// The whole report, with settings by the names that they have in the library.
     fn default() -> Self {
         Self {
             top: usize::MAX,
-            settings: SettingNames::default(),
+            spelling: str::to_owned,
         }
     }
 }
 
-/// What the reader calls the settings that texts refer to, such as the flags of a program.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct SettingNames {
-    /// [`Presentation::top`].
-    pub top: &'static str,
-    /// The time after which a search ends.
-    pub time_limit: &'static str,
-    /// The number of runs after which a search ends.
-    pub max_runs: &'static str,
-    /// The number of items in each pattern.
-    pub items: &'static str,
-    /// The length of a bound's time slots.
-    pub slot: &'static str,
-}
-
-impl Default for SettingNames {
-    fn default() -> Self {
-        Self {
-            top: "top",
-            time_limit: "its time limit",
-            max_runs: "max_runs",
-            items: "items",
-            slot: "slot",
-        }
+impl Presentation {
+    /// `text` with the settings as the reader calls them.
+    pub(crate) fn spelled(&self, text: &str) -> String {
+        spell_settings(text, self.spelling)
     }
 }

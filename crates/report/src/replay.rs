@@ -84,7 +84,7 @@ pub fn check_replay(pattern: &Pattern) -> Result<()> {
     if pattern.len() <= MOST_ITEMS {
         return Ok(());
     }
-    Err(Error::input(
+    Err(Error::usage(
         "the page",
         format!("{} items are too many for a page", pattern.len()),
         format!("replay a pattern of at most {MOST_ITEMS} items"),

@@ -4,7 +4,7 @@ use super::bound::CertifiedReport;
 use super::clearance::ClearanceReport;
 use super::columns::TableColumns;
 use super::csv_rows::{CsvRows, Displayed};
-use super::presentation::{Presentation, SettingNames};
+use super::presentation::Presentation;
 use super::provenance::Provenance;
 use super::table::fixed;
 use super::throughput::ThroughputReport;
@@ -198,7 +198,7 @@ impl RunReport {
     }
 
     /// The run as text for the terminal.
-    fn text(&self, names: &SettingNames) -> String {
+    fn text(&self, shown: &Presentation) -> String {
         let steady = self.throughput.throughput_per_min.is_some();
         let robots = TableColumns::new()
             .with("<robot", |robot: &&RobotRunReport| robot.name.clone())
@@ -239,7 +239,7 @@ impl RunReport {
                 .map_or(String::new(), ClearanceReport::line),
             self.bound
                 .as_ref()
-                .map_or(String::new(), |bound| bound.line(names)),
+                .map_or(String::new(), |bound| bound.line(shown)),
             self.made.lines(),
         )
     }
@@ -314,7 +314,7 @@ impl VerbReport for RunReport {
     }
 
     fn to_table(&self, shown: &Presentation) -> String {
-        self.text(&shown.settings)
+        self.text(shown)
     }
 
     fn to_csv(&self) -> String {

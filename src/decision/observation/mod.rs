@@ -63,7 +63,7 @@ impl FromStr for View {
         let mut all = Self::ALL.iter().copied();
         all.find(|view| view.name() == text).ok_or_else(|| {
             let names: Vec<_> = Self::ALL.iter().map(|view| view.name()).collect();
-            Error::input(
+            Error::usage(
                 "observation",
                 format!("`{}` is not a known view", shown(text)),
                 known_names(text, &names),

@@ -85,13 +85,9 @@ const LONGEST_LAG: f64 = 50.0;
 /// which is first.
 const WAYS: [(f64, f64); 4] = [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)];
 
-/// What is wrong with `--axis` and `--reverse`, and what to use instead, if boxes without tracks
-/// clearly travel in another direction. For all four directions, it counts how many boxes are found
-/// again a little later where the belt would have carried them.
-pub(super) fn other_way(
-    boxes: &[BoxSighting],
-    options: &ImportOptions,
-) -> Option<(String, String)> {
+/// For each of the four directions, how many boxes are found again a little later where a belt in
+/// that direction would have carried them.
+fn found_again(boxes: &[BoxSighting], options: &ImportOptions) -> [f64; WAYS.len()] {
     let step = options.belt_speed / (options.fps * options.scale_m_per_px);
     let lag = (LEAST_MOTION / step).ceil().clamp(1.0, LONGEST_LAG) as u32;
     let mut by_frame: BTreeMap<u32, Vec<(f64, f64)>> = BTreeMap::new();
@@ -132,6 +128,16 @@ pub(super) fn other_way(
             }
         }
     }
+    scores
+}
+
+/// What is wrong with 'axis' and 'reverse', and what to use instead, if boxes without tracks
+/// clearly travel in another direction.
+pub(super) fn other_way(
+    boxes: &[BoxSighting],
+    options: &ImportOptions,
+) -> Option<(String, String)> {
+    let scores = found_again(boxes, options);
     let given = scores[0];
     let best = (1..WAYS.len()).max_by(|a, b| scores[*a].total_cmp(&scores[*b]))?;
     let found = scores[best];

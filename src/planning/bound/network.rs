@@ -83,37 +83,48 @@ struct Raw {
     item: u32,
 }
 
+/// The picks of robot `robot` in slots, item by item, and the spans of slots in which they arrive.
+fn picks_in_slots(
+    station: &Station,
+    robot: usize,
+    queue: &[Candidate],
+    slots: Slots,
+) -> (Vec<Raw>, Vec<(u64, u64)>) {
+    let mut raw: Vec<Raw> = Vec::new();
+    let mut spans: Vec<(u64, u64)> = Vec::with_capacity(queue.len());
+    for candidate in queue {
+        let (begin, first_span) = (raw.len(), spans.len());
+        let open = (candidate.open - slack(candidate.open)).max(0.0);
+        let last = slots.of(candidate.close + slack(candidate.close));
+        for departure in slots.of(open)..=last {
+            let time = slots.start(departure).max(open);
+            let free = time + Moment::new(station, robot, time).processing_time(candidate);
+            let arrival = slots.of((free - slack(free)).max(0.0)).max(departure);
+            match raw[begin..].last_mut() {
+                // Of several departures with the same arrival, the last is as good as any.
+                Some(before) if before.arrival >= arrival => before.departure = departure,
+                _ => raw.push(Raw {
+                    arrival,
+                    departure,
+                    item: candidate.item,
+                }),
+            }
+        }
+        // If the arm is only slightly faster than the belt, arrivals are far apart.
+        for pick in &raw[begin..] {
+            match spans[first_span..].last_mut() {
+                Some((_, last)) if pick.arrival <= *last + GAP => *last = pick.arrival,
+                _ => spans.push((pick.arrival, pick.arrival)),
+            }
+        }
+    }
+    (raw, spans)
+}
+
 impl SlotNetwork {
     /// The picks of robot `robot` of `station`, which has the windows `queue`.
     pub(super) fn new(station: &Station, robot: usize, queue: &[Candidate], slots: Slots) -> Self {
-        let mut raw: Vec<Raw> = Vec::new();
-        let mut spans: Vec<(u64, u64)> = Vec::with_capacity(queue.len());
-        for candidate in queue {
-            let (begin, first_span) = (raw.len(), spans.len());
-            let open = (candidate.open - slack(candidate.open)).max(0.0);
-            let last = slots.of(candidate.close + slack(candidate.close));
-            for departure in slots.of(open)..=last {
-                let time = slots.start(departure).max(open);
-                let free = time + Moment::new(station, robot, time).processing_time(candidate);
-                let arrival = slots.of((free - slack(free)).max(0.0)).max(departure);
-                match raw[begin..].last_mut() {
-                    // Of several departures with the same arrival, the last is as good as any.
-                    Some(before) if before.arrival >= arrival => before.departure = departure,
-                    _ => raw.push(Raw {
-                        arrival,
-                        departure,
-                        item: candidate.item,
-                    }),
-                }
-            }
-            // If the arm is only slightly faster than the belt, arrivals are far apart.
-            for pick in &raw[begin..] {
-                match spans[first_span..].last_mut() {
-                    Some((_, last)) if pick.arrival <= *last + GAP => *last = pick.arrival,
-                    _ => spans.push((pick.arrival, pick.arrival)),
-                }
-            }
-        }
+        let (raw, spans) = picks_in_slots(station, robot, queue, slots);
         let nodes = Nodes::new(spans);
         let mut network = Self {
             slots: nodes.slots(),

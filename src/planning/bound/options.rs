@@ -138,26 +138,7 @@ pub(super) fn choose_slots(scene: &Scene, options: &BoundOptions) -> Result<Opti
     let last = last.fold(0.0, f64::max);
     if let Some(length) = options.slot_s {
         let slots = Slots { length };
-        if !(SLOT_RANGE.0..=SLOT_RANGE.1).contains(&length) {
-            let (low, high) = SLOT_RANGE;
-            return Err(Error::usage(
-                "'slot'",
-                format!("{} is not a valid slot length", shown_number(length)),
-                format!("give seconds, from {low:e} to {high:e}, such as 0.05"),
-            ));
-        }
-        let arcs = size(slots);
-        if arcs > MOST_ARCS || last / length > MOST_SLOTS {
-            return Err(Error::usage(
-                "'slot'",
-                format!(
-                    "{} s is too short for this pattern: {arcs:.1e} picks in slots, at most \
-                     {MOST_ARCS:.0e} fit",
-                    shown_number(length)
-                ),
-                "give a longer slot, or omit 'slot' to choose one automatically",
-            ));
-        }
+        check_slot(length, &|| size(slots), last)?;
         let coarse = false;
         return Ok(Some(Chosen { slots, coarse }));
     }
@@ -195,6 +176,32 @@ pub(super) fn choose_slots(scene: &Scene, options: &BoundOptions) -> Result<Opti
             slots: Slots { length },
             coarse: length > COARSE * wanted,
         }))
+}
+
+/// Checks a slot of this length [s] that the user asks for: `arcs` is the number of picks in slots,
+/// and `last` [s] the end of the last one.
+fn check_slot(length: f64, arcs: &dyn Fn() -> f64, last: f64) -> Result<()> {
+    if !(SLOT_RANGE.0..=SLOT_RANGE.1).contains(&length) {
+        let (low, high) = SLOT_RANGE;
+        return Err(Error::usage(
+            "'slot'",
+            format!("{} is not a valid slot length", shown_number(length)),
+            format!("give seconds, from {low:e} to {high:e}, such as 0.05"),
+        ));
+    }
+    let arcs = arcs();
+    if arcs > MOST_ARCS || last / length > MOST_SLOTS {
+        return Err(Error::usage(
+            "'slot'",
+            format!(
+                "{} s is too short for this pattern: {arcs:.1e} picks in slots, at most \
+                 {MOST_ARCS:.0e} fit",
+                shown_number(length)
+            ),
+            "give a longer slot, or omit 'slot' to choose one automatically",
+        ));
+    }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -42,7 +42,7 @@ impl Architecture {
         if widths.len() <= most && widths.iter().all(|width| (1..=4096).contains(width)) {
             return Ok(());
         }
-        Err(Error::input(
+        Err(Error::usage(
             "the network",
             format!("layers of {widths:?}"),
             format!("give at most {most} layers of width 1 to 4096"),

@@ -134,12 +134,23 @@ impl Scorer {
         buffers: &mut ScorerBuffers,
         (logits, values): (&mut Vec<f32>, &mut Vec<f32>),
     ) {
-        let b = buffers;
-        let (count, width) = (batch.rows, self.slot.outputs);
-        let observations = &batch.observations[..count * self.shape.observation()];
+        let observations = &batch.observations[..batch.rows * self.shape.observation()];
         let globals = (observations, self.shape.observation());
-        b.rows.gather(&self.shape, observations, batch.masks);
-        let places = b.rows.places.len();
+        buffers.rows.gather(&self.shape, observations, batch.masks);
+        self.forward_policy(parameters, globals, batch.rows, buffers, logits);
+        self.forward_value(parameters, globals, batch.rows, buffers, values);
+    }
+
+    /// Computes `logits` [count, actions].
+    fn forward_policy(
+        &self,
+        parameters: &[f32],
+        globals: (&[f32], usize),
+        count: usize,
+        b: &mut ScorerBuffers,
+        logits: &mut Vec<f32>,
+    ) {
+        let (places, width) = (b.rows.places.len(), self.slot.outputs);
         self.encoder
             .forward(parameters, &b.rows, globals, &mut b.policy);
         reserve(&mut b.context, count * width);
@@ -180,6 +191,17 @@ impl Scorer {
                 row[actions - 1] = *wait;
             }
         }
+    }
+
+    /// Computes `values` [count].
+    fn forward_value(
+        &self,
+        parameters: &[f32],
+        globals: (&[f32], usize),
+        count: usize,
+        b: &mut ScorerBuffers,
+        values: &mut Vec<f32>,
+    ) {
         self.value_encoder
             .forward(parameters, &b.rows, globals, &mut b.value);
         let head = &mut b.value_head;
@@ -204,13 +226,22 @@ impl Scorer {
         buffers: &mut ScorerBuffers,
         gradient: &mut [f32],
     ) {
-        let b = buffers;
-        let (count, width) = (batch.rows, self.slot.outputs);
-        let actions = self.shape.actions();
-        let observations = &batch.observations[..count * self.shape.observation()];
+        let observations = &batch.observations[..batch.rows * self.shape.observation()];
         let globals = (observations, self.shape.observation());
-        let places = b.rows.places.len();
+        self.backward_value(parameters, globals, values, buffers, gradient);
+        self.backward_policy(parameters, globals, batch.rows, logits, buffers, gradient);
+    }
 
+    /// Adds the gradient of the values.
+    fn backward_value(
+        &self,
+        parameters: &[f32],
+        globals: (&[f32], usize),
+        values: &[f32],
+        b: &mut ScorerBuffers,
+        gradient: &mut [f32],
+    ) {
+        let (places, width) = (b.rows.places.len(), self.slot.outputs);
         reserve(&mut b.value.slots_gradient, places * width);
         b.value.slots_gradient[..places * width].fill(0.0);
         let (head, pooled) = (&mut b.value_head, &b.value.pooled);
@@ -227,7 +258,20 @@ impl Scorer {
         );
         self.value_encoder
             .backward(&b.rows, globals, &mut b.value, gradient);
+    }
 
+    /// Adds the gradient of the logits.
+    fn backward_policy(
+        &self,
+        parameters: &[f32],
+        globals: (&[f32], usize),
+        count: usize,
+        logits: &[f32],
+        b: &mut ScorerBuffers,
+        gradient: &mut [f32],
+    ) {
+        let (places, width) = (b.rows.places.len(), self.slot.outputs);
+        let actions = self.shape.actions();
         b.scores_gradient.clear();
         let slots = self.shape.slots;
         let of_place = |place: &usize| logits[place / slots * actions + place % slots];

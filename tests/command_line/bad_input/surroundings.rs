@@ -57,3 +57,23 @@ fn odd_surroundings_do_not_panic() {
     assert_eq!(output.status.code(), Some(1));
     assert!(stderr(&output).contains("stdout"), "{}", stderr(&output));
 }
+
+#[cfg(feature = "mcap")]
+#[test]
+fn a_recording_is_a_regular_file_that_does_not_exist_yet() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("old.mcap"), "x").unwrap();
+    for (file, problem) in [
+        ("/dev/full", "--record /dev/full: is not a regular file"),
+        ("old.mcap", "--record old.mcap: the file already exists"),
+    ] {
+        let output = Command::new(env!("CARGO_BIN_EXE_pickline"))
+            .args(["run", "--record", file])
+            .stdin(std::process::Stdio::null())
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+        assert!(stderr(&output).contains(problem), "{}", stderr(&output));
+    }
+}

@@ -106,7 +106,7 @@ impl InjectedFaults {
         ] {
             if !(0.0..=1.0).contains(&share) {
                 let problem = format!("{} is not a valid share", shown_number(share));
-                return Err(Error::input(
+                return Err(Error::usage(
                     setting,
                     problem,
                     "give a share between 0 and 1",
@@ -127,11 +127,11 @@ impl InjectedFaults {
             if !(0.0..=most).contains(&time) {
                 let problem = format!("{} s is out of range", shown_number(time));
                 let cure = format!("give a time from 0 to {most} s");
-                return Err(Error::input(setting, problem, cure));
+                return Err(Error::usage(setting, problem, cure));
             }
         }
         match self.robot_down {
-            Some((robot, ..)) if robot >= robots => Err(Error::input(
+            Some((robot, ..)) if robot >= robots => Err(Error::usage(
                 "'robot_down'",
                 format!(
                     "there is no robot {} on a line with {robots} robots",

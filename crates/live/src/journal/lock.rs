@@ -41,7 +41,7 @@ impl Lock {
                 Err(TryLockError::Error(error)) => return Err(Error::write(&beside, error)),
             }
         }
-        Err(Error::input(
+        Err(Error::path(
             path.display().to_string(),
             "another process is using this journal",
             "stop that process first; two nodes must not command the same robots",

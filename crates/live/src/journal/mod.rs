@@ -100,7 +100,7 @@ impl OpenedJournal {
         let path = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         files::check_target(&path)?;
         if path.exists() && !path.is_file() {
-            return Err(Error::input(
+            return Err(Error::path(
                 path.display().to_string(),
                 "is not a regular file",
                 "give the journal a separate file",

@@ -94,7 +94,8 @@ impl RecordingReader {
             Some(McapPart::Metadata(name, fields)) if name == "state" => {
                 let text = fields.get("state").map_or("", String::as_str);
                 let change: StateChange = serde_json::from_str(text).map_err(|error| {
-                    not_a_recording(&reader.name, format!("has an invalid state: {error}"))
+                    let problem = format!("has an invalid state: {error}");
+                    not_a_recording(&reader.name, problem).caused_by(error)
                 })?;
                 let mut state = LineState::default();
                 state.apply(change);
@@ -214,14 +215,17 @@ impl RecordingReader {
                     self.ending = RecordingEnd::Torn;
                     return Ok(None);
                 }
-                Some(Err(error)) => return Err(self.unreadable(&error)),
+                Some(Err(error)) => return Err(self.unreadable(&error).caused_by(error)),
                 Some(Ok(event)) => event,
             };
             let record = match event {
                 LinearReadEvent::ReadRequest(need) => {
                     let read = self.file.read(self.reader.insert(need));
                     let read = read.map_err(|error| match error.kind() {
-                        ErrorKind::InvalidData => self.damaged(&format!("is damaged: {error}")),
+                        ErrorKind::InvalidData => {
+                            let damaged = self.damaged(&format!("is damaged: {error}"));
+                            damaged.caused_by(error)
+                        }
                         _ => Error::read(Path::new(&self.name), error),
                     })?;
                     self.reader.notify_read(read);
@@ -335,7 +339,9 @@ fn entry(topic: &str, data: &[u8], log_time: u64) -> Result<Option<RecordingEntr
     }
     if topic.starts_with("/node/") {
         let event = serde_json::from_slice(data);
-        let event = event.map_err(|error| wrong(shown(&error.to_string())))?;
+        let event = event.map_err(|error: serde_json::Error| {
+            wrong(shown(&error.to_string())).caused_by(error)
+        })?;
         return Ok(Some(RecordingEntry::Event(event)));
     }
     Ok(None)

@@ -44,7 +44,12 @@ impl Recorder {
     ) -> Result<Self> {
         let file = File::options().write(true).create_new(true).open(path);
         let file = file.map_err(|error| match error.kind() {
-            ErrorKind::AlreadyExists => Error::input(
+            ErrorKind::AlreadyExists if !path.is_file() => Error::path(
+                format!("'record' {}", path.display()),
+                "is not a regular file",
+                "give the recording a separate file",
+            ),
+            ErrorKind::AlreadyExists => Error::path(
                 format!("'record' {}", path.display()),
                 "the file already exists, and a recording does not replace files",
                 "give another name, or move the file away",

@@ -33,7 +33,7 @@ impl Token {
             let about = std::fs::metadata(file).map_err(|error| Error::read(file, error))?;
             let mode = about.permissions().mode() & 0o777;
             if about.is_file() && mode & 0o027 != 0 {
-                return Err(Error::input(
+                return Err(Error::path(
                     place,
                     format!(
                         "its permissions are {mode:03o}: it must not be accessible to other \

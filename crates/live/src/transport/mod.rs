@@ -67,6 +67,6 @@ pub enum Side {
 pub fn listen_at(place: &str, address: &str) -> Result<TcpListener> {
     TcpListener::bind(address).map_err(|error| {
         let cure = "give HOST:PORT of this machine with a free port, or port 0 for any";
-        Error::input(place, format!("{}: {error}", shown(address)), cure)
+        Error::usage(place, format!("{}: {error}", shown(address)), cure).caused_by(error)
     })
 }

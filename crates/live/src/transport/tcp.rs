@@ -90,11 +90,8 @@ impl Tcp {
             .build()
             .map_err(|error| {
                 let cure = "close other programs that have files open";
-                Error::input(
-                    "'listen'",
-                    format!("cannot set up the network: {error}"),
-                    cure,
-                )
+                let problem = format!("cannot set up the network: {error}");
+                Error::resources("'listen'", problem, cure).caused_by(error)
             })?;
         let handle = runtime.handle().clone();
         let (stop, stopped) = oneshot::channel::<()>();

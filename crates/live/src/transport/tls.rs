@@ -94,7 +94,7 @@ mod with_rustls {
         /// A file is missing, or contains no certificate or no matching key.
         pub fn listening(files: &TlsFiles) -> Result<Self> {
             let (Some(certificate), Some(key)) = (&files.certificate, &files.key) else {
-                return Err(Error::input(
+                return Err(Error::usage(
                     "'tls_cert'",
                     "the listening side needs a certificate and its key for TLS",
                     "give 'tls_cert' and 'tls_key'; add 'tls_ca' to require certificates of peers",
@@ -112,6 +112,7 @@ mod with_rustls {
                     let verifier = verifier.build().map_err(|error| {
                         let cure = "give the certificate of an authority";
                         Error::input(file.display().to_string(), error.to_string(), cure)
+                            .caused_by(error)
                     })?;
                     builder.with_client_cert_verifier(verifier)
                 }
@@ -133,7 +134,7 @@ mod with_rustls {
         /// A file is missing, or contains no certificate or no matching key.
         pub fn connecting(files: &TlsFiles) -> Result<Self> {
             let Some(authorities) = &files.authorities else {
-                return Err(Error::input(
+                return Err(Error::usage(
                     "'tls_ca'",
                     "the connecting side needs to know which certificates to trust",
                     "give the certificate of the other side's authority with 'tls_ca'",
@@ -149,7 +150,7 @@ mod with_rustls {
                     .with_client_auth_cert(certificates(certificate)?, private_key(key)?)
                     .map_err(|error| unusable("'tls_key'", &error))?,
                 _ => {
-                    return Err(Error::input(
+                    return Err(Error::usage(
                         "'tls_cert'",
                         "a certificate and its key belong together",
                         "give both 'tls_cert' and 'tls_key'",
@@ -198,7 +199,7 @@ mod with_rustls {
 
     fn unusable(flag: &str, error: &rustls::Error) -> Error {
         let cure = "give a certificate and its private key, as PEM files";
-        Error::input(flag, error.to_string(), cure)
+        Error::usage(flag, error.to_string(), cure).caused_by(error.clone())
     }
 
     fn certificates(file: &Path) -> Result<Vec<CertificateDer<'static>>> {
@@ -221,7 +222,7 @@ mod with_rustls {
         for certificate in certificates(file)? {
             roots.add(certificate).map_err(|error| {
                 let cure = "give the certificate of an authority, as a PEM file";
-                Error::input(file.display().to_string(), error.to_string(), cure)
+                Error::input(file.display().to_string(), error.to_string(), cure).caused_by(error)
             })?;
         }
         Ok(roots)
@@ -253,19 +254,19 @@ mod without {
     pub enum Tls {}
 
     impl Tls {
-        /// This program was built without TLS.
+        /// Refused: there is no TLS in this build.
         ///
         /// # Errors
         /// Always.
         pub fn listening(_: &TlsFiles) -> Result<Self> {
-            Err(Error::input(
+            Err(Error::usage(
                 "'tls_cert'",
-                "this program was built without TLS",
-                "build it with the feature `tls`",
+                "pickline was built without the feature `tls`",
+                "build it with that feature, or leave out the TLS settings",
             ))
         }
 
-        /// This program was built without TLS.
+        /// Refused: there is no TLS in this build.
         ///
         /// # Errors
         /// Always.

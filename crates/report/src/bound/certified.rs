@@ -1,7 +1,7 @@
 //! Runs and cases compared with their bound.
 
 use super::rounding::rounded_up;
-use crate::presentation::SettingNames;
+use crate::presentation::Presentation;
 use crate::table::fixed;
 use pickline::decision::Figures;
 use pickline::experiment::CaseBound;
@@ -40,7 +40,7 @@ impl CertifiedReport {
     }
 
     /// One line for the terminal.
-    pub(crate) fn line(&self, names: &SettingNames) -> String {
+    pub(crate) fn line(&self, shown: &Presentation) -> String {
         let rate = match (
             self.certified_rate_percent,
             self.picking_rate_upper_bound_per_min,
@@ -53,10 +53,9 @@ impl CertifiedReport {
             _ => String::new(),
         };
         let cut_short = match self.cut_short {
-            true => format!(
+            true => shown.spelled(
                 "          cut short because the pattern is long: `pickline bound` searches longer \
-                 and proves more; a shorter {} helps further\n",
-                names.slot
+                 and proves more; a shorter 'slot' helps further\n",
             ),
             false => String::new(),
         };

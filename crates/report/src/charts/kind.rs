@@ -31,7 +31,7 @@ impl<R> ChartKind<R> {
         let found = kinds.iter().find(|kind| kind.name == wanted);
         found.ok_or_else(|| {
             let names: Vec<&str> = kinds.iter().map(|kind| kind.name).collect();
-            Error::input(
+            Error::usage(
                 PLACE,
                 format!("this report has no chart `{}`", shown(wanted)),
                 known_names(wanted, &names),
@@ -41,7 +41,7 @@ impl<R> ChartKind<R> {
 
     /// The error for a report that lacks the data for this chart.
     pub fn missing(&self) -> Error {
-        Error::input(
+        Error::usage(
             PLACE,
             format!("there is no data for the chart `{}`", self.name),
             format!("it needs {}", self.needs),

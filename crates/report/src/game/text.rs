@@ -79,10 +79,7 @@ fn equilibria(report: &GameReport, shown: &Presentation) -> String {
     let mut text = columns.table(lines);
     if report.equilibria.len() > shown.top {
         let more = report.equilibria.len() - shown.top;
-        text += &format!(
-            "            ... {more} more equilibria ({})\n",
-            shown.settings.top
-        );
+        text += &shown.spelled(&format!("            ... {more} more equilibria ('top')\n"));
     }
     text
 }
@@ -173,10 +170,7 @@ fn best_response_lines(report: &GameReport, shown: &Presentation) -> String {
     }
     if play.cycles.len() > shown.top {
         let more = play.cycles.len() - shown.top;
-        text += &format!(
-            "            ... {more} more cycles ({})\n",
-            shown.settings.top
-        );
+        text += &shown.spelled(&format!("            ... {more} more cycles ('top')\n"));
     }
     text
 }

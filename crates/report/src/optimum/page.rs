@@ -17,10 +17,7 @@ pub(super) fn page(report: &OptimumReport, shown: &Presentation) -> String {
     let all = report.ranking.len();
     let remark = match all.saturating_sub(top) {
         0 => format!("All {all} assignments that were scored."),
-        more => format!(
-            "{more} more assignments were scored ({}).",
-            shown.settings.top
-        ),
+        more => shown.spelled(&format!("{more} more assignments were scored ('top').")),
     };
     let heading = "Ranking".to_owned();
     sections.push(PageSection::Table(heading, ranking(report, top), remark));

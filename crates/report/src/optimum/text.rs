@@ -3,7 +3,7 @@
 use super::objective::bracketed;
 use super::report::{OptimumReport, RankedReport};
 use crate::columns::TableColumns;
-use crate::presentation::{Presentation, SettingNames};
+use crate::presentation::Presentation;
 use crate::table::{fixed, interval};
 use pickline::dispatch::RULES;
 use pickline::optimize::{FRONT_RUNNERS, StopReason};
@@ -16,11 +16,8 @@ impl OptimumReport {
         let rows = self.ranking.iter().take(top).enumerate();
         let mut text = self.columns().table(rows);
         if self.ranking.len() > top {
-            text += &format!(
-                "          ... {} more ({})\n",
-                self.ranking.len() - top,
-                shown.settings.top
-            );
+            let more = self.ranking.len() - top;
+            text += &shown.spelled(&format!("          ... {more} more ('top')\n"));
         }
         text += &format!(
             "best      {}: {}, {}\n",
@@ -29,7 +26,7 @@ impl OptimumReport {
             self.risk
         );
         text += &self.tie_line();
-        text += &self.search_line(&shown.settings);
+        text += &shown.spelled(&self.search_line());
         if let Some(validation) = &self.validation {
             text += &validation.lines(digits, &self.format().spaced_unit(), &self.risk);
         }
@@ -84,10 +81,8 @@ impl OptimumReport {
             let words = line.split_whitespace().collect::<Vec<_>>().join(" ");
             words.replacen(' ', ": ", 1)
         };
-        vec![
-            sentence(self.tie_line()),
-            sentence(self.search_line(&shown.settings)),
-        ]
+        let searched = shown.spelled(&self.search_line());
+        vec![sentence(self.tie_line()), sentence(searched)]
     }
 
     fn tie_line(&self) -> String {
@@ -129,17 +124,11 @@ impl OptimumReport {
         )
     }
 
-    fn search_line(&self, names: &SettingNames) -> String {
+    fn search_line(&self) -> String {
         let cut_short = [
-            (StopReason::Interrupted, "interrupted".to_owned()),
-            (
-                StopReason::TimeLimit,
-                format!("ended by {}", names.time_limit),
-            ),
-            (
-                StopReason::Budget,
-                "cut short by its budget of runs".to_owned(),
-            ),
+            (StopReason::Interrupted, "interrupted"),
+            (StopReason::TimeLimit, "ended by 'time_limit'"),
+            (StopReason::Budget, "cut short by its budget of runs"),
         ];
         let cut_short = cut_short
             .iter()
@@ -171,7 +160,7 @@ impl OptimumReport {
             format!("; GRASP (alpha {}): {starts}{gap}", grasp.alpha)
         });
         let most = match self.max_runs {
-            Some(most) => format!(" of at most {most} ({})", names.max_runs),
+            Some(most) => format!(" of at most {most} ('max_runs')"),
             None => String::new(),
         };
         format!("search    {how}{grasp}; {} runs{most}\n", self.runs)

@@ -1,8 +1,8 @@
 //! A sweep: figures over one varied quantity, and up to which value everything is picked.
 
-use crate::presentation::SettingNames;
 use crate::provenance::Provenance;
 use crate::throughput::ThroughputReport;
+use pickline::error::spell_settings;
 use pickline::experiment::{Axis, Limit, Sweep, SweepBound, SweepPoint, paper};
 use pickline::stats::{self, Interval};
 use pickline::throughput::UnsteadyReason;
@@ -157,7 +157,7 @@ pub struct PaperLimits {
 }
 
 /// A note that limits on short patterns are not limits of the line, if there are any.
-fn short_limit(sweep: &Sweep, items: &str) -> Option<String> {
+fn short_limit(sweep: &Sweep) -> Option<String> {
     let mut points = sweep.points.iter().flatten();
     let enough = points
         .clone()
@@ -177,7 +177,7 @@ fn short_limit(sweep: &Sweep, items: &str) -> Option<String> {
         format!(
             "a limit on patterns as short as these is that of the patterns: the line picks \
              everything of a few items also where it cannot keep up with their flow for long; for the \
-             limit of the line give patterns of {enough} ({items})"
+             limit of the line give patterns of {enough} ('items')"
         )
     })
 }
@@ -250,14 +250,14 @@ impl LimitReport {
 
 impl SweepReport {
     /// The report of `sweep` over `axis`. `ids` are the methods' names in files; `with_paper`:
-    /// this is the paper's case; `names` are those that notes refer to settings by.
+    /// this is the paper's case; notes call settings what `spelling` makes of their names.
     pub fn new(
         sweep: &Sweep,
         axis: Axis,
         ids: &[String],
         with_paper: bool,
         notes: Vec<String>,
-        names: &SettingNames,
+        spelling: fn(&str) -> String,
         made: Provenance,
     ) -> Self {
         let places = 0..sweep.values.len();
@@ -269,7 +269,8 @@ impl SweepReport {
         let throughputs = points.iter().map(|point| &point.throughput);
         let mut notes = notes;
         notes.extend(ThroughputReport::note(throughputs));
-        notes.extend(short_limit(sweep, names.items).filter(|_| axis == Axis::Speed));
+        let short = short_limit(sweep).filter(|_| axis == Axis::Speed);
+        notes.extend(short.map(|note| spell_settings(&note, spelling)));
         let meet = sweep.values.iter().zip(&sweep.arms_meet);
         let (robust_gt, rl) = paper::SPEED_LIMITS;
         Self {

@@ -101,38 +101,36 @@ pub(super) fn frames_of(names: &[String]) -> std::result::Result<Vec<u32>, (Stri
     if let Ok(frames) = found.iter().map(|&number| frame_number(number)).collect() {
         return Ok(frames);
     }
-    let first = found.iter().min().copied().unwrap_or_default();
+    frames_of_stamps(&found).ok_or_else(|| {
+        let first = found.iter().min().copied().unwrap_or_default();
+        let problem = format!(
+            "the numbers in the file names, from {first}, are neither frame numbers nor evenly \
+             spaced timestamps"
+        );
+        (problem, CURE)
+    })
+}
+
+/// The frame numbers of timestamps whose common step is one frame; `None` if they have no such
+/// step.
+fn frames_of_stamps(stamps: &[u64]) -> Option<Vec<u32>> {
+    let first = stamps.iter().min().copied().unwrap_or_default();
     let divisor = |mut a: u64, mut b: u64| {
         while b > 0 {
             (a, b) = (b, a % b);
         }
         a
     };
-    let step = found
+    let step = stamps
         .iter()
-        .fold(0, |step, &number| divisor(step, number - first));
-    let frames: std::result::Result<Vec<u32>, ()> = found
+        .fold(0, |step, &stamp| divisor(step, stamp - first));
+    let frames = stamps
         .iter()
-        .map(|&number| frame_number((number - first) / step.max(1)))
-        .collect();
-    match frames {
-        // Without a common step the numbers are not frame counts.
-        Ok(frames)
-            if frames
-                .iter()
-                .max()
-                .is_some_and(|&last| (last as usize) < 100 * names.len()) =>
-        {
-            Ok(frames)
-        }
-        _ => Err((
-            format!(
-                "the numbers in the file names, from {first}, are neither frame numbers nor \
-                 evenly spaced timestamps"
-            ),
-            CURE,
-        )),
-    }
+        .map(|&stamp| frame_number((stamp - first) / step.max(1)).ok());
+    let frames: Vec<u32> = frames.collect::<Option<_>>()?;
+    // Without a common step the numbers are not frame counts.
+    let last = frames.iter().max().copied()?;
+    ((last as usize) < 100 * stamps.len()).then_some(frames)
 }
 
 fn frame_number(number: u64) -> std::result::Result<u32, ()> {

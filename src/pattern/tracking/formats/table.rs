@@ -127,7 +127,7 @@ impl TableColumns {
         let mut value = |place: usize, what: &str| {
             let text = record.get(place).unwrap_or_default();
             match file.number(text) {
-                Some(value) if value.is_finite() => Ok(value),
+                Ok(value) if value.is_finite() => Ok(value),
                 _ => parse_number(text, what).and(Err(format!("{what} `{text}` is not a number"))),
             }
         };

@@ -33,7 +33,7 @@ pub fn check_station(station: &Station) -> Result<()> {
     for robot in station.robots() {
         let name = &robot.name;
         if name.len() > LONGEST_ROBOT || *name != fields::plain(name, LONGEST_ROBOT) {
-            return Err(Error::input(
+            return Err(Error::usage(
                 "'dialect'",
                 format!(
                     "`{}` is not a valid robot name in the csv dialect",
@@ -48,7 +48,7 @@ pub fn check_station(station: &Station) -> Result<()> {
     }
     let length = station.belt().length;
     if length > LONGEST_BELT {
-        return Err(Error::input(
+        return Err(Error::usage(
             "'dialect'",
             format!(
                 "a belt of {} m is too long for the csv dialect",

@@ -95,7 +95,8 @@ impl Hub {
                 let tcp = Tcp::start(sender, self.terms.access.tls.clone(), self.terms.dialect)?;
                 tcp.listen(listener).map_err(|error| {
                     let cure = "try again";
-                    Error::input("'listen'", format!("{}: {error}", shown(address)), cure)
+                    let problem = format!("{}: {error}", shown(address));
+                    Error::resources("'listen'", problem, cure).caused_by(error)
                 })?;
                 self.tcp = Some(tcp);
             }
@@ -103,7 +104,7 @@ impl Hub {
                 if std::net::ToSocketAddrs::to_socket_addrs(address.as_str()).is_err() {
                     let problem = format!("`{}` is not a valid address", shown(address));
                     let cure = "give HOST:PORT, for example 127.0.0.1:7400";
-                    return Err(Error::input("'connect'", problem, cure));
+                    return Err(Error::usage("'connect'", problem, cure));
                 }
                 let tcp = Tcp::start(sender, self.terms.access.tls.clone(), self.terms.dialect)?;
                 tcp.connect(address.clone(), Duration::ZERO);

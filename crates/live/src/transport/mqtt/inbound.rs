@@ -180,7 +180,7 @@ impl Inbound {
             });
         }
         online.then(|| {
-            TransportEvent::Failed(Error::input(
+            TransportEvent::Failed(Error::usage(
                 "'mqtt'",
                 format!("another node, `{other}`, is running under the same topics"),
                 "stop it, or give this node another 'mqtt_prefix'; if it has crashed, the broker \

@@ -72,11 +72,8 @@ pub fn start(
         .enable_all()
         .build()
         .map_err(|error| {
-            Error::resources(
-                "'mqtt'",
-                format!("cannot set up the network: {error}"),
-                "free some memory",
-            )
+            let problem = format!("cannot set up the network: {error}");
+            Error::resources("'mqtt'", problem, "free some memory").caused_by(error)
         })?;
     let (end, to_end) = tokio::sync::oneshot::channel();
     let (going, gone) = std::sync::mpsc::channel::<()>();
@@ -145,7 +142,7 @@ fn transport(settings: &MqttSettings) -> Result<Transport> {
     let machines = "give the authority's certificate with 'mqtt_ca'";
     let Some(authorities) = settings.authorities.clone() else {
         return Transport::try_tls_with_default_config()
-            .map_err(|error| Error::input("'mqtt'", error.to_string(), machines));
+            .map_err(|error| Error::usage("'mqtt'", error.to_string(), machines).caused_by(error));
     };
     Ok(Transport::tls(
         authorities,

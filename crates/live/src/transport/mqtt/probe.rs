@@ -34,7 +34,7 @@ enum ProbeAnswer {
 
 /// Why `broker` can never be used without TLS; none if it may still work.
 pub fn never(broker: &Broker) -> Option<Error> {
-    let wrong = |problem: String, cure: String| Some(Error::input("'mqtt'", problem, cure));
+    let wrong = |problem: String, cure: String| Some(Error::usage("'mqtt'", problem, cure));
     let old = || {
         wrong(
             format!("{broker} does not speak MQTT 5 but an older version, usually 3.1.1"),

@@ -247,7 +247,7 @@ impl BrokerSession {
             return Ok(());
         };
         match notice.wait_completion_async().await {
-            Err(SubscribeNoticeError::V5SubAckFailure(reasons)) => Err(Error::input(
+            Err(SubscribeNoticeError::V5SubAckFailure(reasons)) => Err(Error::usage(
                 "'mqtt_prefix'",
                 format!(
                     "{} refuses the subscriptions: {:?}",

@@ -32,7 +32,7 @@ pub fn refused(error: &rustls::Error, broker: &Broker) -> Error {
                 .to_owned(),
         ),
     };
-    Error::input(place, format!("no TLS with {broker}: {problem}"), cure)
+    Error::usage(place, format!("no TLS with {broker}: {problem}"), cure).caused_by(error.clone())
 }
 
 /// The error for unusable TLS settings.
@@ -56,7 +56,7 @@ pub fn unusable(error: &TlsError, broker: &Broker) -> Error {
             "check the files of 'mqtt_ca', 'mqtt_cert' and 'mqtt_key'",
         ),
     };
-    Error::input(place, format!("no TLS with {broker}: {error}"), cure)
+    Error::usage(place, format!("no TLS with {broker}: {error}"), cure)
 }
 
 type TlsProblem = (&'static str, String, String);

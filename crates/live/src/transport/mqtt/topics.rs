@@ -52,7 +52,7 @@ impl MqttTopics {
                 prefix: prefix.to_owned(),
             });
         }
-        Err(Error::input(
+        Err(Error::usage(
             "'mqtt_prefix'",
             format!("`{}` is not a valid topic prefix", shown(prefix)),
             "give words separated by /, without + and #, for example plant/line1",

@@ -12,7 +12,7 @@ use rumqttc::{ConnectionError, DisconnectReasonCode, StateError, TlsError};
 /// The error for a failure that a retry does not solve, because the settings are wrong.
 pub fn fatal(error: &ConnectionError, broker: &Broker) -> Option<Error> {
     use ConnectReturnCode as Code;
-    let input = |problem: String, cure: &str| Some(Error::input("'mqtt'", problem, cure));
+    let input = |problem: String, cure: &str| Some(Error::usage("'mqtt'", problem, cure));
     if let Some(trouble) = tls_trouble(error, broker) {
         return Some(trouble);
     }
@@ -43,7 +43,7 @@ pub fn fatal(error: &ConnectionError, broker: &Broker) -> Option<Error> {
         ),
         Code::BadClientId | Code::ClientIdentifierNotValid => {
             let problem = format!("{broker} refuses this client id");
-            Some(Error::input(
+            Some(Error::usage(
                 "'mqtt_client_id'",
                 problem,
                 "give another one",
@@ -64,7 +64,7 @@ pub fn taken_over(error: &ConnectionError, broker: &Broker) -> Option<Error> {
     )
     .then(|| {
         let problem = format!("another client has connected to {broker} with the same client id");
-        Error::input(
+        Error::usage(
             "'mqtt_client_id'",
             problem,
             "give every program a different one",

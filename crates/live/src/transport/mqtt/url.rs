@@ -94,7 +94,7 @@ impl Broker {
 
 fn wrong(problem: String) -> Error {
     let cure = "give mqtt://HOST:PORT, or mqtts://HOST:PORT for TLS";
-    Error::input("'mqtt'", problem, cure)
+    Error::usage("'mqtt'", problem, cure)
 }
 
 /// The host and the port of `place`, the port being `usual` where none is given.

@@ -13,7 +13,7 @@ pub fn check(settings: &Ros2Settings) -> Result<()> {
         let problem = format!("`{}` {problem}", shown(&settings.namespace));
         let cure = "give names of letters, digits and single underscores, each beginning with a \
                     letter, separated by slashes: for example /plant/line1";
-        return Err(Error::input("'ros2_namespace'", problem, cure));
+        return Err(Error::usage("'ros2_namespace'", problem, cure));
     }
     // The interfaces as DDS sees them; DDS would silently ignore others.
     let interfaces = netdev::get_interfaces();
@@ -29,7 +29,7 @@ pub fn check(settings: &Ros2Settings) -> Result<()> {
             };
             let known: Vec<String> = here.iter().map(IpAddr::to_string).collect();
             let cure = format!("give one of {}", known.join(", "));
-            Err(Error::input("'ros2_network'", problem, cure))
+            Err(Error::usage("'ros2_network'", problem, cure))
         }
     }
 }

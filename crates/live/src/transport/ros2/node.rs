@@ -44,7 +44,7 @@ fn invalid_node(settings: &Ros2Settings, error: &str) -> Error {
     let (namespace, name) = (shown(&settings.namespace), node_name(settings.side));
     let problem = format!("{namespace}/{name} is not a valid node: {error}");
     let cure = "give a namespace of letters, digits and underscores, for example /line1";
-    Error::input("'ros2_namespace'", problem, cure)
+    Error::usage("'ros2_namespace'", problem, cure)
 }
 
 /// Joins the DDS domain and creates the node.
@@ -56,7 +56,7 @@ fn create_node(settings: &Ros2Settings) -> Result<(Context, Node)> {
         .map_err(|error| {
             let problem = format!("cannot start DDS in domain {}: {error}", settings.domain);
             let cure = "check the addresses and that the ports of the domain are free";
-            Error::input("'ros2'", problem, cure)
+            Error::usage("'ros2'", problem, cure)
         })?;
     let failed = |error: String| invalid_node(settings, &error);
     let name = NodeName::new(&settings.namespace, node_name(settings.side));
@@ -153,7 +153,7 @@ fn publish_all(
 
 /// The error for a turn that no one ends.
 fn endless() -> Error {
-    Error::input(
+    Error::usage(
         "'clock' messages",
         "no station that takes turns publishes on the topic `tick`",
         "omit 'clock' messages, or let `pickline emulate` with 'clock' messages play the station",
@@ -324,7 +324,7 @@ impl Listener {
         match stance {
             Precedence::Stay | Precedence::Wait => None,
             Precedence::Warn => Some(TransportEvent::Remark(problem)),
-            Precedence::GiveWay => Some(TransportEvent::Failed(Error::input(
+            Precedence::GiveWay => Some(TransportEvent::Failed(Error::usage(
                 "'ros2'",
                 problem,
                 "stop it, or give this node another 'ros2_namespace'",

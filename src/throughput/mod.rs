@@ -1,11 +1,12 @@
 //! Throughput: the picks per minute of a line in its steady state, without run-in, run-out and idle
 //! belt. `docs/model.md` defines the rule implemented here.
 
+mod arrivals;
+
 use crate::decision::{Outcome, Pick};
-use crate::pattern::Item;
 use crate::sim::Scene;
-use crate::station::Station;
 use crate::stats::{self, Interval};
+use arrivals::{Arrivals, Changes};
 use std::fmt;
 use std::ops::Range;
 
@@ -68,26 +69,8 @@ pub enum UnsteadyReason {
 const WINDOWS: f64 = 4.0;
 /// Recommended duration of a pattern, as a multiple of the longest departure window.
 const ENOUGH_WINDOWS: f64 = 12.0;
-/// Maximum number of batches for the interval. More batches would be shorter and therefore
-/// correlated, and would hardly narrow the interval (Schmeiser 1982, DOI 10.1287/opre.30.3.556).
-const MOST_BATCHES: usize = 20;
 /// Items in a batch of the truncation rule (the 5 in MSER-5).
 const MSER_BATCH: usize = 5;
-/// Number of stretches of equal duration over which the flow is judged: as many as have on average
-/// at least [`STRETCH`] arrivals each. With fewer than 8, the flow is not judged.
-const STRETCHES: std::ops::RangeInclusive<usize> = 8..=20;
-/// Minimum mean number of arrivals per stretch, so that the columns of a grid spread evenly.
-const STRETCH: usize = 10;
-/// The flow counts as constant if it varies by less than this share over the stretches.
-const EVEN: f64 = 0.1;
-/// The flow counts as uneven if it varies by more than this share without a recognisable order.
-const UNEVEN: f64 = 0.25;
-/// If the flow of the items that the truncation rule keeps differs from that of the pattern by more
-/// than this share, the rule has found a change of the flow.
-const ELSEWHERE: f64 = 0.2;
-/// One-sided 0.5 % critical value of the standard normal distribution.
-const SIGNIFICANT: f64 = 2.576;
-
 impl fmt::Display for UnsteadyReason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -152,7 +135,9 @@ pub fn steady_state(scene: &Scene, outcome: &Outcome) -> Result<SteadyState, Uns
         items: 2 * scene.pattern().len(),
     };
     let summarise = |groups, flow_changes| {
-        Ok(arrivals.summarise(groups, flow_changes, window, scene.station(), outcome))
+        let mut state = steady_over(&arrivals, groups, window, scene, outcome);
+        state.flow_changes = flow_changes;
+        Ok(state)
     };
     let changes = arrivals.changes();
     if begin < end && changes == Changes::InOrder {
@@ -181,176 +166,76 @@ pub fn enough_items(scene: &Scene) -> Option<usize> {
     flow.map(|flow| round_up(ENOUGH_WINDOWS * longest_window(scene) * flow / 60.0))
 }
 
-/// How the flow changes over a pattern.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Changes {
-    /// Constant, or nearly so.
-    None,
-    /// Changes no larger than chance produces, as with clusters and gaps.
-    Little,
-    /// Large changes without a recognisable order.
-    Uneven,
-    /// Neighbouring stretches have similar flows, as in a shift profile or a ramp.
-    InOrder,
+/// The steady state whose items are those of these `groups`, with an interval from batches of at
+/// least `window` [s], for a pattern whose flow does not change.
+fn steady_over(
+    arrivals: &Arrivals,
+    groups: Range<usize>,
+    window: f64,
+    scene: &Scene,
+    outcome: &Outcome,
+) -> SteadyState {
+    let starts = &arrivals.starts;
+    let items = scene.pattern().len();
+    let mut picked_before = vec![0; items + 1];
+    for pick in &outcome.picks {
+        picked_before[pick.item as usize + 1] = 1;
+    }
+    for i in 0..items {
+        picked_before[i + 1] += picked_before[i];
+    }
+    let picked = |groups: &Range<usize>| -> usize {
+        picked_before[starts[groups.end]] - picked_before[starts[groups.start]]
+    };
+    let count = |groups: &Range<usize>| starts[groups.end] - starts[groups.start];
+    let flow = arrivals.flow(0..starts.len() - 1).unwrap_or_default();
+    let share = picked(&groups) as f64 / count(&groups) as f64;
+    let batches = arrivals.batches(&groups, window);
+    // The share is a ratio of two sums. A batch's deviation is therefore its picks minus the
+    // share of its items, divided by the mean number of items.
+    let mean = count(&groups) as f64 / batches.len() as f64;
+    let squares = batches.iter().map(|batch| {
+        let distance = (picked(batch) as f64 - share * count(batch) as f64) / mean;
+        distance * distance
+    });
+    let squares: Vec<f64> = squares.collect();
+    let interval = stats::interval_of(squares.len(), share, squares.iter().sum());
+    let (start, end) = (arrivals.time(groups.start), arrivals.time(groups.end));
+    SteadyState {
+        items: starts[groups.start]..starts[groups.end],
+        start,
+        end,
+        picked: picked(&groups),
+        throughput: share * flow,
+        interval: interval.map(|share| share.within(0.0, 1.0).times(flow)),
+        flow,
+        flow_changes: false,
+        utilisation: utilisation(scene, outcome, start..end),
+    }
 }
 
-/// The items grouped by arrival time at the start of the belt; those of one grid column arrive
-/// together.
-struct Arrivals<'s> {
-    items: &'s [Item],
-    speed: f64,
-    /// Index of the first item of each arrival time.
-    starts: Vec<usize>,
-}
-
-impl<'s> Arrivals<'s> {
-    fn of(scene: &Scene<'s>) -> Self {
-        let items = scene.pattern().items();
-        let later = |&i: &usize| i == 0 || items[i].x0 < items[i - 1].x0;
-        Self {
-            items,
-            speed: scene.station().belt().speed,
-            starts: (0..items.len()).filter(later).collect(),
-        }
-    }
-
-    /// Arrival time of `group` [s].
-    fn time(&self, group: usize) -> f64 {
-        -self.items[self.starts[group]].x0 / self.speed
-    }
-
-    /// Time from the arrival of the first of these groups to that of the group after them [s].
-    fn lasts(&self, groups: &Range<usize>) -> f64 {
-        self.time(groups.end) - self.time(groups.start)
-    }
-
-    /// The flow of these groups [1/min]; there must be a group after them.
-    fn flow(&self, groups: Range<usize>) -> Option<f64> {
-        let items = self.starts[groups.end] - self.starts[groups.start];
-        (items > 0).then(|| 60.0 * items as f64 / self.lasts(&groups))
-    }
-
-    /// How the flow changes, which depends only on the pattern. Order is judged by the serial
-    /// correlation of the stretches (von Neumann 1941, DOI 10.1214/aoms/1177731677).
-    fn changes(&self) -> Changes {
-        let last = self.starts.len() - 1;
-        let count = (last / STRETCH).min(*STRETCHES.end());
-        if count < *STRETCHES.start() {
-            return Changes::None;
-        }
-        let (start, lasts) = (self.time(0), self.lasts(&(0..last)));
-        let mut items = vec![0.0; count];
-        for group in 0..last {
-            let share = (self.time(group) - start) / lasts;
-            let stretch = ((share * count as f64) as usize).min(count - 1);
-            items[stretch] += (self.starts[group + 1] - self.starts[group]) as f64;
-        }
-        let n = count as f64;
-        let mean = stats::mean(&items);
-        let off: Vec<f64> = items.iter().map(|items| items / mean - 1.0).collect();
-        let squares: f64 = off.iter().map(|off| off * off).sum();
-        let scatter = (squares / (n - 1.0)).sqrt();
-        if scatter < EVEN {
-            return Changes::None;
-        }
-        let products: f64 = off.windows(2).map(|pair| pair[0] * pair[1]).sum();
-        let serial = products / squares;
-        let deviation = ((n - 2.0) / (n * n - 1.0)).sqrt();
-        match serial + 1.0 / n > SIGNIFICANT * deviation {
-            true => Changes::InOrder,
-            false if scatter > UNEVEN => Changes::Uneven,
-            false => Changes::Little,
-        }
-    }
-
-    /// Whether the flow of these groups differs much from that of the pattern.
-    fn elsewhere(&self, groups: &Range<usize>) -> bool {
-        let whole = self.flow(0..self.starts.len() - 1);
-        let here = self.flow(groups.clone());
-        let ratio = here.zip(whole).map(|(here, whole)| here / whole);
-        ratio.is_some_and(|ratio| (ratio - 1.0).abs() > ELSEWHERE)
-    }
-
-    fn summarise(
-        &self,
-        groups: Range<usize>,
-        flow_changes: bool,
-        window: f64,
-        station: &Station,
-        outcome: &Outcome,
-    ) -> SteadyState {
-        let mut picked_before = vec![0; self.items.len() + 1];
-        for pick in &outcome.picks {
-            picked_before[pick.item as usize + 1] = 1;
-        }
-        for i in 0..self.items.len() {
-            picked_before[i + 1] += picked_before[i];
-        }
-        let picked = |groups: &Range<usize>| -> usize {
-            picked_before[self.starts[groups.end]] - picked_before[self.starts[groups.start]]
+/// For each robot, the share of the time that it is busy while what arrives in `arrives` [s] passes
+/// its base.
+fn utilisation(scene: &Scene, outcome: &Outcome, arrives: Range<f64>) -> Vec<f64> {
+    let station = scene.station();
+    let busy = |robot: usize| {
+        let passes = station.robots()[robot].base.x / station.belt().speed;
+        let failed = outcome.failures.iter().map(|failure| &failure.attempt);
+        let attempts = outcome.picks.iter().chain(failed);
+        let overlap = |pick: &Pick| {
+            let (start, end) = (arrives.start + passes, arrives.end + passes);
+            (pick.release.min(end) - pick.decide.max(start)).max(0.0)
         };
-        let count = |groups: &Range<usize>| self.starts[groups.end] - self.starts[groups.start];
-        let flow = self.flow(0..self.starts.len() - 1).unwrap_or_default();
-        let share = picked(&groups) as f64 / count(&groups) as f64;
-        let batches = self.batches(&groups, window);
-        // The share is a ratio of two sums. A batch's deviation is therefore its picks minus the
-        // share of its items, divided by the mean number of items.
-        let mean = count(&groups) as f64 / batches.len() as f64;
-        let squares = batches.iter().map(|batch| {
-            let distance = (picked(batch) as f64 - share * count(batch) as f64) / mean;
-            distance * distance
-        });
-        let squares: Vec<f64> = squares.collect();
-        let interval = stats::interval_of(squares.len(), share, squares.iter().sum());
-        let (start, end) = (self.time(groups.start), self.time(groups.end));
-        let busy = |robot: usize| {
-            let passes = station.robots()[robot].base.x / self.speed;
-            let failed = outcome.failures.iter().map(|failure| &failure.attempt);
-            let attempts = outcome.picks.iter().chain(failed);
-            let overlap = |pick: &Pick| {
-                (pick.release.min(end + passes) - pick.decide.max(start + passes)).max(0.0)
-            };
-            attempts
-                .filter(|pick| pick.robot == robot)
-                .map(overlap)
-                .sum::<f64>()
-        };
-        let robots = 0..station.robots().len();
-        SteadyState {
-            items: self.starts[groups.start]..self.starts[groups.end],
-            start,
-            end,
-            picked: picked(&groups),
-            throughput: share * flow,
-            interval: interval.map(|share| share.within(0.0, 1.0).times(flow)),
-            flow,
-            flow_changes,
-            utilisation: robots
-                // An empty sum is -0.
-                .map(|robot| (busy(robot) / (end - start)).min(1.0) + 0.0)
-                .collect(),
-        }
-    }
-
-    /// Splits the groups into batches of about equal duration, each at least `window` [s] if there
-    /// is time for two.
-    fn batches(&self, groups: &Range<usize>, window: f64) -> Vec<Range<usize>> {
-        let lasts = self.lasts(groups);
-        let count = ((lasts / window) as usize)
-            .clamp(2, MOST_BATCHES)
-            .min(groups.len());
-        let start = self.time(groups.start);
-        let mut cuts: Vec<usize> = (0..count)
-            .map(|k| {
-                let time = start + lasts * k as f64 / count as f64;
-                groups.start + groups.clone().take_while(|&g| self.time(g) < time).count()
-            })
-            .collect();
-        cuts.push(groups.end);
-        // Gaps in the pattern can put two cuts at the same group.
-        cuts.dedup();
-        cuts.windows(2).map(|pair| pair[0]..pair[1]).collect()
-    }
+        attempts
+            .filter(|pick| pick.robot == robot)
+            .map(overlap)
+            .sum::<f64>()
+    };
+    let robots = 0..station.robots().len();
+    robots
+        // An empty sum is -0.
+        .map(|robot| (busy(robot) / (arrives.end - arrives.start)).min(1.0) + 0.0)
+        .collect()
 }
 
 /// The longest departure window over all robots and items [s].

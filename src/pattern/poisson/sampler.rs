@@ -1,17 +1,5 @@
-//! Maximal Poisson disk patterns.
-//!
-//! Bridson, "Fast Poisson disk sampling in arbitrary dimensions", SIGGRAPH 2007 sketches (DOI
-//! 10.1145/1278780.1278807), followed by two steps that make the sample *maximal*: no further item
-//! would fit. The first throws darts at the uncovered area, represented by squares that are
-//! repeatedly subdivided (Ebeida et al., "A simple algorithm for maximal Poisson-disk sampling in
-//! high dimensions", Computer Graphics Forum 31, 2012, DOI 10.1111/j.1467-8659.2012.03059.x), so
-//! that the added items are as random as the others. The second is deterministic: an uncovered
-//! region has a corner where two circles of radius r around items cross, or where such a circle
-//! meets the border of the strip, and all these points are checked.
+//! A maximal Poisson disk sample of a strip, in the steps that the folder's page names.
 
-use super::grid::{check_count, check_length, check_spacing};
-use super::item::{Item, MOST_ITEMS, Pattern};
-use crate::error::{Error, Result, shown_number};
 use rand::RngExt;
 use rand::rngs::ChaCha8Rng;
 
@@ -22,118 +10,12 @@ const DARTS: usize = 4;
 /// How often the squares are quartered. What remains is smaller than a hundredth of the radius and
 /// is left to the corners.
 const QUARTERINGS: usize = 8;
-/// Density of a maximal sample: the belt's width in radii, and the items per radius of belt.
-/// Measured on samples of 60,000 items. A line of items has Renyi's parking constant, 0.7476. Wide
-/// belts approach the jamming density of discs (Feder, "Random sequential adsorption", Journal of
-/// Theoretical Biology 87, 1980, DOI 10.1016/0022-5193(80)90358-6), 0.547 of the plane, which is
-/// 0.697 items per square radius.
-const MEASURED: [(f64, f64); 19] = [
-    (0.001, 0.7473),
-    (0.2, 0.755),
-    (0.4, 0.7746),
-    (0.6, 0.8195),
-    (0.8, 0.9026),
-    (0.9, 0.9847),
-    (0.95, 1.0476),
-    (1.0, 1.1161),
-    (1.05, 1.1899),
-    (1.1, 1.2498),
-    (1.25, 1.3834),
-    (1.5, 1.5427),
-    (2.0, 1.8305),
-    (3.0, 2.5349),
-    (4.0, 3.2105),
-    (6.0, 4.5934),
-    (10.0, 7.3428),
-    (20.0, 14.1827),
-    (50.0, 34.8223),
-];
-/// Items keep this multiple of the radius, so that rounding cannot bring a distance below the
-/// radius when the pattern is shifted.
-const MARGIN: f64 = 1.0 + 1e-9;
-/// Maximum number of background cells, enough for the largest pattern, to limit memory use.
-const MOST_CELLS: f64 = 5.0 * MOST_ITEMS as f64;
 
-/// `count` items on a belt of `width` [m], no two closer than `radius` [m], so dense that no
-/// further item would fit between them. The first item is at x0 = 0.
-///
-/// # Errors
-/// If the radius is not a positive length, or there are no items or too many.
-pub fn poisson_disk(
-    width: f64,
-    radius: f64,
-    count: usize,
-    rng: &mut ChaCha8Rng,
-) -> Result<Pattern> {
-    check_spacing("radius", radius)?;
-    check_count(count)?;
-    // A maximal sample has about 0.7 items per square radius, and its border acts as if the strip
-    // were about one radius wider. The extra length keeps the upstream end, where the strip is cut,
-    // outside the kept items.
-    let mut length = radius * (count as f64 * radius / (0.62 * (width + radius)) + 4.0);
-    check_length(count, length)?;
-    let mut points = loop {
-        // Even a few items are the start of a sample over the whole width.
-        if 2.0 * (length / radius + 1.0) * (width / radius + 1.0) > MOST_CELLS {
-            return Err(Error::usage(
-                "'radius'",
-                format!(
-                    "{} m is too fine for a belt {} m wide",
-                    shown_number(radius),
-                    shown_number(width)
-                ),
-                "give a larger radius, fewer items or a narrower belt",
-            ));
-        }
-        let points = Sampler::new(length, width, radius * MARGIN, rng).run();
-        if points.len() > count {
-            break points;
-        }
-        length *= 1.25;
-    };
-    points.sort_by(|a, b| b[0].total_cmp(&a[0]));
-    points.truncate(count);
-    let first = points.first().map_or(0.0, |p| p[0]);
-    let items = points
-        .iter()
-        .enumerate()
-        .map(|(i, p)| Item::at((i + 1).to_string(), p[0] - first, p[1] - width / 2.0))
-        .collect();
-    Pattern::new(items)
-}
-
-/// The radius [m] at which [`poisson_disk`] yields about `density` items per metre on a belt of
-/// `width` [m], from [`MEASURED`].
-pub(super) fn radius_of(width: f64, density: f64) -> f64 {
-    // With q = W / r the density is q g(q) / W, which increases with q.
-    let asked = density * width;
-    let (mut low, mut high) = (0.0, 1.0);
-    while high * per_radius(high) < asked {
-        high *= 2.0;
-    }
-    for _ in 0..60 {
-        let middle = f64::midpoint(low, high);
-        match middle * per_radius(middle) < asked {
-            true => low = middle,
-            false => high = middle,
-        }
-    }
-    width / high
-}
-
-/// Items of a maximal sample per radius of belt, for a belt that is `ratio` radii wide: linear
-/// interpolation between the rows of [`MEASURED`], extrapolated from the last two beyond them.
-fn per_radius(ratio: f64) -> f64 {
-    let above = MEASURED.partition_point(|row| row.0 < ratio);
-    let above = above.clamp(1, MEASURED.len() - 1);
-    let [(q, g), (next_q, next_g)] = [MEASURED[above - 1], MEASURED[above]];
-    g + (next_g - g) * (ratio - q) / (next_q - q)
-}
-
-type Point = [f64; 2];
+/// A position in the strip, along and across it.
+pub(super) type Point = [f64; 2];
 
 /// Points in `[0, size.0] x [0, size.1]` with a background grid whose cells hold one point each.
-struct Sampler<'a> {
+pub(super) struct Sampler<'a> {
     size: Point,
     /// Minimum distance between two points.
     least: f64,
@@ -147,7 +29,8 @@ struct Sampler<'a> {
 }
 
 impl<'a> Sampler<'a> {
-    fn new(length: f64, width: f64, least: f64, rng: &'a mut ChaCha8Rng) -> Self {
+    /// An empty strip of this size, for points at least `least` apart.
+    pub(super) fn new(length: f64, width: f64, least: f64, rng: &'a mut ChaCha8Rng) -> Self {
         let cell = least / std::f64::consts::SQRT_2;
         let columns = (length / cell) as usize + 1;
         let rows = (width / cell) as usize + 1;
@@ -163,7 +46,8 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    fn run(mut self) -> Vec<Point> {
+    /// The points of a maximal sample.
+    pub(super) fn run(mut self) -> Vec<Point> {
         let start = [
             self.rng.random::<f64>() * self.size[0],
             self.rng.random::<f64>() * self.size[1],
@@ -356,57 +240,20 @@ impl<'a> Sampler<'a> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::pattern::random_stream;
-
-    fn draw(width: f64, radius: f64, count: usize, seed: u64) -> Pattern {
-        poisson_disk(width, radius, count, &mut random_stream(seed, 0)).unwrap()
-    }
-
-    #[test]
-    fn no_two_items_are_closer_than_the_radius() {
-        for (width, radius) in [(1.05, 0.15), (0.4, 0.2), (0.1, 0.3), (2.0, 0.05)] {
-            let pattern = draw(width, radius, 400, 3);
-            let items = pattern.items();
-            assert_eq!(items.len(), 400);
-            assert_eq!(items[0].x0, 0.0);
-            for (i, a) in items.iter().enumerate() {
-                assert!(a.y.abs() <= width / 2.0 + 1e-12);
-                for b in &items[..i] {
-                    let distance = (a.x0 - b.x0).hypot(a.y - b.y);
-                    assert!(distance >= radius, "{distance} < {radius}");
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn no_further_item_would_fit() {
-        for seed in 0..20 {
-            let (width, radius) = (0.7, 0.1);
-            let pattern = draw(width, radius, 200, seed);
-            let items = pattern.items();
-            // One radius short of the last item the strip was cut, not filled.
-            let end = items[199].x0 + radius;
-            for i in 0..600 {
-                for j in 0..=140 {
-                    let (x, y) = (end * i as f64 / 600.0, width * (j as f64 / 140.0 - 0.5));
-                    let nearest = items
-                        .iter()
-                        .map(|item| (item.x0 - x).hypot(item.y - y))
-                        .fold(f64::INFINITY, f64::min);
-                    assert!(nearest < radius * MARGIN, "a gap at ({x}, {y}): {nearest}");
-                }
-            }
-        }
-    }
 
     /// A position in the strip, at or after `from`, that is at least `least` away from every point,
     /// if there is one. An uncovered region has a corner at a crossing of two circles, at a
     /// crossing of a circle with the border, or at a corner of the strip, so only these are
     /// checked.
-    fn uncovered(points: &[Point], from: f64, size: Point, least: f64) -> Option<Point> {
+    pub(in super::super) fn uncovered(
+        points: &[Point],
+        from: f64,
+        size: Point,
+        least: f64,
+    ) -> Option<Point> {
         let mut places = vec![[from, 0.0], [from, size[1]], [size[0], 0.0], size];
         for (i, a) in points.iter().enumerate() {
             for at in [from, size[0]] {
@@ -527,47 +374,5 @@ mod tests {
             }
         }
         assert!(left > 0, "no sample needs its corners filled");
-    }
-
-    /// The same for patterns, which are cut at the last item and shifted so that the first is at 0.
-    #[test]
-    fn patterns_are_maximal_up_to_the_edges_of_the_belt() {
-        for (width, radius) in [(0.7, 0.1), (1.05, 0.3), (0.2, 0.25), (0.01, 0.5)] {
-            for seed in 0..10 {
-                let pattern = draw(width, radius, 60, seed);
-                let points: Vec<Point> = pattern
-                    .items()
-                    .iter()
-                    .map(|item| [item.x0, item.y + width / 2.0])
-                    .collect();
-                let from = points[59][0] + radius * MARGIN;
-                let gap = uncovered(&points, from, [0.0, width], radius * MARGIN);
-                assert_eq!(gap, None, "width {width}, radius {radius}, seed {seed}");
-            }
-        }
-    }
-
-    #[test]
-    fn the_same_seed_draws_the_same_pattern_for_ever() {
-        assert_eq!(draw(1.05, 0.2, 29, 7), draw(1.05, 0.2, 29, 7));
-        assert_ne!(draw(1.05, 0.2, 29, 7), draw(1.05, 0.2, 29, 8));
-    }
-
-    #[test]
-    fn narrow_strips_and_single_items_work() {
-        assert_eq!(draw(0.01, 0.5, 1, 1).len(), 1);
-        assert_eq!(draw(0.01, 0.5, 50, 1).len(), 50);
-        // A sample that would not fit into memory is rejected before it is started.
-        for (width, radius, count, problem) in [
-            (1.0, 0.1, 0, "'count': 0 items is not a valid pattern size"),
-            (1.0, f64::NAN, 5, "'radius': NaN m is not a valid distance"),
-            (1e3, 1e-4, 5, "'radius': 0.0001 m is too fine for a belt"),
-            (1.0, 0.1, usize::MAX, "items is not a valid pattern size"),
-            (1e-3, 1e3, 10_000, "'count': 10000 items would take"),
-        ] {
-            let drawn = poisson_disk(width, radius, count, &mut random_stream(1, 0));
-            let message = drawn.unwrap_err().to_string();
-            assert!(message.contains(problem), "{message}");
-        }
     }
 }
