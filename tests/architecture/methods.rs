@@ -4,7 +4,8 @@
 //! counts as a use of the file with the method where the receiver's type is known without type
 //! inference: `self`, a parameter, a field of these, and `Type::method`. What is not seen: calls on
 //! local variables, on what other calls return and in the arguments of macros, methods of traits,
-//! and methods of the same name in two `impl` blocks of one type.
+//! methods of the same name in two `impl` blocks of one type, and types that are named by a path
+//! from a module that `use` has brought here.
 
 use super::imports::{attributes, is_test};
 use std::collections::{BTreeMap, BTreeSet};
@@ -182,11 +183,11 @@ impl<'ast> Visit<'ast> for Calls<'_, '_> {
 
     /// `Self::method` and `Type::method`.
     fn visit_expr_path(&mut self, path: &'ast syn::ExprPath) {
-        let mut last = path.path.segments.iter().rev();
-        if let (Some(method), Some(its)) = (last.next(), last.next()) {
-            let its = match its.ident.to_string() {
-                name if name == "Self" => self.own.clone(),
-                name => Some(name),
+        let segments: Vec<&syn::PathSegment> = path.path.segments.iter().collect();
+        if let Some((method, its)) = segments.split_last() {
+            let its = match own_name(its) {
+                Some(name) if name == "Self" => self.own.clone(),
+                name => name,
             };
             self.add(its, &method.ident);
         }
@@ -197,11 +198,21 @@ impl<'ast> Visit<'ast> for Calls<'_, '_> {
 /// The name of a type, or of what it refers to.
 fn type_name(its: &syn::Type) -> Option<String> {
     match its {
-        syn::Type::Path(path) => Some(path.path.segments.last()?.ident.to_string()),
+        syn::Type::Path(path) => own_name(&path.path.segments.iter().collect::<Vec<_>>()),
         syn::Type::Reference(inner) => type_name(&inner.elem),
         syn::Type::Paren(inner) => type_name(&inner.elem),
         _ => None,
     }
+}
+
+/// The last name of a path into this crate: `io::Error` is another type than `Error`.
+fn own_name(path: &[&syn::PathSegment]) -> Option<String> {
+    let (last, before) = path.split_last()?;
+    let is_own = before.first().is_none_or(|first| {
+        let own = ["crate", "self", "super"];
+        own.iter().any(|word| first.ident == word)
+    });
+    is_own.then(|| last.ident.to_string())
 }
 
 /// What counts as a call of which file.
@@ -239,6 +250,7 @@ fn calls_lead_to_the_file_that_defines_the_method() {
         (
             "unseen.rs",
             "impl Other { fn f(&self, count: u32) { self.finish(); count.note(); } }
+             fn h(other: &std::Parent) { other.note(); std::Part::new(); }
              impl Drop for Parent { fn drop(&mut self) { let part = 1; part.turn(); } }
              #[cfg(test)] mod tests { fn f(parent: &Parent) { parent.note(); } }",
         ),
