@@ -40,7 +40,7 @@ const THESE_DAYS: std::ops::RangeInclusive<f64> = 1e9..=1e10;
 ///
 /// # Errors
 /// A value is out of its range, or a text is not a valid name.
-pub(super) fn check_values(message: &Incoming) -> Result<(), Rejected> {
+pub(crate) fn check_values(message: &Incoming) -> Result<(), Rejected> {
     stamp("stamp", message.stamp())?;
     match message {
         Incoming::Detection(detection) => check_detection(detection),

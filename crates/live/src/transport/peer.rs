@@ -154,7 +154,7 @@ impl Peer {
 
     /// The same peer, with an action at its end.
     #[cfg(any(feature = "mqtt", feature = "ros2"))]
-    pub fn ending(self, end: impl FnOnce() + Send + 'static) -> Self {
+    pub(crate) fn ending(self, end: impl FnOnce() + Send + 'static) -> Self {
         let ending = Some(CloseAction(Box::new(end)));
         Self { ending, ..self }
     }

@@ -23,16 +23,16 @@ use tokio::sync::mpsc::{Receiver, Sender, UnboundedReceiver, channel, unbounded_
 use tokio::sync::{oneshot, watch};
 
 /// Maximum number of unhandled messages from the broker.
-pub const RECEIVE_MAXIMUM: u16 = 512;
+pub(crate) const RECEIVE_MAXIMUM: u16 = 512;
 /// Size of the connection's request queue; small, because waiting messages are counted elsewhere.
-pub const REQUEST_CAPACITY: usize = 64;
+pub(crate) const REQUEST_CAPACITY: usize = 64;
 /// Space for messages that need no acknowledgement, and for connection events.
 const SPARE_CAPACITY: usize = 256;
 /// The remark, given once, if there is no space for them.
 const FLOODED: &str = "messages with QoS 0 come faster than they can be handled; some are lost";
 
 /// A connection and its settings.
-pub struct BrokerSession {
+pub(crate) struct BrokerSession {
     /// The number of the peer.
     pub number: u64,
     /// The address of the broker, for connecting and for remarks.
@@ -56,7 +56,7 @@ pub struct BrokerSession {
 impl BrokerSession {
     /// Runs until all of `outbox` is sent and, for a node, its leaving is published. `done` is
     /// notified when everything is sent; a station then ends with `end`.
-    pub async fn run(
+    pub(crate) async fn run(
         mut self,
         outbox: Receiver<Message>,
         done: SyncSender<()>,

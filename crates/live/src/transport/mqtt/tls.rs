@@ -7,7 +7,7 @@ use rumqttc::tokio_rustls::rustls;
 use rustls::{AlertDescription as Alert, CertificateError};
 
 /// The error for a failed TLS handshake with `broker`, from the error of rustls.
-pub fn refused(error: &rustls::Error, broker: &Broker) -> Error {
+pub(crate) fn refused(error: &rustls::Error, broker: &Broker) -> Error {
     let (place, problem, cure) = match error {
         rustls::Error::InvalidCertificate(reason) => certificate(reason, broker),
         rustls::Error::AlertReceived(alert) => alerted(*alert),
@@ -36,7 +36,7 @@ pub fn refused(error: &rustls::Error, broker: &Broker) -> Error {
 }
 
 /// The error for unusable TLS settings.
-pub fn unusable(error: &TlsError, broker: &Broker) -> Error {
+pub(crate) fn unusable(error: &TlsError, broker: &Broker) -> Error {
     let (place, cure) = match error {
         TlsError::TLS(error) => return refused(error, broker),
         TlsError::NoValidCertInChain => (
