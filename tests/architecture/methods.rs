@@ -215,47 +215,49 @@ fn own_name(path: &[&syn::PathSegment]) -> Option<String> {
     is_own.then(|| last.ident.to_string())
 }
 
+/// Files of an example, whose uses of each other the test lists.
+const EXAMPLE: [(&str, &str); 7] = [
+    (
+        "parent.rs",
+        "pub struct Parent { part: Part, count: u32 }
+         impl Parent { fn start(&mut self) { self.finish(); } fn note(&self) {} }",
+    ),
+    (
+        "child.rs",
+        "impl Parent { fn finish(&mut self) { self.note(); } }",
+    ),
+    (
+        "part.rs",
+        "pub struct Part; impl Part { fn turn(&self) {} fn new() -> Self { Part } }",
+    ),
+    // Through fields, parameters, and the name of the type.
+    (
+        "field.rs",
+        "impl Parent { fn f(&self) { (&self.part).turn(); } }",
+    ),
+    (
+        "parameter.rs",
+        "fn f(parent: &mut Parent) { parent.finish(); }",
+    ),
+    (
+        "path.rs",
+        "impl Parent { fn g() { Part::new(); Self::note; } }",
+    ),
+    // Another type, a trait, a local variable, and a test.
+    (
+        "unseen.rs",
+        "impl Other { fn f(&self, count: u32) { self.finish(); count.note(); } }
+         fn h(other: &std::Parent) { other.note(); std::Part::new(); }
+         impl Drop for Parent { fn drop(&mut self) { let part = 1; part.turn(); } }
+         #[cfg(test)] mod tests { fn f(parent: &Parent) { parent.note(); } }",
+    ),
+];
+
 /// What counts as a call of which file.
 #[test]
 fn calls_lead_to_the_file_that_defines_the_method() {
     let folder = tempfile::tempdir().unwrap();
-    let files = [
-        (
-            "parent.rs",
-            "pub struct Parent { part: Part, count: u32 }
-             impl Parent { fn start(&mut self) { self.finish(); } fn note(&self) {} }",
-        ),
-        (
-            "child.rs",
-            "impl Parent { fn finish(&mut self) { self.note(); } }",
-        ),
-        (
-            "part.rs",
-            "pub struct Part; impl Part { fn turn(&self) {} fn new() -> Self { Part } }",
-        ),
-        // Through fields, parameters, and the name of the type.
-        (
-            "field.rs",
-            "impl Parent { fn f(&self) { (&self.part).turn(); } }",
-        ),
-        (
-            "parameter.rs",
-            "fn f(parent: &mut Parent) { parent.finish(); }",
-        ),
-        (
-            "path.rs",
-            "impl Parent { fn g() { Part::new(); Self::note; } }",
-        ),
-        // Another type, a trait, a local variable, and a test.
-        (
-            "unseen.rs",
-            "impl Other { fn f(&self, count: u32) { self.finish(); count.note(); } }
-             fn h(other: &std::Parent) { other.note(); std::Part::new(); }
-             impl Drop for Parent { fn drop(&mut self) { let part = 1; part.turn(); } }
-             #[cfg(test)] mod tests { fn f(parent: &Parent) { parent.note(); } }",
-        ),
-    ];
-    let paths = files.map(|(name, text)| {
+    let paths = EXAMPLE.map(|(name, text)| {
         let path = folder.path().join(name);
         std::fs::write(&path, text).unwrap();
         path

@@ -8,7 +8,7 @@
 
 use super::belt::{BeltChange, BeltMotion};
 use super::fate::Fate;
-use super::items::{IdNews, ItemState, Items, Tracked};
+use super::items::{IdNews, ItemState, Items, Redetection, Tracked};
 use super::protocol::BeltState;
 use super::robots::Fleet;
 use super::sight::PlacedDetection;
@@ -27,17 +27,6 @@ const CONFIRMED: i32 = 3;
 const MOST_OVERLOOKED: i32 = 3;
 /// Lower limit of the surplus, so that an item that was often seen can still be merged eventually.
 const LEAST_OVERLOOKED: i32 = -30;
-
-/// What has changed about an item that was seen again.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Redetection {
-    /// Whether the detection is older than what is known.
-    pub is_late: bool,
-    /// How far it has moved on the belt [m].
-    pub moved: f64,
-    /// What is new about its id.
-    pub news: IdNews,
-}
 
 /// The belt, its items, and the windows that follow from both. Times are in controller time [s].
 #[derive(Debug)]

@@ -12,6 +12,17 @@ use std::collections::{BTreeMap, BTreeSet};
 pub(crate) use ids::{IdNews, Numbers};
 pub(crate) use tracked::{ItemState, Tracked};
 
+/// What has changed about an item that was seen again.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Redetection {
+    /// Whether the detection is older than what is known.
+    pub is_late: bool,
+    /// How far it has moved on the belt [m].
+    pub moved: f64,
+    /// What is new about its id.
+    pub news: IdNews,
+}
+
 /// All known items.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Items {

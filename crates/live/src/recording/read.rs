@@ -250,13 +250,11 @@ impl RecordingReader {
                     self.is_unordered |= header.log_time < self.last;
                     self.last = self.last.max(header.log_time);
                     let topic = self.topics.get(&header.channel_id);
-                    if let Some(entry) =
-                        entry(topic.map_or("", String::as_str), &data, header.log_time).map_err(
-                            |error| {
-                                error.inside(&format!("{}, message {}", self.name, self.entries))
-                            },
-                        )?
-                    {
+                    let topic = topic.map_or("", String::as_str);
+                    let found = entry(topic, &data, header.log_time).map_err(|error| {
+                        error.inside(&format!("{}, message {}", self.name, self.entries))
+                    })?;
+                    if let Some(entry) = found {
                         return Ok(Some(McapPart::Entry(entry)));
                     }
                 }
