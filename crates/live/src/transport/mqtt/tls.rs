@@ -104,12 +104,12 @@ fn certificate(reason: &CertificateError, broker: &Broker) -> TlsProblem {
                 names => other_name(&names, &host),
             }
         }
-        other => ("'mqtt'", unusable(other), own_certificate(&host)),
+        other => ("'mqtt'", other_problem(other), own_certificate(&host)),
     }
 }
 
 /// What is wrong with a certificate that no broker can use. The reason is known only by its text.
-fn unusable(reason: &CertificateError) -> String {
+fn other_problem(reason: &CertificateError) -> String {
     let text = format!("{reason:?}");
     if text.contains("CaUsedAsEndEntity") {
         "its certificate is a CA certificate (basicConstraints CA:TRUE), which openssl creates by \
