@@ -14,7 +14,7 @@ pub struct Printed {
 /// One of the paper's four cases.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PaperCase {
-    /// Robust GT.
+    /// Robust GT (game theory).
     pub robust: Printed,
     /// The RL policy.
     pub rl: Printed,

@@ -43,7 +43,7 @@ impl FromStr for PatternSource {
                 let place = source.place();
                 let problem = "not a known kind of pattern, and no such file or folder exists";
                 let cure = format!("write one of {FORMS}; {}", known_names(name, &known));
-                Err(match is_path(text) {
+                Err(match is_path(name) {
                     true => Error::path(place, problem, cure),
                     false => Error::usage(place, problem, cure),
                 })

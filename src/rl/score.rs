@@ -34,7 +34,7 @@ struct CurveRow {
 /// The best network so far.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct BestNetwork {
-    /// Mean over trials of the rate as a multiple of greedy GT's rate.
+    /// Mean over trials of the rate as a multiple of greedy GT's rate (game theory).
     score: f64,
     steps: u64,
     parameters: Vec<f32>,
@@ -184,7 +184,7 @@ impl<'a> TrainingResults<'a> {
     /// A short description of the best network so far.
     pub fn summary(&self) -> String {
         match &self.kept.best {
-            Some(best) => format!("{:.1} % of greedy GT", 100.0 * best.score),
+            Some(best) => format!("{:.1} % of greedy GT (game theory)", 100.0 * best.score),
             None => "none".into(),
         }
     }

@@ -1,4 +1,5 @@
-//! Methods compared on cases: robust GT, greedy GT, the built-in policy and any strategy.
+//! Methods compared on cases: robust GT (game theory), greedy GT, the built-in policy and any
+//! strategy.
 
 use super::blueprint::policy_distance;
 use super::notes::{Note, condition_notes};

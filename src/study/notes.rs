@@ -2,7 +2,7 @@
 
 use crate::dispatch::RULES;
 use crate::pattern::PatternSet;
-use crate::sim::Conditions;
+use crate::sim::{Conditions, Scene};
 use std::fmt;
 
 /// A remark that belongs to a result. Its text names settings in single quotes, as
@@ -52,8 +52,9 @@ pub enum Note {
     NothingFails,
     /// All items weigh the same, so that PP and FIFO are one rule.
     EqualWeights,
-    /// Something can go wrong, so the event loop simulates each assignment by itself.
-    SameLuck,
+    /// Something can go wrong, so the event loop simulates each assignment by itself, all of them
+    /// under common random numbers.
+    CommonRandomNumbers,
     /// Extended workspaces overlap on some patterns.
     Overlapping {
         /// Number of these patterns.
@@ -72,6 +73,13 @@ pub enum Note {
         /// Maximum number of fresh patterns used nevertheless.
         fresh: usize,
     },
+    /// The bound is that of the line on which nothing goes wrong.
+    UndisturbedBound {
+        /// Whether the camera's errors and its place do not matter, either.
+        camera: bool,
+    },
+    /// The time slots of the bound are long.
+    CoarseBound,
     /// The user stopped the work.
     Interrupted,
     /// There are no fresh patterns like those of this source.
@@ -86,9 +94,13 @@ const NOTHING_FAILS: &str = "no item has a p_grasp below 1, so no grasp fails; g
 const EQUAL_WEIGHTS: &str = "all items weigh the same, so PP picks like FIFO; give areas or probabilities \
      ('area', 'p_grasp') to tell them apart";
 
-/// The text of [`Note::SameLuck`].
-const SAME_LUCK: &str = "every assignment meets the same luck on a pattern; as something can go wrong, \
-     the general event loop simulates each assignment by itself";
+/// The text of [`Note::CommonRandomNumbers`].
+const COMMON_RANDOM_NUMBERS: &str = "all assignments are compared under common random numbers; as \
+     something can go wrong, the general event loop simulates each assignment by itself";
+
+/// The text of [`Note::CoarseBound`].
+const COARSE_BOUND: &str = "the bound is coarse: the pattern is so long that the slots are long, too; a \
+     shorter 'slot' gives a tighter bound, but takes more time and memory";
 
 /// The text of [`Note::NoFlow`].
 const NO_FLOW: &str = "no flow can be chosen: for some pattern no belt speed picks everything";
@@ -107,6 +119,18 @@ fn left_out(robots: usize, replicates: usize) -> String {
         "greedy GT (game theory) is left out: trying {}^{robots} assignments on every pattern \
          would take minutes{cure}",
         RULES.len()
+    )
+}
+
+/// The text of [`Note::UndisturbedBound`].
+fn undisturbed_bound(camera: bool) -> String {
+    let camera = match camera {
+        true => ", whatever the camera reports and when",
+        false => "",
+    };
+    format!(
+        "proven for every outcome of the random events: failures only cost time, so this is the \
+         bound of the line without failures{camera}; there is no schedule to compare it with"
     )
 }
 
@@ -135,7 +159,7 @@ impl fmt::Display for Note {
             ),
             Self::NothingFails => f.write_str(NOTHING_FAILS),
             Self::EqualWeights => f.write_str(EQUAL_WEIGHTS),
-            Self::SameLuck => f.write_str(SAME_LUCK),
+            Self::CommonRandomNumbers => f.write_str(COMMON_RANDOM_NUMBERS),
             Self::Overlapping {
                 overlapping,
                 patterns,
@@ -155,6 +179,8 @@ impl fmt::Display for Note {
                 "'time_limit' was reached: validated on at most {fresh} fresh patterns, without a \
                  bound"
             ),
+            Self::UndisturbedBound { camera } => f.write_str(&undisturbed_bound(*camera)),
+            Self::CoarseBound => f.write_str(COARSE_BOUND),
             Self::Interrupted => f.write_str(INTERRUPTED),
             Self::NotValidated(source) => {
                 write!(f, "no validation: cannot draw fresh patterns like {source}")
@@ -249,6 +275,14 @@ pub fn condition_notes(conditions: &Conditions, generated: bool) -> Vec<Note> {
     nothing.then_some(Note::NothingFails).into_iter().collect()
 }
 
+/// The note that nothing can fail on `scene`, although failures are asked for.
+pub(super) fn failure_note(scene: &Scene) -> Option<Note> {
+    let disturbances = &scene.conditions().disturbances;
+    disturbances
+        .never_fails(scene.pattern().items())
+        .then_some(Note::NothingFails)
+}
+
 /// Notes for any result on `set` under `conditions`, of which `patterns` patterns were used.
 /// `independent` is the number of patterns on which the cascade could be used.
 pub fn set_notes(
@@ -273,7 +307,7 @@ pub fn set_notes(
         if items.all(|items| conditions.disturbances.never_fails(items)) {
             notes.push(Note::NothingFails);
         }
-        notes.push(Note::SameLuck);
+        notes.push(Note::CommonRandomNumbers);
     } else if overlapping > 0 {
         notes.push(Note::Overlapping {
             overlapping,

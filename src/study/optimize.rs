@@ -25,7 +25,7 @@ const FEWEST_FRESH: usize = 10;
 /// Maximum number of fresh patterns after the time limit.
 const FRESH_IN_A_HURRY: usize = 24;
 /// Number of grids, and of Poisson disk patterns, of the default set.
-const DEFAULT_BALANCED: usize = 120;
+pub(super) const DEFAULT_BALANCED: usize = 120;
 
 /// The settings of a search and of the validation of its winner.
 #[derive(Debug, Clone)]

@@ -363,7 +363,10 @@ fn on(set: &PatternSet, optimum: &Optimum, conditions: &Conditions) -> String {
     }
     let conditions = conditions.describe();
     if !conditions.is_empty() {
-        text += &format!(" ({}, with different luck)", conditions.join("; "));
+        text += &format!(
+            " ({}, with independent random numbers)",
+            conditions.join("; ")
+        );
     }
     text
 }

@@ -177,7 +177,7 @@ fn the_comparison_says_what_it_was_run_under() {
     for words in [
         "\nunder ",
         "x = 0.5 m",
-        "with different luck",
+        "with independent random numbers",
         "--grasp-success P",
     ] {
         assert!(table.contains(words), "{words} not in {table}");
@@ -337,7 +337,12 @@ fn the_bound_is_proven_under_the_conditions() {
     let flags = with(&["--pattern", pattern], &DISTURBED);
     let (disturbed, report) = most(&flags);
     assert!(report["schedule"].is_null());
-    assert!(report["notes"][0].as_str().unwrap().contains("any luck"));
+    assert!(
+        report["notes"][0]
+            .as_str()
+            .unwrap()
+            .contains("every outcome of the random events")
+    );
     assert_eq!(report["made"]["conditions"].as_array().unwrap().len(), 3);
     let simulate = [
         "simulate",

@@ -146,7 +146,7 @@ fn the_content_of_files_is_of_kind_input() {
         refused(load_cases(&cases)),
         refused(of_flow[0].patterns(line().belt(), 1, 1)),
         refused(Plan::from_file("{\"preset\": \"no-such\"}", "p.json")),
-        refused(Plan::from_file("{\"steps\": 0}", "p.json")),
+        refused(Plan::from_file("{\"courses\": 0}", "p.json")),
         refused(Station::new(*line().belt(), Vec::new())),
     ] {
         assert_eq!(error.kind(), ErrorKind::Input, "{error}");

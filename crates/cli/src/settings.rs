@@ -13,7 +13,7 @@ use pickline::pattern::{
     self, Attributes, Distribution, Feed, FeedShape, Pattern, PatternSource, grid,
 };
 use pickline::planning::Budget;
-use pickline::plausible::{CLUSTER_SPREAD, FLOW, GAP_LENGTH, POSITION_NOISE, check_rate};
+use pickline::plausible::{CLUSTER_SPREAD, FLOW, GAP_LENGTH};
 use pickline::sim::{Conditions, Disturbances};
 use pickline::station::{self, Overrides, Station};
 use pickline::strategies::{self, Parsed};
@@ -24,13 +24,13 @@ use std::time::{Duration, Instant};
 
 impl StationChoice {
     /// The flag and file that the station comes from.
-    pub fn file(&self) -> (&str, Option<&Path>) {
+    pub(crate) fn file(&self) -> (&str, Option<&Path>) {
         ("--station", Some(Path::new(&self.station)))
     }
 
     /// The station's name: that of the built-in, or the file name without folder and
     /// extension.
-    pub fn title(&self) -> String {
+    pub(crate) fn title(&self) -> String {
         let stem = Path::new(&self.station).file_stem();
         stem.map_or_else(
             || self.station.clone(),
@@ -39,13 +39,13 @@ impl StationChoice {
     }
 
     /// The same station with another number of robots.
-    pub fn with_robots(mut self, robots: usize) -> Self {
+    pub(crate) fn with_robots(mut self, robots: usize) -> Self {
         self.robots = Some(robots);
         self
     }
 
     /// The station settings that the flags override.
-    pub fn overrides(&self) -> Overrides {
+    pub(crate) fn overrides(&self) -> Overrides {
         Overrides {
             robots: self.robots,
             belt_speed: self.belt_speed,
@@ -56,7 +56,7 @@ impl StationChoice {
     ///
     /// # Errors
     /// As for [`StationChoice::resolve`] and [`warn`].
-    pub fn load(&self) -> Result<Station> {
+    pub(crate) fn load(&self) -> Result<Station> {
         self.load_with_strategy(&|_| ()).map(|(station, _)| station)
     }
 
@@ -64,7 +64,10 @@ impl StationChoice {
     ///
     /// # Errors
     /// As for [`StationChoice::resolve_with_strategy`] and [`warn`].
-    pub fn load_with_strategy(&self, remark: &dyn Fn(&str)) -> Result<(Station, Option<String>)> {
+    pub(crate) fn load_with_strategy(
+        &self,
+        remark: &dyn Fn(&str),
+    ) -> Result<(Station, Option<String>)> {
         let (station, strategy) = self.resolve_with_strategy(remark)?;
         let mut warnings = station.warnings(&self.station);
         if self.belt_speed.is_some() {
@@ -82,7 +85,7 @@ impl StationChoice {
     ///
     /// # Errors
     /// As for [`StationChoice::resolve_with_strategy`].
-    pub fn resolve(&self) -> Result<Station> {
+    pub(crate) fn resolve(&self) -> Result<Station> {
         self.resolve_with_strategy(&|_| ())
             .map(|(station, _)| station)
     }
@@ -93,7 +96,7 @@ impl StationChoice {
     /// # Errors
     /// As for [`station::load`]; a strategy that is invalid or does not fit the robots in the
     /// file.
-    pub fn resolve_with_strategy(
+    pub(crate) fn resolve_with_strategy(
         &self,
         remark: &dyn Fn(&str),
     ) -> Result<(Station, Option<String>)> {
@@ -131,7 +134,7 @@ impl FeedArgs {
     /// # Errors
     /// A value out of range, or a flag that applies to none of `feeds`; with `--strict`, an
     /// implausible value.
-    pub fn shape(&self, feeds: &[&Feed], station: &StationChoice) -> Result<FeedShape> {
+    pub(crate) fn shape(&self, feeds: &[&Feed], station: &StationChoice) -> Result<FeedShape> {
         for (flag, given, own) in [
             ("--cluster-size", self.cluster_size, Feed::Clustered),
             ("--cluster-spread", self.cluster_spread, Feed::Clustered),
@@ -166,7 +169,7 @@ impl FeedArgs {
     ///
     /// # Errors
     /// A text that is not a pattern source, or flags that do not apply to it.
-    pub fn patterns(
+    pub(crate) fn patterns(
         &self,
         text: &str,
         items: Option<usize>,
@@ -190,7 +193,7 @@ impl PatternSetArgs {
     ///
     /// # Errors
     /// As for [`FeedArgs::patterns`]; an invalid distribution.
-    pub fn resolve(&self, station: &StationChoice) -> Result<ScoredPatterns> {
+    pub(crate) fn resolve(&self, station: &StationChoice) -> Result<ScoredPatterns> {
         let patterns = self.feed.patterns(&self.patterns, self.items, station)?;
         Ok(patterns.with_attributes(self.attributes.resolve()?))
     }
@@ -205,7 +208,12 @@ impl TrainingArgs {
     ///
     /// # Errors
     /// Rules or a set that cannot be read, or that do not fit the station.
-    pub fn resolve(&self, station: &Station, seed: u64, paper: bool) -> Result<RobustTraining> {
+    pub(crate) fn resolve(
+        &self,
+        station: &Station,
+        seed: u64,
+        paper: bool,
+    ) -> Result<RobustTraining> {
         let items = self.train_items;
         if let Some(text) = &self.robust {
             let rules = text.parse().map_err(|e: Error| e.at("--robust"))?;
@@ -239,7 +247,7 @@ impl AttributeArgs {
     ///
     /// # Errors
     /// A text that is not a distribution.
-    pub fn resolve(&self) -> Result<Attributes> {
+    pub(crate) fn resolve(&self) -> Result<Attributes> {
         let read = |text: &Option<String>, flag: &str| -> Result<Option<Distribution>> {
             let read = |text: &String| {
                 text.parse()
@@ -256,28 +264,11 @@ impl AttributeArgs {
 }
 
 impl ConditionArgs {
-    /// Warns about conditions that are implausible on `station`.
-    ///
-    /// # Errors
-    /// As for [`warn`].
-    pub fn check_on(
-        &self,
-        choice: &StationChoice,
-        common: &Common,
-        station: &Station,
-    ) -> Result<()> {
-        let camera = self.camera_x;
-        let camera = camera.and_then(|x| station.check_camera("--camera-x", x));
-        let noise = POSITION_NOISE.check("--position-noise", self.position_noise);
-        let rate = check_rate("--update-hz", common.update_hz);
-        warn(choice.strict, camera.into_iter().chain(noise).chain(rate))
-    }
-
     /// The conditions, with the master seed for their random events.
     ///
     /// # Errors
     /// Invalid values.
-    pub fn resolve(&self, common: &Common) -> Result<Conditions> {
+    pub(crate) fn resolve(&self, common: &Common) -> Result<Conditions> {
         if let Some(given) = &self.grasp_failures {
             let number = if given.is_empty() { "" } else { " " };
             return Err(Error::usage(
@@ -311,7 +302,7 @@ impl Common {
     ///
     /// # Errors
     /// An invalid number of threads, or a folder that cannot be created.
-    pub fn check(&self) -> Result<()> {
+    pub(crate) fn check(&self) -> Result<()> {
         check_threads(self.threads)?;
         self.out.as_deref().map_or(Ok(()), files::check_folder)
     }
@@ -320,12 +311,12 @@ impl Common {
     ///
     /// # Errors
     /// As for [`on_threads`].
-    pub fn on_threads<T: Send>(&self, work: impl FnOnce() -> Result<T> + Send) -> Result<T> {
+    pub(crate) fn on_threads<T: Send>(&self, work: impl FnOnce() -> Result<T> + Send) -> Result<T> {
         on_threads(self.threads, work)
     }
 
     /// A remark for the user, unless quiet.
-    pub fn remark(&self, text: &str) {
+    pub(crate) fn remark(&self, text: &str) {
         if !self.quiet {
             tell(text);
         }
@@ -336,7 +327,7 @@ impl Common {
 ///
 /// # Errors
 /// An invalid number of threads.
-pub fn check_threads(threads: Option<usize>) -> Result<()> {
+pub(crate) fn check_threads(threads: Option<usize>) -> Result<()> {
     match threads {
         Some(threads) if !(1..=1024).contains(&threads) => Err(Error::usage(
             "--threads",
@@ -351,7 +342,7 @@ pub fn check_threads(threads: Option<usize>) -> Result<()> {
 ///
 /// # Errors
 /// Threads that cannot be started, or what `work` returns.
-pub fn on_threads<T: Send>(
+pub(crate) fn on_threads<T: Send>(
     threads: Option<usize>,
     work: impl FnOnce() -> Result<T> + Send,
 ) -> Result<T> {
@@ -369,7 +360,7 @@ pub fn on_threads<T: Send>(
 ///
 /// # Errors
 /// An invalid time.
-pub fn budget(ms: Option<f64>) -> Result<Option<Budget>> {
+pub(crate) fn budget(ms: Option<f64>) -> Result<Option<Budget>> {
     let read = |ms: f64| {
         Budget::milliseconds(ms).ok_or_else(|| {
             let (least, most) = Budget::MILLISECONDS.into_inner();
@@ -387,7 +378,7 @@ pub fn budget(ms: Option<f64>) -> Result<Option<Budget>> {
 ///
 /// # Errors
 /// As for [`strategies::parse`].
-pub fn parse_strategy(text: &str, quiet: bool) -> Result<Parsed> {
+pub(crate) fn parse_strategy(text: &str, quiet: bool) -> Result<Parsed> {
     let strategy = strategies::parse(text)?;
     if let Some(remark) = strategy.remark().filter(|_| !quiet) {
         tell(remark);
@@ -399,7 +390,7 @@ pub fn parse_strategy(text: &str, quiet: bool) -> Result<Parsed> {
 ///
 /// # Errors
 /// A file that cannot be read or is not a pattern.
-pub fn load_pattern(file: Option<&str>, width: f64) -> Result<(Pattern, String)> {
+pub(crate) fn load_pattern(file: Option<&str>, width: f64) -> Result<(Pattern, String)> {
     match file {
         None => {
             let (spacing, count) = DEFAULT_GRID;
@@ -429,7 +420,7 @@ pub fn load_pattern(file: Option<&str>, width: f64) -> Result<(Pattern, String)>
 
 /// The strategy to run without `--strategy`, and a text saying where it comes from: the
 /// station file if it names one, otherwise the paper.
-pub fn default_strategy(saved: Option<String>, robots: usize) -> (String, &'static str) {
+pub(crate) fn default_strategy(saved: Option<String>, robots: usize) -> (String, &'static str) {
     match saved {
         Some(text) => (text, ", the strategy of the station file"),
         None => (strategies::default_strategy(robots), ""),
@@ -441,7 +432,7 @@ impl LimitArgs {
     ///
     /// # Errors
     /// An invalid time.
-    pub fn resolve(&self) -> Result<Limits> {
+    pub(crate) fn resolve(&self) -> Result<Limits> {
         let seconds = |limit: f64| {
             let time = Duration::try_from_secs_f64(limit).ok();
             let time = time.filter(|time| !time.is_zero() && limit <= LONGEST);

@@ -16,7 +16,7 @@ use pickline::station::{
 use pickline_report::{Table, arms_apart, fixed, station_picture, with_origin};
 use std::path::Path;
 
-pub fn run(command: StationCommand, session: &Session) -> Result<()> {
+pub(crate) fn run(command: StationCommand, session: &Session) -> Result<()> {
     match command {
         StationCommand::Show {
             station,

@@ -9,6 +9,7 @@ use serde::Serialize;
 
 /// Where a result comes from. No date, no machine, no thread count.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Provenance {
     /// Program and version.
     pub program: String,

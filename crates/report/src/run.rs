@@ -17,6 +17,7 @@ use std::collections::BTreeMap;
 
 /// A run as printed and written; the JSON field names are the product's format.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct RunReport {
     /// The strategy as written on the command line.
     pub strategy: String,
@@ -63,6 +64,7 @@ pub struct RunReport {
 
 /// What one robot did.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct RobotRunReport {
     /// Its name.
     pub name: String,
@@ -83,6 +85,7 @@ pub struct RobotRunReport {
 
 /// One pick.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct PickReport {
     /// Index of the robot, upstream first.
     pub robot: usize,
@@ -100,6 +103,7 @@ pub struct PickReport {
 
 /// One failed attempt.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct FailureReport {
     /// The attempt; `release_s` is when the robot was free again.
     #[serde(flatten)]
@@ -110,6 +114,7 @@ pub struct FailureReport {
 
 /// One item that was not picked.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct MissReport {
     /// Id of the item.
     pub item: String,
@@ -132,6 +137,16 @@ impl RobotRunReport {
     }
 }
 
+/// The number of missed items for each reason.
+fn missed_by_reason(outcome: &Outcome) -> BTreeMap<&'static str, usize> {
+    let all = MissReason::ALL.iter();
+    let mut counts: BTreeMap<_, _> = all.map(|reason| (reason.name(), 0)).collect();
+    for miss in &outcome.missed {
+        *counts.entry(miss.reason.name()).or_default() += 1;
+    }
+    counts
+}
+
 impl RunReport {
     /// The report of `outcome`, a run on `scene`.
     pub fn new(strategy: String, scene: &Scene, outcome: &Outcome, made: Provenance) -> Self {
@@ -139,13 +154,6 @@ impl RunReport {
         let steady = Throughput::of([&steady_state(scene, outcome)]);
         let figures = &outcome.figures;
         let id = |item: u32| pattern.items()[item as usize].id.clone();
-        let mut missed_by_reason: BTreeMap<_, _> = MissReason::ALL
-            .iter()
-            .map(|reason| (reason.name(), 0))
-            .collect();
-        for miss in &outcome.missed {
-            *missed_by_reason.entry(miss.reason.name()).or_default() += 1;
-        }
         let robots = station.robots().iter().zip(&outcome.robots);
         let pick = |pick: &Pick| PickReport {
             robot: pick.robot,
@@ -188,7 +196,7 @@ impl RunReport {
                     reason: miss.reason.name(),
                 })
                 .collect(),
-            missed_by_reason,
+            missed_by_reason: missed_by_reason(outcome),
             checked: None,
             bound: None,
             clearance: None,

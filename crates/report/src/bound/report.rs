@@ -8,6 +8,7 @@ use serde::Serialize;
 
 /// A bound as printed and written; the JSON field names are the product's format.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct BoundReport {
     /// Items in the pattern.
     pub items: usize,
@@ -57,6 +58,7 @@ pub struct BoundReport {
 
 /// A schedule confirmed by the independent checker.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct ScheduleReport {
     /// Number of items picked.
     pub picked: usize,

@@ -12,6 +12,7 @@ use serde::Serialize;
 
 /// A comparison as printed and written; the JSON field names are the product's format.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct ComparisonReport {
     /// The methods; the others are compared with the first.
     pub methods: Vec<MethodReport>,
@@ -27,6 +28,7 @@ pub struct ComparisonReport {
 
 /// One method.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct MethodReport {
     /// Its name in files.
     pub id: String,
@@ -36,6 +38,7 @@ pub struct MethodReport {
 
 /// One case: a kind of pattern, with the results of all methods.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct CaseReport {
     /// Its name.
     pub name: String,
@@ -74,6 +77,7 @@ pub(super) struct RunRow {
 
 /// One method on one case.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct MethodResultReport {
     /// The method's name in files.
     pub method: String,
@@ -112,6 +116,7 @@ pub struct MethodResultReport {
 
 /// The paper's own figures.
 #[derive(Debug, Clone, Copy, Serialize)]
+#[non_exhaustive]
 pub struct PrintedReport {
     /// Items picked [%], Table 2.
     pub picked_percent: f64,

@@ -7,6 +7,7 @@ use serde::Serialize;
 
 /// A solved game as printed and written; the JSON field names are the product's format.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct GameReport {
     /// `own` or `total`.
     pub payoff: &'static str,
@@ -51,6 +52,7 @@ pub struct GameReport {
 
 /// One equilibrium.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct EquilibriumReport {
     /// The rules, upstream first.
     pub assignment: Vec<String>,
@@ -78,6 +80,7 @@ pub struct EquilibriumReport {
 
 /// One robot changes its rule; the others keep theirs.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct DeviationReport {
     /// The robot's name.
     pub robot: String,
@@ -94,6 +97,7 @@ pub struct DeviationReport {
 
 /// The assignments with the highest welfare.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct SocialOptimum {
     /// The line's picks per minute.
     pub welfare: Payoff,
@@ -105,6 +109,7 @@ pub struct SocialOptimum {
 
 /// Iterated best response from every start.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct PlayReport {
     /// The order in which robots move.
     pub order: &'static str,
@@ -126,6 +131,7 @@ pub struct PlayReport {
 
 /// Assignments that best responses cycle through forever.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct CycleReport {
     /// Rounds until the cycle repeats.
     pub rounds: usize,
@@ -137,6 +143,7 @@ pub struct CycleReport {
 
 /// What each rule is worth to one robot, whatever the others do.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct RobotRulesReport {
     /// The robot's name.
     pub robot: String,
@@ -150,6 +157,7 @@ pub struct RobotRulesReport {
 
 /// A dominated rule.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct DominatedReport {
     /// The dominated rule.
     pub rule: String,
@@ -161,6 +169,7 @@ pub struct DominatedReport {
 
 /// One assignment.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct ProfileReport {
     /// The rules, upstream first.
     pub assignment: Vec<String>,

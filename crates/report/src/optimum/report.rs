@@ -10,6 +10,7 @@ use serde::Serialize;
 
 /// A search as printed and written; the JSON field names are the product's format.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct OptimumReport {
     /// The winner's rules, upstream first.
     pub best: Vec<&'static str>,
@@ -57,6 +58,7 @@ pub struct OptimumReport {
 
 /// What GRASP found.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct GraspReport {
     /// Number of starts that reached a local optimum.
     pub starts: usize,
@@ -76,6 +78,7 @@ pub struct GraspReport {
 
 /// One line of the ranking.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct RankedReport {
     /// The rules, upstream first.
     pub assignment: Vec<&'static str>,

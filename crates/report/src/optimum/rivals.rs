@@ -9,6 +9,7 @@ use serde::Serialize;
 
 /// The winner and other strategies on the same patterns.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct RivalsReport {
     /// Description of the patterns.
     pub patterns: String,
@@ -20,6 +21,7 @@ pub struct RivalsReport {
 
 /// One of the strategies compared.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct RivalReport {
     /// The strategy as written on the command line.
     pub strategy: String,

@@ -7,6 +7,7 @@ use serde::Serialize;
 
 /// The winner on patterns that played no part in choosing it.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct ValidationReport {
     /// Description of the patterns.
     pub patterns: String,
@@ -39,6 +40,7 @@ pub struct ValidationReport {
 
 /// Picks compared with the bound for every strategy.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct CertificateReport {
     /// Number of patterns with a bound: the first of those above.
     pub patterns: usize,

@@ -10,6 +10,7 @@ use serde::Serialize;
 
 /// A sweep as printed and written; the JSON field names are the product's format.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct SweepReport {
     /// The varied quantity.
     pub sweep: &'static str,
@@ -44,6 +45,7 @@ pub struct SweepReport {
 
 /// One method at one value.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct PointReport {
     /// The value.
     pub value: f64,
@@ -80,6 +82,7 @@ pub struct PointReport {
 
 /// What no strategy can exceed, along a sweep.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct BoundsReport {
     /// The values at which no strategy picks every item of every pattern (proven).
     pub impossible: Vec<f64>,
@@ -89,6 +92,7 @@ pub struct BoundsReport {
 
 /// What no strategy can exceed at one value.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct BoundPoint {
     /// The value.
     pub value: f64,
@@ -120,6 +124,7 @@ impl BoundsReport {
 
 /// Up to which value one method picks everything.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct LimitReport {
     /// The method's name in files.
     pub method: String,
@@ -147,6 +152,7 @@ pub struct LimitReport {
 
 /// The paper's belt speed limits on the grid of 0.15 m.
 #[derive(Debug, Clone, Copy, Serialize)]
+#[non_exhaustive]
 pub struct PaperLimits {
     /// Robust GT [m/s].
     pub robust_gt: f64,
