@@ -2,6 +2,7 @@
 
 mod errors;
 mod imports;
+mod methods;
 
 use std::collections::BTreeSet;
 use std::fs;

@@ -233,10 +233,7 @@ fn use_pattern(text: &str, picks: &[Index], hz: f64) {
 fn use_messages(text: &str) {
     let station = built_in("paper").unwrap().station(Some(2)).unwrap();
     for clock in [ClockKind::Messages, ClockKind::System] {
-        let config = Config {
-            clock,
-            ..Config::default()
-        };
+        let config = Config::default().with_clock(clock);
         let strategy = pickline::strategies::read_alone("SPT,FIFO", 2).unwrap();
         let mut controller = Controller::new(station.clone(), strategy.make(), config);
         controller.advance(0.0);

@@ -39,19 +39,17 @@ impl AccessArgs {
     }
 
     fn resolve(&self, tls: impl Fn(&TlsFiles) -> Option<Result<Tls>>) -> Result<Access> {
-        Ok(Access {
-            token: self.token.as_deref().map(Token::read).transpose()?,
-            tls: tls(&self.files()).transpose()?,
-        })
+        Ok(Access::default()
+            .with_token(self.token.as_deref().map(Token::read).transpose()?)
+            .with_tls(tls(&self.files()).transpose()?))
     }
 
     fn files(&self) -> TlsFiles {
         #[cfg(feature = "tls")]
-        let files = TlsFiles {
-            certificate: self.tls_cert.clone(),
-            key: self.tls_key.clone(),
-            authorities: self.tls_ca.clone(),
-        };
+        let files = TlsFiles::default()
+            .with_certificate(self.tls_cert.clone())
+            .with_key(self.tls_key.clone())
+            .with_authorities(self.tls_ca.clone());
         #[cfg(not(feature = "tls"))]
         let files = TlsFiles::default();
         files

@@ -75,7 +75,7 @@ impl EmulateArgs {
 
 impl EmulatePlan {
     fn run(self) -> Result<()> {
-        let Connections { place, terms } = self.connections;
+        let Connections { place, terms, .. } = self.connections;
         let is_closed = terms.access.is_closed();
         let hub = Hub::open(&place, terms)?;
         announce(&self.remarks, &place, &hub, is_closed);
@@ -110,16 +110,15 @@ impl TroubleArgs {
             None => None,
         };
         let stop = numbers("--belt-stop", self.belt_stop.as_deref())?;
-        Ok(InjectedFaults {
-            grasp_failures: self.failing_grasps,
-            lost_acks: self.lost_acks,
-            duplicates: self.duplicates,
-            out_of_order: self.out_of_order,
-            jitter: self.jitter_ms / 1e3,
-            robot_down,
-            belt_stop: stop.map(|[from, time]| (from, time)),
-            seed: self.seed,
-        })
+        Ok(InjectedFaults::default()
+            .with_grasp_failures(self.failing_grasps)
+            .with_lost_acks(self.lost_acks)
+            .with_duplicates(self.duplicates)
+            .with_out_of_order(self.out_of_order)
+            .with_jitter(self.jitter_ms / 1e3)
+            .with_robot_down(robot_down)
+            .with_belt_stop(stop.map(|[from, time]| (from, time)))
+            .with_seed(self.seed))
     }
 }
 

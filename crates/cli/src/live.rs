@@ -51,24 +51,22 @@ impl TransportArgs {
             Endpoint::Connect(_) => self.access.connecting()?,
             _ => Access::default(),
         };
-        let robots: Vec<String> = station.robots().iter().map(|r| r.name.clone()).collect();
-        let hello = (side == Side::Station).then(|| Hello {
-            stamp: None,
-            name: "emulate".into(),
-            role: Role::Robot,
-            robots: robots.clone(),
-            token: access.token.as_ref().map(|token| token.text().to_owned()),
-        });
-        let terms = HubOptions {
-            side,
-            waits: self.clock() == ClockKind::Messages,
-            robots,
-            access,
-            most_peers: self.access.max_peers.into(),
-            hello,
-            dialect,
-        };
-        Ok(Connections { place, terms })
+        let token = access.token.as_ref().map(|token| token.text().to_owned());
+        let mut terms = HubOptions::new(side, station, self.clock())
+            .with_access(access)
+            .with_most_peers(self.access.max_peers.into())
+            .with_dialect(dialect);
+        if side == Side::Station {
+            let robots = terms.robots.clone();
+            terms = terms.with_hello(Hello {
+                stamp: None,
+                name: "emulate".into(),
+                role: Role::Robot,
+                robots,
+                token,
+            });
+        }
+        Ok(Connections::new(place, station, self.clock()).with_terms(terms))
     }
 
     #[cfg_attr(

@@ -9,7 +9,7 @@ use pickline::station::{Overrides, parse};
 use pickline::study::BlueprintOptions;
 use pickline_live::protocol::{Rejection, encode};
 use pickline_live::recording::{RecordedEvent, RecordingEnd, RecordingEntry, RecordingReader};
-use pickline_live::{ClockKind, Config, Controller};
+use pickline_live::{ClockKind, Controller};
 use serde_json::Value;
 use std::collections::VecDeque;
 use std::path::PathBuf;
@@ -100,11 +100,7 @@ impl ReplayPlan {
         } else {
             0.0
         };
-        let config = Config {
-            clock,
-            status_every,
-            ..config
-        };
+        let config = config.with_clock(clock).with_status_every(status_every);
         let controller = match reader.state.take() {
             None => Controller::new(station, strategy, config),
             Some(state) => {

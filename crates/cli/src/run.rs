@@ -131,31 +131,29 @@ impl RunArgs {
         station: &Station,
         strategy: &str,
     ) -> Result<NodeOptions> {
-        let config = Config {
-            clock: self.transport.clock(),
-            tolerance: self.tolerance,
-            ack_timeout: self.ack_timeout,
-            result_timeout: self.result_timeout,
-            status_every: self.status_every,
-            timeouts: Timeouts {
-                belt: self.belt_timeout,
-                robot: self.robot_timeout,
-            },
-            camera_delay: 1e-3 * self.camera_delay,
-            lead: lead_times(&self.lead, station)?,
-            may_stop_belt: self.may_stop_belt,
-            stop_margin: self.stop_margin,
-            ..Config::default()
-        };
-        let mut options = NodeOptions::default()
-            .with_config(config)
-            .with_origin(RunOrigin {
-                program: PROGRAM.into(),
-                command: session.command(),
-                strategy: strategy.to_owned(),
-                budget_ms: self.budget_ms,
-                seed: self.seed,
-            });
+        let config = Config::default()
+            .with_clock(self.transport.clock())
+            .with_tolerance(self.tolerance)
+            .with_ack_timeout(self.ack_timeout)
+            .with_result_timeout(self.result_timeout)
+            .with_status_every(self.status_every)
+            .with_timeouts(
+                Timeouts::default()
+                    .with_belt(self.belt_timeout)
+                    .with_robot(self.robot_timeout),
+            )
+            .with_camera_delay(1e-3 * self.camera_delay)
+            .with_lead(lead_times(&self.lead, station)?)
+            .with_may_stop_belt(self.may_stop_belt)
+            .with_stop_margin(self.stop_margin);
+        let mut options = NodeOptions::default().with_config(config).with_origin(
+            RunOrigin::default()
+                .with_program(PROGRAM)
+                .with_command(session.command())
+                .with_strategy(strategy)
+                .with_budget_ms(self.budget_ms)
+                .with_seed(self.seed),
+        );
         if let Some(journal) = &self.kept.journal {
             options = options.with_journal(journal.clone(), self.kept.fsync);
         }

@@ -5,6 +5,7 @@ use super::args::{
     TrainingArgs,
 };
 use super::session::tell;
+use super::warnings::warn;
 use pickline::error::{Error, Result, shown, shown_number};
 use pickline::files;
 use pickline::optimize::{Limits, MostRuns};
@@ -48,6 +49,35 @@ impl StationChoice {
         Overrides::default()
             .with_robots(self.robots)
             .with_belt_speed(self.belt_speed)
+    }
+
+    /// The station; warns about implausible values.
+    ///
+    /// # Errors
+    /// As for [`StationChoice::resolve`] and [`warn`].
+    pub(crate) fn load(&self) -> Result<Station> {
+        self.load_with_strategy(&|_| ()).map(|(station, _)| station)
+    }
+
+    /// Like [`StationChoice::load`], with the strategy that the file names.
+    ///
+    /// # Errors
+    /// As for [`StationChoice::resolve_with_strategy`] and [`warn`].
+    pub(crate) fn load_with_strategy(
+        &self,
+        remark: &dyn Fn(&str),
+    ) -> Result<(Station, Option<String>)> {
+        let (station, strategy) = self.resolve_with_strategy(remark)?;
+        let mut warnings = station.warnings(&self.station);
+        if self.belt_speed.is_some() {
+            // The speed comes from the flag, not from the file.
+            let speed = format!("{}: belt.speed", self.station);
+            for warning in warnings.iter_mut().filter(|w| w.place == speed) {
+                warning.place = "--belt-speed".into();
+            }
+        }
+        warn(self.strict, warnings)?;
+        Ok((station, strategy))
     }
 
     /// The station, without remarks or warnings.
